@@ -1,0 +1,411 @@
+"""Reading and writing records: CSV or Parquet, with an optional YAML sidecar of the same stem.
+
+Accepted columns are the canonical ones (`record.CANONICAL`) and the same quantities in other units, converted on
+reading: ``_deg``, ``_deg_s``, ``_kn``, ``_rpm`` and ``_ms``, which means milliseconds for time and metres per second
+for speeds. Any other column is bad input, since a misspelt one would otherwise be lost without a word. Blank cells and
+``nan`` are gaps. CSV is UTF-8 (a byte order mark may lead), separated by comma, semicolon or tab (whichever the header
+uses most), with a decimal point. Row numbers in messages are line numbers as an editor shows them; in Parquet the
+first record is row 1.
+
+Constant channels
+-----------------
+A channel that never changes is a dead sensor more often than not, and is bad input, except:
+
+* a set value or the weather: propeller and wind;
+* the rudder, where the record itself shows that it was held (a straight course, a turning circle): the heading does
+  not swing to both sides by more than `SWING_RAD`, and rudder and rudder command do not contradict each other;
+* any channel that the sidecar lists under ``constant:``, which is how to say that it is so on purpose. `write_record`
+  lists them, so whatever it has written reads back (a noise-free straight course, a vessel with prescribed speed).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from ..models.errors import BadInput
+from .files import read_bytes, read_utf8, replace_together
+from .record import CANONICAL, RUDDERS, Record, in_order, is_side
+from .sidecar import read_sidecar, sidecar_path, sidecar_text
+
+MIN_SAMPLES = 10
+SWING_RAD = math.radians(5.0)
+PARQUET = (".parquet", ".pq")
+DELIMITERS = ",;\t"
+MAY_BE_CONSTANT = ("propeller_rps", "wind_speed_m_s", "wind_direction_rad")
+GAP = re.compile(r"[+-]?nan", re.IGNORECASE)
+NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|inf(inity)?)", re.ASCII | re.IGNORECASE)
+
+# unit -> {suffix of an accepted name: factor}, the canonical suffix first
+UNITS: dict[str, dict[str, float]] = {
+    "s": {"s": 1.0, "ms": 1e-3},
+    "rad": {"rad": 1.0, "deg": math.pi / 180.0},
+    "rad/s": {"rad_s": 1.0, "deg_s": math.pi / 180.0},
+    "m/s": {"m_s": 1.0, "kn": 1852.0 / 3600.0, "ms": 1.0},
+    "1/s": {"rps": 1.0, "rpm": 1.0 / 60.0},
+    "m": {"m": 1.0},
+}
+
+
+def _spellings() -> dict[str, dict[str, tuple[str, float]]]:
+    """Quantity (a canonical name without its unit) -> {accepted name: (canonical name, factor)}."""
+    quantities = {}
+    for channel, unit in CANONICAL.items():
+        quantity = channel.removesuffix("_" + next(iter(UNITS[unit])))
+        quantities[quantity] = {f"{quantity}_{suffix}": (channel, factor) for suffix, factor in UNITS[unit].items()}
+    return quantities
+
+
+QUANTITIES = _spellings()
+ACCEPTED = {name: meaning for spellings in QUANTITIES.values() for name, meaning in spellings.items()}
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Parsed columns under the names of the file, and where sample i stands in it."""
+
+    columns: dict[str, np.ndarray]
+    row_of: Callable[[int], int]
+
+
+# ------------------------------------------------------------------------------------------------ reading
+
+
+def read_record(path: str | os.PathLike[str], positive_rudder: str | None = None) -> Record:
+    """Read a record and its sidecar.
+
+    Parameters
+    ----------
+    path : ``.parquet``/``.pq``, or CSV under any other suffix. The record's name is the file's stem.
+    positive_rudder : 'port' or 'starboard'; overrides the sidecar. The rudder keeps the sign that it has in the file
+        (`Record.turned` maps it to a vessel's).
+
+    Returns
+    -------
+    Record in SI units and radians.
+
+    Raises
+    ------
+    BadInput : anything wrong with the file or its sidecar, in one line that names file, row and column: missing,
+        unknown or duplicate column, unknown unit, text in a number column, infinite value, wrong encoding, rows of
+        unequal length, fewer than 10 samples, time missing, repeated or going back, empty or constant channel.
+    """
+    path = Path(path)
+    if positive_rudder is not None and not is_side(positive_rudder):
+        raise BadInput(f"positive rudder {positive_rudder!r}", file=path, hint="give 'port' or 'starboard'")
+    table = _read_parquet(path) if path.suffix.lower() in PARQUET else _read_csv(path)
+    meta, constant = read_sidecar(sidecar_path(path))
+    _check_samples(table, path)
+    channels = _to_canonical(table.columns)
+    _check_constant(channels, constant, table, path)
+    meta = replace(meta, positive_rudder=positive_rudder or meta.positive_rudder)
+    return Record(channels.pop("time_s"), channels, name=path.stem, meta=meta)
+
+
+def _to_canonical(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    found = {ACCEPTED[name][0]: (values, ACCEPTED[name][1]) for name, values in columns.items()}
+    converted = {name: values if factor == 1.0 else values * factor for name, (values, factor) in found.items()}
+    return {name: converted[name] for name in in_order(converted)}
+
+
+# --- CSV
+
+
+def _read_csv(path: Path) -> _Table:
+    data = read_utf8(path)
+    if not data.strip():
+        raise BadInput("the file is empty", file=path, row=1)
+    header = re.split(rb"[\r\n]", data, maxsplit=1)[0]
+    delimiter = max(DELIMITERS, key=header.decode().count)
+    names = [name.strip().strip('"') for name in header.decode().split(delimiter)]
+    _check_header(names, path)
+    columns = _parse_fast(data[len(header) :], names, delimiter)
+    if columns is None:
+        columns = _parse_slowly(data, names, delimiter, path)
+    return _Table(columns, lambda i: next(islice(_rows(data, delimiter), i + 1, None))[0])
+
+
+def _parse_fast(body: bytes, names: list[str], delimiter: str) -> dict[str, np.ndarray] | None:
+    """All columns (N,) by Arrow's strict parser, or None where it meets anything that needs a closer look."""
+    import pyarrow
+    from pyarrow import csv as arrow_csv
+
+    try:
+        table = arrow_csv.read_csv(
+            pyarrow.BufferReader(body),
+            read_options=arrow_csv.ReadOptions(column_names=names),
+            parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
+            convert_options=arrow_csv.ConvertOptions(
+                column_types=dict.fromkeys(names, pyarrow.float64()),
+                null_values=["", "nan", "NaN", "NAN"],
+                quoted_strings_can_be_null=True,
+            ),
+        )
+    except pyarrow.ArrowException:
+        return None
+    return {name: table.column(name).to_numpy() for name in names}
+
+
+def _rows(data: bytes, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """(line number, fields) of the header and of every row that is not blank."""
+    reader = csv.reader(io.StringIO(data.decode("utf-8"), newline=""), delimiter=delimiter, strict=True)
+    return ((reader.line_num, row) for row in reader if row and (len(row) > 1 or row[0].strip()))
+
+
+def _parse_slowly(data: bytes, names: list[str], delimiter: str, path: Path) -> dict[str, np.ndarray]:
+    """The same columns cell by cell; BadInput at the first cell that is no number."""
+    values: list[list[float]] = []
+    line = 1
+    try:
+        for line, row in islice(_rows(data, delimiter), 1, None):
+            values.append(_parse_row(row, names, path, line, delimiter))
+    except csv.Error as error:
+        raise BadInput(f"not CSV after this row ({error})", file=path, row=line) from None
+    return dict(zip(names, np.array(values, dtype=np.float64).reshape(-1, len(names)).T, strict=True))
+
+
+def _parse_row(row: list[str], names: list[str], path: Path, line: int, delimiter: str) -> list[float]:
+    if len(row) != len(names):
+        decimal_comma = delimiter == "," and len(row) > len(names)
+        hint = "write decimals with a point" if decimal_comma else "every row needs as many cells as the header"
+        raise BadInput(f"{len(row)} cells under {len(names)} columns", file=path, row=line, hint=hint)
+    return [_parse_cell(cell.strip(), name, path, line) for cell, name in zip(row, names, strict=True)]
+
+
+def _parse_cell(cell: str, name: str, path: Path, line: int) -> float:
+    if not cell or GAP.fullmatch(cell):
+        return math.nan
+    if NUMBER.fullmatch(cell):
+        return float(cell)
+    decimal_comma = NUMBER.fullmatch(cell.replace(",", "."))
+    hint = "write decimals with a point" if decimal_comma else "leave the cell empty for a gap"
+    raise BadInput(f"{_short(cell)} is not a number", file=path, row=line, column=name, hint=hint)
+
+
+def _short(cell: str) -> str:
+    return repr(cell if len(cell) <= 40 else cell[:37] + "...")
+
+
+# --- header
+
+
+def _check_header(names: list[str], path: Path, row: int | None = 1) -> None:
+    """BadInput unless the names are accepted, distinct, and hold time and a rudder."""
+    for number, name in enumerate(names, start=1):
+        if name not in ACCEPTED:
+            message, hint = _why_unknown(name, number, alone=len(names) == 1)
+            raise BadInput(message, file=path, row=row, column=name or None, hint=hint)
+    channels = [ACCEPTED[name][0] for name in names]
+    for index, channel in enumerate(channels):
+        if channel in channels[:index]:
+            first = names[channels.index(channel)]
+            message = "the column stands there twice" if first == names[index] else f"the same quantity as {first}"
+            raise BadInput(message, file=path, row=row, column=names[index], hint="keep one of them")
+    if "time_s" not in channels:
+        raise BadInput("missing column", file=path, row=row, column="time_s", hint="every record needs its time")
+    if not set(RUDDERS) & set(channels):
+        hint = f"every record needs {' or '.join(RUDDERS)}"
+        raise BadInput("missing column", file=path, row=row, column=RUDDERS[0], hint=hint)
+
+
+def _why_unknown(name: str, number: int, alone: bool) -> tuple[str, str]:
+    """(message, hint) for a column name that is not accepted."""
+    from difflib import get_close_matches
+
+    if not name:
+        return f"column {number} has no name", "name it, or take a separator at the line's end away"
+    if NUMBER.fullmatch(name):
+        return "a number stands where the header should be", "name the columns in the first line"
+    if alone and len(re.split(r"[\s|:]+", name)) > 1:
+        return "no separator found in the header", "separate the columns by comma, semicolon or tab"
+    quantities = [q for q in QUANTITIES if f"{name.lower()}_".startswith(f"{q}_")]
+    if quantities and name.lower() not in ACCEPTED:
+        quantity = max(quantities, key=len)
+        unit = name[len(quantity) + 1 :]
+        accepted = ", ".join(QUANTITIES[quantity])
+        return (f"unknown unit {unit!r}" if unit else "the unit is missing"), f"accepted: {accepted}"
+    close = get_close_matches(name.lower(), ACCEPTED, n=1)
+    hint = f"did you mean {close[0]}?" if close else f"accepted: {', '.join(CANONICAL)}"
+    return "unknown column", hint
+
+
+# --- Parquet
+
+
+def _read_parquet(path: Path) -> _Table:
+    import pyarrow
+    from pyarrow import parquet
+
+    data = read_bytes(path)
+    if not data:
+        raise BadInput("the file is empty", file=path)
+    try:
+        table = parquet.read_table(pyarrow.BufferReader(data))
+    except (pyarrow.ArrowException, OSError):
+        raise BadInput("not a Parquet file", file=path, hint="it may be damaged, or CSV under a wrong suffix") from None
+    _check_header(table.column_names, path, row=None)
+    return _Table({name: _parquet_column(table, name, path) for name in table.column_names}, lambda i: i + 1)
+
+
+def _parquet_column(table: Any, name: str, path: Path) -> np.ndarray:
+    import pyarrow
+
+    column = table.column(name)
+    kind = column.type
+    types = pyarrow.types
+    if not any(check(kind) for check in (types.is_integer, types.is_floating, types.is_decimal, types.is_null)):
+        row = next((i for i, valid in enumerate(column.is_valid().to_pylist(), start=1) if valid), None)
+        message = f"type {kind} where numbers should be"
+        raise BadInput(message, file=path, row=row, column=name, hint="store it as float64, gaps as null or nan")
+    return column.cast(pyarrow.float64(), safe=False).to_numpy()
+
+
+# --- checks of the samples
+
+
+def _check_samples(table: _Table, path: Path) -> None:
+    """BadInput if too short, if the time is unusable, if a value is infinite or a column empty."""
+    n = len(next(iter(table.columns.values())))
+    if n < MIN_SAMPLES:
+        last = table.row_of(n - 1) if n else 1
+        raise BadInput(f"too short: {n} samples", file=path, row=last, hint=f"a record needs {MIN_SAMPLES}")
+    for name in table.columns:
+        if ACCEPTED[name][0] == "time_s":
+            _check_time(table, name, path)
+    for name, values in table.columns.items():
+        infinite = np.isinf(values)
+        if infinite.any():
+            _at(table, int(infinite.argmax()), name, path, "infinite value", "leave the cell empty for a gap")
+        if np.isnan(values).all():
+            _at(table, 0, name, path, "no value in the whole column", "leave the column out")
+
+
+def _check_time(table: _Table, name: str, path: Path) -> None:
+    time = table.columns[name]
+    bad = ~np.isfinite(time)
+    if bad.any():
+        index = int(bad.argmax())
+        message = "time is missing" if np.isnan(time[index]) else "time is infinite"
+        _at(table, index, name, path, message, "every row needs its time")
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if late.size:
+        index = int(late[0]) + 1
+        before, now = time[index - 1], time[index]
+        message = f"duplicate time {now:.9g}" if now == before else f"time goes back from {before:.9g} to {now:.9g}"
+        _at(table, index, name, path, message, "time must increase from row to row")
+
+
+def _at(table: _Table, index: int, name: str, path: Path, message: str, hint: str) -> NoReturn:
+    raise BadInput(message, file=path, row=table.row_of(index), column=name, hint=hint)
+
+
+def _check_constant(channels: dict[str, np.ndarray], declared: Iterable[str], table: _Table, path: Path) -> None:
+    """BadInput for a channel that never changes and has no leave to (see the head of this module)."""
+    names = {ACCEPTED[name][0]: name for name in table.columns}
+    for channel in _constant_channels(channels):
+        if channel in MAY_BE_CONSTANT or channel in declared or (channel in RUDDERS and _was_held(channel, channels)):
+            continue
+        index = int(np.isfinite(channels[channel]).argmax())
+        value = table.columns[names[channel]][index]
+        sidecar = sidecar_path(path).name
+        hint = f"a dead sensor? leave the column out, or list {channel} under 'constant:' in {sidecar} if meant so"
+        _at(table, index, names[channel], path, f"constant channel: {value:.9g} in every row", hint)
+
+
+def _constant_channels(channels: Mapping[str, np.ndarray]) -> list[str]:
+    """Channels of which at least two samples are known and all are equal."""
+    return [
+        name
+        for name, values in channels.items()
+        if np.count_nonzero(np.isfinite(values)) > 1 and np.nanmin(values) == np.nanmax(values)
+    ]
+
+
+def _was_held(channel: str, channels: Mapping[str, np.ndarray]) -> bool:
+    """Whether the record shows a constant rudder (command) to have been held so rather than to be a dead sensor."""
+    twin = channels.get(next(name for name in RUDDERS if name != channel))
+    if twin is not None and np.nanmin(twin) != np.nanmax(twin):
+        return channel == "rudder_command_rad" and not _swings(twin)
+    if "heading_rad" in channels:
+        return not _swings(np.unwrap(channels["heading_rad"][np.isfinite(channels["heading_rad"])]))
+    if "yaw_rate_rad_s" in channels:
+        rate = np.nan_to_num(channels["yaw_rate_rad_s"])
+        return not _swings(np.cumsum(rate[:-1] * np.diff(channels["time_s"])))
+    return False
+
+
+def _swings(angle: np.ndarray, blocks: int = 50) -> bool:
+    """Whether an angle (N,) moves to both sides by more than `SWING_RAD`; means over blocks, so that noise does not."""
+    known = angle[np.isfinite(angle)]
+    means = np.array([part.mean() for part in np.array_split(known, min(blocks, known.size))])
+    rise = (means - np.minimum.accumulate(means)).max()
+    fall = (np.maximum.accumulate(means) - means).max()
+    return bool(min(rise, fall) > SWING_RAD)
+
+
+# ------------------------------------------------------------------------------------------------ writing
+
+
+def write_record(record: Record, path: str | os.PathLike[str]) -> None:
+    """Write a record and its sidecar; numbers are exact, gaps are empty cells (null in Parquet).
+
+    Parameters
+    ----------
+    record : at least 10 samples, with a rudder, without infinite values and empty channels.
+    path : ``.csv`` or ``.parquet``; the sidecar goes beside it as ``.yaml``. Files that exist are replaced, each in
+        one step, once both are complete.
+
+    Raises
+    ------
+    BadInput : the record could not be read back, the suffix is another, or the place cannot be written to. Nothing is
+        written then.
+    """
+    path = Path(path)
+    write = _writer(path)
+    columns = {name: record.column(name) for name in in_order(["time_s", *record.channels])}
+    _check_header(list(columns), path, row=None)
+    _check_samples(_Table(columns, lambda i: i + 2), path)
+    sidecar = path.with_suffix(".yaml")
+    constant = [name for name in _constant_channels(record.channels) if name not in MAY_BE_CONSTANT]
+    text = sidecar_text(record.meta, constant)
+    replace_together(
+        {path: lambda place: write(columns, place), sidecar: lambda place: place.write_text(text, "utf-8")}
+    )
+
+
+def _writer(path: Path) -> Callable[[dict[str, np.ndarray], Path], None]:
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", *PARQUET):
+        raise BadInput(f"cannot write {suffix or 'a file without suffix'}", file=path, hint="use .csv or .parquet")
+    return _write_csv if suffix == ".csv" else _write_parquet
+
+
+def _arrow_table(columns: dict[str, np.ndarray]) -> Any:
+    import pyarrow
+
+    return pyarrow.table({name: pyarrow.array(values, from_pandas=True) for name, values in columns.items()})
+
+
+def _write_csv(columns: dict[str, np.ndarray], path: Path) -> None:
+    """Shortest decimals that read back as the same float64."""
+    from pyarrow import csv as arrow_csv
+
+    with path.open("wb") as file:
+        file.write((",".join(columns) + "\n").encode())
+        arrow_csv.write_csv(_arrow_table(columns), file, arrow_csv.WriteOptions(include_header=False))
+
+
+def _write_parquet(columns: dict[str, np.ndarray], path: Path) -> None:
+    from pyarrow import parquet
+
+    parquet.write_table(_arrow_table(columns), path)

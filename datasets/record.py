@@ -1,0 +1,213 @@
+"""Record: the time series of one run, in SI units and radians, with metadata and gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, Literal, TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..models.errors import BadInput
+
+Side = Literal["port", "starboard"]
+SIDES: tuple[Side, Side] = ("port", "starboard")
+
+# Every column of a record with its unit, in the order in which it is written.
+CANONICAL: dict[str, str] = {
+    "time_s": "s",
+    "rudder_command_rad": "rad",
+    "rudder_rad": "rad",
+    "propeller_rps": "1/s",
+    "heading_rad": "rad",
+    "yaw_rate_rad_s": "rad/s",
+    "surge_m_s": "m/s",
+    "sway_m_s": "m/s",
+    "north_m": "m",
+    "east_m": "m",
+    "roll_rad": "rad",
+    "roll_rate_rad_s": "rad/s",
+    "wind_speed_m_s": "m/s",
+    "wind_direction_rad": "rad",
+}
+RUDDERS = ("rudder_rad", "rudder_command_rad")
+
+
+def is_side(value: object) -> TypeGuard[Side]:
+    """Whether `value` is 'port' or 'starboard'."""
+    return value in SIDES
+
+
+@dataclass(frozen=True)
+class RecordMeta:
+    """What is known about a record besides its samples; None where nothing is said.
+
+    `positive_rudder` is the side the ship turns to under a positive rudder ('port' or 'starboard'); None stands for
+    the vessel's own sign. `extra` holds whatever else the sidecar file says and is not to be changed in place.
+
+    Raises
+    ------
+    BadInput : `positive_rudder` is neither a side nor None.
+    """
+
+    vessel: str | None = None
+    reference_point: str | None = None
+    source: str | None = None
+    licence: str | None = None
+    positive_rudder: Side | None = None
+    manoeuvre: str | None = None
+    notes: str | None = None
+    extra: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.positive_rudder is not None and not is_side(self.positive_rudder):
+            raise BadInput(f"positive_rudder is {self.positive_rudder!r}", hint="give 'port' or 'starboard'")
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One run: times and channels of equal length.
+
+    Parameters
+    ----------
+    time_s : (N,) finite, strictly increasing, s; the steps need not be equal. N >= 1.
+    channels : canonical name (see `CANONICAL`) -> (N,) samples in SI units and radians, nan = gap. Heading may wrap.
+    name : what messages and results call the record (a file's stem).
+    meta : vessel, source, rudder sign and the like.
+
+    The arrays are copied unless they are read-only already, and are read-only afterwards; a changed record is a new
+    one (`slice`, `with_channels`, `turned`, `dataclasses.replace`).
+
+    Raises
+    ------
+    BadInput : unknown channel, unequal lengths, time not finite or not strictly increasing.
+    """
+
+    time_s: np.ndarray
+    channels: Mapping[str, np.ndarray]
+    name: str = "record"
+    meta: RecordMeta = field(default_factory=RecordMeta)
+
+    def __post_init__(self) -> None:
+        time = _frozen(self.time_s)
+        channels = {name: _frozen(values) for name, values in self.channels.items()}
+        _check_time(time, self.name)
+        for name, values in channels.items():
+            _check_channel(name, values, time.size, self.name)
+        object.__setattr__(self, "time_s", time)
+        object.__setattr__(self, "channels", MappingProxyType(channels))
+
+    def __reduce__(self):
+        return Record, (self.time_s, dict(self.channels), self.name, self.meta)
+
+    def __len__(self) -> int:
+        return self.time_s.size
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return self.time_s.size
+
+    @property
+    def dt(self) -> float:
+        """Median time step, s (nan for a single sample)."""
+        return float(np.median(np.diff(self.time_s))) if self.n > 1 else float("nan")
+
+    def uniform(self, tolerance: float = 1e-3) -> bool:
+        """Whether every time step is the median step to within `tolerance` of it."""
+        steps = np.diff(self.time_s)
+        return bool(np.all(np.abs(steps - self.dt) <= tolerance * self.dt)) if steps.size else True
+
+    def has(self, *names: str) -> bool:
+        """Whether the record holds all the columns named (`time_s` counts)."""
+        return all(name == "time_s" or name in self.channels for name in names)
+
+    def column(self, name: str) -> np.ndarray:
+        """Samples (N,) of a channel or of `time_s`; BadInput names the record if it has no such column."""
+        if name == "time_s":
+            return self.time_s
+        if name not in self.channels:
+            raise BadInput("no such column", file=self.name, column=name, hint=f"it has {', '.join(self.channels)}")
+        return self.channels[name]
+
+    def rudder(self) -> np.ndarray:
+        """Rudder angle (N,), rad: the measured one, or else the command; BadInput if there is neither."""
+        return self.column("rudder_rad" if self.has("rudder_rad") or not self.has(RUDDERS[1]) else RUDDERS[1])
+
+    def heading_unwrapped(self) -> np.ndarray:
+        """Heading (N,), rad, without jumps of a full turn; gaps stay nan and are bridged by the shorter way round."""
+        heading = self.column("heading_rad").copy()
+        known = np.isfinite(heading)
+        heading[known] = np.unwrap(heading[known])
+        return heading
+
+    def slice(self, start: int | None, stop: int | None) -> Record:
+        """Samples start:stop (indices as in Python, not times) as a record; BadInput if none are left."""
+        cut = slice(start, stop)
+        channels = {name: values[cut] for name, values in self.channels.items()}
+        return replace(self, time_s=self.time_s[cut], channels=channels)
+
+    def with_channels(self, **channels: ArrayLike | None) -> Record:
+        """The record with channels (N,) added or replaced; None leaves a channel out."""
+        merged = {**self.channels, **channels}
+        return replace(self, channels={name: values for name, values in merged.items() if values is not None})
+
+    def turned(self, to: str) -> Record:
+        """The record with the rudder's sign such that positive steers to `to`.
+
+        Rudder and rudder command change sign where the metadata say the other side; where they say nothing the
+        samples stay as they are. BadInput if `to` is not a side.
+        """
+        meta = replace(self.meta, positive_rudder=to)
+        if self.meta.positive_rudder in (None, to):
+            return replace(self, meta=meta)
+        flipped = {name: 0.0 - self.channels[name] for name in RUDDERS if name in self.channels}
+        return replace(self, channels={**self.channels, **flipped}, meta=meta)
+
+    def equals(self, other: Record) -> bool:
+        """Whether both have equal times, channels (gaps in the same places), names and metadata."""
+        return (
+            (self.name, self.meta) == (other.name, other.meta)
+            and self.channels.keys() == other.channels.keys()
+            and np.array_equal(self.time_s, other.time_s)
+            and all(np.array_equal(self.channels[k], other.channels[k], equal_nan=True) for k in self.channels)
+        )
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """The columns named, in the order of `CANONICAL`."""
+    return sorted(names, key=list(CANONICAL).index)
+
+
+def _frozen(values: ArrayLike) -> np.ndarray:
+    """`values` as a read-only float64 array; copied unless it is one already."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.flags.writeable or not array.flags.c_contiguous:
+        array = np.array(array, order="C")
+        array.flags.writeable = False
+    return array
+
+
+def _check_time(time: np.ndarray, record: str) -> None:
+    if time.ndim != 1 or not time.size:
+        raise BadInput("a record needs at least one sample, times of shape (N,)", file=record, column="time_s")
+    if not np.isfinite(time).all():
+        raise BadInput("time is not finite everywhere", file=record, column="time_s")
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if late.size:
+        index = int(late[0])
+        raise BadInput(
+            f"time does not increase from sample {index} ({time[index]:g} s) to the next ({time[index + 1]:g} s)",
+            file=record,
+            column="time_s",
+        )
+
+
+def _check_channel(name: str, values: np.ndarray, n: int, record: str) -> None:
+    if name not in CANONICAL or name == "time_s":
+        hint = f"known are {', '.join(list(CANONICAL)[1:])}"
+        raise BadInput("unknown channel", file=record, column=name, hint=hint)
+    if values.shape != (n,):
+        raise BadInput(f"shape {values.shape} where time has {n} samples", file=record, column=name)

@@ -1,0 +1,1 @@
+"""Vessel models: symbolic definitions, the kernels generated from them, vessels as data, simulation."""

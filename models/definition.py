@@ -1,0 +1,91 @@
+"""A model written once, symbolically: M(p) a = F(x, u, p), from which everything else is generated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import sympy as sp
+
+
+def symbols(names: str) -> list[sp.Symbol]:
+    """Real symbols from a space-separated list, always as a list."""
+    return [sp.Symbol(name, real=True) for name in names.split()]
+
+
+@dataclass(frozen=True)
+class Definition:
+    """One model family in symbols.
+
+    The first ``len(forces)`` states have the accelerations ``a`` with ``mass * a = forces``; the other
+    states have the derivatives ``kinematics``.  Helper symbols (speed, rudder inflow, normal force, ...)
+    are kept in order and never expanded, so that derivatives follow the chain rule through them.
+
+    Parameters
+    ----------
+    name : identifier, for example ``abkowitz``.
+    states, inputs : symbols; inputs are ``delta`` and, where the model has a propeller, ``n``.
+    coefficients : symbols of what is identified; the forces minus mass terms are linear in them.
+    constants : symbols of what is known (length, masses, ...), kept in the same vector behind the coefficients.
+    mass : matrix (k, k) of constants and coefficients.
+    forces : k expressions.
+    kinematics : expressions for the remaining states.
+    helpers : ordered helper symbol -> expression.
+    public : published parameter name -> expression in the coefficients, where the two differ
+        (K, T1, T2, ... of a response model); None where coefficients are published themselves.
+    inverse : coefficient name -> expression in the published parameters (symbols named as in ``public``).
+    units : unit of each published parameter.
+    coefficient_units : unit of each coefficient.
+    rate_gain : coefficient that multiplies the input's derivative (symbol ``delta_rate``) in the forces of a
+        second-order response model; the simulated state is then ``w = q - rate_gain * delta``.
+    linear : whether the model is linear in states and inputs.
+    force_scale : for 3-DOF models, what turns X [N], Y [N], N [N m] into the units of ``forces``: expressions in
+        constants and ``rho`` (water density, kg/m3); the environment variant uses it.
+    source : where the equations come from.
+    """
+
+    name: str
+    title: str
+    states: Sequence[sp.Symbol]
+    inputs: Sequence[sp.Symbol]
+    coefficients: Sequence[sp.Symbol]
+    constants: Sequence[sp.Symbol]
+    mass: sp.Matrix
+    forces: Sequence[sp.Expr]
+    kinematics: Sequence[sp.Expr]
+    units: Mapping[str, str]
+    source: str
+    helpers: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    coefficient_units: Mapping[str, str] = field(default_factory=dict)
+    public: Mapping[str, sp.Expr] | None = None
+    inverse: Mapping[str, sp.Expr] | None = None
+    rate_gain: sp.Symbol | None = None
+    linear: bool = False
+    force_scale: Sequence[sp.Expr] | None = None
+
+    @property
+    def parameters(self) -> list[sp.Symbol]:
+        """Coefficients, then constants: the layout of the kernel's parameter vector."""
+        return [*self.coefficients, *self.constants]
+
+    def simulated(self) -> Definition:
+        """The definition without input derivatives, as it is integrated.
+
+        A second-order response model q_dot = f(q, r, delta) + c delta_rate becomes, with w = q - c delta,
+        w_dot = f(w + c delta, r, delta) and r_dot = w + c delta: equal for every input, steps included.
+        """
+        if self.rate_gain is None:
+            return self
+        (q,), delta = self.states[:1], self.inputs[0]
+        rate = next(symbol for symbol in self.inputs if symbol.name == "delta_rate")
+        w = sp.Symbol("w", real=True)
+        swap = {q: w + self.rate_gain * delta, rate: sp.S.Zero}
+        return replace(
+            self,
+            states=[w, *self.states[1:]],
+            inputs=[symbol for symbol in self.inputs if symbol != rate],
+            forces=[force.xreplace(swap) for force in self.forces],
+            kinematics=[expression.xreplace(swap) for expression in self.kinematics],
+            helpers={name: expression.xreplace(swap) for name, expression in self.helpers.items()},
+            rate_gain=None,
+        )

@@ -1,0 +1,222 @@
+"""Shared numerical drivers: each is compiled once and takes a model's generated function as a pointer.
+
+Arrays are C-contiguous float64.  N+1 samples, n states, nu inputs, m sensitivity columns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, types
+
+f8, i8, b1 = types.float64, types.int64, types.boolean
+A1 = types.Array(f8, 1, "C")
+A2 = types.Array(f8, 2, "C")
+A3 = types.Array(f8, 3, "C")
+I1 = types.Array(i8, 1, "C")
+RHS = types.FunctionType(types.void(A1, A1, A1, A1))
+TANGENT = types.FunctionType(types.void(A1, A1, A1, A1, i8, A1, A1, A1, A1))
+REGRESS = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
+JIT = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract", "nsz", "arcp"}}
+SERIES, ZIGZAG, HEADING = 0, 1, 2
+
+
+@njit(types.void(RHS, A1, A2, A1, f8, A2), **JIT)
+def euler(rhs, x0, inputs, theta, dt, states):
+    """Explicit Euler with the input held over the sample; states (N+1, n) is filled."""
+    x, rate = x0.copy(), np.empty(x0.size)
+    states[0] = x
+    for k in range(inputs.shape[0] - 1):
+        rhs(x, inputs[k], theta, rate)
+        for i in range(x.size):
+            x[i] += dt * rate[i]
+        states[k + 1] = x
+
+
+@njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1), **JIT)
+def rk4_sample(rhs, x, u0, u1, theta, dt, substeps, work):
+    """Advance x (n,) in place over one sample, the input linear from u0 to u1; work has 3 n + nu elements."""
+    n, nu, h = x.size, u0.size, dt / substeps
+    rate, total, probe, u = work[:n], work[n : 2 * n], work[2 * n : 3 * n], work[3 * n : 3 * n + nu]
+    for s in range(substeps):
+        for stage in range(4):
+            moved = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+            part = (s + moved) / substeps
+            for i in range(nu):
+                u[i] = u0[i] + part * (u1[i] - u0[i])
+            for i in range(n):
+                probe[i] = x[i] if stage == 0 else x[i] + moved * h * rate[i]
+            rhs(probe, u, theta, rate)
+            weight = h / 6.0 if (stage == 0 or stage == 3) else h / 3.0
+            for i in range(n):
+                total[i] = x[i] + weight * rate[i] if stage == 0 else total[i] + weight * rate[i]
+        for i in range(n):
+            x[i] = total[i]
+
+
+@njit(types.void(RHS, A2, A2, A1, f8, i8, A2), **JIT)
+def one_step(rhs, states, inputs, theta, dt, substeps, ahead):
+    """ahead[k] (N, n) = the state one sample after states[k], from each row on its own."""
+    work = np.empty(3 * states.shape[1] + inputs.shape[1])
+    x = np.empty(states.shape[1])
+    for k in range(states.shape[0]):
+        x[:] = states[k]
+        rk4_sample(rhs, x, inputs[k], inputs[k + 1], theta, dt, substeps, work)
+        ahead[k] = x
+
+
+@njit(types.void(TANGENT, A1, A1, A1, A1, A1, f8, i8, b1, I1, I1, A1), **JIT)
+def tangent_sample(tangent, x, columns, u0, u1, theta, dt, substeps, hold, source, target, work):
+    """Advance x (n,) and its sensitivity columns (n*m,) in place over one sample (RK4 on both).
+
+    `source`, `target` say which sparse values of df/dc enter which element of `columns`.
+    `work` has 4 n + 3 n m + nu (1 + n) + len(Jt) elements.
+    """
+    n, size, nu = x.size, columns.size, u0.size
+    m, h = size // n, dt / substeps
+    rate, probe, total = work[:n], work[n : 2 * n], work[2 * n : 3 * n]
+    u = work[3 * n : 3 * n + nu]
+    at = 3 * n + nu
+    slope, moved, summed = work[at : at + size], work[at + size : at + 2 * size], work[at + 2 * size : at + 3 * size]
+    at += 3 * size
+    by_input, by_coefficient = work[at : at + n * nu], work[at + n * nu :]
+    for s in range(substeps):
+        for i in range(size):
+            moved[i] = columns[i]
+        for i in range(n):
+            probe[i] = x[i]
+        for stage in range(4):
+            part = 0.0 if hold else (s + (0.0 if stage == 0 else (1.0 if stage == 3 else 0.5))) / substeps
+            for i in range(nu):
+                u[i] = u0[i] + part * (u1[i] - u0[i])
+            tangent(probe, u, theta, moved, m, rate, slope, by_input, by_coefficient)
+            for k in range(source.size):
+                slope[target[k]] += by_coefficient[source[k]]
+            weight = h / 6.0 if (stage == 0 or stage == 3) else h / 3.0
+            ahead = h if stage == 2 else 0.5 * h
+            if stage == 0:
+                for i in range(n):
+                    total[i] = x[i] + weight * rate[i]
+                    probe[i] = x[i] + ahead * rate[i]
+                for i in range(size):
+                    summed[i] = columns[i] + weight * slope[i]
+                    moved[i] = columns[i] + ahead * slope[i]
+            elif stage < 3:
+                for i in range(n):
+                    total[i] += weight * rate[i]
+                    probe[i] = x[i] + ahead * rate[i]
+                for i in range(size):
+                    summed[i] += weight * slope[i]
+                    moved[i] = columns[i] + ahead * slope[i]
+            else:
+                for i in range(n):
+                    x[i] = total[i] + weight * rate[i]
+                for i in range(size):
+                    columns[i] = summed[i] + weight * slope[i]
+
+
+@njit(types.void(TANGENT, A1, A2, A1, f8, i8, b1, I1, I1, i8, A1, A2, A2), **JIT)
+def sensitivities(tangent, x0, inputs, theta, dt, substeps, hold, source, target, sparse, start, states, columns):
+    """RK4 of the states and of m sensitivity columns; states (N+1, n) and columns (N+1, n*m) are filled."""
+    x, s = x0.copy(), start.copy()
+    work = np.empty(4 * x.size + 3 * s.size + inputs.shape[1] * (1 + x.size) + sparse)
+    states[0] = x
+    columns[0] = s
+    for k in range(inputs.shape[0] - 1):
+        tangent_sample(tangent, x, s, inputs[k], inputs[k + 1], theta, dt, substeps, hold, source, target, work)
+        states[k + 1] = x
+        columns[k + 1] = s
+
+
+@njit(types.void(RHS, A1, A2, A1, f8, i8, A2), **JIT)
+def lanes(rhs_lanes, x0, inputs, theta, dt, substeps, states):
+    """RK4 of a block of records held as structure of arrays: x0 (n*W), inputs (N+1, nu*W), states (N+1, n*W)."""
+    n, nu, h = x0.size, inputs.shape[1], dt / substeps
+    x, rate, total, probe, u = x0.copy(), np.empty(n), np.empty(n), np.empty(n), np.empty(nu)
+    states[0] = x
+    for k in range(inputs.shape[0] - 1):
+        for s in range(substeps):
+            for stage in range(4):
+                moved = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+                part = (s + moved) / substeps
+                if stage != 2:
+                    for i in range(nu):
+                        u[i] = inputs[k, i] + part * (inputs[k + 1, i] - inputs[k, i])
+                if stage == 0:
+                    rhs_lanes(x, u, theta, rate)
+                    for i in range(n):
+                        total[i] = x[i] + h / 6.0 * rate[i]
+                        probe[i] = x[i] + 0.5 * h * rate[i]
+                else:
+                    rhs_lanes(probe, u, theta, rate)
+                    weight = h / 6.0 if stage == 3 else h / 3.0
+                    ahead = h if stage == 2 else 0.5 * h
+                    for i in range(n):
+                        total[i] += weight * rate[i]
+                        probe[i] = x[i] + ahead * rate[i]
+            for i in range(n):
+                x[i] = total[i]
+        states[k + 1] = x
+
+
+@njit(types.void(REGRESS, A2, A2, A2, A1, A2, A2), **JIT)
+def regressors(regress, states, accelerations, inputs, theta, left, right):
+    """left (N, k) and right (N, k*p) of the regression, row by row."""
+    for i in range(states.shape[0]):
+        regress(states[i], accelerations[i], inputs[i], theta, left[i], right[i])
+
+
+@njit(f8(f8, f8, f8, f8, f8, f8), **JIT)
+def steer(angle, command, dt, lag, rate, limit):
+    """Rudder angle one sample later: first-order lag with a rate limit, solved exactly for a held command."""
+    command = min(max(command, -limit), limit)
+    gap = command - angle
+    side = 1.0 if gap > 0.0 else -1.0
+    slewing = max(abs(gap) / rate - lag, 0.0)
+    if slewing >= dt:
+        return angle + side * rate * dt
+    if slewing > 0.0:
+        angle += side * rate * slewing
+    if lag <= 0.0:
+        return command
+    return command + (angle - command) * np.exp(-(dt - slewing) / lag)
+
+
+@njit(types.void(RHS, A1, A2, A1, f8, i8, b1, i8, A1, A1, i8, i8, A2, A1), **JIT)
+def closed_loop(
+    rhs, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order
+):
+    """Hull, rudder gear and helmsman together; inputs[:, 0] (rudder) and order (command) are filled.
+
+    setting = execute time, rudder and heading angle of the zigzag, first side, lag, rate, limit, kp, kd,
+    rudder angle at the start.  Commands change at samples; the rudder is linear between them.
+    """
+    execute, amplitude, check, side = setting[0], setting[1], setting[2], setting[3]
+    lag, rate, limit, kp, kd = setting[4], setting[5], setting[6], setting[7], setting[8]
+    x, n = x0.copy(), x0.size
+    work = np.empty(3 * n + inputs.shape[1])
+    start = x[i_psi]
+    states[0] = x
+    inputs[0, 0] = setting[9]
+    command, running = 0.0, False
+    for k in range(states.shape[0]):
+        if kind == SERIES:
+            command = reference[k]
+        elif kind == HEADING:
+            command = kp * (reference[k] - x[i_psi]) - kd * x[i_r]
+        elif not running:
+            running = k * dt >= execute - 1e-9 * dt
+            command = side * amplitude if running else 0.0
+        elif side * (x[i_psi] - start) >= check:
+            side = -side
+            command = side * amplitude
+        order[k] = min(max(command, -limit), limit)
+        if k == states.shape[0] - 1:
+            break
+        inputs[k + 1, 0] = steer(inputs[k, 0], command, dt, lag, rate, limit)
+        if explicit:
+            rhs(x, inputs[k], theta, work)
+            for i in range(n):
+                x[i] += dt * work[i]
+        else:
+            rk4_sample(rhs, x, inputs[k], inputs[k + 1], theta, dt, substeps, work)
+        states[k + 1] = x

@@ -1,0 +1,44 @@
+"""The one exception that means "the user's input is at fault"."""
+
+from __future__ import annotations
+
+
+class BadInput(ValueError):
+    """Input that cannot be used; `str()` is one line that says where and what to do.
+
+    Parameters
+    ----------
+    message : what is wrong.
+    file : file (or record) that holds the fault.
+    row : line number in that file, counted from 1 as an editor shows it.
+    column : name of the column.
+    hint : what to do about it.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: object = None,
+        row: int | None = None,
+        column: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        self.message, self.file, self.row, self.column, self.hint = message, file, row, column, hint
+        super().__init__(self._line())
+
+    def _line(self) -> str:
+        place = [f"row {self.row}"] if self.row is not None else []
+        place += [f"column {self.column}"] if self.column is not None else []
+        parts = [str(self.file)] if self.file is not None else []
+        parts += [", ".join(place)] if place else []
+        text = ": ".join([*parts, self.message]) + (f"; {self.hint}" if self.hint else "")
+        return " ".join(text.split())
+
+    def __reduce__(self):
+        state = {"file": self.file, "row": self.row, "column": self.column, "hint": self.hint}
+        return _rebuild, (self.message, state)
+
+
+def _rebuild(message: str, state: dict) -> BadInput:
+    return BadInput(message, **state)

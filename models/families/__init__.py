@@ -1,0 +1,1 @@
+"""Model families: each module offers `DEFINITIONS`, identifier -> function that builds the definition."""

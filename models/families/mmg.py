@@ -1,0 +1,250 @@
+"""3-DOF MMG models: hull polynomial, propeller and rudder as separate submodels that interact.
+
+All three definitions are written per 0.5 rho S L (forces) and 0.5 rho S L^2 (moment), S = L d or L^2 being the
+reference area of the published derivatives: masses are prime values, accelerations stay in SI, and a hull force
+is its prime value times q = U^2/L.  The propeller enters as K_T (n D)^2 = k0 (n D)^2 + k1 n D u_P + k2 u_P^2, which
+is finite for a stopped propeller and for u = 0, where the advance ratio J is not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+
+from ..definition import Definition, symbols
+from ..primitives import absv, atan2v, step
+
+RUDDER = ["CRu", "CRv", "CRr"]
+
+STANDARD = {
+    "X": ["vv", "vr", "rr", "vvvv"],
+    "Y": ["v", "r", "vvv", "vvr", "vrr", "rrr"],
+    "N": ["v", "r", "vvv", "vvr", "vrr", "rrr"],
+}
+STANDARD_COEFFICIENTS = ["R_0", *(f"{axis}_{term}" for axis, terms in STANDARD.items() for term in terms), *RUDDER]
+STANDARD_CONSTANTS = (
+    "L d nabla x_G I_zz rho m_x m_y J_z D_P t_P w_P0 x_P C_1 C_2_plus C_2_minus k_0 k_1 k_2 "
+    "H_R A_R f_alpha epsilon kappa l_R gamma_R_plus gamma_R_minus"
+)
+
+SURGE = ["uu", "uuu", "vv", "rr", "vr", "uvv", "uvr", "urr"]
+SWAY = ["uv", "ur", "uur", "uuv", "vvv", "rrr", "vrr", "vvr", "v_absv", "v_absr", "r_absv", "r_absr"]
+SON_NOMOTO_COEFFICIENTS = [
+    *(f"X{term}" for term in SURGE),
+    "CP",
+    "CRu",
+    *(f"Y{term}" for term in SWAY),
+    "CRv",
+    *(f"N{term}" for term in SWAY),
+    "CRr",
+]
+SON_NOMOTO_CONSTANTS = (
+    "L m m_x m_y I_z J_z D_P w_P tau x_P a_0 a_1 a_2 A_R f_alpha epsilon k_x gamma_R c_Rr c_Rrrr c_Rrrv"
+)
+
+Helpers = dict[sp.Symbol, sp.Expr]
+
+
+def standard() -> Definition:
+    """MMG standard method (Yasukawa & Yoshimura 2015): velocities at midship, S = L d.
+
+    (m + m_x) u_dot - (m + m_y) v r - x_G m r^2 = X_H + X_R + X_P
+    (m + m_y) v_dot + (m + m_x) u r + x_G m r_dot = Y_H + Y_R
+    (I_zz + J_z) r_dot + x_G m (v_dot + u r) = N_H + N_R,    I_zz about midship
+
+    The wake (C_2) and the flow straightening (gamma_R) differ between port and starboard inflow.
+    """
+    u, v, r, _, _, _ = states = symbols("u v r x y psi")
+    delta, n = inputs = symbols("delta n")
+    coefficients, c = _named(STANDARD_COEFFICIENTS)
+    constants, k = _named(STANDARD_CONSTANTS.split())
+    length, area = k["L"], k["L"] * k["d"]
+    mass, inertia = 2 * k["nabla"] / (area * length), 2 * k["I_zz"] / (k["rho"] * area * length**3)
+
+    helpers, speed, (_, vp, rp), q = _instantaneous(u, v, r, length)
+    beta, beta_p, water, beta_r, vr = symbols("beta beta_P wake_factor beta_R v_R")
+    helpers[beta] = atan2v(-v, u)
+    helpers[beta_p] = beta - k["x_P"] * rp
+    c_2 = _sided(beta_p, k["C_2_plus"], k["C_2_minus"])
+    helpers[water] = (1 - k["w_P0"]) * (1 + (1 - sp.exp(-k["C_1"] * absv(beta_p))) * (c_2 - 1))
+    up, thrust = _propeller(helpers, u * water, n * k["D_P"], k["D_P"], (k["k_0"], k["k_1"], k["k_2"]), area * length)
+    slip, ur = symbols("u_slip u_R")
+    helpers[slip] = up + k["kappa"] * (_race(up, thrust, k["D_P"], area * length) - up)
+    eta = k["D_P"] / k["H_R"]
+    helpers[ur] = k["epsilon"] * sp.sqrt(eta * slip**2 + (1 - eta) * up**2)
+    helpers[beta_r] = beta - k["l_R"] * rp
+    helpers[vr] = -speed * _sided(beta_r, k["gamma_R_plus"], k["gamma_R_minus"]) * beta_r
+    rudder = _rudder(helpers, delta, ur, vr, k["A_R"] * k["f_alpha"] / (area * length), c)
+
+    hull = {axis: _polynomial(c, f"{axis}_", terms, {"v": vp, "r": rp}) * q for axis, terms in STANDARD.items()}
+    surge = hull["X"] - c["R_0"] * q + (1 - k["t_P"]) * thrust + rudder[0]
+    gyration = k["x_G"] * mass
+    return Definition(
+        name="mmg",
+        title="3-DOF MMG standard method",
+        states=states,
+        inputs=inputs,
+        coefficients=coefficients,
+        constants=constants,
+        mass=sp.Matrix(
+            [
+                [mass + k["m_x"], 0, 0],
+                [0, mass + k["m_y"], gyration],
+                [0, gyration / length, (inertia + k["J_z"]) * length],
+            ]
+        ),
+        forces=[
+            surge + (mass + k["m_y"]) * v * r + gyration * r**2,
+            hull["Y"] + rudder[1] - (mass + k["m_x"]) * u * r,
+            hull["N"] + rudder[2] - gyration * u * r / length,
+        ],
+        kinematics=_kinematics(states),
+        helpers=helpers,
+        units={name: "1" for name in STANDARD_COEFFICIENTS},
+        force_scale=_force_scale(k["rho"], area * length, length),
+        source="Yasukawa & Yoshimura 2015, doi 10.1007/s00773-014-0293-y",
+    )
+
+
+def son_nomoto() -> Definition:
+    """Son & Nomoto 1982 with roll locked: primes by the instantaneous speed, sway-yaw added-mass coupling kept."""
+    return _container("mmg-son-nomoto", "3-DOF MMG, instantaneous-speed primes", fixed=False)
+
+
+def fixed_speed() -> Definition:
+    """The same ship in paper 004's structure: hull polynomial in u/U0, v/U0, r L/U0, no sway-yaw coupling (eq 1)."""
+    return _container("mmg-fixed-speed", "3-DOF MMG, fixed-speed primes", fixed=True)
+
+
+def _container(name: str, title: str, fixed: bool) -> Definition:
+    """Paper 004, eq 1-13 with the corrections of its errata; S = L^2; propeller and rudder of Son & Nomoto 1982."""
+    u, v, r, _, _, _ = states = symbols("u v r x y psi")
+    delta, n = inputs = symbols("delta n")
+    coefficients, c = _named(SON_NOMOTO_COEFFICIENTS)
+    constants, k = _named([*SON_NOMOTO_CONSTANTS.split(), "U0" if fixed else "alpha_y"])
+    length = k["L"]
+    scale = length**3
+    lever = sp.S.Zero if fixed else k["m_y"] * k["alpha_y"]
+
+    helpers, speed, (up, vp, rp), q = _instantaneous(u, v, r, length)
+    stern, ur, vr = symbols("v_stern u_R v_R")
+    helpers[stern] = vp + k["x_P"] * rp
+    inflow = u * (1 - k["w_P"] + k["tau"] * stern**2)
+    u_p, thrust = _propeller(helpers, inflow, n * k["D_P"], k["D_P"], (k["a_0"], k["a_1"], k["a_2"]), scale)
+    helpers[ur] = k["epsilon"] * _race(u_p, k["k_x"] * thrust, k["D_P"], scale)
+    helpers[vr] = speed * (k["gamma_R"] * vp + k["c_Rr"] * rp + k["c_Rrrr"] * rp**3 + k["c_Rrrv"] * rp**2 * vp)
+    rudder = _rudder(helpers, delta, ur, vr, k["A_R"] * k["f_alpha"] / scale, c)
+
+    letters = {"u": up, "v": vp, "r": rp}
+    if fixed:
+        letters, q = _fixed(helpers, u, v, r, length, k["U0"])
+    hull = [_polynomial(c, axis, terms, letters) * q for axis, terms in (("X", SURGE), ("Y", SWAY), ("N", SWAY))]
+    return Definition(
+        name=name,
+        title=title,
+        states=states,
+        inputs=inputs,
+        coefficients=coefficients,
+        constants=constants,
+        mass=sp.Matrix(
+            [
+                [k["m"] + k["m_x"], 0, 0],
+                [0, k["m"] + k["m_y"], lever * length],
+                [0, lever, (k["I_z"] + k["J_z"]) * length],
+            ]
+        ),
+        forces=[
+            hull[0] + c["CP"] * thrust + rudder[0] + (k["m"] + k["m_y"]) * v * r,
+            hull[1] + rudder[1] - (k["m"] + k["m_x"]) * u * r,
+            hull[2] + rudder[2],
+        ],
+        kinematics=_kinematics(states),
+        helpers=helpers,
+        units={coefficient: "1" for coefficient in SON_NOMOTO_COEFFICIENTS},
+        force_scale=_force_scale(sp.Symbol("rho", real=True), scale, length),
+        source="Son & Nomoto 1982 (MSS container.m, roll locked); paper 004, eq 1-13",
+    )
+
+
+def _named(names: Sequence[str]) -> tuple[list[sp.Symbol], dict[str, sp.Symbol]]:
+    made = symbols(" ".join(names))
+    return made, dict(zip(names, made, strict=True))
+
+
+def _instantaneous(u, v, r, length) -> tuple[Helpers, sp.Symbol, list[sp.Symbol], sp.Symbol]:
+    """Speed, u' = u/U, v' = v/U, r' = r L/U and q = U^2/L."""
+    speed, inverse, up, vp, rp, q = symbols("U iU up vp rp q")
+    helpers: Helpers = {
+        speed: sp.sqrt(u**2 + v**2 + sp.Float(1e-12)),
+        inverse: 1 / speed,
+        up: u * inverse,
+        vp: v * inverse,
+        rp: r * length * inverse,
+        q: speed**2 / length,
+    }
+    return helpers, speed, [up, vp, rp], q
+
+
+def _fixed(helpers: Helpers, u, v, r, length, speed0) -> tuple[dict[str, sp.Symbol], sp.Symbol]:
+    """u/U0, v/U0, r L/U0 and q = U0^2/L for the hull polynomial; adds their helpers."""
+    up, vp, rp, q = symbols("up_0 vp_0 rp_0 q_0")
+    helpers |= {up: u / speed0, vp: v / speed0, rp: r * length / speed0, q: speed0**2 / length}
+    return {"u": up, "v": vp, "r": rp}, q
+
+
+def _polynomial(coefficients: Mapping[str, sp.Symbol], prefix: str, terms: Sequence[str], letters) -> sp.Expr:
+    """Sum of coefficient times monomial; `v_absr` stands for v|r|."""
+    total = sp.S.Zero
+    for term in terms:
+        plain, _, absolute = term.partition("_abs")
+        factors = [letters[letter] for letter in plain] + [absv(letters[letter]) for letter in absolute]
+        total += coefficients[prefix + term] * sp.prod(factors)
+    return total
+
+
+def _propeller(helpers: Helpers, inflow, tip, diameter, polynomial, scale) -> tuple[sp.Symbol, sp.Symbol]:
+    """Inflow u_P and thrust T = rho n^2 D^4 K_T per 0.5 rho S L; `tip` is n D, `scale` is S L."""
+    up, thrust = symbols("u_P thrust")
+    k0, k1, k2 = polynomial
+    helpers[up] = inflow
+    helpers[thrust] = 2 * diameter**2 / scale * (k0 * tip**2 + k1 * tip * up + k2 * up**2)
+    return up, thrust
+
+
+def _race(up, thrust, diameter, scale) -> sp.Expr:
+    """Velocity far behind the propeller, u_P sqrt(1 + 8 K_T/(pi J^2)), from the thrust per 0.5 rho S L."""
+    return sp.sqrt(up**2 + sp.Float(4 / math.pi) * scale / diameter**2 * thrust)
+
+
+def _rudder(helpers: Helpers, delta, ur, vr, factor, coefficients) -> list[sp.Expr]:
+    """Surge force, sway force and yaw moment of the rudder (paper 004, eq 7, 8 and 13).
+
+    `vr` is the sway velocity of the rudder through the water; `factor` is A_R f_alpha/(S L).
+    """
+    alpha, normal, sine, cosine = symbols("alpha_R F_N sin_delta cos_delta")
+    helpers[alpha] = delta + atan2v(vr, ur)
+    helpers[normal] = factor * (ur**2 + vr**2) * sp.sin(alpha)
+    helpers[sine], helpers[cosine] = sp.sin(delta), sp.cos(delta)
+    along, across, moment = (coefficients[name] for name in RUDDER)
+    return [-along * normal * sine, -across * normal * cosine, -moment * normal * cosine]
+
+
+def _sided(angle, plus, minus) -> sp.Expr:
+    """`plus` where the angle is positive, else `minus` (both multiply a function that vanishes at 0)."""
+    return minus + (plus - minus) * step(angle)
+
+
+def _force_scale(rho, scale, length) -> list[sp.Expr]:
+    """1/(0.5 rho S L) for the forces, 1/(0.5 rho S L^2) for the moment; `scale` is S L."""
+    force = 2 / (rho * scale)
+    return [force, force, force / length]
+
+
+def _kinematics(states) -> list[sp.Expr]:
+    u, v, r, _, _, psi = states
+    return [u * sp.cos(psi) - v * sp.sin(psi), u * sp.sin(psi) + v * sp.cos(psi), r]
+
+
+DEFINITIONS = {"mmg": standard, "mmg-son-nomoto": son_nomoto, "mmg-fixed-speed": fixed_speed}

@@ -1,0 +1,443 @@
+"""From a symbolic definition to the source text of its kernels.
+
+Helper symbols stay unexpanded and derivatives follow the chain rule through them; the mass matrix is never
+inverted inside a derivative: with W = M^-1 and a = W F, d a = W d(F - M a) with a held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import cast
+
+import sympy as sp
+from sympy.printing.pycode import PythonCodePrinter
+
+from .definition import Definition
+
+LANES = 32
+"""Records that one call of a lanes kernel advances together."""
+
+Assignment = tuple[str, sp.Expr]
+
+HEADER = '''"""Generated from the definition {name!r}; do not edit."""
+from math import atan2, cos, sin, sqrt
+
+import numpy as np
+from numba import njit
+
+FAST = {{"contract", "nsz", "arcp"}}
+JIT = dict(cache=True, error_model="numpy", nogil=True, fastmath=FAST)
+
+
+@njit(inline="always")
+def sgn(x):
+    return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
+
+
+@njit(inline="always")
+def step(x):
+    return 1.0 if x > 0.0 else 0.0
+
+
+'''
+
+LANE_FUNCTIONS = '''
+@njit(inline="always")
+def lane_sincos(x):
+    """Branch-free sine and cosine (Cody-Waite reduction, minimax polynomials) for |x| < 1e5."""
+    q = np.floor(x * 0.6366197723675814 + 0.5)
+    y = x - q * 1.5707963267341256
+    y = y - q * 6.077100506303966e-11
+    y = y - q * 2.0222662487959506e-21
+    z = y * y
+    s = y + y * z * (-1.66666666666666307295e-1 + z * (8.33333333332211858878e-3 + z * (
+        -1.98412698295895385996e-4 + z * (2.75573136213857245213e-6 + z * (
+            -2.50507477628578072866e-8 + z * 1.58962301576546568060e-10)))))
+    c = 1.0 - 0.5 * z + z * z * (4.16666666666665929218e-2 + z * (-1.38888888888730564116e-3 + z * (
+        2.48015872888517045348e-5 + z * (-2.75573141792967388112e-7 + z * (
+            2.08757008419747316778e-9 + z * -1.13585365213876817300e-11)))))
+    half = q * 0.5
+    odd = (half - np.floor(half)) * 2.0
+    quarter = q * 0.25
+    turn = (quarter - np.floor(quarter)) * 4.0
+    next_turn = turn + 1.0
+    next_turn = next_turn - 4.0 * np.floor(next_turn * 0.25)
+    sine = (1.0 - 2.0 * np.floor(turn * 0.5)) * (odd * c + (1.0 - odd) * s)
+    cosine = (1.0 - 2.0 * np.floor(next_turn * 0.5)) * (odd * s + (1.0 - odd) * c)
+    return sine, cosine
+
+
+@njit(inline="always")
+def lane_sin(x):
+    return lane_sincos(x)[0]
+
+
+@njit(inline="always")
+def lane_cos(x):
+    return lane_sincos(x)[1]
+
+
+@njit(inline="always")
+def lane_exp(x):
+    """Exponential without branches: a polynomial at x/1024, squared ten times (relative error 1e-13)."""
+    y = min(max(x, -700.0), 700.0) / 1024.0
+    p = 1.0 + y * (1.0 + y * (0.5 + y * (1.0 / 6.0 + y * (1.0 / 24.0 + y * (1.0 / 120.0 + y * (
+        1.0 / 720.0 + y * (1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * (
+            1.0 / 3628800.0 + y / 39916800.0))))))))))
+    for _ in range(10):
+        p = p * p
+    return p
+
+
+@njit(inline="always")
+def lane_atan2(y, x):
+    ay = abs(y)
+    ax = abs(x)
+    t = min(ax, ay) / (max(ax, ay) + 1e-300)
+    big = 1.0 if t > 0.4142135623730951 else 0.0
+    t = (t - big) / (1.0 + big * t)
+    z = t * t
+    p = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1) * z
+         - 1.228866684490136173410e2) * z - 6.485021904942025371773e1
+    d = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z + 4.328810604912902668951e2) * z
+         + 4.853903996359136964868e2) * z + 1.945506571482613964425e2
+    a = t * z * p / d + t + big * 0.7853981633974483
+    a = 1.5707963267948966 - a if ay > ax else a
+    a = 3.141592653589793 - a if x < 0.0 else a
+    return -a if y < 0.0 else a
+
+
+'''
+
+
+class _Printer(PythonCodePrinter):
+    """Prints expressions as float arithmetic that numba compiles well (small powers as products)."""
+
+    def __init__(self, prefix: str = ""):
+        super().__init__({"fully_qualified_modules": False})
+        self.prefix = prefix
+
+    def _call(self, name: str, expr) -> str:
+        return f"{name}({', '.join(self._print(argument) for argument in expr.args)})"
+
+    def _print_Float(self, expr):
+        return repr(float(expr))
+
+    def _print_Integer(self, expr):
+        return f"{int(expr)}.0" if expr >= 0 else f"({int(expr)}.0)"
+
+    def _print_Rational(self, expr):
+        return repr(float(expr)) if expr >= 0 else f"({float(expr)!r})"
+
+    _print_Half = _print_Rational
+    _print_One = _print_Zero = _print_NegativeOne = _print_Integer
+
+    def _print_Pow(self, expr, rational=False):
+        base, power = expr.args
+        if power == sp.S.Half:
+            return f"sqrt({self._print(base)})"
+        if power == -sp.S.Half:
+            return f"(1.0/sqrt({self._print(base)}))"
+        inner = self._print(base) if base.is_Atom else f"({self._print(base)})"
+        if power.is_Integer and abs(power) <= 8:
+            product = "*".join([inner] * abs(int(power)))
+            return f"({product})" if power > 0 else f"(1.0/({product}))"
+        return f"({inner})**({self._print(power)})"
+
+    def _print_sin(self, expr):
+        return self._call(self.prefix + "sin", expr)
+
+    def _print_cos(self, expr):
+        return self._call(self.prefix + "cos", expr)
+
+    def _print_exp(self, expr):
+        return self._call(self.prefix + "exp" if self.prefix else "np.exp", expr)
+
+    def _print_atan2v(self, expr):
+        return self._call(self.prefix + "atan2", expr)
+
+    def _print_absv(self, expr):
+        return self._call("abs", expr)
+
+    def _print_sgn(self, expr):
+        return self._call("sgn", expr)
+
+    def _print_step(self, expr):
+        return self._call("step", expr)
+
+
+def _emit(assignments: Iterable[Assignment], indent: int = 4, prefix: str = "") -> list[str]:
+    """Assignment lines with common subexpressions bound once, each just before its first use."""
+    names, expressions = zip(*[(name, sp.sympify(expression)) for name, expression in assignments], strict=True)
+    shared, reduced = sp.cse(list(expressions), symbols=sp.numbered_symbols("_t"), order="none", list=True)
+    printer, pending, lines = _Printer(prefix), dict(shared), []
+
+    def bind(expression) -> None:
+        for symbol in sorted(expression.free_symbols & pending.keys(), key=str):
+            if symbol in pending:
+                value = pending.pop(symbol)
+                bind(value)
+                lines.append(f"{symbol} = {printer.doprint(value)}")
+
+    for name, expression in zip(names, reduced, strict=True):
+        bind(expression)
+        lines.append(f"{name} = {printer.doprint(expression)}")
+    return [" " * indent + line for line in lines]
+
+
+def _used(assignments: Iterable[Assignment]) -> set[sp.Basic]:
+    return set().union(*(sp.sympify(expression).free_symbols for _, expression in assignments))
+
+
+def _loads(definition: Definition, used: set[sp.Basic], pattern: str, indent: int = 4) -> list[str]:
+    """`name = _array[index]` for what is used; pattern has {array} and {index}."""
+    arrays = (("_x", definition.states), ("_u", definition.inputs), ("_th", definition.parameters))
+    return [
+        " " * indent + f"{symbol} = " + pattern.format(array=array, index=index)
+        for array, symbols in arrays
+        for index, symbol in enumerate(symbols)
+        if symbol in used
+    ]
+
+
+def _inverse_mass(definition: Definition) -> tuple[list[Assignment], dict[tuple[int, int], sp.Symbol]]:
+    mass, size = definition.mass, len(definition.forces)
+    assignments: list[Assignment] = [("_idet", 1 / cast(sp.Expr, mass.det(method="berkowitz")))]
+    cofactors, inverse = mass.adjugate(), {}
+    for row in range(size):
+        for column in range(size):
+            if cofactors[row, column] != 0:
+                inverse[row, column] = sp.Symbol(f"_W{row}{column}")
+                assignments.append((f"_W{row}{column}", sp.cancel(cofactors[row, column]) * sp.Symbol("_idet")))
+    return assignments, inverse
+
+
+def _accelerations(definition: Definition) -> tuple[list[Assignment], list[sp.Expr], dict]:
+    """Assignments of helpers, forces and inverse mass; the accelerations as expressions; the inverse mass."""
+    inverse_lines, inverse = _inverse_mass(definition)
+    size = len(definition.forces)
+    forces = [sp.Symbol(f"_F{row}") for row in range(size)]
+    assignments = [(str(name), expression) for name, expression in definition.helpers.items()]
+    assignments += [(str(name), force) for name, force in zip(forces, definition.forces, strict=True)]
+    accelerations = [
+        sp.Add(*[inverse[row, column] * forces[column] for column in range(size) if (row, column) in inverse])
+        for row in range(size)
+    ]
+    return assignments + inverse_lines, accelerations, inverse
+
+
+def _derivatives(definition: Definition, expressions: Sequence[sp.Expr], wrt: Sequence[sp.Symbol]):
+    """Total derivatives through the helpers, and the assignments of the helpers' own derivatives."""
+    rows: dict[sp.Symbol, dict[sp.Symbol, sp.Expr]] = {}
+    assignments: list[Assignment] = []
+    for helper, expression in definition.helpers.items():
+        rows[helper] = {}
+        for symbol in wrt:
+            total = _total(expression, symbol, rows)
+            if total != 0 and not total.is_Atom:
+                name = sp.Symbol(f"_D_{helper}_{symbol}")
+                assignments.append((str(name), total))
+                total = name
+            if total != 0:
+                rows[helper][symbol] = total
+    return [[_total(expression, symbol, rows) for symbol in wrt] for expression in expressions], assignments
+
+
+def _total(expression: sp.Expr, symbol: sp.Symbol, rows: dict) -> sp.Expr:
+    free = expression.free_symbols
+    total = expression.diff(symbol) if symbol in free else sp.S.Zero
+    for helper in sorted(free & rows.keys(), key=str):
+        if symbol in rows[helper]:
+            total += expression.diff(helper) * rows[helper][symbol]
+    return total
+
+
+def _residuals(definition: Definition, accelerations: Sequence[sp.Symbol]) -> list[sp.Expr]:
+    """F - M a, row by row, with the accelerations as plain symbols."""
+    product = definition.mass * sp.Matrix(accelerations)
+    return [sp.Add(force, -moved) for force, moved in zip(definition.forces, product, strict=True)]
+
+
+def _outputs(definition: Definition, accelerations: Sequence[sp.Expr], pattern: str) -> list[Assignment]:
+    return [(pattern.format(row), value) for row, value in enumerate([*accelerations, *definition.kinematics])]
+
+
+def rhs_source(definition: Definition) -> str:
+    """`rhs(x, u, th, dx)`: the state derivative."""
+    assignments, accelerations, _ = _accelerations(definition)
+    body = [*assignments, *_outputs(definition, accelerations, "_dx[{}]")]
+    lines = ['@njit("void(f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)', "def rhs(_x, _u, _th, _dx):"]
+    return "\n".join([*lines, *_loads(definition, _used(body), "{array}[{index}]"), *_emit(body)]) + "\n\n\n"
+
+
+def lanes_source(definition: Definition) -> str:
+    """`rhs_lanes(x, u, th, dx)`: the state derivative of LANES records, element `index * LANES + lane`."""
+    assignments, accelerations, _ = _accelerations(definition)
+    outputs = _outputs(definition, accelerations, "_o{}")
+    body = [*assignments, *outputs]
+    lines = ['@njit("void(f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)', "def rhs_lanes(_x, _u, _th, _dx):"]
+    lines.append(f"    for _l in range({LANES}):")
+    pattern = "{array}[{index}*" + str(LANES) + "+_l]"
+    lines += _loads(definition, _used(body), pattern, 8) + _emit(body, 8, "lane_")
+    lines += [f"        _dx[{row * LANES}+_l] = {name}" for row, (name, _) in enumerate(outputs)]
+    return LANE_FUNCTIONS + "\n".join(lines) + "\n\n\n"
+
+
+def simulate_source(definition: Definition) -> str:
+    """`simulate(x0, U, th, h, substeps, hold, X)`: RK4 with the states as local variables."""
+    assignments, accelerations, _ = _accelerations(definition)
+    body = [*assignments, *_outputs(definition, accelerations, "_o{}")]
+    states, inputs = [str(s) for s in definition.states], [str(s) for s in definition.inputs]
+    used, rows = _used(body), range(len(states))
+    lines = ['@njit(error_model="numpy", fastmath=FAST, inline="never")']
+    lines.append(f"def _rates({', '.join(states + inputs)}, _th):")
+    lines += [f"    {s} = _th[{i}]" for i, s in enumerate(definition.parameters) if s in used]
+    lines += [*_emit(body), f"    return {', '.join(f'_o{row}' for row in rows)}{',' if len(states) == 1 else ''}"]
+    lines += ["", "", '@njit("void(f8[::1],f8[:,::1],f8[::1],f8,i8,b1,f8[:,::1])", **JIT)']
+    lines.append("def simulate(_x0, _U, _th, _h, _substeps, _hold, _X):")
+    lines += [f"    _z{row} = _x0[{row}]" for row in rows] + [f"    _X[0, {row}] = _z{row}" for row in rows]
+    lines += ["    for _k in range(_U.shape[0] - 1):", "        for _s in range(_substeps):"]
+    for tag, offset in (("a", "_s"), ("b", "(_s + 0.5)"), ("c", "(_s + 1.0)")):
+        lines.append(f"            _f{tag} = 0.0 if _hold else {offset} / _substeps")
+        lines += [
+            f"            _{tag}u{i} = _U[_k, {i}] + _f{tag} * (_U[_k + 1, {i}] - _U[_k, {i}])"
+            for i in range(len(inputs))
+        ]
+    stages = (("_p", "", "a"), ("_q", "0.5 * _h * _p{}", "b"), ("_r", "0.5 * _h * _q{}", "b"), ("_w", "_h * _r{}", "c"))
+    for stage, move, tag in stages:
+        arguments = [f"_z{row} + {move.format(row)}" if move else f"_z{row}" for row in rows]
+        arguments += [f"_{tag}u{i}" for i in range(len(inputs))] + ["_th"]
+        targets = "".join(f"{stage}{row}, " for row in rows)
+        lines.append(f"            {targets}= _rates({', '.join(arguments)})")
+    lines += [f"            _z{row} += _h / 6.0 * (_p{row} + 2.0 * (_q{row} + _r{row}) + _w{row})" for row in rows]
+    lines += [f"        _X[_k + 1, {row}] = _z{row}" for row in rows]
+    return "\n".join(lines) + "\n\n\n"
+
+
+def tangent_source(definition: Definition) -> str:
+    """`tangent(x, u, th, S, m, dx, dS, Ju, Jt)`: dS = Jx S for m columns at once; Ju dense, Jt sparse values.
+
+    `JT_COLUMN`, `JT_ROW` say which coefficient and state each value of Jt belongs to; the caller adds them to dS.
+    """
+    assignments, accelerations, inverse = _accelerations(definition)
+    size, count = len(definition.forces), len(definition.states)
+    wrt = [*definition.states, *definition.inputs, *definition.coefficients]
+    held = [sp.Symbol(f"_a{row}") for row in range(size)]
+    residuals = _residuals(definition, held)
+    rows, helper_lines = _derivatives(definition, [*residuals, *definition.kinematics], wrt)
+    body = [*assignments, *zip(map(str, held), accelerations, strict=True), *helper_lines]
+    columns: list[dict[int, sp.Expr]] = []
+    for index, symbol in enumerate(wrt):
+        body += [(f"_G{row}_{symbol}", rows[row][index]) for row in range(size) if rows[row][index] != 0]
+        parts = {row: sp.Symbol(f"_G{row}_{symbol}") for row in range(size) if rows[row][index] != 0}
+        column = {
+            row: sp.Add(*[inverse[row, i] * part for i, part in parts.items() if (row, i) in inverse])
+            for row in range(size)
+        }
+        column |= {size + row: rows[size + row][index] for row in range(len(definition.kinematics))}
+        columns.append({row: value for row, value in column.items() if value != 0})
+    body += _outputs(definition, held, "_dx[{}]")
+    state_entries = {(row, j): value for j in range(count) for row, value in columns[j].items()}
+    body += [(f"_j{row}_{j}", value) for (row, j), value in state_entries.items()]
+    width = len(definition.inputs)
+    body += [(f"_Ju[{row * width + j}]", v) for j in range(width) for row, v in columns[count + j].items()]
+    sparse = [(j, row, v) for j, column in enumerate(columns[count + width :]) for row, v in sorted(column.items())]
+    body += [(f"_Jt[{index}]", value) for index, (_, _, value) in enumerate(sparse)]
+    lines = [f"JT_COLUMN = np.array({[j for j, _, _ in sparse]}, dtype=np.int64)"]
+    lines += [f"JT_ROW = np.array({[row for _, row, _ in sparse]}, dtype=np.int64)", "", ""]
+    lines.append('@njit("void(f8[::1],f8[::1],f8[::1],f8[::1],i8,f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)')
+    lines.append("def tangent(_x, _u, _th, _S, _m, _dx, _dS, _Ju, _Jt):")
+    lines += _loads(definition, _used(body), "{array}[{index}]") + _emit(body)
+    return "\n".join([*lines, *_product_loop(state_entries, count)]) + "\n\n\n"
+
+
+def _product_loop(entries: dict[tuple[int, int], sp.Expr], count: int) -> list[str]:
+    lines = ["    for _c in range(_m):"]
+    lines += [f"        _s{j} = _S[{j} * _m + _c]" for j in sorted({j for _, j in entries})]
+    values = [
+        " + ".join(f"_j{row}_{j} * _s{j}" for j in range(count) if (row, j) in entries) or "0.0" for row in range(count)
+    ]
+    lines += [f"        _v{row} = {value}" for row, value in enumerate(values)]
+    return lines + [f"        _dS[{row} * _m + _c] = _v{row}" for row in range(count)]
+
+
+def regress_source(definition: Definition) -> str:
+    """`regress(x, a, u, th, y, Phi)`: y = Phi c exactly, with y = M0 a - F0 and Phi = d(F - M a)/dc.
+
+    Raises
+    ------
+    ValueError : if a coefficient enters in a non-linear way.
+    """
+    size, coefficients = len(definition.forces), list(definition.coefficients)
+    accelerations = [sp.Symbol(f"_a{row}") for row in range(size)]
+    residuals = _residuals(definition, accelerations)
+    rows, helper_lines = _derivatives(definition, residuals, coefficients)
+    free = set().union(*(value.free_symbols for row in rows for value in row))
+    if helper_lines or free & set(coefficients):
+        raise ValueError(f"{definition.name}: the forces are not linear in the coefficients")
+    zero = dict.fromkeys(coefficients, sp.S.Zero)
+    body = [(str(name), expression.xreplace(zero)) for name, expression in definition.helpers.items()]
+    body += [(f"_y[{row}]", -cast(sp.Expr, residual.xreplace(zero))) for row, residual in enumerate(residuals)]
+    width = len(coefficients)
+    body += [
+        (f"_Phi[{row * width + j}]", value) for row in range(size) for j, value in enumerate(rows[row]) if value != 0
+    ]
+    used = _used(body)
+    lines = ['@njit("void(f8[::1],f8[::1],f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)']
+    lines += ["def regress(_x, _a, _u, _th, _y, _Phi):", "    _Phi[:] = 0.0"]
+    lines += [f"    _a{row} = _a[{row}]" for row in range(size) if accelerations[row] in used]
+    return "\n".join([*lines, *_loads(definition, used, "{array}[{index}]"), *_emit(body)]) + "\n\n\n"
+
+
+def public_source(definition: Definition) -> str:
+    """`public(c, p, J)` and `private(p, c)`: coefficients to published parameters with Jacobian, and back."""
+    if definition.public is None or definition.inverse is None:
+        return ""
+    names = list(definition.public)
+    forward = [(f"_p[{i}]", definition.public[name]) for i, name in enumerate(names)]
+    forward += [
+        (f"_J[{i}, {j}]", definition.public[name].diff(symbol))
+        for i, name in enumerate(names)
+        for j, symbol in enumerate(definition.coefficients)
+    ]
+    backward = [(f"_c[{j}]", definition.inverse[str(s)]) for j, s in enumerate(definition.coefficients)]
+    signature = '@njit("void(f8[::1],f8[::1],{})", **JIT)'
+    lines = [signature.format("f8[:,::1]"), "def public(_c, _p, _J):"]
+    lines += [f"    {symbol} = _c[{j}]" for j, symbol in enumerate(definition.coefficients)] + _emit(forward)
+    lines += ["", "", '@njit("void(f8[::1],f8[::1])", **JIT)', "def private(_p, _c):"]
+    lines += [f"    {name} = _p[{i}]" for i, name in enumerate(names)] + _emit(backward)
+    return "\n".join(lines) + "\n\n\n"
+
+
+def module_source(definition: Definition) -> str:
+    """The whole generated module: structure as data, then the kernels."""
+    simulated = definition.simulated()
+    coefficients = [str(s) for s in definition.coefficients]
+    public = list(definition.public) if definition.public is not None else coefficients
+    gain = definition.rate_gain
+    facts = {
+        "TITLE": definition.title,
+        "SOURCE": definition.source,
+        "STATES": tuple(str(s) for s in simulated.states),
+        "INPUTS": tuple(str(s) for s in simulated.inputs),
+        "COEFFICIENTS": tuple(coefficients),
+        "CONSTANTS": tuple(str(s) for s in definition.constants),
+        "PARAMETERS": tuple(public),
+        "UNITS": tuple(definition.units[name] for name in public),
+        "REGRESSION_STATES": tuple(str(s) for s in definition.states),
+        "REGRESSION_INPUTS": tuple(str(s) for s in definition.inputs),
+        "ACCELERATIONS": len(definition.forces),
+        "RATE_GAIN": coefficients.index(str(gain)) if gain is not None else None,
+        "LINEAR": definition.linear,
+        "ENVIRONMENT": definition.force_scale is not None,
+        "LANES": LANES,
+    }
+    head = HEADER.format(name=definition.name) + "".join(f"{name} = {value!r}\n" for name, value in facts.items())
+    kernels = (rhs_source, simulate_source, tangent_source, lanes_source)
+    return (
+        head
+        + "\n\n"
+        + "".join(kernel(simulated) for kernel in kernels)
+        + regress_source(definition)
+        + public_source(definition)
+    )

@@ -1,0 +1,410 @@
+"""A model: a definition with numbers.  Resolved from a vessel id, a family id or a model.json."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import kernels as kernel_store
+from .errors import BadInput
+from .vessel import read_vessel, vessel_files
+
+CHANNELS = {
+    "u": "surge_m_s",
+    "v": "sway_m_s",
+    "r": "yaw_rate_rad_s",
+    "psi": "heading_rad",
+    "x": "north_m",
+    "y": "east_m",
+    "delta": "rudder_rad",
+    "n": "propeller_rps",
+}
+"""State and input names of the models -> record channels."""
+
+RESPONSE_STEP_S = 0.1
+FILE_SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class RudderGear:
+    """Largest angle [rad], rate limit [rad/s] and time constant [s] of the steering gear."""
+
+    max_rad: float = np.inf
+    rate_rad_s: float = np.inf
+    lag_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class HeadingController:
+    """Gains of delta = kp (psi_ref - psi) - kd r, in the vessel's rudder sign."""
+
+    kp: float
+    kd: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A family of equations with coefficients and constants.
+
+    Parameters
+    ----------
+    id : vessel id, family id or name of the file it came from.
+    family : id of the definition whose kernels it uses.
+    coefficients : (p,) in the kernel's coordinates; nan where unknown.
+    constants : (c,) known numbers of the definition (length, masses, ...).
+    positive_rudder : side to which a positive rudder angle turns the ship.
+    speed_m_s : speed of the straight course, nan where the model has none.
+    max_step_s : largest RK4 step.
+    windage : coefficients of the wind force by name, None where the vessel file has none.
+    suite : suggested manoeuvres, duration and sampling of a vessel.
+    """
+
+    id: str
+    family: str
+    coefficients: NDArray[np.float64]
+    constants: NDArray[np.float64]
+    positive_rudder: str = "starboard"
+    vessel: str | None = None
+    title: str = ""
+    source: str = ""
+    speed_m_s: float = float("nan")
+    n0_rps: float | None = None
+    max_step_s: float = RESPONSE_STEP_S
+    rudder: RudderGear = RudderGear()
+    controller: HeadingController | None = None
+    windage: Mapping[str, float] | None = None
+    particulars: Mapping[str, float] = field(default_factory=dict)
+    suite: Mapping = field(default_factory=dict)
+
+    @property
+    def kernels(self) -> ModuleType:
+        """The generated module of the family."""
+        return kernel_store.load(self.family)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        return self.kernels.STATES
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        return self.kernels.INPUTS
+
+    @property
+    def regression_states(self) -> tuple[str, ...]:
+        return self.kernels.REGRESSION_STATES
+
+    @property
+    def regression_inputs(self) -> tuple[str, ...]:
+        return self.kernels.REGRESSION_INPUTS
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the p coefficients."""
+        return self.kernels.COEFFICIENTS
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the q published parameters."""
+        return self.kernels.PARAMETERS
+
+    @property
+    def parameter_units(self) -> tuple[str, ...]:
+        return self.kernels.UNITS
+
+    @property
+    def constant_names(self) -> tuple[str, ...]:
+        return self.kernels.CONSTANTS
+
+    @property
+    def is_3dof(self) -> bool:
+        return self.kernels.ENVIRONMENT
+
+    @property
+    def is_linear(self) -> bool:
+        return self.kernels.LINEAR
+
+    @property
+    def known(self) -> bool:
+        """Whether every coefficient has a value."""
+        return bool(np.all(np.isfinite(self.coefficients)))
+
+    @property
+    def theta(self) -> NDArray[np.float64]:
+        """Coefficients and constants as the kernels take them."""
+        return np.concatenate([self.coefficients, self.constants])
+
+    @property
+    def starboard(self) -> int:
+        """Sign of the rudder angle that turns the ship to starboard."""
+        return 1 if self.positive_rudder == "starboard" else -1
+
+    def with_coefficients(self, coefficients: ArrayLike) -> Model:
+        """The same model with other coefficients (p,)."""
+        values = np.array(coefficients, float)
+        if values.shape != (len(self.coordinates),):
+            raise BadInput(f"{self.id} has {len(self.coordinates)} coefficients, not {values.shape}")
+        return replace(self, coefficients=values)
+
+    def blanked(self) -> Model:
+        """The model without its coefficients: what an identification method is given."""
+        return self.with_coefficients(np.full(len(self.coordinates), np.nan))
+
+    def to_parameters(self, coefficients: ArrayLike) -> NDArray[np.float64]:
+        """Published parameters (q,) of coefficients (p,); nan where a map has no real value."""
+        return self._public(coefficients)[0]
+
+    def parameters_jacobian(self, coefficients: ArrayLike) -> NDArray[np.float64]:
+        """d parameters / d coefficients, (q, p)."""
+        return self._public(coefficients)[1]
+
+    def _public(self, coefficients: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        values = np.array(coefficients, float)
+        if not hasattr(self.kernels, "public"):
+            return values, np.eye(values.size)
+        parameters = np.empty(len(self.parameter_names))
+        jacobian = np.zeros((parameters.size, values.size))
+        self.kernels.public(values, parameters, jacobian)
+        return parameters, jacobian
+
+    def from_parameters(self, parameters: ArrayLike | Mapping[str, float]) -> NDArray[np.float64]:
+        """Coefficients (p,) of published parameters, (q,) or by name."""
+        return _coefficients(self.kernels, parameters)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Published parameter name -> value."""
+        return dict(zip(self.parameter_names, self.to_parameters(self.coefficients).tolist(), strict=True))
+
+    def environment(self, wind: bool) -> tuple[ModuleType, NDArray[np.float64]]:
+        """Kernels and parameter vector of the variant with current, wind and extra forces.
+
+        Raises
+        ------
+        BadInput : if the family has no such variant, or there is wind and the vessel has no windage data.
+        """
+        if not self.is_3dof:
+            raise BadInput(
+                f"{self.id}: current, wind and drift forces need a 3-DOF model", hint="choose a 3-DOF vessel"
+            )
+        if wind and self.windage is None:
+            raise BadInput(f"{self.id}: the vessel file has no windage data", hint="add a windage block to it")
+        calm = dict.fromkeys(("A_F", "A_L", "wind_cx", "wind_cy", "wind_L"), 1.0)
+        numbers = calm | dict.fromkeys(("rho_air", "wind_cn", "wind_kn", "wind_delta"), 0.0) | {"rho": 1025.0}
+        numbers |= {"wind_L": self.particulars.get("L", 1.0), **(self.windage or {})}
+        numbers |= {"rho": self.particulars["rho"]} if "rho" in self.particulars else {}
+        numbers |= dict(zip(self.constant_names, self.constants, strict=True))
+        module = kernel_store.load(self.family + kernel_store.ENVIRONMENT)
+        constants = [numbers[name] for name in module.CONSTANTS]
+        return module, np.concatenate([self.coefficients, constants])
+
+
+def _coefficients(kernels: ModuleType, parameters: ArrayLike | Mapping[str, float]) -> NDArray[np.float64]:
+    if isinstance(parameters, Mapping):
+        parameters = [parameters[name] for name in kernels.PARAMETERS]
+    values = np.array(parameters, float)
+    if not hasattr(kernels, "private"):
+        return values
+    coefficients = np.empty(len(kernels.COEFFICIENTS))
+    kernels.private(values, coefficients)
+    return coefficients
+
+
+def list_families() -> dict[str, str]:
+    """Family id -> title."""
+    return {name: build().title for name, build in sorted(kernel_store.definitions().items())}
+
+
+def list_vessels() -> dict[str, str]:
+    """Vessel id -> title."""
+    return {name: read_vessel(path)["title"] for name, path in vessel_files().items()}
+
+
+def resolve(name: str | os.PathLike[str]) -> Model:
+    """The model that a vessel id, a family id or the path of a model.json stands for.
+
+    Raises
+    ------
+    BadInput : if there is no such id or file, or the file cannot be used.
+    """
+    text = os.fspath(name)
+    if text in vessel_files():
+        return _from_vessel(text)
+    if text.endswith(".json") or os.sep in text:
+        return model_from_json(text)
+    if kernel_store.is_family(text):
+        return _from_family(text)
+    known = [*vessel_files(), *kernel_store.definitions()]
+    close = get_close_matches(text, known, 1)
+    hint = f"did you mean {close[0]}?" if close else f"vessels: {', '.join(vessel_files())}"
+    raise BadInput(f"unknown model {text!r}", hint=f"{hint} ('helmbench list models' shows all)")
+
+
+def _from_family(name: str) -> Model:
+    kernels = kernel_store.load(name)
+    if kernels.CONSTANTS:
+        raise BadInput(
+            f"family {name!r} needs a vessel's constants ({', '.join(kernels.CONSTANTS[:4])}, ...)",
+            hint="give a vessel id or a model.json",
+        )
+    blank = np.full(len(kernels.COEFFICIENTS), np.nan)
+    return Model(name, name, blank, np.zeros(0), title=kernels.TITLE, source=kernels.SOURCE)
+
+
+@lru_cache
+def _from_vessel(name: str) -> Model:
+    path = vessel_files()[name]
+    return _from_facts(name, read_vessel(path), path)
+
+
+def _from_facts(name: str, facts: Mapping, file: Path) -> Model:
+    kernels = kernel_store.load(facts["family"])
+    parameters = _numbers(facts["parameters"], kernels.PARAMETERS, file, "parameter")
+    constants = _numbers(facts.get("constants") or {}, kernels.CONSTANTS, file, "constant")
+    gear, steering = facts.get("rudder") or {}, facts.get("controller")
+    speed = facts.get("speed_m_s")
+    return Model(
+        id=name,
+        family=facts["family"],
+        coefficients=_coefficients(kernels, parameters),
+        constants=constants,
+        positive_rudder=facts["positive_rudder"],
+        vessel=name,
+        title=facts["title"],
+        source=facts["source"],
+        speed_m_s=float("nan") if speed is None else float(speed),
+        n0_rps=facts.get("n0_rps"),
+        max_step_s=float(facts["max_step_s"]),
+        rudder=_gear(gear),
+        controller=HeadingController(float(steering["kp"]), float(steering.get("kd") or 0.0)) if steering else None,
+        windage=_windage(facts.get("windage")),
+        particulars={key: float(entry["value"]) for key, entry in (facts.get("particulars") or {}).items()},
+        suite=facts.get("suite") or {},
+    )
+
+
+def _gear(facts: Mapping) -> RudderGear:
+    def radians(key: str) -> float:
+        return np.inf if facts.get(key) is None else float(np.deg2rad(facts[key]))
+
+    return RudderGear(radians("max_deg"), radians("rate_deg_s"), float(facts.get("lag_s") or 0.0))
+
+
+def _windage(facts: Mapping | None) -> dict[str, float] | None:
+    """Constants of the wind force from a vessel file's block, by the names that the kernels use."""
+    if facts is None:
+        return None
+    common = {"rho_air": facts["rho_air"], "A_F": facts["A_F_m2"], "A_L": facts["A_L_m2"]}
+    if facts["form"] == "sinusoidal":
+        form = {"wind_cx": facts["cx"], "wind_cy": facts["cy"], "wind_cn": facts["cn"]}
+        return {**common, **form, "wind_kn": 0.0, "wind_delta": 0.0}
+    form = {"wind_cx": facts["CDl_AF"], "wind_cy": facts["CDt"], "wind_delta": facts["delta"]}
+    return {**common, **form, "wind_cn": 0.0, "wind_kn": 0.18}
+
+
+def _numbers(entries: Mapping, names: Sequence[str], file: object, kind: str) -> NDArray[np.float64]:
+    missing = [name for name in names if name not in entries]
+    extra = [name for name in entries if name not in names]
+    if missing or extra:
+        said = f"{kind}s missing: {', '.join(missing)}" if missing else f"unknown {kind}s: {', '.join(extra)}"
+        raise BadInput(said, file=file, hint=f"the family has {', '.join(names)}")
+    return np.array([float(entries[name]["value"]) for name in names])
+
+
+def model_to_json(model: Model, path: str | os.PathLike[str], extra: Mapping | None = None) -> None:
+    """Write a model that `resolve` reads back; replaces the file in one step."""
+    values = model.to_parameters(model.coefficients)
+    facts = {
+        "schema": FILE_SCHEMA,
+        "id": model.id,
+        "title": model.title,
+        "family": model.family,
+        "vessel": model.vessel,
+        "source": model.source,
+        "positive_rudder": model.positive_rudder,
+        "speed_m_s": _plain(model.speed_m_s),
+        "n0_rps": model.n0_rps,
+        "max_step_s": model.max_step_s,
+        "coefficients": _named(model.coordinates, model.coefficients),
+        "parameters": {
+            name: {"value": _plain(value), "unit": unit}
+            for name, value, unit in zip(model.parameter_names, values, model.parameter_units, strict=True)
+        },
+        "constants": _named(model.constant_names, model.constants),
+        "rudder": {key: _plain(value) for key, value in vars(model.rudder).items()},
+        "controller": vars(model.controller) if model.controller else None,
+        "windage": dict(model.windage) if model.windage else None,
+        "particulars": dict(model.particulars),
+        **(extra or {}),
+    }
+    target = Path(path)
+    temporary = target.with_name(target.name + ".tmp")
+    temporary.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+    os.replace(temporary, target)
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _named(names: Sequence[str], values: NDArray[np.float64]) -> dict[str, float | None]:
+    return {name: _plain(value) for name, value in zip(names, values, strict=True)}
+
+
+def model_from_json(path: str | os.PathLike[str]) -> Model:
+    """Read a model file.
+
+    Raises
+    ------
+    BadInput : if the file is missing, is not JSON, or lacks what a model needs.
+    """
+    try:
+        facts = json.loads(Path(path).read_text(encoding="utf-8"))
+        if not isinstance(facts, dict) or facts.get("schema") != FILE_SCHEMA:
+            raise BadInput(f"not a model file of schema {FILE_SCHEMA}", file=path)
+        return _from_json(facts, Path(path))
+    except OSError as error:
+        raise BadInput(f"cannot be read: {error.strerror}", file=path) from error
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise BadInput(f"not a JSON file: {error}", file=path) from error
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        if isinstance(error, BadInput):
+            raise
+        raise BadInput(f"not a usable model file: {type(error).__name__} {error}", file=path) from error
+
+
+def _from_json(facts: Mapping, path: Path) -> Model:
+    kernels = kernel_store.load(facts["family"])
+    coefficients = {name: {"value": _number(value)} for name, value in facts["coefficients"].items()}
+    constants = {name: {"value": _number(value)} for name, value in facts["constants"].items()}
+    gear = {key: np.inf if value is None else value for key, value in facts["rudder"].items()}
+    return Model(
+        id=path.stem,
+        family=facts["family"],
+        coefficients=_numbers(coefficients, kernels.COEFFICIENTS, path, "coefficient"),
+        constants=_numbers(constants, kernels.CONSTANTS, path, "constant"),
+        positive_rudder=facts["positive_rudder"],
+        vessel=facts["vessel"],
+        title=facts["title"],
+        source=facts["source"],
+        speed_m_s=_number(facts["speed_m_s"]),
+        n0_rps=facts["n0_rps"],
+        max_step_s=float(facts["max_step_s"]),
+        rudder=RudderGear(**gear),
+        controller=HeadingController(**facts["controller"]) if facts["controller"] else None,
+        windage=facts["windage"],
+        particulars=facts["particulars"],
+        suite=read_vessel(vessel_files()[facts["vessel"]])["suite"] if facts["vessel"] in vessel_files() else {},
+    )
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)

@@ -1,0 +1,299 @@
+"""Simulation, sensitivities and regressors of a model, in NumPy arrays.
+
+N+1 samples, n states, nu inputs, p coefficients.  Inputs are linear between samples unless held; the integrator is
+RK4 with a fixed step of at most `model.max_step_s`.  A diverging run gives non-finite rows; nothing raises for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import BadInput
+from .model import Model, RudderGear
+
+ENVIRONMENT_INPUTS = 7
+KINDS = ("series", "zigzag", "heading")
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """What steers the ship: a rudder series, a zigzag, or the model's heading controller.
+
+    Parameters
+    ----------
+    kind : 'series' (``reference`` is the rudder command, rad), 'zigzag', or 'heading' (``reference`` is the heading
+        to follow, rad).
+    reference : (N+1,) array; for a zigzag only its length counts.
+    gear : lag, rate limit and largest angle of the rudder.
+    execute_s : when the first rudder order of a zigzag is given.
+    rudder_rad, heading_rad : the zigzag's pair; the rudder angle that turns the ship to starboard is
+        ``rudder_rad`` (negative for a model whose positive rudder turns to port).
+    first : +1 if the first order is to starboard, -1 if to port.
+    kp, kd : gains of the heading controller, delta = kp (reference - psi) - kd r.
+    """
+
+    kind: str
+    reference: NDArray[np.float64]
+    gear: RudderGear
+    execute_s: float = 0.0
+    rudder_rad: float = 0.0
+    heading_rad: float = 0.0
+    first: int = 1
+    kp: float = 0.0
+    kd: float = 0.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """A simulated manoeuvre: time (N+1,) s, states (N+1, n), rudder command and rudder (N+1,) rad."""
+
+    time_s: NDArray[np.float64]
+    states: NDArray[np.float64]
+    command_rad: NDArray[np.float64]
+    rudder_rad: NDArray[np.float64]
+
+
+def substeps(model: Model, dt: float) -> int:
+    """Integration steps per sample of dt seconds."""
+    return max(1, ceil(dt / model.max_step_s - 1e-9))
+
+
+def initial_state(model: Model) -> NDArray[np.float64]:
+    """The state (n,) of a straight course at the model's speed."""
+    x = np.zeros(len(model.states))
+    if "u" in model.states:
+        x[model.states.index("u")] = model.speed_m_s
+    return x
+
+
+def inputs_of(model: Model, rudder: ArrayLike, propeller: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Input array (N, nu) from the rudder angle (N,) and, where the model has one, the propeller speed (N,)."""
+    rudder = np.asarray(rudder, float)
+    columns = [rudder]
+    if "n" in model.inputs:
+        revolutions = model.n0_rps if propeller is None else propeller
+        columns.append(np.broadcast_to(np.asarray(revolutions, float), rudder.shape))
+    return np.ascontiguousarray(np.column_stack(columns))
+
+
+def simulate(
+    model: Model, inputs: ArrayLike, dt: float, x0: ArrayLike, *, hold: str = "linear", integrator: str = "rk4"
+) -> NDArray[np.float64]:
+    """States (N+1, n) driven by inputs (N+1, nu) sampled every dt seconds.
+
+    Parameters
+    ----------
+    hold : 'linear' or 'zero', the input between samples.
+    integrator : 'rk4', or 'euler': one explicit step a sample with the input held, which is the difference
+        equation that forward-difference least squares inverts.
+    """
+    from . import drivers
+
+    u, start = _array(inputs, 2), _array(x0, 1)
+    states = np.empty((len(u), start.size))
+    if integrator == "euler":
+        drivers.euler(model.kernels.rhs, start, u, model.theta, dt, states)
+    else:
+        count = substeps(model, dt)
+        model.kernels.simulate(start, u, model.theta, dt / count, count, hold == "zero", states)
+    return states
+
+
+def simulate_batch(
+    model: Model, coefficients: ArrayLike, inputs: ArrayLike, dt: float, x0: ArrayLike
+) -> NDArray[np.float64]:
+    """States (B, N+1, n) of B runs at once: coefficients (B, p), inputs (B, N+1, nu), x0 (B, n)."""
+    from . import drivers
+
+    u, start, sets = _array(inputs, 3), _array(x0, 2), _array(coefficients, 2)
+    runs, width, count = len(u), model.kernels.LANES, substeps(model, dt)
+    states = np.empty((runs, u.shape[1], start.shape[1]))
+    for first in range(0, runs, width):
+        pick = np.minimum(np.arange(first, first + width), runs - 1)
+        theta = np.ascontiguousarray(np.hstack([sets[pick], np.tile(model.constants, (width, 1))]).T).ravel()
+        block = np.empty((u.shape[1], start.shape[1] * width))
+        series = np.ascontiguousarray(u[pick].transpose(1, 2, 0)).reshape(u.shape[1], -1)
+        drivers.lanes(model.kernels.rhs_lanes, start[pick].T.ravel(), series, theta, dt, count, block)
+        block = block.reshape(u.shape[1], start.shape[1], width).transpose(2, 0, 1)
+        states[first : first + width] = block[: runs - first]
+    return states
+
+
+def sensitivities(
+    model: Model,
+    inputs: ArrayLike,
+    dt: float,
+    x0: ArrayLike,
+    columns: Sequence[int] | None = None,
+    initial: Sequence[int] = (),
+    *,
+    hold: str = "linear",
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """States (N+1, n) and their derivatives (N+1, n, m) by forward sensitivities.
+
+    The m columns are the chosen coefficients (default: all), then the chosen elements of the initial state.
+    """
+    from . import drivers
+
+    u, start = _array(inputs, 2), _array(x0, 1)
+    chosen = list(range(len(model.coordinates))) if columns is None else list(columns)
+    source, target, sparse = tangent_tables(model, chosen, len(initial))
+    n, m = start.size, len(chosen) + len(initial)
+    seed = np.zeros((n, m))
+    seed[list(initial), len(chosen) + np.arange(len(initial))] = 1.0
+    states, flat = np.empty((len(u), n)), np.empty((len(u), n * m))
+    drivers.sensitivities(
+        model.kernels.tangent, start, u, model.theta, dt, substeps(model, dt), hold == "zero",
+        source, target, sparse, seed.ravel(), states, flat,
+    )  # fmt: skip
+    return states, flat.reshape(len(u), n, m)
+
+
+def tangent_tables(model: Model, columns: Sequence[int], extra: int = 0):
+    """Index tables for `drivers.tangent_sample`: which sparse value of df/dc goes to which sensitivity element.
+
+    Returns source, target (int64 arrays) and the number of sparse values; the column stride is
+    ``len(columns) + extra``.
+    """
+    place = {column: index for index, column in enumerate(columns)}
+    stride = len(columns) + extra
+    pairs = [
+        (k, row * stride + place[column])
+        for k, (column, row) in enumerate(
+            zip(model.kernels.JT_COLUMN.tolist(), model.kernels.JT_ROW.tolist(), strict=True)
+        )
+        if column in place
+    ]
+    source, target = (np.array([pair[i] for pair in pairs], dtype=np.int64) for i in range(2))
+    return source, target, model.kernels.JT_COLUMN.size
+
+
+def step_map(model: Model, states: ArrayLike, inputs: ArrayLike, dt: float) -> NDArray[np.float64]:
+    """One-sample predictions (N, n) from each row of states (N, n), with inputs (N+1, nu)."""
+    from . import drivers
+
+    x = _array(states, 2)
+    ahead = np.empty_like(x)
+    drivers.one_step(model.kernels.rhs, x, _array(inputs, 2), model.theta, dt, substeps(model, dt), ahead)
+    return ahead
+
+
+def regression(
+    model: Model, states: ArrayLike, accelerations: ArrayLike, inputs: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """y (N, k) and Phi (N, k, p) with y = Phi @ coefficients, from states in `model.regression_states` order.
+
+    The first k regression states have the given accelerations (N, k); inputs are in `model.regression_inputs`
+    order (a second-order response model also needs the rudder's derivative).
+    """
+    from . import drivers
+
+    x, a, u = _array(states, 2), _array(accelerations, 2), _array(inputs, 2)
+    rows, count = a.shape[1], len(model.coordinates)
+    left, right = np.empty((len(x), rows)), np.empty((len(x), rows * count))
+    drivers.regressors(model.kernels.regress, x, a, u, model.theta, left, right)
+    return left, right.reshape(len(x), rows, count)
+
+
+def simulated_states(model: Model, states: ArrayLike, rudder: ArrayLike) -> NDArray[np.float64]:
+    """Regression states (N, n) turned into simulated ones: w = q - c delta for second-order response models."""
+    x = np.array(states, float)
+    gain = model.kernels.RATE_GAIN
+    if gain is not None:
+        x[:, 0] -= model.coefficients[gain] * np.asarray(rudder, float)
+    return x
+
+
+def zoh_matrices(model: Model, dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Exact A_d (n, n), B_d (n, nu) of a linear model for an input held over dt seconds.
+
+    Raises
+    ------
+    ValueError : if the model is not linear.
+    """
+    from scipy.linalg import expm
+
+    if not model.is_linear:
+        raise ValueError(f"{model.id} is not a linear model")
+    a, b = state_matrices(model)
+    n, nu = b.shape
+    block = np.zeros((n + nu, n + nu))
+    block[:n, :n], block[:n, n:] = a, b
+    exact = np.asarray(expm(block * dt), float)
+    return exact[:n, :n], exact[:n, n:]
+
+
+def state_matrices(model: Model, x: ArrayLike | None = None, u: ArrayLike | None = None):
+    """A (n, n) and B (n, nu) of the model linearised at state x and input u (default: straight course)."""
+    point = initial_state(model) if x is None else _array(x, 1)
+    given = inputs_of(model, np.zeros(1))[0] if u is None else _array(u, 1)
+    n, nu = point.size, given.size
+    rate, product = np.empty(n), np.empty(n * n)
+    by_input, sparse = np.zeros(n * nu), np.zeros(model.kernels.JT_COLUMN.size)
+    model.kernels.tangent(point, given, model.theta, np.eye(n).ravel(), n, rate, product, by_input, sparse)
+    return product.reshape(n, n), by_input.reshape(n, nu)
+
+
+def accelerations(model: Model, states: ArrayLike, inputs: ArrayLike) -> NDArray[np.float64]:
+    """State derivatives (N, n) at states (N, n) and inputs (N, nu)."""
+    x, u = _array(states, 2), _array(inputs, 2)
+    rates = np.empty_like(x)
+    for row in range(len(x)):
+        model.kernels.rhs(x[row], u[row], model.theta, rates[row])
+    return rates
+
+
+def closed_loop(
+    model: Model,
+    dt: float,
+    control: ClosedLoop,
+    environment: ArrayLike | None = None,
+    x0: ArrayLike | None = None,
+    integrator: str = "rk4",
+) -> Run:
+    """Hull, steering gear and helmsman together, N+1 samples long as `control.reference` is.
+
+    Commands change at samples and the rudder is linear between them, so that `simulate` repeats the run exactly
+    from its rudder column.
+
+    Parameters
+    ----------
+    environment : (N+1, 7): current north, east [m/s, towards], wind north, east [m/s, towards], body-fixed forces
+        X [N], Y [N], N [N m]; 3-DOF models only.
+
+    Raises
+    ------
+    BadInput : if the model has no environment variant, or no windage data while there is wind.
+    """
+    from . import drivers
+
+    count = len(control.reference)
+    inputs = inputs_of(model, np.zeros(count))
+    kernels, theta = model.kernels, model.theta
+    if environment is not None and np.any(environment):
+        surroundings = _array(environment, 2)
+        kernels, theta = model.environment(wind=bool(np.any(surroundings[:, 2:4])))
+        inputs = np.ascontiguousarray(np.hstack([inputs, surroundings]))
+    start = initial_state(model) if x0 is None else _array(x0, 1)
+    states, order = np.empty((count, start.size)), np.empty(count)
+    gear = control.gear
+    order_of = (control.execute_s, control.rudder_rad, control.heading_rad, control.first)
+    setting = np.array([*order_of, gear.lag_s, gear.rate_rad_s, gear.max_rad, control.kp, control.kd, 0.0])
+    heading, yaw_rate = model.states.index("psi"), model.states.index("r")
+    drivers.closed_loop(
+        kernels.rhs, start, inputs, theta, dt, substeps(model, dt), integrator == "euler",
+        KINDS.index(control.kind), _array(control.reference, 1), setting, heading, yaw_rate, states, order,
+    )  # fmt: skip
+    return Run(dt * np.arange(count, dtype=float), states, order, inputs[:, 0].copy())
+
+
+def _array(values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
+    array = np.ascontiguousarray(values, dtype=float)
+    if array.ndim != dimensions:
+        raise BadInput(f"an array of {dimensions} dimensions is needed, not {array.ndim}")
+    return array
