@@ -38,6 +38,7 @@ class Definition:
     coefficient_units : unit of each coefficient.
     rate_gain : coefficient that multiplies the input's derivative (symbol ``delta_rate``) in the forces of a
         second-order response model; the simulated state is then ``w = q - rate_gain * delta``.
+    held : coefficients that enter in a non-linear way; regression holds them at zero (their column is zero).
     linear : whether the model is linear in states and inputs.
     force_scale : for 3-DOF models, what turns X [N], Y [N], N [N m] into the units of ``forces``: expressions in
         constants and ``rho`` (water density, kg/m3); the environment variant uses it.
@@ -60,6 +61,7 @@ class Definition:
     public: Mapping[str, sp.Expr] | None = None
     inverse: Mapping[str, sp.Expr] | None = None
     rate_gain: sp.Symbol | None = None
+    held: Sequence[sp.Symbol] = ()
     linear: bool = False
     force_scale: Sequence[sp.Expr] | None = None
 

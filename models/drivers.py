@@ -182,9 +182,7 @@ def steer(angle, command, dt, lag, rate, limit):
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, i8, b1, i8, A1, A1, i8, i8, A2, A1), **JIT)
-def closed_loop(
-    rhs, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order
-):
+def closed_loop(rhs, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order):
     """Hull, rudder gear and helmsman together; inputs[:, 0] (rudder) and order (command) are filled.
 
     setting = execute time, rudder and heading angle of the zigzag, first side, lag, rate, limit, kp, kd,

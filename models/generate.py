@@ -20,7 +20,7 @@ LANES = 32
 Assignment = tuple[str, sp.Expr]
 
 HEADER = '''"""Generated from the definition {name!r}; do not edit."""
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, log, sin, sqrt
 
 import numpy as np
 from numba import njit
@@ -370,7 +370,8 @@ def regress_source(definition: Definition) -> str:
     """
     size, coefficients = len(definition.forces), list(definition.coefficients)
     accelerations = [sp.Symbol(f"_a{row}") for row in range(size)]
-    residuals = _residuals(definition, accelerations)
+    at_zero = dict.fromkeys(definition.held, sp.S.Zero)
+    residuals = [cast(sp.Expr, residual.xreplace(at_zero)) for residual in _residuals(definition, accelerations)]
     rows, helper_lines = _derivatives(definition, residuals, coefficients)
     free = set().union(*(value.free_symbols for row in rows for value in row))
     if helper_lines or free & set(coefficients):
@@ -409,12 +410,28 @@ def public_source(definition: Definition) -> str:
     return "\n".join(lines) + "\n\n\n"
 
 
-def module_source(definition: Definition) -> str:
-    """The whole generated module: structure as data, then the kernels."""
+def sources(definition: Definition) -> dict[str, str]:
+    """The generated modules of a definition by part, each complete in itself: facts and rhs, and the heavier kernels.
+
+    Raises
+    ------
+    ValueError : if a coefficient that is not declared `held` enters in a non-linear way.
+    """
     simulated = definition.simulated()
+    bodies = {
+        "core": _facts(definition) + rhs_source(simulated) + public_source(definition),
+        "simulate": simulate_source(simulated),
+        "tangent": tangent_source(simulated),
+        "lanes": lanes_source(simulated),
+        "regress": regress_source(definition),
+    }
+    return {part: HEADER.format(name=definition.name) + body for part, body in bodies.items()}
+
+
+def _facts(definition: Definition) -> str:
+    simulated, gain = definition.simulated(), definition.rate_gain
     coefficients = [str(s) for s in definition.coefficients]
     public = list(definition.public) if definition.public is not None else coefficients
-    gain = definition.rate_gain
     facts = {
         "TITLE": definition.title,
         "SOURCE": definition.source,
@@ -426,18 +443,10 @@ def module_source(definition: Definition) -> str:
         "UNITS": tuple(definition.units[name] for name in public),
         "REGRESSION_STATES": tuple(str(s) for s in definition.states),
         "REGRESSION_INPUTS": tuple(str(s) for s in definition.inputs),
-        "ACCELERATIONS": len(definition.forces),
         "RATE_GAIN": coefficients.index(str(gain)) if gain is not None else None,
         "LINEAR": definition.linear,
         "ENVIRONMENT": definition.force_scale is not None,
+        "PUBLISHED": definition.public is not None,
         "LANES": LANES,
     }
-    head = HEADER.format(name=definition.name) + "".join(f"{name} = {value!r}\n" for name, value in facts.items())
-    kernels = (rhs_source, simulate_source, tangent_source, lanes_source)
-    return (
-        head
-        + "\n\n"
-        + "".join(kernel(simulated) for kernel in kernels)
-        + regress_source(definition)
-        + public_source(definition)
-    )
+    return "".join(f"{name} = {value!r}\n" for name, value in facts.items()) + "\n\n"

@@ -1,7 +1,7 @@
 """Kernels on disk: generated once per version of the sources, compiled by numba with its cache.
 
-The generated modules live in a folder keyed by the text of everything they are made from, so a warm start
-reads a file and never imports SymPy.
+An index keyed by the text of everything the generated modules are made from says where they are, so a warm start
+reads files and never imports SymPy.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import importlib.util
+import json
 import os
 import pkgutil
 import sys
@@ -17,6 +18,7 @@ from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
+from typing import Any, ClassVar
 
 from .errors import BadInput
 
@@ -35,7 +37,12 @@ def _writable(folder: Path) -> bool:
 
 @lru_cache
 def cache_folder() -> Path:
-    """Folder of generated kernels: HELMBENCH_CACHE, else the user's cache, else a temporary folder."""
+    """Folder of generated kernels: HELMBENCH_CACHE, else the user's cache, else a temporary folder.
+
+    Raises
+    ------
+    BadInput : if none of them can be written.
+    """
     from platformdirs import user_cache_path
 
     named = os.environ.get("HELMBENCH_CACHE")
@@ -46,16 +53,21 @@ def cache_folder() -> Path:
         raise BadInput(
             "no folder for compiled kernels can be written", file=home, hint="set HELMBENCH_CACHE to a writable folder"
         )
-    return base / "kernels" / _key()
+    return base / "kernels"
 
 
 @lru_cache
 def _key() -> str:
+    """What all generated text depends on: the sources and the versions of what reads them."""
     sources = [ROOM / name for name in ("definition.py", "primitives.py", "generate.py")]
     sources += sorted((ROOM / "families").glob("*.py"))
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sources))
-    digest.update(f"{sys.version_info[:2]} {version('numba')} {version('sympy')}".encode())
+    digest.update(_versions().encode())
     return digest.hexdigest()[:16]
+
+
+def _versions() -> str:
+    return f"{sys.version_info[:2]} {version('numba')} {version('sympy')}"
 
 
 def definitions() -> dict:
@@ -69,50 +81,93 @@ def definitions() -> dict:
     return found
 
 
-def _source(name: str) -> str:
+def _generate(name: str) -> dict[str, str]:
     from .families.environment import with_environment
-    from .generate import module_source
+    from .generate import sources
 
     builders, base = definitions(), name.removesuffix(ENVIRONMENT)
     if base not in builders:
         raise BadInput(f"unknown model family {base!r}", hint=f"known: {', '.join(sorted(builders))}")
     definition = builders[base]()
-    return module_source(with_environment(definition) if name.endswith(ENVIRONMENT) else definition)
+    return sources(with_environment(definition) if name.endswith(ENVIRONMENT) else definition)
 
 
 def _store(path: Path, text: str) -> None:
+    """Write a file in one step, with a constant time stamp (numba keys its cache on it)."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
     with os.fdopen(handle, "w") as stream:
         stream.write(text)
-    os.utime(temporary, (1_000_000_000, 1_000_000_000))  # numba keys its index on the time stamp
+    os.utime(temporary, (1_000_000_000, 1_000_000_000))
     os.replace(temporary, path)
 
 
-def _path(name: str) -> Path:
-    return cache_folder() / f"{name.replace('+', '_').replace('-', '_')}.py"
+def _index(name: str) -> Path:
+    return cache_folder() / _key() / f"{name}.json"
+
+
+def _files(name: str) -> dict[str, str]:
+    """Part -> file name of a family's modules, generated if need be.
+
+    Files are named by their content: a change of one family leaves the compiled kernels of the others in place.
+    """
+    index = _index(name)
+    if not index.exists():
+        texts = _generate(name)
+        stem = name.replace("+", "_").replace("-", "_")
+        files = {
+            part: f"{stem}_{part}_{hashlib.sha256((_versions() + text).encode()).hexdigest()[:16]}.py"
+            for part, text in texts.items()
+        }
+        for part, file in files.items():
+            if not (cache_folder() / file).exists():
+                _store(cache_folder() / file, texts[part])
+        _store(index, json.dumps(files))
+    return json.loads(index.read_text())
 
 
 def is_family(name: str) -> bool:
     """Whether a family has this identifier; asks SymPy only when its kernels were never generated."""
-    return _path(name).exists() or name in definitions()
+    return _index(name).exists() or name in definitions()
+
+
+class Kernels:
+    """The generated code of one family: facts and compiled functions as attributes, each part loaded at first use."""
+
+    PARTS: ClassVar = {
+        **{"simulate": "simulate", "tangent": "tangent", "JT_COLUMN": "tangent", "JT_ROW": "tangent"},
+        **{"rhs_lanes": "lanes", "regress": "regress"},
+    }
+
+    def __init__(self, name: str) -> None:
+        self.name, self._found = name, _files(name)
+
+    def __getattr__(self, attribute: str) -> Any:
+        if attribute.startswith("_"):
+            raise AttributeError(attribute)
+        value = getattr(_module(self._found[self.PARTS.get(attribute, "core")]), attribute)
+        setattr(self, attribute, value)
+        return value
 
 
 @cache
-def load(name: str) -> ModuleType:
-    """The generated module of a family (or of its `+environment` variant), compiled and ready.
+def load(name: str) -> Kernels:
+    """The kernels of a family, or of its `+environment` variant.
 
     Raises
     ------
     BadInput : if no family has this name, or no cache folder can be written.
     """
-    path = _path(name)
-    if not path.exists():
-        _store(path, _source(name))
-    module_name = f"helmbench_kernels.{path.stem}_{_key()}"
-    spec = importlib.util.spec_from_file_location(module_name, path)
+    return Kernels(name)
+
+
+@cache
+def _module(file: str) -> ModuleType:
+    path = cache_folder() / file
+    name = f"helmbench_kernels.{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module  # before exec: else numba caches under <dynamic> and the next process crashes
+    sys.modules[name] = module  # before exec: else numba caches under <dynamic> and the next process crashes
     spec.loader.exec_module(module)
     return module

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -86,8 +85,8 @@ class Model:
     suite: Mapping = field(default_factory=dict)
 
     @property
-    def kernels(self) -> ModuleType:
-        """The generated module of the family."""
+    def kernels(self) -> kernel_store.Kernels:
+        """The generated code of the family."""
         return kernel_store.load(self.family)
 
     @property
@@ -168,7 +167,7 @@ class Model:
 
     def _public(self, coefficients: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         values = np.array(coefficients, float)
-        if not hasattr(self.kernels, "public"):
+        if not self.kernels.PUBLISHED:
             return values, np.eye(values.size)
         parameters = np.empty(len(self.parameter_names))
         jacobian = np.zeros((parameters.size, values.size))
@@ -184,7 +183,7 @@ class Model:
         """Published parameter name -> value."""
         return dict(zip(self.parameter_names, self.to_parameters(self.coefficients).tolist(), strict=True))
 
-    def environment(self, wind: bool) -> tuple[ModuleType, NDArray[np.float64]]:
+    def environment(self, wind: bool) -> tuple[kernel_store.Kernels, NDArray[np.float64]]:
         """Kernels and parameter vector of the variant with current, wind and extra forces.
 
         Raises
@@ -207,11 +206,11 @@ class Model:
         return module, np.concatenate([self.coefficients, constants])
 
 
-def _coefficients(kernels: ModuleType, parameters: ArrayLike | Mapping[str, float]) -> NDArray[np.float64]:
+def _coefficients(kernels: kernel_store.Kernels, parameters: ArrayLike | Mapping[str, float]) -> NDArray[np.float64]:
     if isinstance(parameters, Mapping):
         parameters = [parameters[name] for name in kernels.PARAMETERS]
     values = np.array(parameters, float)
-    if not hasattr(kernels, "private"):
+    if not kernels.PUBLISHED:
         return values
     coefficients = np.empty(len(kernels.COEFFICIENTS))
     kernels.private(values, coefficients)

@@ -71,13 +71,20 @@ def initial_state(model: Model) -> NDArray[np.float64]:
     return x
 
 
-def inputs_of(model: Model, rudder: ArrayLike, propeller: ArrayLike | None = None) -> NDArray[np.float64]:
-    """Input array (N, nu) from the rudder angle (N,) and, where the model has one, the propeller speed (N,)."""
+def inputs_of(
+    model: Model, rudder: ArrayLike, propeller: ArrayLike | None = None, speed: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Input array (N, nu) from the rudder angle (N,) and, where the model takes them, propeller [1/s] and speed [m/s].
+
+    Without them the model's own propeller setting and speed are held.
+    """
     rudder = np.asarray(rudder, float)
-    columns = [rudder]
-    if "n" in model.inputs:
-        revolutions = model.n0_rps if propeller is None else propeller
-        columns.append(np.broadcast_to(np.asarray(revolutions, float), rudder.shape))
+    given = {
+        "delta": rudder,
+        "n": model.n0_rps if propeller is None else propeller,
+        "speed": model.speed_m_s if speed is None else speed,
+    }
+    columns = [np.broadcast_to(np.asarray(given[name], float), rudder.shape) for name in model.inputs]
     return np.ascontiguousarray(np.column_stack(columns))
 
 
@@ -293,7 +300,7 @@ def closed_loop(
 
 
 def _array(values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
-    array = np.ascontiguousarray(values, dtype=float)
+    array = np.require(values, dtype=float, requirements=["C", "W"])  # read-only arrays would need other kernels
     if array.ndim != dimensions:
         raise BadInput(f"an array of {dimensions} dimensions is needed, not {array.ndim}")
     return array

@@ -64,18 +64,7 @@ def standard() -> Definition:
     mass, inertia = 2 * k["nabla"] / (area * length), 2 * k["I_zz"] / (k["rho"] * area * length**3)
 
     helpers, speed, (_, vp, rp), q = _instantaneous(u, v, r, length)
-    beta, beta_p, water, beta_r, vr = symbols("beta beta_P wake_factor beta_R v_R")
-    helpers[beta] = atan2v(-v, u)
-    helpers[beta_p] = beta - k["x_P"] * rp
-    c_2 = _sided(beta_p, k["C_2_plus"], k["C_2_minus"])
-    helpers[water] = (1 - k["w_P0"]) * (1 + (1 - sp.exp(-k["C_1"] * absv(beta_p))) * (c_2 - 1))
-    up, thrust = _propeller(helpers, u * water, n * k["D_P"], k["D_P"], (k["k_0"], k["k_1"], k["k_2"]), area * length)
-    slip, ur = symbols("u_slip u_R")
-    helpers[slip] = up + k["kappa"] * (_race(up, thrust, k["D_P"], area * length) - up)
-    eta = k["D_P"] / k["H_R"]
-    helpers[ur] = k["epsilon"] * sp.sqrt(eta * slip**2 + (1 - eta) * up**2)
-    helpers[beta_r] = beta - k["l_R"] * rp
-    helpers[vr] = -speed * _sided(beta_r, k["gamma_R_plus"], k["gamma_R_minus"]) * beta_r
+    thrust, ur, vr = _standard_inflow(helpers, k, (u, v, rp, speed), n, area * length)
     rudder = _rudder(helpers, delta, ur, vr, k["A_R"] * k["f_alpha"] / (area * length), c)
 
     hull = {axis: _polynomial(c, f"{axis}_", terms, {"v": vp, "r": rp}) * q for axis, terms in STANDARD.items()}
@@ -88,13 +77,7 @@ def standard() -> Definition:
         inputs=inputs,
         coefficients=coefficients,
         constants=constants,
-        mass=sp.Matrix(
-            [
-                [mass + k["m_x"], 0, 0],
-                [0, mass + k["m_y"], gyration],
-                [0, gyration / length, (inertia + k["J_z"]) * length],
-            ]
-        ),
+        mass=_mass(mass + k["m_x"], mass + k["m_y"], (inertia + k["J_z"]) * length, gyration, gyration / length),
         forces=[
             surge + (mass + k["m_y"]) * v * r + gyration * r**2,
             hull["Y"] + rudder[1] - (mass + k["m_x"]) * u * r,
@@ -106,6 +89,23 @@ def standard() -> Definition:
         force_scale=_force_scale(k["rho"], area * length, length),
         source="Yasukawa & Yoshimura 2015, doi 10.1007/s00773-014-0293-y",
     )
+
+
+def _standard_inflow(helpers: Helpers, k: Mapping[str, sp.Symbol], motion, n, scale):
+    """Thrust, and the velocities u_R, v_R at the rudder; `motion` is u, v, r' and U, `scale` is S L."""
+    u, v, rp, speed = motion
+    beta, beta_p, water, slip, beta_r, ur, vr = symbols("beta beta_P wake_factor u_slip beta_R u_R v_R")
+    helpers[beta] = -sp.S.One * atan2v(v, u)
+    helpers[beta_p] = beta - k["x_P"] * rp
+    c_2 = _sided(beta_p, k["C_2_plus"], k["C_2_minus"])
+    helpers[water] = (1 - k["w_P0"]) * (1 + (1 - sp.exp(-k["C_1"] * absv(beta_p))) * (c_2 - 1))
+    up, thrust = _propeller(helpers, u * water, n * k["D_P"], k["D_P"], (k["k_0"], k["k_1"], k["k_2"]), scale)
+    helpers[slip] = up + k["kappa"] * (_race(up, thrust, k["D_P"], scale) - up)
+    eta = k["D_P"] / k["H_R"]
+    helpers[ur] = k["epsilon"] * sp.sqrt(eta * slip**2 + (1 - eta) * up**2)
+    helpers[beta_r] = beta - k["l_R"] * rp
+    helpers[vr] = -speed * _sided(beta_r, k["gamma_R_plus"], k["gamma_R_minus"]) * beta_r
+    return thrust, ur, vr
 
 
 def son_nomoto() -> Definition:
@@ -148,13 +148,7 @@ def _container(name: str, title: str, fixed: bool) -> Definition:
         inputs=inputs,
         coefficients=coefficients,
         constants=constants,
-        mass=sp.Matrix(
-            [
-                [k["m"] + k["m_x"], 0, 0],
-                [0, k["m"] + k["m_y"], lever * length],
-                [0, lever, (k["I_z"] + k["J_z"]) * length],
-            ]
-        ),
+        mass=_mass(k["m"] + k["m_x"], k["m"] + k["m_y"], (k["I_z"] + k["J_z"]) * length, lever * length, lever),
         forces=[
             hull[0] + c["CP"] * thrust + rudder[0] + (k["m"] + k["m_y"]) * v * r,
             hull[1] + rudder[1] - (k["m"] + k["m_x"]) * u * r,
@@ -234,6 +228,10 @@ def _rudder(helpers: Helpers, delta, ur, vr, factor, coefficients) -> list[sp.Ex
 def _sided(angle, plus, minus) -> sp.Expr:
     """`plus` where the angle is positive, else `minus` (both multiply a function that vanishes at 0)."""
     return minus + (plus - minus) * step(angle)
+
+
+def _mass(surge, sway, yaw, yaw_into_sway, sway_into_yaw) -> sp.Matrix:
+    return sp.Matrix([[surge, 0, 0], [0, sway, yaw_into_sway], [0, sway_into_yaw, yaw]])
 
 
 def _force_scale(rho, scale, length) -> list[sp.Expr]:

@@ -85,6 +85,45 @@ def second_order(suffix: str) -> Definition:
     )
 
 
+def second_order_speed() -> Definition:
+    """Second-order Nomoto with quadratic damping whose rudder moment goes with the speed U(t) to the power m.
+
+    h r_ddot + g r_dot + r + alpha r|r| = K (delta + delta0) U^m + K T3 delta_rate, with the measured U in m/s (K is
+    the gain at 1 m/s) and a neutral rudder angle -delta0.  At constant propeller speed the race keeps the rudder's
+    inflow from falling with the ship's speed, so m is well below the 2 of a rudder in open water.
+    """
+    q, r, psi = symbols("q r psi")
+    delta, rate, speed = symbols("delta delta_rate speed")
+    a1, a2, a3, b0, b1, b2, m = symbols("a1 a2 a3 b0 b1 b2 m")
+    h, g, alpha, t3, gain, offset = symbols("h g alpha T3 K delta0")
+    return Definition(
+        name="nomoto-2-quadratic-speed",
+        title="second-order Nomoto with quadratic damping, rudder offset and measured speed",
+        states=[q, r, psi],
+        inputs=[delta, rate, speed],
+        coefficients=[a1, a2, a3, b0, b1, b2, m],
+        constants=[],
+        mass=sp.eye(1),
+        forces=[a1 * q + a2 * r + a3 * r * absv(r) + (b0 + b1 * delta) * speed**m + b2 * rate],
+        kinematics=[q, r],
+        public={
+            **{"h": -1 / a2, "g": a1 / a2, "alpha": a3 / a2, "T3": b2 / b1, "K": -b1 / a2},
+            **{"delta0": b0 / b1, "m": m},
+        },
+        inverse={
+            **{"a1": -g / h, "a2": -1 / h, "a3": -alpha / h, "b0": gain * offset / h, "b1": gain / h},
+            **{"b2": gain * t3 / h, "m": m},
+        },
+        units={
+            **{"h": "s2", "g": "s", "alpha": "s/rad", "T3": "s", "K": "1/s at 1 m/s"},
+            **{"delta0": "rad", "m": "1"},
+        },
+        rate_gain=b2,
+        held=[m],
+        source="this project, from the residuals of KVLCC2 free-running zigzags",
+    )
+
+
 def _time_constants(a1, a2, b1, b2):
     """T1 >= T2 from the characteristic polynomial (paper 003, eq 31 corrected)."""
     t1, t2, t3, gain = symbols("T1 T2 T3 K")
@@ -184,6 +223,7 @@ DEFINITIONS = {
     "integrator": integrator,
     **{f"nomoto-1{suffix}": (lambda s=suffix: first_order(s)) for suffix in DAMPING},
     **{f"nomoto-2{suffix}": (lambda s=suffix: second_order(s)) for suffix in DAMPING},
+    "nomoto-2-quadratic-speed": second_order_speed,
     "nomoto-2-steered": steered,
     "kt": kt,
 }

@@ -133,7 +133,7 @@ def run(code: str, **environment: str) -> str:
 LOAD = """
 import sys
 from helmbench.models.kernels import load, cache_folder
-load('nomoto-1')
+load('nomoto-1').rhs
 print('sympy' in sys.modules, cache_folder())
 """
 
@@ -142,7 +142,7 @@ def test_a_warm_start_reads_the_cache_and_never_imports_sympy(tmp_path):
     first, _ = run(LOAD, HELMBENCH_CACHE=str(tmp_path)).split()
     second, folder = run(LOAD, HELMBENCH_CACHE=str(tmp_path)).split()
     assert (first, second) == ("True", "False")
-    assert folder.startswith(str(tmp_path)) and list((tmp_path / "kernels").glob("*/__pycache__/*.nbc"))
+    assert folder.startswith(str(tmp_path)) and list((tmp_path / "kernels").glob("__pycache__/*.nbc"))
 
 
 def test_a_cache_folder_that_cannot_be_made_falls_back_to_a_temporary_one(tmp_path):

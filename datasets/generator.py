@@ -1,0 +1,162 @@
+"""The generator: vessel x manoeuvre x noise x disturbance x seed -> Record, always the same one.
+
+Every random choice comes from a stream named by the seed and the case's texts, so a record does not depend on
+what else was generated. The manoeuvre's stream knows neither noise nor disturbance and the disturbance's does
+not know the noise: cases that differ in noise only are measurements of one and the same run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..models.errors import BadInput
+from ..models.model import CHANNELS, Model, resolve
+from ..models.simulate import ClosedLoop, Run, closed_loop, initial_state
+from .disturbances import Disturbance, parse_disturbance
+from .manoeuvres import EULER, Manoeuvre, parse_manoeuvre, steps
+from .randomness import stream
+from .record import Record, RecordMeta, is_side
+from .sensors import Sensors, apply, parse_noise
+
+DRIFT_PASSES = 60
+DRIFT_TOLERANCE_RAD = 1e-10
+LARGEST_STATE = 1e6
+
+
+@dataclass(frozen=True)
+class Case:
+    """One record to generate: texts as on the command line, seed, duration and sampling step.
+
+    ``duration_s`` and ``dt_s`` default to the vessel suite's.
+    """
+
+    vessel: str
+    manoeuvre: str
+    noise: str = "none"
+    disturbance: str = "none"
+    seed: int = 0
+    duration_s: float | None = None
+    dt_s: float | None = None
+
+
+def generate(case: Case) -> Record:
+    """The record of a case, noise included.
+
+    Raises BadInput for an unknown vessel, a malformed text, a disturbance that the vessel cannot meet, a missing
+    duration or step, or a run that diverges.
+    """
+    return record_run(
+        resolve(case.vessel),
+        parse_manoeuvre(case.manoeuvre),
+        parse_noise(case.noise),
+        parse_disturbance(case.disturbance),
+        seed=case.seed,
+        duration_s=case.duration_s,
+        dt_s=case.dt_s,
+    )
+
+
+def record_run(
+    model: Model,
+    manoeuvre: Manoeuvre,
+    sensors: Sensors | None = None,
+    disturbance: Disturbance | None = None,
+    *,
+    seed: int = 0,
+    duration_s: float | None = None,
+    dt_s: float | None = None,
+) -> Record:
+    """As `generate`, for parts that have no text: any Model, a free rudder series, sensors built in Python."""
+    sensors, disturbance = sensors or Sensors(), disturbance or Disturbance()
+    check(model, disturbance, seed)
+    dt, duration = sampling(model, duration_s, dt_s)
+    run_name = (model.id, manoeuvre.text.removesuffix(EULER))
+    control = manoeuvre.control(model, dt, duration, stream(seed, "manoeuvre", *run_name))
+    weather = (*run_name, disturbance.text)
+    environment = disturbance.environment(model, dt * np.arange(steps(dt, duration) + 1), stream(seed, "air", *weather))
+    run = sail(model, dt, control, disturbance, environment, manoeuvre.integrator)
+    require_finite(model, manoeuvre, run)
+    record = as_record(model, manoeuvre, run, notes(disturbance, sensors, seed))
+    record = disturbance.motion(model, record, stream(seed, "waves", *weather))
+    return apply(record, sensors, stream(seed, "sensors", *weather, sensors.text))
+
+
+def check(model: Model, disturbance: Disturbance, seed: int) -> None:
+    """BadInput unless the model has coefficients, can meet the disturbance, and the seed is not negative."""
+    if not model.known:
+        raise BadInput(f"{model.id} has no coefficients to simulate with", hint="give a vessel or a model.json")
+    if seed < 0:
+        raise BadInput(f"seed {seed} is negative")
+    disturbance.check(model)
+
+
+def sampling(model: Model, duration_s: float | None, dt_s: float | None) -> tuple[float, float]:
+    """Sampling step and duration in s: given, or the vessel suite's; BadInput if neither says."""
+    dt = model.suite.get("dt_s") if dt_s is None else dt_s
+    duration = model.suite.get("duration_s") if duration_s is None else duration_s
+    if dt is None or duration is None:
+        raise BadInput(f"{model.id} has no suite values", hint="give duration and sampling step")
+    return float(dt), float(duration)
+
+
+def sail(
+    model: Model, dt: float, control: ClosedLoop, disturbance: Disturbance, environment: np.ndarray, integrator: str
+) -> Run:
+    """Run the closed loop, with the wave drift at the heading that the run itself has at every sample.
+
+    The drift force depends on the heading, which the environment array cannot. The run is repeated with the
+    drift along the last run's heading until that stops changing (waveform relaxation: the error after k passes
+    falls like c^k / k!, so a finite run always settles). Raises BadInput if it has not after 60 passes.
+    """
+    start, environment = steady_start(model, environment), environment.copy()
+    run = closed_loop(model, dt, control, environment, start, integrator)
+    if not np.any(environment[:, 4:7]):
+        return run
+    column = model.states.index("psi")
+    for _ in range(DRIFT_PASSES):
+        heading = run.states[:, column]
+        environment[:, 4:7] = disturbance.drift(model, heading)
+        run = closed_loop(model, dt, control, environment, start, integrator)
+        if not np.max(np.abs(run.states[:, column] - heading)) > DRIFT_TOLERANCE_RAD:
+            return run
+    raise BadInput(f"{model.id} under {disturbance.text!r}: the wave drift does not settle", hint="shorten the run")
+
+
+def steady_start(model: Model, environment: np.ndarray) -> np.ndarray:
+    """Initial state (n,): the model's speed through the water, on course north, carried along by the current."""
+    start = initial_state(model)
+    if np.any(environment[0, 0:2]):
+        start[[model.states.index(s) for s in ("u", "v")]] += environment[0, 0:2]
+    return start
+
+
+def require_finite(model: Model, manoeuvre: Manoeuvre, run: Run) -> None:
+    """BadInput that says when a run diverges (a state beyond a million SI units, or not finite)."""
+    bad = np.flatnonzero(~(np.abs(run.states) < LARGEST_STATE).all(axis=1))
+    if bad.size:
+        when = f"after {run.time_s[bad[0]]:g} s"
+        raise BadInput(f"{model.id} diverges in {manoeuvre.text!r} {when}", hint="shorten the run or the step")
+
+
+def as_record(model: Model, manoeuvre: Manoeuvre, run: Run, note: str) -> Record:
+    """The run as a noise-free record: command, rudder, propeller where there is one, and every visible state."""
+    channels = {"rudder_command_rad": run.command_rad, "rudder_rad": run.rudder_rad}
+    if "n" in model.inputs:
+        channels["propeller_rps"] = np.full(run.time_s.size, model.n0_rps, dtype=float)
+    channels |= {CHANNELS[s]: run.states[:, i] for i, s in enumerate(model.states) if s in CHANNELS}
+    side = model.positive_rudder if is_side(model.positive_rudder) else None
+    meta = RecordMeta(
+        vessel=model.vessel or model.id,
+        source="simulated",
+        positive_rudder=side,
+        manoeuvre=manoeuvre.text,
+        notes=note,
+    )
+    return Record(run.time_s, channels, name=f"{model.id} {manoeuvre.text}", meta=meta)
+
+
+def notes(disturbance: Disturbance, sensors: Sensors, seed: int) -> str:
+    """What a record's metadata say about how it was made."""
+    return f"noise {sensors.text}; disturbance {disturbance.text}; seed {seed}"

@@ -1,0 +1,418 @@
+"""Manoeuvres: a short text such as ``zigzag:20/20`` becomes the closed loop that steers a model.
+
+In the text angles count positive to starboard; `Manoeuvre.control` turns them into the vessel's own
+rudder sign (``model.positive_rudder``). ``KINDS`` holds one entry per kind: its form, a description, how
+its text is read and how its control is built. Every text may end in ``@euler``: the run is then advanced
+by one explicit Euler step per sample, which makes a record of the model's own difference equation.
+
+Manoeuvres with an execute (zigzag, turn, pullout) steer a straight course first, for the vessel suite's
+``execute_s`` or else the smaller of 10 s and 5 % of the duration; the others start at time zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ..models.errors import BadInput
+from ..models.model import Model, RudderGear
+from ..models.simulate import ClosedLoop
+from .grammar import ANGLE, DEGREE, TIME, pair, plain, positive
+from .record import Record
+
+EULER = "@euler"
+PERIOD = {"s": 1.0, "rad_s": 1.0}
+RUDDER_MAX = 90.0 * DEGREE
+
+# Feedback taps of maximum-length shift registers, by order (Alfke, Xilinx XAPP 052, 1996).
+TAPS = {
+    3: (3, 2), 4: (4, 3), 5: (5, 3), 6: (6, 5), 7: (7, 6), 8: (8, 6, 5, 4), 9: (9, 5), 10: (10, 7),
+    11: (11, 9), 12: (12, 6, 4, 1), 13: (13, 4, 3, 1), 14: (14, 5, 3, 1), 15: (15, 14), 16: (16, 15, 13, 4),
+    17: (17, 14), 18: (18, 11), 19: (19, 6, 2, 1), 20: (20, 17),
+}  # fmt: skip
+SHORTEST_REGISTER = 7
+
+
+class Series(NamedTuple):
+    """A free rudder series: times (N,) in s or None (one value per sample), values (N,) in rad.
+
+    ``positive_rudder`` is the sign of the values (None: the vessel's), ``actual`` says that they are rudder
+    angles, which the rudder takes sample by sample (but for the first: it starts midships) without the steering
+    gear's lag and limits.
+    """
+
+    time_s: np.ndarray | None
+    rudder_rad: np.ndarray
+    positive_rudder: str | None = None
+    actual: bool = False
+
+
+class Setting(NamedTuple):
+    """What a control is built for: model, sampling step, number of steps, random generator."""
+
+    model: Model
+    dt: float
+    n: int
+    rng: np.random.Generator
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Sample times (n + 1,)."""
+        return self.dt * np.arange(self.n + 1)
+
+    @property
+    def execute_s(self) -> float:
+        """Time of the first execute, a whole number of samples."""
+        wanted = self.model.suite.get("execute_s", min(10.0, 0.05 * self.n * self.dt))
+        return self.dt * round(float(wanted) / self.dt)
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """One manoeuvre, read by `parse_manoeuvre` or made by `from_series`.
+
+    ``values`` are the numbers of the text in SI units, ``side`` is +1 (starboard first) or -1 (port first).
+    """
+
+    kind: str
+    text: str
+    values: tuple[float, ...] = ()
+    side: int = 1
+    euler: bool = False
+    series: Series | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def integrator(self) -> str:
+        """Name of the integrator for `simulate` and `closed_loop`."""
+        return "euler" if self.euler else "rk4"
+
+    def control(self, model: Model, dt: float, duration_s: float, rng: np.random.Generator) -> ClosedLoop:
+        """The closed loop that performs this manoeuvre with ``model``, sampled at ``dt`` s for ``duration_s`` s.
+
+        Raises BadInput if the vessel lacks what the manoeuvre needs or the record is too short for it.
+        """
+        n = steps(dt, duration_s)
+        return KINDS[self.kind].build(self, Setting(model, dt, n, rng))
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of manoeuvre: how it is written, what it does, how it is read and built.
+
+    ``read`` turns the text after the colon into (values in SI, canonical text); ``sided`` allows ``:port``.
+    """
+
+    form: str
+    description: str
+    read: Callable[[str], tuple[tuple[float, ...], str]]
+    build: Callable[[Manoeuvre, Setting], ClosedLoop]
+    sided: bool = True
+
+
+def steps(dt: float, duration_s: float) -> int:
+    """Number of sampling steps in ``duration_s``; BadInput unless both are positive and give at least one."""
+    if not (math.isfinite(dt) and math.isfinite(duration_s) and dt > 0.0 and duration_s > 0.0):
+        raise BadInput(f"sampling step {dt:g} s and duration {duration_s:g} s must be positive")
+    n = round(duration_s / dt)
+    if n < 1:
+        raise BadInput(f"duration {duration_s:g} s is shorter than the sampling step {dt:g} s")
+    return n
+
+
+def parse_manoeuvre(text: str) -> Manoeuvre:
+    """Read a manoeuvre text such as ``zigzag:20/20:port`` or ``sine:20deg/120s+10deg/40s@euler``.
+
+    Raises BadInput with one line that shows the expected form.
+    """
+    body, euler = (text[: -len(EULER)], True) if text.endswith(EULER) else (text, False)
+    name, _, rest = body.partition(":")
+    kind = KINDS.get(name)
+    if kind is None:
+        raise BadInput(f"unknown manoeuvre {text!r}", hint=f"expected one of {', '.join(KINDS)}")
+    try:
+        side, rest = _side(rest) if kind.sided else (1, rest)
+        values, canonical = kind.read(rest)
+    except ValueError as error:
+        raise BadInput(f"manoeuvre {text!r}: {error}", hint=f"expected {kind.form}") from None
+    parts = [name, *([canonical] if canonical else []), *(["port"] if side < 0 else [])]
+    return Manoeuvre(name, ":".join(parts) + (EULER if euler else ""), values, side, euler)
+
+
+def from_series(source: Record | Sequence[float] | np.ndarray, name: str | None = None) -> Manoeuvre:
+    """A manoeuvre that repeats a rudder series.
+
+    ``source`` is a Record (its rudder command, else its rudder angle, which the steering gear then leaves
+    alone; interpolated linearly, time counted from its first sample, gaps bridged) or an array (N,) in rad in
+    the vessel's sign, one value per sample. The last value is held if the run lasts longer. Raises BadInput for
+    an array with gaps and for an empty series.
+    """
+    if isinstance(source, Record):
+        series, label = _recorded(source), name or source.name
+    else:
+        series, label = Series(None, np.asarray(source, dtype=float).ravel()), name or "array"
+    if series.rudder_rad.size == 0 or not np.all(np.isfinite(series.rudder_rad)):
+        raise BadInput("the rudder series is empty or holds gaps", file=label)
+    return Manoeuvre("series", f"series:{label}", series=series)
+
+
+def _recorded(record: Record) -> Series:
+    actual = not record.has("rudder_command_rad")
+    rudder = record.rudder() if actual else record.column("rudder_command_rad")
+    seen = np.isfinite(rudder)
+    return Series(record.time_s[seen], rudder[seen], record.meta.positive_rudder, actual)
+
+
+# ---- reading the text after the colon: (values in SI, canonical text), ValueError when it is wrong
+
+
+def _side(rest: str) -> tuple[int, str]:
+    for suffix, side in (("port", -1), ("starboard", 1)):
+        if rest.endswith(":" + suffix):
+            return side, rest[: -len(suffix) - 1]
+    return 1, rest
+
+
+def _angle(text: str, default: str | None = "deg") -> float:
+    value = positive(text, ANGLE, default)
+    if value > RUDDER_MAX:
+        raise ValueError(f"{text!r} is above 90 deg")
+    return value
+
+
+def _read_nothing(rest: str) -> tuple[tuple[float, ...], str]:
+    if rest:
+        raise ValueError(f"nothing may follow, found {rest!r}")
+    return (), ""
+
+
+def _read_pair(rest: str) -> tuple[tuple[float, ...], str]:
+    rudder, heading = pair(rest)
+    values = _angle(rudder), _angle(heading)
+    return values, "/".join(_degrees(v) for v in values)
+
+
+def _read_angle(rest: str) -> tuple[tuple[float, ...], str]:
+    value = _angle(rest)
+    return (value,), _degrees(value)
+
+
+def _read_pullout(rest: str) -> tuple[tuple[float, ...], str]:
+    angle, _, hold = rest.partition("/")
+    value = _angle(angle)
+    if "/" not in rest:
+        return (value,), _degrees(value)
+    held = positive(hold, TIME)
+    return (value, held), f"{_degrees(value)}/{plain(held)}s"
+
+
+def _read_spiral(rest: str) -> tuple[tuple[float, ...], str]:
+    angle, _, step = rest.partition("/")
+    top = _angle(angle)
+    if "/" not in rest:
+        return (top, top / 5.0), _degrees(top)
+    by = _angle(step)
+    if abs(top / by - round(top / by)) > 1e-9:
+        raise ValueError(f"the step {step!r} does not divide {angle!r}")
+    return (top, by), f"{_degrees(top)}/{_degrees(by)}"
+
+
+def _read_tones(rest: str) -> tuple[tuple[float, ...], str]:
+    values: list[float] = []
+    texts = []
+    for tone in rest.split("+"):
+        amplitude, period = pair(tone)
+        size, number = _angle(amplitude, None), positive(period, PERIOD)
+        frequency = period.endswith("rad_s")
+        values += [size, number if frequency else 2.0 * math.pi / number]
+        texts.append(f"{_degrees(size)}deg/{plain(number)}{'rad_s' if frequency else 's'}")
+    return tuple(values), "+".join(texts)
+
+
+def _read_clocked(rest: str) -> tuple[tuple[float, ...], str]:
+    angle, period = pair(rest)
+    size, clock = _angle(angle, None), positive(period, TIME)
+    return (size, clock), f"{_degrees(size)}deg/{plain(clock)}s"
+
+
+def _read_series(rest: str) -> tuple[tuple[float, ...], str]:
+    raise ValueError("a free series has no text form, make it with from_series()")
+
+
+def _degrees(value: float) -> str:
+    return plain(value / DEGREE)
+
+
+# ---- building the control
+
+
+def _steer(s: Setting, rudder_to_starboard: np.ndarray) -> ClosedLoop:
+    """Rudder series (n + 1,), to starboard positive, through the vessel's steering gear."""
+    return ClosedLoop("series", s.model.starboard * rudder_to_starboard, s.model.rudder)
+
+
+def _zigzag(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    rudder, heading = m.values
+    return ClosedLoop(
+        "zigzag",
+        np.zeros(s.n + 1),
+        s.model.rudder,
+        execute_s=s.execute_s,
+        rudder_rad=s.model.starboard * rudder,
+        heading_rad=heading,
+        first=m.side,
+    )
+
+
+def _turn(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    return _steer(s, np.where(_after(s, s.execute_s), m.side * m.values[0], 0.0))
+
+
+def _pullout(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    angle, *held = m.values
+    until = s.execute_s + (held[0] if held else 0.5 * (s.n * s.dt - s.execute_s))
+    return _steer(s, np.where(_after(s, s.execute_s) & ~_after(s, until), m.side * angle, 0.0))
+
+
+def _spiral(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    top, step = m.values
+    down = np.linspace(top, -top, 2 * round(top / step) + 1)
+    levels = m.side * np.concatenate([down, down[-2::-1]])
+    if s.n + 1 < levels.size:
+        raise BadInput(f"{s.n} samples are too few for the {levels.size} rudder angles of {m.text}")
+    return _steer(s, levels[np.arange(s.n + 1) * levels.size // (s.n + 1)])
+
+
+def _tones(m: Manoeuvre, time_s: np.ndarray) -> np.ndarray:
+    """Sum of sines of zero phase (N,), to starboard positive."""
+    tones = zip(m.values[0::2], m.values[1::2], strict=True)
+    return m.side * sum((a * np.sin(w * time_s) for a, w in tones), np.zeros_like(time_s))
+
+
+def _sine(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    return _steer(s, _tones(m, s.time_s))
+
+
+def _prbs(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    size, clock = m.values
+    tick = _ticks(s, clock)
+    bits = shift_register(register_order(int(tick[-1]) + 1), int(tick[-1]) + 1, s.rng)
+    return _steer(s, size * (2.0 * bits[tick] - 1.0))
+
+
+def _random_steps(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    size, clock = m.values
+    tick = _ticks(s, clock)
+    return _steer(s, s.rng.uniform(-size, size, int(tick[-1]) + 1)[tick])
+
+
+def _straight(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    return _steer(s, np.zeros(s.n + 1))
+
+
+def _heading(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    if s.model.controller is None:
+        hint = "vessels with a controller block have one"
+        raise BadInput(f"{s.model.id} has no heading controller, which {m.text!r} needs", hint=hint)
+    gains = s.model.controller
+    return ClosedLoop("heading", _tones(m, s.time_s), s.model.rudder, kp=gains.kp, kd=gains.kd)
+
+
+def _series(m: Manoeuvre, s: Setting) -> ClosedLoop:
+    assert m.series is not None
+    time_s, rudder, sign, actual = m.series
+    if time_s is None:
+        held = np.full(max(s.n + 1 - rudder.size, 0), rudder[-1])
+        reference = np.concatenate([rudder, held])[: s.n + 1]
+    else:
+        reference = np.interp(s.time_s + time_s[0], time_s, rudder)
+    if sign not in (None, s.model.positive_rudder):
+        reference = -reference
+    if not actual:
+        return ClosedLoop("series", reference, s.model.rudder)
+    ahead = np.append(reference[1:], reference[-1])
+    return ClosedLoop("series", ahead, RudderGear())
+
+
+def _after(s: Setting, time_s: float) -> np.ndarray:
+    return s.time_s >= time_s - 1e-9 * s.dt
+
+
+def _ticks(s: Setting, clock_s: float) -> np.ndarray:
+    """Number of the clock interval each sample lies in (n + 1,)."""
+    return np.floor(s.time_s / clock_s + 1e-9).astype(np.intp)
+
+
+def register_order(bits: int) -> int:
+    """Smallest register order (at least 7) whose period ``2**order - 1`` covers ``bits``."""
+    return min(max(SHORTEST_REGISTER, bits.bit_length()), max(TAPS))
+
+
+def shift_register(order: int, bits: int, rng: np.random.Generator) -> np.ndarray:
+    """``bits`` values 0 or 1 of a maximum-length sequence from a random non-zero register, (bits,) int.
+
+    The sequence repeats after ``2**order - 1``. (Golomb, Shift Register Sequences, 1967.)
+    """
+    state = int(rng.integers(1, 2**order))
+    out = np.empty(bits, dtype=np.int64)
+    for i in range(bits):
+        out[i] = state & 1
+        feedback = 0
+        for tap in TAPS[order]:
+            feedback ^= state >> (order - tap)
+        state = (state >> 1) | ((feedback & 1) << (order - 1))
+    return out
+
+
+KINDS: dict[str, Kind] = {
+    "zigzag": Kind(
+        "zigzag:RUDDER/HEADING[:port] in degrees, e.g. zigzag:20/20",
+        "rudder over to the other side whenever the heading has changed by HEADING",
+        _read_pair,
+        _zigzag,
+    ),
+    "turn": Kind("turn:RUDDER[:port] in degrees, e.g. turn:35", "turning circle with held rudder", _read_angle, _turn),
+    "pullout": Kind(
+        "pullout:RUDDER[/HOLDs][:port], e.g. pullout:20 or pullout:20/300s",
+        "turn with held rudder (half of the time unless said), then rudder midships",
+        _read_pullout,
+        _pullout,
+    ),
+    "spiral": Kind(
+        "spiral:RUDDER[/STEP][:port] in degrees, e.g. spiral:25 or spiral:25/5",
+        "Dieudonne spiral: rudder held in steps from one side to the other and back (STEP: a fifth of RUDDER)",
+        _read_spiral,
+        _spiral,
+    ),
+    "sine": Kind(
+        "sine:AMPLITUDEdeg/PERIODs[+...][:port], e.g. sine:20deg/120s+10deg/0.2rad_s",
+        "sum of rudder sines of zero phase",
+        _read_tones,
+        _sine,
+    ),
+    "prbs": Kind(
+        "prbs:AMPLITUDEdeg/CLOCKs, e.g. prbs:20deg/15s",
+        "maximum-length binary sequence between +AMPLITUDE and -AMPLITUDE",
+        _read_clocked,
+        _prbs,
+        sided=False,
+    ),
+    "steps": Kind(
+        "steps:AMPLITUDEdeg/HOLDs, e.g. steps:30deg/20s",
+        "random rudder angles, uniform within AMPLITUDE, each held for HOLD",
+        _read_clocked,
+        _random_steps,
+        sided=False,
+    ),
+    "straight": Kind("straight", "rudder midships", _read_nothing, _straight, sided=False),
+    "heading": Kind(
+        "heading:AMPLITUDEdeg/PERIODs[+...][:port], e.g. heading:20deg/600s",
+        "heading reference made of sines, followed by the vessel's own controller",
+        _read_tones,
+        _heading,
+    ),
+    "series": Kind("from_series(record or array)", "free rudder series (Python only)", _read_series, _series, False),
+}

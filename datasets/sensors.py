@@ -1,0 +1,376 @@
+"""Sensors: what measuring does to a record, channel by channel, and the noise strings.
+
+A noise string is a level, or quantities per channel, or both, followed by options, joined by commas::
+
+    none | low | medium | high            standard deviations from the table `NOISE`
+    yaw_rate=0.05deg_s,heading=0.1deg     standard deviation of single channels (over the level's)
+    medium,outliers=5%                    options apply to every sensor
+    medium,heading.delay=0.5s             or, with a channel before the dot, to one
+
+Channels are the record's columns without their unit: rudder, heading, yaw_rate, surge, sway, north, east,
+propeller, roll, roll_rate, wind_speed, wind_direction, and rudder_command (an order, not a measurement: it
+takes no part in levels and general options). Channels that a record lacks are left out silently, so that
+one string serves every vessel.
+
+==========  =========================  ==========================================================================
+option      value                      effect
+==========  =========================  ==========================================================================
+colour      ``30s``                    the noise is a Gauss-Markov process of this correlation time
+bias        ``0.5deg`` or ``2sd``      added constant
+scale       ``2%``                     recorded = (1 + scale) true + bias
+delay       ``0.5s``                   recorded(t) = true(t - delay), interpolated; the first value before that
+outliers    ``5%[/SIZE]``              share of samples with an error of SIZE to 2 SIZE, sign at random (10sd)
+bursts      ``10%[/SAMPLES[/SIZE]]``   the same in runs of SAMPLES (20) samples of one sign
+quantum     ``0.1deg``                 rounded to multiples
+dropout     ``2%``                     share of single samples lost (nan)
+gaps        ``5%[/SAMPLES]``           share of samples lost in runs of SAMPLES (20)
+period      ``1s``                     values only at this sampling period, nan in between
+==========  =========================  ==========================================================================
+
+Effects apply in the order delay, scale and bias, noise, outliers, bursts, quantum, dropout, gaps, period.
+Sizes in ``sd`` need a channel with noise; the order of the items does not matter. One table serves full-scale
+ships and models: it describes the instruments (gyro compass, fibre-optic or MEMS gyro, Doppler log, satellite
+positions), which do not shrink with the ship; for a tank model measured by cameras give the channels, e.g.
+``low,north=0.005m,east=0.005m``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..models.errors import BadInput
+from .grammar import ANGLE, DEGREE, KNOT, SHARE, TIME, positive, quantity, share
+from .randomness import gauss_markov, key_of, stream
+from .record import Record
+
+ANGLE_RATE = {"deg_s": DEGREE, "rad_s": 1.0}
+SPEED = {"m_s": 1.0, "kn": KNOT}
+LENGTH = {"m": 1.0}
+TURNS = {"rps": 1.0, "rpm": 1.0 / 60.0}
+
+#: short channel name -> (column of the record, units that its quantities may have)
+CHANNELS: dict[str, tuple[str, Mapping[str, float]]] = {
+    "rudder_command": ("rudder_command_rad", ANGLE),
+    "rudder": ("rudder_rad", ANGLE),
+    "propeller": ("propeller_rps", TURNS),
+    "heading": ("heading_rad", ANGLE),
+    "yaw_rate": ("yaw_rate_rad_s", ANGLE_RATE),
+    "surge": ("surge_m_s", SPEED),
+    "sway": ("sway_m_s", SPEED),
+    "north": ("north_m", LENGTH),
+    "east": ("east_m", LENGTH),
+    "roll": ("roll_rad", ANGLE),
+    "roll_rate": ("roll_rate_rad_s", ANGLE_RATE),
+    "wind_speed": ("wind_speed_m_s", SPEED),
+    "wind_direction": ("wind_direction_rad", ANGLE),
+}
+ORDERS = ("rudder_command",)
+
+#: standard deviation per channel and level, in the units of the record's columns
+NOISE: dict[str, dict[str, float]] = {
+    "none": {},
+    "low": {
+        "rudder": 0.02 * DEGREE,
+        "propeller": 0.001,
+        "heading": 0.02 * DEGREE,
+        "yaw_rate": 0.01 * DEGREE,
+        "surge": 0.005,
+        "sway": 0.005,
+        "north": 0.1,
+        "east": 0.1,
+        "roll": 0.02 * DEGREE,
+        "roll_rate": 0.01 * DEGREE,
+        "wind_speed": 0.2,
+        "wind_direction": 1.0 * DEGREE,
+    },
+    "medium": {
+        "rudder": 0.05 * DEGREE,
+        "propeller": 0.005,
+        "heading": 0.1 * DEGREE,
+        "yaw_rate": 0.05 * DEGREE,
+        "surge": 0.02,
+        "sway": 0.02,
+        "north": 0.5,
+        "east": 0.5,
+        "roll": 0.1 * DEGREE,
+        "roll_rate": 0.05 * DEGREE,
+        "wind_speed": 0.5,
+        "wind_direction": 3.0 * DEGREE,
+    },
+    "high": {
+        "rudder": 0.2 * DEGREE,
+        "propeller": 0.02,
+        "heading": 0.5 * DEGREE,
+        "yaw_rate": 0.2 * DEGREE,
+        "surge": 0.1,
+        "sway": 0.1,
+        "north": 2.0,
+        "east": 2.0,
+        "roll": 0.5 * DEGREE,
+        "roll_rate": 0.2 * DEGREE,
+        "wind_speed": 1.0,
+        "wind_direction": 10.0 * DEGREE,
+    },
+}
+
+OUTLIER_SDS = 10.0
+RUN_SAMPLES = 20
+
+
+@dataclass(frozen=True)
+class ChannelSensor:
+    """One channel's sensor, in the units of its column; the defaults measure exactly.
+
+    Parameters
+    ----------
+    sd, correlation_s : noise: standard deviation and correlation time (0: white).
+    bias, scale : recorded = (1 + scale) true + bias.
+    delay_s : recorded(t) = true(t - delay_s).
+    outliers, outlier_size : share of samples with an error of size to 2 size.
+    bursts, burst_samples, burst_size : the same in runs of one sign.
+    quantum : rounding step.
+    dropout : share of single samples lost.
+    gaps, gap_samples : share of samples lost in runs.
+    period_s : sampling period of the channel (0: every sample).
+    """
+
+    sd: float = 0.0
+    correlation_s: float = 0.0
+    bias: float = 0.0
+    scale: float = 0.0
+    delay_s: float = 0.0
+    outliers: float = 0.0
+    outlier_size: float = 0.0
+    bursts: float = 0.0
+    burst_samples: int = RUN_SAMPLES
+    burst_size: float = 0.0
+    quantum: float = 0.0
+    dropout: float = 0.0
+    gaps: float = 0.0
+    gap_samples: int = RUN_SAMPLES
+    period_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Sensors of a record: column name -> `ChannelSensor`; columns without one are left as they are."""
+
+    channels: Mapping[str, ChannelSensor] = field(default_factory=dict)
+    text: str = "none"
+
+    def sd(self, column: str) -> float:
+        """Standard deviation of a column's noise (0 if it has none)."""
+        return self.channels.get(column, ChannelSensor()).sd
+
+
+def apply(record: Record, sensors: Sensors, rng: np.random.Generator) -> Record:
+    """The record as ``sensors`` would have measured it.
+
+    Every channel and every effect draws from a stream of its own, seeded by one draw from ``rng`` and its
+    name: neither the presence of other channels nor other effects change what it draws.
+    """
+    key = key_of(rng)
+    measured = {
+        column: measure(record.time_s, record.column(column), sensor, lambda effect, c=column: stream(key, c, effect))
+        for column, sensor in sensors.channels.items()
+        if record.has(column)
+    }
+    return record.with_channels(**measured)
+
+
+def measure(
+    time_s: np.ndarray, true: np.ndarray, sensor: ChannelSensor, streams: Callable[[str], np.random.Generator]
+) -> np.ndarray:
+    """One channel (N,) as its sensor records it; ``streams(effect)`` gives each effect its generator."""
+    s, n = sensor, time_s.size
+    value = (1.0 + s.scale) * delayed(time_s, true, s.delay_s) + s.bias
+    if s.sd > 0.0:
+        value = value + gauss_markov(time_s, s.sd, s.correlation_s, streams("noise"))
+    if s.outliers > 0.0:
+        value = value + outliers(n, s.outliers, s.outlier_size, streams("outliers"))
+    if s.bursts > 0.0:
+        value = value + bursts(n, s.bursts, s.burst_samples, s.burst_size, streams("bursts"))
+    if s.quantum > 0.0:
+        value = s.quantum * np.round(value / s.quantum)
+    lost = streams("dropout").random(n) < s.dropout
+    if s.gaps > 0.0:
+        lost |= runs(n, s.gaps, s.gap_samples, streams("gaps")) >= 0
+    if s.period_s > 0.0:
+        lost |= ~sampled(time_s, s.period_s)
+    return np.where(lost, np.nan, value)
+
+
+def delayed(time_s: np.ndarray, value: np.ndarray, delay_s: float) -> np.ndarray:
+    """``value(t - delay_s)`` by linear interpolation (N,); the first value before the record begins."""
+    return np.interp(time_s - delay_s, time_s, value) if delay_s != 0.0 else value
+
+
+def outliers(n: int, fraction: float, size: float, rng: np.random.Generator) -> np.ndarray:
+    """Errors (n,): zero but for a share ``fraction``, where size to 2 size with random sign."""
+    hit = rng.random(n) < fraction
+    return hit * _errors(n, size, rng) * rng.choice([-1.0, 1.0], n)
+
+
+def bursts(n: int, fraction: float, samples: int, size: float, rng: np.random.Generator) -> np.ndarray:
+    """Errors (n,) in runs of ``samples`` that cover a share ``fraction``; one sign in each run."""
+    number = runs(n, fraction, samples, rng)
+    signs = rng.choice([-1.0, 1.0], max(n, 1))
+    return np.where(number >= 0, _errors(n, size, rng) * signs[number], 0.0)
+
+
+def _errors(n: int, size: float, rng: np.random.Generator) -> np.ndarray:
+    return rng.uniform(size, 2.0 * size, n)
+
+
+def runs(n: int, fraction: float, samples: int, rng: np.random.Generator) -> np.ndarray:
+    """Number of the run that each of n samples lies in, -1 outside, (n,) int.
+
+    Non-overlapping runs of ``samples`` at random places (all placements equally likely); as many as cover
+    ``fraction n`` samples, the remainder rounded at random so that the expected share is exact (as far as
+    whole runs fit).
+    """
+    length = max(1, min(samples, n))
+    count = int(fraction * n / length + rng.random())
+    count = min(count, n // length)
+    number = np.full(n, -1)
+    free = n - count * length
+    starts = np.sort(rng.choice(free + count, count, replace=False)) + np.arange(count) * (length - 1)
+    for i, start in enumerate(starts.tolist()):
+        number[start : start + length] = i
+    return number
+
+
+def sampled(time_s: np.ndarray, period_s: float) -> np.ndarray:
+    """True at the first sample of every ``period_s`` from the record's start, (N,) bool."""
+    tick = np.floor((time_s - time_s[0]) / period_s + 1e-9)
+    return np.diff(tick, prepend=-1.0) > 0.0
+
+
+# ---- noise strings
+
+
+def parse_noise(text: str) -> Sensors:
+    """Read a noise string (see the module's head); BadInput with one line if it is malformed."""
+    try:
+        items = [item.strip() for item in text.split(",")]
+        sensors, rest = _level(items)
+        for item in sorted(rest, key=_is_option):
+            sensors = _item(sensors, item)
+        return Sensors(_columns(sensors), ",".join(items))
+    except ValueError as error:
+        form = f"expected {'|'.join(NOISE)}, CHANNEL=SDunit, OPTION=VALUE, e.g. medium,heading=0.1deg,outliers=5%"
+        raise BadInput(f"noise {text!r}: {error}", hint=form) from None
+
+
+def _level(items: list[str]) -> tuple[dict[str, ChannelSensor], list[str]]:
+    level, rest = (items[0], items[1:]) if "=" not in items[0] else ("none", items)
+    if level not in NOISE:
+        raise ValueError(f"unknown level {level!r}")
+    return {name: ChannelSensor(sd=NOISE[level].get(name, 0.0)) for name in CHANNELS}, rest
+
+
+def _is_option(item: str) -> bool:
+    """False for ``CHANNEL=SD``: standard deviations come before the options that count in them."""
+    return item.partition("=")[0] not in CHANNELS
+
+
+def _columns(sensors: dict[str, ChannelSensor]) -> dict[str, ChannelSensor]:
+    exact = ChannelSensor()
+    return {CHANNELS[name][0]: sensor for name, sensor in sensors.items() if sensor != exact}
+
+
+def _item(sensors: dict[str, ChannelSensor], item: str) -> dict[str, ChannelSensor]:
+    name, equals, value = item.partition("=")
+    if not equals:
+        raise ValueError(f"{item!r} has no '='")
+    if name in CHANNELS:
+        return sensors | {name: replace(sensors[name], sd=_size(value, name, 0.0))}
+    channel, dot, option = name.rpartition(".")
+    if dot and channel not in CHANNELS:
+        raise ValueError(f"unknown channel {channel!r} (one of {', '.join(CHANNELS)})")
+    if option not in OPTIONS:
+        raise ValueError(f"unknown channel or option {option!r} (options: {', '.join(OPTIONS)})")
+    targets = [channel] if dot else _targets(sensors, option, value)
+    return sensors | {t: replace(sensors[t], **OPTIONS[option](value, t, sensors[t].sd)) for t in targets}
+
+
+def _targets(sensors: dict[str, ChannelSensor], option: str, value: str) -> list[str]:
+    """Channels that a general option applies to: all sensors, or those with noise if it counts in sd."""
+    measured = [name for name in sensors if name not in ORDERS]
+    if option not in ("outliers", "bursts", "bias", "colour"):
+        return measured
+    noisy = [name for name in measured if sensors[name].sd > 0.0]
+    if not noisy:
+        raise ValueError(f"{option}={value} needs channels with noise")
+    return noisy
+
+
+def _size(text: str, channel: str, sd: float) -> float:
+    """A size in the channel's own unit or in ``sd``; not negative."""
+    value = _signed(text, channel, sd)
+    if value < 0.0:
+        raise ValueError(f"{text!r} must not be negative")
+    return value
+
+
+def _signed(text: str, channel: str, sd: float) -> float:
+    if text.endswith("sd") and sd == 0.0:
+        raise ValueError(f"{text!r} counts in sd, but {channel} has no noise")
+    return quantity(text, {**CHANNELS[channel][1], "sd": sd})
+
+
+def _outliers(text: str, channel: str, sd: float) -> dict[str, float]:
+    part, _, size = text.partition("/")
+    return {"outliers": share(part), "outlier_size": _size(size or f"{OUTLIER_SDS:g}sd", channel, sd)}
+
+
+def _bursts(text: str, channel: str, sd: float) -> dict[str, float]:
+    part, samples, size = ([*text.split("/"), "", ""])[:3]
+    if text.count("/") > 2:
+        raise ValueError(f"{text!r} has too many '/'")
+    return {
+        "bursts": share(part),
+        "burst_samples": _whole(samples),
+        "burst_size": _size(size or f"{OUTLIER_SDS:g}sd", channel, sd),
+    }
+
+
+def _gaps(text: str, channel: str, sd: float) -> dict[str, float]:
+    part, _, samples = text.partition("/")
+    return {"gaps": share(part), "gap_samples": _whole(samples)}
+
+
+def _whole(text: str) -> int:
+    if not text:
+        return RUN_SAMPLES
+    if not text.isdecimal() or int(text) < 1:
+        raise ValueError(f"{text!r} is not a number of samples")
+    return int(text)
+
+
+def _quantum(text: str, channel: str, sd: float) -> dict[str, float]:
+    return {"quantum": positive(text, CHANNELS[channel][1])}
+
+
+def _delay(text: str, channel: str, sd: float) -> dict[str, float]:
+    value = quantity(text, TIME)
+    if value < 0.0:
+        raise ValueError(f"{text!r} must not be negative")
+    return {"delay_s": value}
+
+
+OPTIONS: dict[str, Callable[[str, str, float], dict[str, float]]] = {
+    "colour": lambda text, channel, sd: {"correlation_s": positive(text, TIME)},
+    "bias": lambda text, channel, sd: {"bias": _signed(text, channel, sd)},
+    "scale": lambda text, channel, sd: {"scale": quantity(text, SHARE)},
+    "delay": _delay,
+    "outliers": _outliers,
+    "bursts": _bursts,
+    "quantum": _quantum,
+    "dropout": lambda text, channel, sd: {"dropout": share(text)},
+    "gaps": _gaps,
+    "period": lambda text, channel, sd: {"period_s": positive(text, TIME)},
+}
