@@ -1,0 +1,235 @@
+"""Compiled recursions of the recursive methods (numba; imported only when one of them runs)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, types
+
+from ..models.drivers import tangent_sample
+
+f8, i8 = types.float64, types.int64
+A1, A2 = types.Array(f8, 1, "C"), types.Array(f8, 2, "C")
+JIT = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract", "nsz", "arcp"}}
+
+
+@njit(types.void(A1, A2, A1, f8, A1, A2, A1, A2), **JIT)
+def recursive_ls(y, h, forget, weight, theta, lower, spread, path):
+    """Weighted recursive least squares with forgetting, on the factors of P.
+
+    P = U diag(spread) U' with U unit upper triangular (Bierman 1977), which keeps P positive definite where the plain
+    recursion loses it; `lower` holds U transposed, row j being column j of U.
+
+    y (M,), h (M, d), forget (M,): P is divided by forget[k] before row k, whose noise variance is 1/weight.
+    theta (d,), lower (d, d) and spread (d,) are updated in place; path (M, d) is filled with theta.
+    """
+    d = theta.size
+    f, v, gain = np.empty(d), np.empty(d), np.empty(d)
+    for k in range(y.size):
+        row = h[k]
+        error = y[k]
+        for j in range(d):
+            error -= row[j] * theta[j]
+        if forget[k] != 1.0:
+            for j in range(d):
+                spread[j] /= forget[k]
+        for j in range(d):
+            total = row[j]
+            for i in range(j):
+                total += lower[j, i] * row[i]
+            f[j] = total
+            v[j] = spread[j] * total
+        sigma = 1.0 / weight
+        for j in range(d):
+            before = sigma
+            sigma += f[j] * v[j]
+            if f[j] != 0.0:
+                step = -f[j] / before
+                spread[j] *= before / sigma
+                for i in range(j):
+                    old = lower[j, i]
+                    lower[j, i] = old + gain[i] * step
+                    gain[i] += old * v[j]
+            gain[j] = v[j]
+        scale = error / sigma
+        for j in range(d):
+            theta[j] += gain[j] * scale
+            path[k, j] = theta[j]
+
+
+@njit(types.void(A1, A2, A1, f8, A1, A2, A2), **JIT)
+def recursive_ls_as_printed(y, h, forget, weight, theta, p, path):
+    """Eq 22 of paper 000 literally: the estimate is divided by mu as if the data were not forgotten."""
+    d = theta.size
+    ph = np.empty(d)
+    for k in range(y.size):
+        row, mu = h[k], forget[k]
+        product, predicted = 0.0, 0.0
+        for i in range(d):
+            total = 0.0
+            for j in range(d):
+                total += p[i, j] * row[j]
+            ph[i] = total
+        for i in range(d):
+            product += row[i] * ph[i]
+            predicted += row[i] * theta[i] / mu
+        scale = 1.0 / (mu * mu / weight + mu * product)
+        for i in range(d):
+            for j in range(d):
+                p[i, j] = p[i, j] / mu - ph[i] * ph[j] * scale
+        for i in range(d):
+            total = 0.0
+            for j in range(d):
+                total += p[i, j] * row[j]
+            theta[i] = theta[i] / mu + weight * (y[k] - predicted) * total
+        for i in range(d):
+            path[k, i] = theta[i]
+
+
+A3 = types.Array(f8, 3, "C")
+I1 = types.Array(types.int64, 1, "C")
+TANGENT = types.FunctionType(types.void(A1, A1, A1, A1, i8, A1, A1, A1, A1))
+
+
+@njit(types.void(A2, A1, A2, A2), **JIT)
+def _predict_covariance(p, noise, transition, product):
+    """P of the joint vector one sample later; transition (n, m) = [d x'/d x, d x'/d c], noise (n,) variances."""
+    n, m = transition.shape
+    for i in range(n):
+        for j in range(m):
+            product[i, j] = 0.0
+        for k in range(m):
+            t = transition[i, k]
+            if t != 0.0:
+                for j in range(m):
+                    product[i, j] += t * p[k, j]
+    for i in range(n):
+        for j in range(n, m):
+            p[i, j] = product[i, j]
+            p[j, i] = product[i, j]
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(m):
+                total += product[i, k] * transition[j, k]
+            p[i, j] = total
+            p[j, i] = total
+        p[i, i] += noise[i]
+
+
+@njit(types.void(A1, A2, i8, f8, f8, A1), **JIT)
+def _update(z, p, measured, innovation, variance, gain):
+    """Measurement of element `measured` of z with noise `variance`: Joseph form, exactly symmetric."""
+    m = z.size
+    total = p[measured, measured] + variance
+    for i in range(m):
+        gain[i] = p[i, measured] / total
+        z[i] += gain[i] * innovation
+    for i in range(m):
+        if i != measured:
+            g = gain[i]
+            for j in range(m):
+                p[i, j] -= g * p[measured, j]
+    g = 1.0 - gain[measured]
+    for j in range(m):
+        p[measured, j] *= g
+    for i in range(m):
+        first = p[i, measured]
+        for j in range(m):
+            p[i, j] += gain[j] * (gain[i] * variance - first)
+    for i in range(m):
+        for j in range(i):
+            mean = 0.5 * (p[i, j] + p[j, i])
+            p[i, j] = mean
+            p[j, i] = mean
+
+
+@njit(
+    f8(TANGENT, A1, A1, A2, A1, A2, A2, A2, I1, I1, f8, i8, I1, I1, i8, A1, A1, A2, A2, A2, A3, A2, A3, A3),
+    **JIT,
+)
+def kalman(
+    tangent, z, theta, p, origin, factor, inputs, outputs, index, columns, dt, substeps, source, target, sparse,
+    process, sensor, path, innovations, filtered, filtered_p, predicted, predicted_p, transitions,
+):  # fmt: skip
+    """One record through an extended Kalman filter of the joint vector z = (states n, e), coefficients origin + factor e.
+
+    z (m,), p (m, m) and the coefficients in theta are updated in place; origin (q,), factor (q, m - n), with no
+    columns if the coefficients are held.  outputs (N, c), nan = gap, measure the
+    states `columns` at grid points `index` (N,), which do not decrease.  process (n,) and sensor (c,) are variances.
+    path (N, p) takes the coefficients after each sample and innovations (N, c) what was not predicted.  The last five
+    arrays take what a smoother needs, for every grid point, if they are not empty.  Returns the negative log likelihood.
+    """
+    m, q, e = z.size, origin.size, factor.shape[1]
+    n = m - e
+    width = n + q if e > 0 else n
+    x, flat, gain = np.empty(n), np.empty(n * width), np.empty(m)
+    work = np.empty(4 * n + 3 * n * width + inputs.shape[1] * (1 + n) + sparse)
+    transition, product = np.empty((n, m)), np.empty((n, m))
+    keep = filtered.shape[0] > 0
+    row, cost = 0, 0.0
+    for k in range(inputs.shape[0]):
+        if keep:
+            for i in range(n):
+                predicted[k, i] = z[i]
+                for j in range(n):
+                    predicted_p[k, i, j] = p[i, j]
+        while row < index.size and index[row] <= k:
+            for c in range(columns.size):
+                innovations[row, c] = np.nan
+                if np.isfinite(outputs[row, c]):
+                    error = outputs[row, c] - z[columns[c]]
+                    total = p[columns[c], columns[c]] + sensor[c]
+                    innovations[row, c] = error
+                    cost += 0.5 * (np.log(total) + error * error / total)
+                    _update(z, p, columns[c], error, sensor[c], gain)
+            for i in range(q):
+                total = origin[i]
+                for j in range(e):
+                    total += factor[i, j] * z[n + j]
+                path[row, i] = total
+                theta[i] = total
+            row += 1
+        if keep:
+            for i in range(n):
+                filtered[k, i] = z[i]
+                for j in range(n):
+                    filtered_p[k, i, j] = p[i, j]
+        if k == inputs.shape[0] - 1:
+            break
+        for i in range(n):
+            x[i] = z[i]
+            for j in range(width):
+                flat[i * width + j] = 1.0 if i == j else 0.0
+        tangent_sample(
+            tangent, x, flat, inputs[k], inputs[k + 1], theta, dt, substeps, False, source, target, work
+        )
+        for i in range(n):
+            z[i] = x[i]
+            for j in range(n):
+                transition[i, j] = flat[i * width + j]
+                if keep:
+                    transitions[k, i, j] = flat[i * width + j]
+            for j in range(e):
+                transition[i, n + j] = 0.0
+            if e > 0:
+                for c in range(q):
+                    slope = flat[i * width + n + c]
+                    if slope != 0.0:
+                        for j in range(e):
+                            transition[i, n + j] += slope * factor[c, j]
+        _predict_covariance(p, process, transition, product)
+        if not np.isfinite(cost):
+            break
+    return cost
+
+
+@njit(types.void(A2, A2, A3, A2), **JIT)
+def smooth(filtered, predicted, gains, smoothed):
+    """Rauch-Tung-Striebel: x_s[k] = x_f[k] + G[k] (x_s[k+1] - x_p[k+1]); smoothed (K, n) is filled."""
+    last, n = filtered.shape[0] - 1, filtered.shape[1]
+    smoothed[last] = filtered[last]
+    for k in range(last - 1, -1, -1):
+        for i in range(n):
+            total = filtered[k, i]
+            for j in range(n):
+                total += gains[k, i, j] * (smoothed[k + 1, j] - predicted[k + 1, j])
+            smoothed[k, i] = total

@@ -1,0 +1,293 @@
+"""What every method has to keep to, as checks that third parties can run on their own methods.
+
+    import pytest
+    from helmbench.methods.contract import CHECKS
+
+    @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+    def test_contract(check):
+        check(MyMethod)
+
+or all at once: `check_method(MyMethod)`.  A check raises AssertionError with the reason.
+"""
+
+from __future__ import annotations
+
+import pickle
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from ..datasets.generator import Case, generate
+from ..datasets.record import Record
+from ..models.errors import BadInput
+from ..models.model import Model, resolve
+from .base import CannotFit, Estimate, FitFailed, Method
+
+SHIPS = ("response-1", "remus-kt", "kvlcc2-l7")
+"""A first-order and a second-order response model and a 3-DOF model."""
+FACTORS = {"_rad_s": (np.rad2deg(1.0), "_deg_s"), "_rad": (np.rad2deg(1.0), "_deg"), "_m_s": (3600.0 / 1852.0, "_kn")}
+
+
+@lru_cache(maxsize=None)
+def sample(ship: str) -> tuple[Model, tuple[Record, ...]]:
+    """A blanked model and two short records of it with low sensor noise."""
+    model = resolve(ship)
+    dt, duration = model.suite["dt_s"], min(model.suite["duration_s"], 300.0 * model.suite["dt_s"])
+    zigzags = [Case(ship, text, "low", seed=3, duration_s=duration, dt_s=dt) for text in ("zigzag:20/20", "zigzag:10/10")]
+    return model.blanked(), tuple(generate(case) for case in zigzags)
+
+
+def attempt(method: Method, records: Sequence[Record], model: Model) -> Estimate | None:
+    """The estimate, or None if the method says in the agreed way that it has none."""
+    try:
+        return method.fit(records, model)
+    except (CannotFit, FitFailed) as refusal:
+        assert str(refusal).strip() and "\n" not in str(refusal), "a refusal states its reason in one line"
+        return None
+
+
+@lru_cache(maxsize=None)
+def applicable(cls: type[Method]) -> tuple[tuple[Model, tuple[Record, ...], Estimate], ...]:
+    """The sample ships that the method can be fitted to, each with an estimate."""
+    found = [(*sample(ship), attempt(cls(), sample(ship)[1], sample(ship)[0])) for ship in SHIPS]
+    found = [(model, records, estimate) for model, records, estimate in found if estimate is not None]
+    assert found, f"{cls.name} fits none of {', '.join(SHIPS)}"
+    return tuple(found)
+
+
+def same(first: Estimate, second: Estimate, relative: float) -> bool:
+    """Whether coefficients agree to `relative`, or to a thousandth of their standard errors."""
+    error = np.zeros(len(first.coefficients))
+    if relative and first.covariance is not None:
+        error = 1e-3 * np.sqrt(np.diag(first.covariance))
+    difference = np.abs(first.coefficients - second.coefficients)
+    return bool(np.all(difference <= relative * np.abs(first.coefficients) + error))
+
+
+def check_options(cls: type[Method]) -> None:
+    """Options come back from get_params, go in by set_params, survive clone; unknown ones are refused."""
+    method = cls()
+    options = method.get_params()
+    assert cls.name and cls.name == cls.name.strip() and " " not in cls.name, "name is a short identifier"
+    assert cls.title, "title says in one line what the method is"
+    assert method.set_params(**options) is method
+    assert method.clone().get_params() == options and type(method.clone()) is cls
+    try:
+        method.set_params(no_such_option=1)
+    except BadInput:
+        return
+    raise AssertionError("set_params takes an option that the method does not have")
+
+
+def check_estimate(cls: type[Method]) -> None:
+    """The estimate is finite, named as the model names its parameters, and carries the model it stands for."""
+    for model, _, estimate in applicable(cls):
+        assert (estimate.method, estimate.variant) == (cls.name, cls().variant)
+        assert estimate.coefficients.shape == (len(model.coordinates),)
+        assert np.isfinite(estimate.coefficients).all()
+        assert tuple(estimate.parameters) == tuple(estimate.stderr) == model.parameter_names
+        assert np.array_equal(estimate.model.coefficients, estimate.coefficients)
+        assert estimate.model.parameters == estimate.parameters or not np.isfinite([*estimate.parameters.values()]).all()
+        assert estimate.wall_s >= 0.0 and estimate.cpu_s >= 0.0 and estimate.n_iterations >= 0
+
+
+def check_covariance(cls: type[Method]) -> None:
+    """A covariance, if given, is symmetric and non-negative where it is finite."""
+    for model, _, estimate in applicable(cls):
+        if estimate.covariance is None:
+            continue
+        covariance = estimate.covariance
+        assert covariance.shape == (len(model.coordinates),) * 2
+        known = np.isfinite(np.diag(covariance))
+        block = covariance[np.ix_(known, known)]
+        scale = np.sqrt(np.abs(np.diag(block)))
+        scale = np.where(scale > 0.0, scale, 1.0)
+        block = block / np.outer(scale, scale)
+        assert np.abs(block - block.T).max(initial=0.0) < 1e-6, "the covariance is not symmetric"
+        assert np.linalg.eigvalsh((block + block.T) / 2.0).min(initial=0.0) > -1e-6, "a variance is negative"
+
+
+def check_trajectory(cls: type[Method]) -> None:
+    """A trajectory, if kept, is finite in shape (N, p) with increasing times and ends at the estimate."""
+    for model, _, estimate in applicable(cls):
+        if estimate.trajectory is None:
+            continue
+        assert estimate.trajectory_time_s is not None, "a trajectory needs its times"
+        assert estimate.trajectory.shape == (len(estimate.trajectory_time_s), len(model.coordinates))
+        assert (np.diff(estimate.trajectory_time_s) >= 0.0).all()
+        assert np.allclose(estimate.trajectory[-1], estimate.coefficients, rtol=1e-9, atol=0.0)
+
+
+def check_deterministic(cls: type[Method]) -> None:
+    """The same records give the same estimate, bit for bit, from the same and from a cloned method."""
+    for model, records, estimate in applicable(cls):
+        method = cls()
+        for again in (method.fit(records, model), method.fit(records, model), method.clone().fit(records, model)):
+            assert np.array_equal(again.coefficients, estimate.coefficients), "two equal fits differ"
+
+
+def check_truth_is_not_used(cls: type[Method]) -> None:
+    """A model with its true coefficients gives the same estimate as one without."""
+    for model, records, estimate in applicable(cls):
+        known = cls().fit(records, resolve(model.id))
+        assert np.array_equal(known.coefficients, estimate.coefficients), "the method looks at the true coefficients"
+
+
+def check_record_order(cls: type[Method]) -> None:
+    """The order of the records does not matter, unless the method says so."""
+    for model, records, estimate in applicable(cls):
+        turned = cls().fit(records[::-1], model)
+        assert np.isfinite(turned.coefficients).all()
+        if not cls.order_matters:
+            assert same(estimate, turned, 1e-6), "the order of the records matters, but order_matters is False"
+
+
+def check_units(cls: type[Method]) -> None:
+    """A file in degrees and knots gives the same estimate as the record in SI units."""
+    from ..datasets.io import read_record
+
+    for model, records, estimate in applicable(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            files = [_in_degrees(record, Path(folder) / f"{i}.csv") for i, record in enumerate(records)]
+            read = [read_record(file, model.positive_rudder) for file in files]
+        read = [replace(r, time_s=record.time_s) for r, record in zip(read, records, strict=True)]
+        assert same(estimate, cls().fit(read, model), 1e-5), "the estimate depends on the units of the file"
+
+
+def _in_degrees(record: Record, path: Path) -> Path:
+    columns = {"time_s": record.time_s}
+    for name, values in record.channels.items():
+        ending = next((ending for ending in FACTORS if name.endswith(ending)), None)
+        factor, unit = FACTORS[ending] if ending else (1.0, "")
+        columns[name.removesuffix(ending or "") + unit if ending else name] = values * factor
+    rows = [",".join(columns), *(",".join(map(repr, row)) for row in np.column_stack([*columns.values()]).tolist())]
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
+def check_rudder_sign(cls: type[Method]) -> None:
+    """A record whose rudder is positive to the other side, and says so, gives the same estimate."""
+    for model, records, estimate in applicable(cls):
+        other = "port" if model.positive_rudder == "starboard" else "starboard"
+        turned = [record.turned(model.positive_rudder).turned(other) for record in records]
+        assert same(estimate, cls().fit(turned, model), 0.0), "the rudder sign of the metadata is not heeded"
+
+
+def check_gaps(cls: type[Method]) -> None:
+    """Gaps, single and in a stretch, in every channel are tolerated."""
+    rng = np.random.default_rng(5)
+    for model, records, _ in applicable(cls):
+        estimate = cls().fit([_with_gaps(record, rng) for record in records], model)
+        assert np.isfinite(estimate.coefficients).all()
+
+
+def _with_gaps(record: Record, rng: np.random.Generator) -> Record:
+    channels = {}
+    for name, values in record.channels.items():
+        holed = values.copy()
+        holed[rng.random(record.n) < 0.02] = np.nan
+        start = rng.integers(record.n // 2)
+        holed[start : start + record.n // 40] = np.nan
+        channels[name] = holed
+    return record.with_channels(**channels)
+
+
+def check_too_short(cls: type[Method]) -> None:
+    """No record, records of a few samples, and channels without samples are refused by CannotFit."""
+    for model, records, _ in applicable(cls):
+        empty = records[0].with_channels(**{k: np.full(records[0].n, np.nan) for k in records[0].channels})
+        for case in ([], [records[0].slice(0, 1)], [records[0].slice(0, 5)], [empty]):
+            _refused(cls, case, model)
+        attempt(cls(), [records[0].slice(0, 12)], model)
+
+
+def _refused(cls: type[Method], records: Sequence[Record], model: Model) -> None:
+    try:
+        cls().fit(records, model)
+    except CannotFit:
+        return
+    except FitFailed as failure:
+        raise AssertionError(f"FitFailed ({failure}) where CannotFit is due") from failure
+    raise AssertionError(f"{[record.n for record in records]} samples were fitted")
+
+
+def check_missing_channels(cls: type[Method]) -> None:
+    """Records without a rudder, and with nothing but a rudder, are refused by CannotFit."""
+    for model, records, _ in applicable(cls):
+        record = records[0]
+        drifting = record.with_channels(rudder_rad=None, rudder_command_rad=None)
+        blind = Record(record.time_s, {"rudder_rad": record.rudder()}, record.name, record.meta)
+        for case in (drifting, blind):
+            _refused(cls, [case], model)
+
+
+def check_garbage(cls: type[Method]) -> None:
+    """Senseless records end in an estimate, CannotFit or FitFailed, never in another exception."""
+    rng = np.random.default_rng(7)
+    for model, records, _ in applicable(cls):
+        for spoil in (_noise, _constant, _huge, _infinite):
+            spoilt = [spoil(record, rng) for record in records]
+            estimate = attempt(cls(), spoilt, model)
+            assert estimate is None or np.isfinite(estimate.coefficients).all()
+
+
+def _spoilt(record: Record, change: Callable[[np.ndarray], np.ndarray]) -> Record:
+    return record.with_channels(**{name: change(values) for name, values in record.channels.items()})
+
+
+def _noise(record: Record, rng: np.random.Generator) -> Record:
+    return _spoilt(record, lambda values: rng.normal(size=values.size))
+
+
+def _constant(record: Record, rng: np.random.Generator) -> Record:
+    return _spoilt(record, lambda values: np.full(values.size, 0.1))
+
+
+def _huge(record: Record, rng: np.random.Generator) -> Record:
+    return _spoilt(record, lambda values: 1e200 * rng.normal(size=values.size))
+
+
+def _infinite(record: Record, rng: np.random.Generator) -> Record:
+    return _spoilt(record, lambda values: np.where(rng.random(values.size) < 0.3, np.inf, values))
+
+
+def check_records_are_left_alone(cls: type[Method]) -> None:
+    """Records are not changed by a fit."""
+    for model, records, _ in applicable(cls):
+        copies = [pickle.loads(pickle.dumps(record)) for record in records]
+        cls().fit(records, model)
+        assert all(record.equals(copy) for record, copy in zip(records, copies, strict=True)), "a record was changed"
+
+
+def check_pickles(cls: type[Method]) -> None:
+    """Methods and estimates go to other processes and back."""
+    assert pickle.loads(pickle.dumps(cls())).get_params() == cls().get_params()
+    for _, _, estimate in applicable(cls):
+        back = pickle.loads(pickle.dumps(estimate))
+        assert np.array_equal(back.coefficients, estimate.coefficients)
+        assert np.array_equal([*back.parameters.values()], [*estimate.parameters.values()], equal_nan=True)
+
+
+def check_saved_model(cls: type[Method]) -> None:
+    """The model file of an estimate is read back with the same coefficients."""
+    for _, _, estimate in applicable(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "model.json"
+            estimate.save(path)
+            assert np.array_equal(resolve(path).coefficients, estimate.coefficients)
+
+
+CHECKS: tuple[Callable[[type[Method]], None], ...] = tuple(
+    value for name, value in list(globals().items()) if name.startswith("check_")
+)
+"""Every check of this module, in order."""
+
+
+def check_method(cls: type[Method]) -> None:
+    """Run all checks on a method class; the first that fails raises AssertionError."""
+    for check in CHECKS:
+        check(cls)

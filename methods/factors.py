@@ -1,0 +1,75 @@
+"""Least squares by triangular factors: rows are folded in block by block, so memory does not grow with the record.
+
+A factor is the upper triangle R (m + 1, m + 1) of the QR decomposition of [A | b]; it holds everything that the
+problem A c = b needs, at the accuracy of an orthogonal decomposition (the normal equations would square the condition).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+BLOCK = 8192
+"""Rows folded at a time."""
+
+
+def fold(factor: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Factor (<= m, m) of the rows already in `factor` and of `rows` (N, m)."""
+    for start in range(0, rows.shape[0], BLOCK):
+        factor = np.linalg.qr(np.vstack([factor, rows[start : start + BLOCK]]), mode="r")
+    return factor
+
+
+def empty(columns: int) -> np.ndarray:
+    """Factor of no rows for `columns` unknowns and one right-hand side."""
+    return np.zeros((0, columns + 1))
+
+
+class Solution(NamedTuple):
+    """A least-squares solution; `null` (m, m - rank) spans what the rows do not determine."""
+
+    x: np.ndarray
+    covariance: np.ndarray
+    """(m, m) for unit noise variance; infinite on the diagonal of undetermined unknowns."""
+    rank: int
+    condition: float
+    half: np.ndarray
+    """(m, rank) with half half' the covariance of the determined part."""
+    scores: np.ndarray
+    """(rank,) with x = half @ scores: size of the solution along each column of `half` in units of noise."""
+    null: np.ndarray
+    residual: float
+    """Sum of squares that is left."""
+
+
+def solve(factor: np.ndarray, tolerance: float | None = None) -> Solution:
+    """Minimum-norm solution (in columns scaled to unit length) of the rows in `factor` (rows, m + 1).
+
+    Directions whose singular value is below `tolerance` times the largest count as undetermined; the default is
+    the rounding level of the factor.
+    """
+    a, b = factor[:, :-1], factor[:, -1]
+    scale = np.linalg.norm(a, axis=0)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    u, s, vt = np.linalg.svd(a / scale, full_matrices=True)
+    m = a.shape[1]
+    limit = (np.finfo(float).eps * max(m, 10) if tolerance is None else tolerance) * (s[0] if s.size else 0.0)
+    rank = int((s > limit).sum())
+    v = vt[:rank].T / scale[:, None]
+    scores = (u.T @ b)[:rank]
+    half = v / s[:rank]
+    x = half @ scores
+    covariance = half @ half.T
+    null = vt[rank:].T / scale[:, None]
+    mark_undetermined(covariance, vt[rank:].T)
+    residual = float(np.sum((a @ x - b) ** 2))
+    condition = float(s[0] / s[rank - 1]) if rank else np.inf
+    return Solution(x, covariance, rank, condition, half, scores, null, residual)
+
+
+def mark_undetermined(covariance: np.ndarray, null: np.ndarray, share: float = 1e-6) -> None:
+    """Set to infinity the variance of every unknown that takes part in a direction of `null` (m, d), in place."""
+    if null.shape[1]:
+        unknown = np.flatnonzero(np.linalg.norm(null, axis=1) > share)
+        covariance[unknown, unknown] = np.inf

@@ -1,0 +1,47 @@
+"""FW-RLS: recursive least squares with forgetting and weighting (paper 000), corrected and as printed."""
+
+from __future__ import annotations
+
+from ..models.errors import BadInput
+from .rls import Rls, Setting
+
+
+class FwRls(Rls):
+    """Weighted, forgetting recursive least squares on the model's difference equations.
+
+    Parameters
+    ----------
+    mu : forgetting factor of one sample, 0 < mu <= 1.
+    weight : the constant weight L(k) > 0.  It is the same as p0 -> weight p0: a weaker prior, nothing else.
+    p0, theta0, prior, scheme : as in `rls`.
+    variant : 'corrected', or 'as_printed': eq 22 literally, which forgets the information but not the data and does
+        not converge.
+    """
+
+    name = "fw-rls"
+    title = "recursive least squares with forgetting and weighting (paper 000)"
+    variants = ("corrected", "as_printed")
+
+    def __init__(
+        self,
+        mu: float = 0.999,
+        weight: float = 20.0,
+        p0: float = 1e10,
+        theta0=0.0,
+        prior: str = "scaled",
+        scheme: str = "forward",
+        variant: str = "corrected",
+    ) -> None:
+        super().__init__(p0, theta0, prior, scheme)
+        self.mu, self.weight, self.variant = mu, weight, variant
+
+    def check_options(self) -> None:
+        super().check_options()
+        if not 0.0 < self.mu <= 1.0:
+            raise BadInput(f"mu is {self.mu!r}, the forgetting factor lies in (0, 1]")
+        if not self.weight > 0.0:
+            raise BadInput(f"weight is {self.weight!r}, a positive number is needed")
+
+    def setting(self, p: int) -> Setting:
+        printed = self.variant == "as_printed"
+        return Setting(self.p0, self._theta0(p), self.mu, self.weight, self.prior, printed)

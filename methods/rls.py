@@ -1,0 +1,199 @@
+"""Recursive least squares, and the machinery that its weighted and forgetting relatives share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..models.errors import BadInput
+from .base import CannotFit, Fit, FitFailed, Method
+from .ls import check_scheme
+from .regression import Differences, differences
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+
+LONGEST_PATH = 20_000_000
+"""Numbers above which the kept trajectory is thinned to every second, third, ... sample."""
+PRIORS = ("scaled", "physical")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Numbers of the recursion.
+
+    p0 is the initial P = p0 I and theta0 (p,) the initial coefficients; mu the forgetting factor of one sample, weight
+    the constant L(k) of paper 000.  `prior` says where P is p0 I: 'scaled', where every column of the regression and
+    every equation has unit root mean square, or 'physical', in the model's coordinates and the rows as they are.
+    """
+
+    p0: float
+    theta0: np.ndarray
+    mu: float = 1.0
+    weight: float = 1.0
+    prior: str = "scaled"
+    as_printed: bool = False
+
+
+class Recursion(NamedTuple):
+    """Outcome of `recursion`, in the units of the coefficients."""
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    path: np.ndarray
+    time_s: np.ndarray
+
+
+class _Scales(NamedTuple):
+    """Root mean squares of the rows' left sides (k,) and of the columns (p,); zeros replaced by one."""
+
+    equations: np.ndarray
+    columns: np.ndarray
+    n: int
+
+
+def _scales(parts: Sequence[Differences], model: Model, setting: Setting) -> _Scales:
+    left, columns, n = 0.0, 0.0, 0
+    for y, phi in _blocks(parts, model):
+        left, columns, n = left + (y**2).sum(axis=0), columns + (phi**2).sum(axis=0), n + len(y)
+    equations = np.sqrt(np.asarray(left) / n)
+    used = (np.asarray(columns) > 0.0).any(axis=1) & (equations > 0.0)
+    if not used.any() or not np.isfinite(columns).all():
+        raise FitFailed("the regression has no finite, non-zero columns")
+    if setting.prior == "physical":
+        equations = np.ones_like(equations)
+    equations = np.where(used, equations, np.inf)  # an equation without unknowns drops out
+    total = np.sqrt((np.asarray(columns) / n / equations[:, None] ** 2).sum(axis=0))
+    return _Scales(equations, np.where(total > 0.0, total, 1.0), n)
+
+
+def _blocks(parts: Sequence[Differences], model: Model) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    for part in parts:
+        yield from part.blocks(model)
+
+
+def _scaled_rows(y: np.ndarray, phi: np.ndarray, scales: _Scales, mu: float):
+    """Scalar rows y (M,), h (M, p), and the forgetting before each: mu at the first equation of a sample."""
+    used = np.flatnonzero(np.isfinite(scales.equations))
+    rows = (phi[:, used] / scales.equations[used, None] / scales.columns).reshape(-1, phi.shape[2])
+    forget = np.ones((len(y), used.size))
+    forget[:, 0] = mu
+    return np.ascontiguousarray((y / scales.equations)[:, used].ravel()), np.ascontiguousarray(rows), forget.ravel()
+
+
+def recursion(parts: Sequence[Differences], model: Model, setting: Setting) -> Recursion:
+    """Run through all samples once, record after record, P and the coefficients carried over.
+
+    g = P h/(mu/L + h'P h);  theta += g (y - h'theta);  P = (P - g h'P)/mu  for each scalar row (paper 000, eq 22 with
+    its erratum), or eq 22 as printed.  Regressors are scaled inside.
+    """
+    scales = _scales(parts, model, setting)
+    p = scales.columns.size
+    theta = np.ascontiguousarray(setting.theta0 * scales.columns)
+    spread = np.full(p, setting.p0)
+    if setting.prior == "physical":
+        spread = spread * scales.columns**2
+    state = np.diag(spread) if setting.as_printed else np.eye(p)
+    stride = max(1, -(-scales.n * p // LONGEST_PATH))
+    paths, seen, per_sample = [], 0, int(np.isfinite(scales.equations).sum())
+    for y, phi in _blocks(parts, model):
+        rows = _scaled_rows(y, phi, scales, setting.mu)
+        path = np.empty_like(rows[1])
+        _run(rows, setting, theta, state, spread, path)
+        picked = np.arange(-seen % stride, len(y), stride)
+        paths.append(path[per_sample - 1 :: per_sample][picked] / scales.columns)
+        seen += len(y)
+    covariance = state if setting.as_printed else (state.T * spread) @ state
+    covariance = covariance * _noise(parts, model, scales, theta, setting)
+    return Recursion(
+        theta / scales.columns,
+        covariance / np.outer(scales.columns, scales.columns),
+        np.concatenate(paths),
+        _clock(parts)[::stride],
+    )
+
+
+def _run(rows, setting: Setting, theta, state, spread, path) -> None:
+    from . import _kernels
+
+    y, h, forget = rows
+    if setting.as_printed:
+        _kernels.recursive_ls_as_printed(y, h, forget, setting.weight, theta, state, path)
+    else:
+        _kernels.recursive_ls(y, h, forget, setting.weight, theta, state, spread, path)
+
+
+def _noise(parts, model, scales: _Scales, theta: np.ndarray, setting: Setting) -> float:
+    """Factor that turns P into a covariance: residual variance times L, and the loss of data by forgetting."""
+    total, count = 0.0, 0
+    for y, phi in _blocks(parts, model):
+        left, rows, _ = _scaled_rows(y, phi, scales, 1.0)
+        total, count = total + float(((left - rows @ theta) ** 2).sum()), count + left.size
+    mu, n = setting.mu, scales.n
+    forgotten = 1.0 if mu == 1.0 else (1.0 - mu ** (2 * n)) / ((1.0 - mu**n) * (1.0 + mu))
+    return total / max(count - theta.size, 1) * setting.weight * forgotten
+
+
+def _clock(parts: Sequence[Differences]) -> np.ndarray:
+    """Seconds of record seen at each row, counted on from record to record."""
+    clock, passed = [], 0.0
+    for part in parts:
+        if part.time_s.size:
+            clock.append(passed + part.time_s - part.time_s[0])
+            passed = clock[-1][-1]
+    return np.concatenate(clock)
+
+
+class Rls(Method):
+    """Plain recursive least squares.
+
+    Parameters
+    ----------
+    p0 : initial P = p0 I, in the coordinates that `prior` names.
+    theta0 : initial coefficients, one number for all or (p,) numbers.
+    prior : 'scaled' (every regressor column and equation of unit root mean square) or 'physical' (the model's
+        coordinates and unscaled rows, as paper 000 has it).
+    scheme : difference scheme, see `regression`.
+
+    Several records are run through one after the other; P and the coefficients are carried over.
+    """
+
+    name = "rls"
+    title = "recursive least squares"
+    order_matters = True
+
+    def __init__(self, p0: float = 1e10, theta0=0.0, prior: str = "scaled", scheme: str = "forward") -> None:
+        self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme
+
+    def check_options(self) -> None:
+        super().check_options()
+        check_scheme(self.scheme)
+        if not self.p0 > 0.0:
+            raise BadInput(f"p0 is {self.p0!r}, a positive number is needed")
+        if self.prior not in PRIORS:
+            raise BadInput(f"prior is {self.prior!r}", hint=f"known: {', '.join(PRIORS)}")
+
+    def setting(self, p: int) -> Setting:
+        """Numbers of the recursion for p coefficients."""
+        return Setting(self.p0, self._theta0(p), prior=self.prior)
+
+    def _theta0(self, p: int) -> np.ndarray:
+        theta0 = np.asarray(self.theta0, float)
+        if theta0.shape not in ((), (p,)):
+            raise CannotFit(f"theta0 has {theta0.size} numbers for {p} coefficients")
+        return np.broadcast_to(theta0, (p,))
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        parts = differences(records, model, self.scheme)
+        found = recursion(parts, model, self.setting(len(model.coordinates)))
+        return Fit(
+            found.coefficients,
+            found.covariance,
+            n_iterations=sum(len(part.time_s) for part in parts),
+            trajectory=found.path,
+            trajectory_time_s=found.time_s,
+        )
