@@ -1,0 +1,66 @@
+# make bench | test | timing | lint | types | format | env | clean
+
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+WORKERS ?= 2
+
+BIN := .venv/bin
+RESULTS := out/quick
+TIMES := out/timing.json
+STAMP := .venv/installed-at
+ROOMS := $(wildcard models datasets methods diagnosis bench)
+
+# An environment holds absolute paths: when the checkout has moved, build it again.
+ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),here)
+.PHONY: $(STAMP)
+endif
+
+.PHONY: help env bench test lint types format timing clean
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print the leaderboard"
+	@echo "make test     install, lint, check types, run the tests"
+	@echo "make timing   time simulation, fits, a suite row and record files; store the figures in $(TIMES)"
+	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
+
+env: $(STAMP)
+
+$(STAMP): pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "helmbench needs Python 3.11 or newer with venv (Debian: apt-get install python3-venv)" >&2; exit 1; }
+	@test ! -e $(STAMP) || test "$$(cat $(STAMP))" = "$$(pwd -P)" || rm -rf .venv
+	@rm -f $(STAMP)
+	@echo "Installing helmbench and what it needs into .venv"
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt setuptools wheel
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[dev]'
+	@pwd -P > $(STAMP)
+
+# Status 1 of `run` means that some runs failed: the report lists them, and the status stays.
+bench: env
+	rm -rf $(RESULTS)
+	status=0; $(BIN)/helmbench run --suite quick -o $(RESULTS) || status=$$?; \
+	test $$status -gt 1 || $(BIN)/helmbench report $(RESULTS) $(if $(wildcard $(TIMES)),--timing $(TIMES)) || status=$$?; \
+	exit $$status
+
+test: lint types
+	$(BIN)/pytest -n $(WORKERS)
+
+lint: env
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: env
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+format: env
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+timing: env
+	@mkdir -p $(dir $(TIMES))
+	$(BIN)/pytest tests/timing --benchmark-json=$(TIMES)
+
+clean:
+	rm -rf .venv build dist out *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks
+	find $(ROOMS) helmbench tests -name __pycache__ -type d -prune -exec rm -rf {} +

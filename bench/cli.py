@@ -1,0 +1,381 @@
+"""The command line: parses, calls, prints.  Nothing heavy is imported before a command needs it.
+
+Exit status: 0 done, 1 finished but some runs failed (they are listed), 2 bad input (one line, nothing written).
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+if TYPE_CHECKING:
+    from .identify import Identification
+    from .runner import Selection
+    from .store import Store
+
+OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+KINDS = ("models", "vessels", "manoeuvres", "methods", "suites")
+SIDES = click.Choice(["port", "starboard"])
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and leave with its exit status."""
+    sys.exit(status_of(arguments))
+
+
+def status_of(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; bad input becomes one line on stderr and status 2."""
+    try:
+        result = cli(args=arguments, prog_name="helmbench", standalone_mode=False)
+    except click.exceptions.Exit as leave:
+        return leave.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        return _complain("interrupted (a run is continued with --resume)", INTERRUPTED)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return BAD_INPUT
+    except click.ClickException as error:
+        return _complain(error.format_message(), BAD_INPUT)
+    except (ValueError, OSError) as error:
+        if not _is_bad_input(error):
+            raise
+        return _complain(str(error), BAD_INPUT)
+    return result if isinstance(result, int) else OK
+
+
+def _is_bad_input(error: Exception) -> bool:
+    """Whether the user's input is at fault: said so by the code, or a file that the system refuses."""
+    from ..models.errors import BadInput
+
+    return isinstance(error, BadInput) or (isinstance(error, OSError) and error.filename is not None)
+
+
+def _complain(message: str, status: int) -> int:
+    click.echo(f"helmbench: {' '.join(message.split())}", err=True)
+    return status
+
+
+class Greedy(click.Command):
+    """A command whose options named in `greedy` take every value up to the next option: `--validate a.csv b.csv`."""
+
+    greedy: tuple[str, ...] = ()
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        return super().parse_args(ctx, spread(args, self.greedy))
+
+
+def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
+    """`--x a b` as `--x a --x b` for the options in `greedy`."""
+    out: list[str] = []
+    current, repeat = "", False
+    for arg in args:
+        if arg.startswith("-") and arg != "-":
+            current, repeat = arg, False
+        elif current in greedy:
+            out += [current] if repeat else []
+            repeat = True
+        out.append(arg)
+    return out
+
+
+class Identify(Greedy):
+    """`identify RECORD... --validate RECORD...`"""
+
+    greedy = ("--validate",)
+
+
+def _output_options(function: Callable) -> Callable:
+    function = click.option("--quiet", is_flag=True, help="Print nothing but results asked for and failures.")(function)
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")(function)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(package_name="helmbench", prog_name="helmbench")
+def cli() -> None:
+    """Benchmark methods that identify ship, USV and AUV manoeuvring models from records."""
+
+
+@cli.command("list")
+@click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
+@click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
+def list_command(kind: str, as_json: bool) -> None:
+    """List what is known: identifier and title."""
+    found = _catalogue(kind)
+    if as_json:
+        _print_json([{"id": name, "title": title} for name, title in found.items()])
+        return
+    width = max(map(len, found), default=0)
+    for name, title in found.items():
+        click.echo(f"{name:<{width}}  {title}".rstrip())
+
+
+@cli.command()
+@click.argument("vessel")
+@click.option("--manoeuvre", required=True, help="For example zigzag:20/20 or turn:35:port.")
+@click.option("--duration", "duration_s", type=float, help="Seconds; default: the vessel file's.")
+@click.option("--dt", "dt_s", type=float, help="Sampling step in seconds; default: the vessel file's.")
+@click.option("--noise", default="none", show_default=True, help="none, low, medium, high, or yaw_rate=0.05deg_s,...")
+@click.option("--disturbance", default="none", show_default=True, help="wind:12@40deg, current:..., waves:..., by +.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="record.csv or record.parquet")
+@_output_options
+def simulate(
+    vessel: str,
+    manoeuvre: str,
+    duration_s: float | None,
+    dt_s: float | None,
+    noise: str,
+    disturbance: str,
+    seed: int,
+    positive_rudder: str | None,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Simulate a manoeuvre and write it as a record with its sidecar."""
+    from ..datasets.generator import Case, generate
+    from ..datasets.io import write_record
+
+    _check_folder(output)
+    record = generate(Case(vessel, manoeuvre, noise, disturbance, seed, duration_s, dt_s))
+    record = record.turned(positive_rudder) if positive_rudder else record
+    write_record(record, output)
+    facts = {"record": str(output), "vessel": vessel, "samples": record.n, "dt_s": record.dt}
+    if as_json:
+        _print_json(facts | {"channels": list(record.channels), "positive_rudder": record.meta.positive_rudder})
+    elif not quiet:
+        click.echo(f"{output}: {record.n} samples every {record.dt:g} s, {', '.join(record.channels)}")
+
+
+@cli.command(cls=Identify)
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=click.Path(path_type=Path))
+@click.option("--model", required=True, help="Vessel id, family id or model.json.")
+@click.option("--method", required=True, help="Method id with options (ls,scheme=midpoint) or path.py:Class.")
+@click.option(
+    "--validate", multiple=True, metavar="RECORD...", type=click.Path(path_type=Path), help="Held-out records."
+)
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="model.json to write")
+@_output_options
+def identify(
+    records: tuple[Path, ...],
+    model: str,
+    method: str,
+    validate: tuple[Path, ...],
+    positive_rudder: str | None,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Identify a model from records, score it on others and write it as a model file."""
+    from ..methods.base import FitFailed
+    from .identify import identify as fit
+
+    _check_folder(output)
+    try:
+        found = fit(records, model, method, validate, positive_rudder)
+    except FitFailed as reason:
+        return _complain(f"{method} failed on {model}: {reason}", FAILED)
+    for doubt in found.warnings:
+        click.echo(f"helmbench: warning: {doubt}", err=True)
+    found.estimate.save(output)
+    if as_json:
+        _print_json(found.as_dict() | {"output": str(output)})
+    elif not quiet:
+        _print_identification(found, output)
+    return OK
+
+
+@cli.command()
+@click.option("--suite", "suite", help="quick, default, measured, or the path of a suite file.  [default: quick]")
+@click.option("--method", "methods", multiple=True, help="Only these methods (repeatable); also path.py:Class.")
+@click.option("--vessel", "vessels", multiple=True, help="Only these vessels (repeatable).")
+@click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds; default: the suite's.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
+@click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
+@click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="directory of the results")
+@_output_options
+def run(
+    suite: str | None,
+    methods: tuple[str, ...],
+    vessels: tuple[str, ...],
+    seeds: int | None,
+    jobs: int | None,
+    scheduler: str | None,
+    resume: bool,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Run a suite; every finished run is kept at once."""
+    from .runner import Selection
+
+    given = Selection(suite or "quick", methods, vessels, seeds)
+    resume = resume and _started(output)
+    if resume and (suite, methods, vessels, seeds) == (None, (), (), None):
+        given = _stored_selection(output)
+    store = _execute(output, given, resume, jobs, scheduler, show=not (quiet or as_json) and sys.stderr.isatty())
+    return _summarise(store, as_json, quiet)
+
+
+@cli.command()
+@click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--timing", type=click.Path(path_type=Path), help="Benchmark JSON to show; default: DIR/timing.json.")
+@_output_options
+def report(directory: Path, timing: Path | None, as_json: bool, quiet: bool) -> None:
+    """Write leaderboard.md, .csv and .html from stored results, without refitting."""
+    from .report import write_report
+
+    written = write_report(directory, timing)
+    if as_json:
+        _print_json(written.as_dict())
+    elif not quiet:
+        click.echo(written.markdown)
+        click.echo("\n".join(f"wrote {path}" for path in written.paths), err=True)
+
+
+@cli.command()
+@click.argument("dataset")
+@_output_options
+def fetch(dataset: str, as_json: bool, quiet: bool) -> None:
+    """Download a measured set, SHA-256 checked, into HELMBENCH_DATA."""
+    from ..datasets import measured
+
+    paths = measured.fetch(dataset, progress=not (quiet or as_json) and sys.stderr.isatty())
+    if as_json:
+        _print_json({"dataset": dataset, "files": [str(path) for path in paths]})
+    elif not quiet:
+        click.echo(f"{dataset}: {len(paths)} files in {paths[0].parent}")
+
+
+def _catalogue(kind: str) -> dict[str, str]:
+    if kind == "models":
+        from ..models.model import list_families
+
+        return list_families()
+    if kind == "vessels":
+        from ..models.model import list_vessels
+
+        return list_vessels()
+    if kind == "manoeuvres":
+        from ..datasets.manoeuvres import KINDS as manoeuvres
+
+        return {entry.form: entry.description for entry in manoeuvres.values()}
+    if kind == "methods":
+        from ..methods.registry import methods
+
+        return {name: cls.title for name, cls in methods().items()}
+    from .suites import load_suite, suite_names
+
+    return {name: load_suite(name).title for name in suite_names()}
+
+
+def _check_folder(output: Path) -> None:
+    """Refuse an output file that cannot be written, before anything is computed."""
+    from ..models.errors import BadInput
+
+    if output.is_dir():
+        raise BadInput("is a directory", file=output, hint="give the name of a file with -o")
+    if not output.resolve().parent.is_dir():
+        raise BadInput("no such directory", file=output.parent)
+
+
+def _started(output: Path) -> bool:
+    from .store import MANIFEST
+
+    return (output / MANIFEST).exists()
+
+
+def _stored_selection(output: Path) -> Selection:
+    from .runner import Selection
+    from .store import read_manifest
+
+    stored = read_manifest(output).get("selection", {})
+    lists = {name: tuple(stored.get(name) or ()) for name in ("methods", "vessels")}
+    return Selection(suite=stored.get("suite", "quick"), seeds=stored.get("seeds"), **lists)
+
+
+def _execute(
+    output: Path, selection: Selection, resume: bool, jobs: int | None, scheduler: str | None, show: bool
+) -> Store:
+    """Run what is not stored yet; whatever is wrong with the input is found before anything is written."""
+    from tqdm import tqdm
+
+    from . import runner
+    from .pool import cluster, processes
+    from .store import check_vacant
+    from .suites import load_suite
+
+    if not resume:
+        check_vacant(output)
+    suite = load_suite(selection.suite)
+    specs = runner.plan(suite, selection)
+    if not scheduler:
+        runner.check_measured(specs)
+    with cluster(scheduler) if scheduler else processes(jobs) as pool:
+        opened = runner.resume_store(output, suite, specs) if resume else None
+        with opened or runner.open_store(output, suite, selection, specs) as store:
+            todo = [spec for spec in specs if spec.key not in store.finished]
+            if not scheduler:
+                runner.warm(todo)
+            with tqdm(total=len(specs), initial=len(specs) - len(todo), unit="run", disable=not show) as bar:
+                runner.run(todo, store, pool, lambda _: bar.update())
+    return store
+
+
+def _summarise(store: Store, as_json: bool, quiet: bool) -> int:
+    """Say how the runs ended; status 1 if some failed."""
+    rows = [run["row"] for run in store.runs]
+    counts = {status: sum(row["status"] == status for row in rows) for status in ("ok", "failed", "not_applicable")}
+    failures = [row for row in rows if row["status"] == "failed"]
+    if as_json:
+        keys = ("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed", "error")
+        listed = [{key: row[key] for key in keys} for row in failures]
+        where = {"directory": str(store.directory), "suite": store.manifest["suite"]}
+        _print_json({**where, "runs": len(rows), **counts, "failures": listed})
+    else:
+        for told, number in Counter(map(_failure, failures)).items():
+            click.echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
+        if not quiet:
+            told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"
+            click.echo(f"suite {store.manifest['suite']}: {len(rows)} runs, {told}; results in {store.directory}")
+    return FAILED if failures else OK
+
+
+def _failure(row: dict[str, Any]) -> str:
+    variant = "" if row["variant"] == "corrected" else f" ({row['variant']})"
+    return f"{row['method']}{variant} on {row['vessel']} as {row['model']}, noise {row['noise']}: {row['error']}"
+
+
+def _print_identification(found: Identification, output: Path) -> None:
+    import math
+
+    estimate = found.estimate
+    state = "" if estimate.converged else f", not converged: {estimate.message}"
+    click.echo(f"{estimate.model.family} by {estimate.method} from {', '.join(found.train)}{state}")
+    width = max(map(len, estimate.parameters))
+    for name, unit in zip(estimate.model.parameter_names, estimate.model.parameter_units, strict=True):
+        error = estimate.stderr.get(name, math.nan)
+        told = "not identified" if math.isinf(error) else "" if math.isnan(error) else f"+- {error:.2g}"
+        click.echo(f"  {name:<{width}}  {estimate.parameters[name]:>12.5g}  {told:<15} {unit}".rstrip())
+    if found.validation:
+        click.echo(f"validation on {', '.join(found.validation)}{' (diverged)' if found.scores['diverged'] else ''}")
+        for channel in [name[len("rmse_free_") :] for name in found.scores if name.startswith("rmse_free_")]:
+            rmse, r2 = (found.scores[f"{score}_free_{channel}"] for score in ("rmse", "r2"))
+            one = found.scores[f"rmse_one_{channel}"]
+            click.echo(f"  {channel:<15} free run RMSE {rmse:10.4g}  R2 {r2:8.4f}   one step RMSE {one:10.4g}")
+    click.echo(f"wrote {output}")
+
+
+def _print_json(value: Any) -> None:
+    from .store import plain
+
+    click.echo(json.dumps(plain(value), indent=1, allow_nan=False))

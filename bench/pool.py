@@ -1,0 +1,147 @@
+"""Executors: local processes by loky or a dask cluster, behind the `concurrent.futures` interface.
+
+Only a few tasks are handed over at a time.  When a worker dies, the tasks that were in its pool are repeated one by
+one, so that only the task that kills its worker is lost.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, TypeVar
+
+from ..models.errors import BadInput
+from .environment import THREAD_VARIABLES, cpu_count
+
+Item = TypeVar("Item")
+IDLE_S = 60
+QUEUED_PER_WORKER = 2
+
+
+@dataclass(frozen=True)
+class Pool:
+    """`connect()` gives a working executor, a fresh one after a breakdown; `width` tasks are in flight at a time."""
+
+    connect: Callable[[], Executor]
+    width: int
+
+    def outcomes(self, function: Callable[[Item], Any], items: Iterable[Item]) -> Iterator[tuple[Item, Future]]:
+        """Each item with its finished future, in the order of completion.
+
+        `future.exception()` is a `BrokenExecutor` only for an item that killed its worker when it ran alone.
+        """
+        queue, pending = deque(items), dict[Future, Item]()
+        while queue or pending:
+            while queue and len(pending) < self.width:
+                item = queue.popleft()
+                pending[self._submit(function, item)] = item
+            done, _ = wait(pending, return_when=FIRST_COMPLETED)
+            if any(_broken(future) for future in done):
+                yield from self._one_by_one(function, pending)
+                pending = {}
+                continue
+            for future in done:
+                yield pending.pop(future), future
+
+    def _one_by_one(
+        self, function: Callable[[Item], Any], pending: dict[Future, Item]
+    ) -> Iterator[tuple[Item, Future]]:
+        """Results of the tasks of a broken pool; those that it took down with it are run again, each alone."""
+        wait(pending)
+        for future, item in pending.items():
+            if _broken(future):
+                future = self._submit(function, item)
+                wait([future])
+            yield item, future
+
+    def _submit(self, function: Callable[[Item], Any], item: Item) -> Future:
+        """A future for one call; a pool that broke before it took the task counts as one that broke with it."""
+        try:
+            return self.connect().submit(function, item)
+        except BrokenExecutor as error:
+            future: Future = Future()
+            future.set_exception(error)
+            return future
+
+
+def _broken(future: Future) -> bool:
+    return isinstance(future.exception(), BrokenExecutor)
+
+
+@contextmanager
+def processes(jobs: int | None = None) -> Iterator[Pool]:
+    """Worker processes of this machine (default: one a processor), each with single-threaded BLAS and numba."""
+    from joblib.externals.loky import get_reusable_executor
+
+    jobs = jobs or cpu_count()
+
+    def connect() -> Any:
+        return get_reusable_executor(
+            max_workers=jobs,
+            timeout=IDLE_S,
+            initializer=_end_with,
+            initargs=(os.getpid(),),
+            env=dict.fromkeys(THREAD_VARIABLES, "1"),
+        )
+
+    try:
+        yield Pool(connect, jobs * QUEUED_PER_WORKER)
+    finally:
+        connect().shutdown(wait=True, kill_workers=True)
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Pool]:
+    """Workers of a dask scheduler, `tcp://host:port`.
+
+    Raises `BadInput` where dask.distributed is not installed or no scheduler answers.
+    """
+    try:
+        client_class = import_module("distributed").Client
+    except ImportError:
+        hint = "install it with: pip install 'helmbench[distributed]'"
+        raise BadInput("--scheduler needs dask.distributed", hint=hint) from None
+    try:
+        client = client_class(address, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise BadInput(f"no dask scheduler at {address} ({error})") from None
+    try:
+        executor = client.get_executor(pure=False)
+        threads = sum(client.nthreads().values())
+        yield Pool(lambda: executor, max(1, threads) * QUEUED_PER_WORKER)
+    finally:
+        client.close()
+
+
+@contextmanager
+def inline() -> Iterator[Pool]:
+    """This process, one task after the other; for tests and for debugging."""
+    yield Pool(_Inline, 1)
+
+
+class _Inline(Executor):
+    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        future: Future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def _end_with(parent: int) -> None:
+    """End this worker soon after its parent has gone, however that ended (loky's own workers wait for ever)."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

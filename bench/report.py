@@ -1,0 +1,380 @@
+"""Report of a run directory: leaderboard.md, leaderboard.csv and leaderboard.html, from stored results alone."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from ..models.errors import BadInput
+from . import leaderboard
+from .leaderboard import Frame
+from .store import TIMING, read_manifest, read_tables, write_atomic
+
+DEG = 180.0 / math.pi
+NOTHING = "–"
+MOST_DETAIL_ROWS = 60
+"""Markdown shows the table of all cells only up to this length; the HTML page and the CSV show it always."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One shown column: heading, how a row becomes text, and the value it is sorted by (None: the text)."""
+
+    title: str
+    text: Callable[[Mapping[str, Any]], str]
+    sort: Callable[[Mapping[str, Any]], Any] | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A titled table of texts; `sort` holds what each cell is sorted by."""
+
+    title: str
+    note: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    sort: tuple[tuple[Any, ...], ...]
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `write_report` wrote."""
+
+    markdown: str
+    paths: tuple[Path, ...]
+    complete: bool
+    standings: tuple[dict[str, Any], ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for `--json`."""
+        files = [str(path) for path in self.paths]
+        return {"complete": self.complete, "files": files, "leaderboard": list(self.standings)}
+
+
+def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
+    """Aggregate the stored runs of a directory and write the three files beside them.
+
+    Parameters
+    ----------
+    timing : output of `pytest --benchmark-json`; default `timing.json` in the directory, where there is one.
+
+    Raises
+    ------
+    BadInput : the directory holds no run, nothing is finished yet, or a file cannot be read.
+    """
+    directory = Path(directory)
+    manifest = read_manifest(directory)
+    results, parameters = read_tables(directory)
+    if results.empty:
+        raise BadInput("no run is finished yet", file=directory, hint="continue with helmbench run --resume")
+    board = leaderboard.build(results, parameters)
+    timings = read_timing(Path(timing) if timing else directory / TIMING, required=timing is not None)
+    texts = {
+        "leaderboard.md": markdown(manifest, results, board, timings),
+        "leaderboard.csv": board.table().to_csv(index=False, lineterminator="\n"),
+        "leaderboard.html": html(manifest, results, board, timings),
+    }
+    for name, text in texts.items():
+        write_atomic(directory / name, text.encode())
+    paths = tuple(directory / name for name in texts)
+    standings = tuple(board.overall.to_dict("records"))
+    return Report(texts["leaderboard.md"], paths, len(results) >= manifest["planned"], standings)
+
+
+def markdown(
+    manifest: Mapping[str, Any], results: Frame, board: leaderboard.Leaderboard, timings: Sequence[dict]
+) -> str:
+    """The report as Markdown text."""
+    parts = [f"# Leaderboard: suite {manifest['suite']}", headline(manifest, results)]
+    details = detail_tables(board.detail) if len(board.detail) <= MOST_DETAIL_ROWS else []
+    tail = [failure_table(board.failures), timing_table(timings)]
+    for table in [*standing_tables(board), *vessel_matrices(board.by_vessel), *details, *tail]:
+        if table.rows:
+            parts += [f"## {table.title}", *([table.note] if table.note else []), _markdown_table(table)]
+    return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with(manifest)]) + "\n"
+
+
+def html(manifest: Mapping[str, Any], results: Frame, board: leaderboard.Leaderboard, timings: Sequence[dict]) -> str:
+    """The report as one self-contained page."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
+
+    loader = FileSystemLoader(Path(__file__).parent / "templates")
+    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    return page.get_template("leaderboard.html.j2").render(
+        suite=manifest["suite"],
+        title=manifest.get("title", ""),
+        headline=headline(manifest, results),
+        complete=len(results) >= manifest["planned"],
+        charts=[(title, Markup(svg)) for title, svg in charts(board.by_noise)],
+        standings=[*standing_tables(board), *vessel_matrices(board.by_vessel)],
+        vessels=vessel_tables(board),
+        details=detail_tables(board.detail),
+        failures=failure_table(board.failures),
+        timings=timing_table(timings),
+        reading=READING,
+        environment=environment_rows(manifest),
+    )
+
+
+READING = (
+    "Rank: mean over cells (vessel, fitted model, manoeuvres, noise, disturbance) in which at least two methods "
+    "compete, over parameter error where the truth is given and over held-out prediction. Parameter error: median over "
+    "identifiable parameters of a run, over seeds, over cells; identifiable means a Cramer-Rao bound below half the "
+    "value at low noise. "
+    "NRMSE: mean over channels of sqrt(1 - R2) in free run on held-out records. "
+    f"[intervals]: {leaderboard.LEVEL:.0%} percentile bootstrap over cells, {leaderboard.BOOTSTRAP_DRAWS} draws, "
+    f"seed {leaderboard.BOOTSTRAP_SEED}. Efficiency: Cramer-Rao variance (rudder exactly known) over mean squared "
+    f"error, from {leaderboard.EFFICIENCY_SEEDS} seeds on. A failed run ranks last and counts as an infinite error, a "
+    "diverged one as an infinite prediction error; what is not applicable is counted, not ranked. Medians are over "
+    "compared cells only, or over all where nothing is compared."
+)
+
+
+def headline(manifest: Mapping[str, Any], results: Frame) -> str:
+    """How many runs there are and how they ended."""
+    counts = results["status"].value_counts()
+    told = [f"{int(counts.get(status, 0))} {status.replace('_', ' ')}" for status in ("ok", "failed", "not_applicable")]
+    diverged = int(results["diverged"].eq(True).sum())
+    text = f"{len(results)} runs: {', '.join(told)}; {diverged} diverged in free run."
+    if len(results) < manifest["planned"]:
+        text = f"INCOMPLETE: {len(results)} of {manifest['planned']} runs are finished. {text}"
+    return text
+
+
+def standing_tables(board: leaderboard.Leaderboard) -> list[Table]:
+    """Overall, then by noise level."""
+    return [_table("Overall", "", STANDING, board.overall), *_by_group("Noise", board.by_noise)]
+
+
+def vessel_tables(board: leaderboard.Leaderboard) -> list[Table]:
+    """Standings on every vessel."""
+    return _by_group("Vessel", board.by_vessel)
+
+
+def _by_group(name: str, frame: Frame) -> list[Table]:
+    groups = list(dict.fromkeys(frame["group"]))
+    tables = [_table(f"{name}: {group}", "", STANDING, frame[frame["group"] == group]) for group in groups]
+    return tables if len(tables) > 1 else []
+
+
+def vessel_matrices(by_vessel: Frame) -> list[Table]:
+    """Vessels against methods: the parameter error and the prediction error."""
+    titles = {"rel_error": "Parameter error by vessel", "nrmse": "Held-out NRMSE by vessel"}
+    vessels = list(dict.fromkeys(by_vessel["group"]))
+    methods = sorted(set(by_vessel["method"]))
+    tables = []
+    for name, title in titles.items() if len(vessels) > 1 else ():
+        found = {(row["group"], row["method"]): row[name] for row in by_vessel.to_dict("records")}
+        rows = [{"vessel": vessel, **{method: found.get((vessel, method)) for method in methods}} for vessel in vessels]
+        columns = [Column("vessel", lambda row: row["vessel"]), *(_numeric(method, method) for method in methods)]
+        tables.append(_rows(title, "", columns, rows))
+    return tables
+
+
+def detail_tables(detail: Frame) -> list[Table]:
+    """Every cell, one table a vessel."""
+    vessels = list(dict.fromkeys(detail["vessel"]))
+    return [_table(f"All cells of {vessel}", "", DETAIL, detail[detail["vessel"] == vessel]) for vessel in vessels]
+
+
+def failure_table(failures: Frame) -> Table:
+    """What failed, did not apply or did not converge, and why."""
+    return _table("Failed, not applicable, not converged", "", FAILURE, failures)
+
+
+def timing_table(timings: Sequence[dict]) -> Table:
+    """Timings of the benchmark tests."""
+    columns = (
+        Column("what", lambda row: row["name"]),
+        Column("median", lambda row: seconds(row["median"]), lambda row: row["median"]),
+        Column("quartiles", lambda row: f"{seconds(row['q1'])} .. {seconds(row['q3'])}", lambda row: row["q3"]),
+        Column("rounds", lambda row: str(row["rounds"]), lambda row: row["rounds"]),
+    )
+    return _rows("Timings", "Wall time; measured apart from this run.", columns, timings)
+
+
+def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
+    """Name, median, quartiles and rounds from a benchmark JSON file; empty where there is none."""
+    if not path.exists() and not required:
+        return []
+    try:
+        found = json.loads(path.read_bytes())["benchmarks"]
+        pick = ("median", "q1", "q3", "rounds")
+        return sorted(
+            ({"name": entry["name"], **{key: entry["stats"][key] for key in pick}} for entry in found),
+            key=lambda entry: entry["name"],
+        )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"is not a benchmark JSON file ({type(error).__name__}: {error})", file=path) from None
+
+
+def charts(by_noise: Frame) -> list[tuple[str, str]]:
+    """Median errors over noise levels, as SVG."""
+    from .plots import by_level
+
+    levels = list(dict.fromkeys(by_noise["group"]))
+    kinds = {"rel_error": "Median relative parameter error", "nrmse": "Median held-out NRMSE (free run)"}
+    found = []
+    for column, title in kinds.items():
+        table = by_noise.pivot(index="method", columns="group", values=column)
+        series = {method: [float(value) for value in line[levels]] for method, line in table.iterrows()}
+        found.append((title, by_level({str(method): line for method, line in series.items()}, levels, title)))
+    return [(title, svg) for title, svg in found if svg]
+
+
+def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What the run was made with, as pairs of texts."""
+    packages = ", ".join(f"{name} {version}" for name, version in (manifest.get("packages") or {}).items() if version)
+    selection = {name: value for name, value in (manifest.get("selection") or {}).items() if value}
+    seeds = ", ".join(map(str, manifest.get("seeds", [])))
+    return [
+        ("version", str(manifest["version"])),
+        ("selection", ", ".join(f"{name} {value}" for name, value in selection.items())),
+        ("seeds", f"{seeds}; held-out records {manifest.get('held_out_seed')}"),
+        ("threads per worker", str(manifest.get("threads_per_worker"))),
+        ("Python", f"{manifest.get('python')} ({manifest.get('platform')})"),
+        ("processor", f"{manifest.get('cpu')}, {manifest.get('cpus')} usable"),
+        ("packages", packages),
+    ]
+
+
+def made_with(manifest: Mapping[str, Any]) -> str:
+    """`environment_rows` as a Markdown list."""
+    return "\n".join(f"- {name}: {value}" for name, value in environment_rows(manifest))
+
+
+# cells
+
+
+def number(value: Any, digits: int = 3) -> str:
+    """A short number; a dash where there is none, `inf` where it is infinite."""
+    if _missing(value):
+        return NOTHING
+    value = float(value)
+    if math.isinf(value):
+        return "inf"
+    return f"{value:.1e}" if value and not 1e-3 <= abs(value) < 1e5 else f"{value:.{digits}g}"
+
+
+def r_squared(value: Any) -> str:
+    """R^2 with three decimals, coarse where it is far below zero."""
+    return NOTHING if _missing(value) else f"{float(value):.3f}" if float(value) > -10.0 else f"{float(value):.1e}"
+
+
+def seconds(value: Any) -> str:
+    """A duration with a fitting unit."""
+    if _missing(value):
+        return NOTHING
+    for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
+        if value >= size:
+            return f"{value / size:.3g} {unit}"
+    return f"{value / 1e-9:.3g} ns"
+
+
+def _missing(value: Any) -> bool:
+    return value is None or (isinstance(value, float) and math.isnan(value))
+
+
+def _with_interval(name: str) -> Callable[[Mapping[str, Any]], str]:
+    def text(row: Mapping[str, Any]) -> str:
+        middle, low, high = (number(row[key]) for key in (name, f"{name}_low", f"{name}_high"))
+        return middle if middle in (NOTHING, "inf") and low == middle else f"{middle} [{low}, {high}]"
+
+    return text
+
+
+def _numeric(title: str, name: str, form: Callable[[Any], str] = number, scale: float = 1.0) -> Column:
+    def value(row: Mapping[str, Any]) -> Any:
+        return None if _missing(row[name]) else float(row[name]) * scale
+
+    return Column(title, lambda row: form(value(row)), value)
+
+
+def _counts(row: Mapping[str, Any]) -> str:
+    return f"{row['failed']} / {row['not_applicable']} / {row['runs']}"
+
+
+STANDING = (
+    Column("method", lambda row: row["method"]),
+    _numeric("mean rank", "mean_rank"),
+    _numeric("by parameters", "rank_parameters"),
+    _numeric("by prediction", "rank_prediction"),
+    Column("parameter error [95 %]", _with_interval("rel_error"), lambda row: row["rel_error"]),
+    Column("NRMSE [95 %]", _with_interval("nrmse"), lambda row: row["nrmse"]),
+    _numeric("yaw rate RMSE (deg/s)", "rmse_yaw_rate_rad_s", scale=DEG),
+    _numeric("yaw rate R2", "r2_yaw_rate", r_squared),
+    _numeric("heading R2", "r2_heading", r_squared),
+    _numeric("efficiency", "efficiency"),
+    Column("failed / n.a. / runs", _counts, lambda row: row["failed"]),
+    Column("diverged", lambda row: str(row["diverged"]), lambda row: row["diverged"]),
+    Column("cells", lambda row: str(row["cells"]), lambda row: row["cells"]),
+    _numeric("time", "wall_s", seconds),
+)
+DETAIL = (
+    Column("model", lambda row: row["model"]),
+    Column("train", lambda row: row["train"]),
+    Column("held out", lambda row: row["held_out"]),
+    Column("noise", lambda row: row["noise"]),
+    Column("disturbance", lambda row: row["disturbance"]),
+    Column("method", lambda row: row["label"]),
+    _numeric("parameter error", "rel_error"),
+    _numeric("error / CRB", "crb_z"),
+    _numeric("NRMSE", "nrmse"),
+    _numeric("yaw rate R2", "r2_yaw_rate", r_squared),
+    _numeric("yaw rate RMSE (deg/s)", "rmse_yaw_rate_rad_s", scale=DEG),
+    _numeric("heading RMSE (deg)", "rmse_heading_rad", scale=DEG),
+    Column("estimates", lambda row: row["estimates"]),
+    Column("failed / n.a. / runs", _counts, lambda row: row["failed"]),
+    Column("diverged", lambda row: str(row["diverged"]), lambda row: row["diverged"]),
+    _numeric("time", "wall_s", seconds),
+)
+FAILURE = (
+    Column("status", lambda row: row["status"].replace("_", " ")),
+    Column("method", lambda row: row["label"]),
+    Column("vessel", lambda row: row["vessel"]),
+    Column("model", lambda row: row["model"]),
+    Column("train", lambda row: row["train"]),
+    Column("noise", lambda row: row["noise"]),
+    Column("disturbance", lambda row: row["disturbance"]),
+    Column("runs", lambda row: str(row["runs"]), lambda row: row["runs"]),
+    Column("seeds", lambda row: row["seeds"]),
+    Column("reason", lambda row: row["error"]),
+)
+
+
+def _table(title: str, note: str, columns: Sequence[Column], frame: Frame) -> Table:
+    return _rows(title, note, columns, frame.to_dict("records"))
+
+
+def _rows(title: str, note: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> Table:
+    """The table without columns that are empty throughout, such as efficiency from a single seed."""
+    texts = [[column.text(row) for column in columns] for row in rows]
+    keep = [i for i in range(len(columns)) if any(text[i] not in (NOTHING, "") for text in texts)]
+    keys = [[_key(columns[i], row, text[i]) for i in keep] for row, text in zip(rows, texts, strict=True)]
+    names = tuple(columns[i].title for i in keep)
+    return Table(title, note, names, tuple(tuple(t[i] for i in keep) for t in texts), tuple(map(tuple, keys)))
+
+
+def _key(column: Column, row: Mapping[str, Any], text: str) -> Any:
+    if column.sort is None:
+        return text
+    value = column.sort(row)
+    return "" if _missing(value) else "1e999" if value == math.inf else value
+
+
+def _markdown_table(table: Table) -> str:
+    rows = [[_cell(text) for text in row] for row in (table.columns, *table.rows)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(table.columns))]
+    padded = [" | ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+    head, *body = (f"| {line} |" for line in padded)
+    return "\n".join([head, "|" + "|".join("-" * (width + 2) for width in widths) + "|", *body])
+
+
+def _cell(text: str) -> str:
+    return escape(text, quote=False).replace("|", "\\|")

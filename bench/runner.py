@@ -1,0 +1,401 @@
+"""Runner: `plan` enumerates what a suite holds, `run` executes it and keeps every finished run at once."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..models.errors import BadInput
+from ..models.model import list_vessels, resolve
+from .environment import environment
+from .problems import HELD_OUT_SEED, Problem, Task, problem
+from .store import MANIFEST, Store
+from .suites import GROUPS, Entry, Suite
+
+if TYPE_CHECKING:
+    from .pool import Pool
+
+WARM_SAMPLES = 60
+_WARMED: set[tuple[str, str]] = set()
+
+
+@dataclass(frozen=True)
+class RunSpec:
+    """One row to run: a task, and the method that `maker` makes (`methods.registry.make`).
+
+    `method` and `variant` are what the tables call it.
+    """
+
+    suite: str
+    method: str
+    variant: str
+    maker: str
+    task: Task
+
+    @property
+    def key(self) -> str:
+        """Identifier that is the same in every process and session."""
+        text = json.dumps(asdict(self), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+    def row_key(self) -> dict[str, Any]:
+        """The key columns of the tables."""
+        task = self.task
+        return {
+            "suite": self.suite,
+            "method": self.method,
+            "variant": self.variant,
+            "vessel": task.vessel,
+            "model": task.model,
+            "train": "+".join(task.train),
+            "held_out": "+".join(task.held_out),
+            "noise": task.noise,
+            "disturbance": task.disturbance,
+            "seed": task.seed,
+        }
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What of a suite is run; empty and None mean what the suite says.
+
+    `methods` not named by an open entry are added to it; `vessels` also selects measured sets by their names.
+    """
+
+    suite: str = "quick"
+    methods: tuple[str, ...] = ()
+    vessels: tuple[str, ...] = ()
+    seeds: int | None = None
+
+
+def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
+    """Every run of a suite, without repetitions, in the suite's order.
+
+    Raises `BadInput` for unknown methods, vessels or models, and where nothing is left to run.
+    """
+    selection = selection or Selection(suite.name)
+    _check_vessels(suite, selection)
+    specs = [spec for entry in suite.entries for spec in _entry_specs(suite.name, entry, selection)]
+    if not specs:
+        raise BadInput("nothing to run", file=f"suite {suite.name}", hint="the filters leave no row of it")
+    specs = list(dict.fromkeys(specs))
+    names = Counter(tuple(spec.row_key().values()) for spec in specs)
+    twice = next((name for name, count in names.items() if count > 1), None)
+    if twice:
+        raise BadInput(f"two different runs have the same row: {' '.join(map(str, twice))}", file=f"suite {suite.name}")
+    return specs
+
+
+def run(
+    specs: Sequence[RunSpec], store: Store, pool: Pool, watch: Callable[[dict[str, Any]], object] | None = None
+) -> None:
+    """Execute what `store` does not hold yet, keep each run as it ends, then write the tables.
+
+    `watch` is called with every finished run.  The caller warms the kernels first (`warm`).
+    """
+    for spec, future in pool.outcomes(execute, [spec for spec in specs if spec.key not in store.finished]):
+        error = future.exception()
+        finished = future.result() if error is None else lost(spec, error)
+        store.append(finished)
+        if watch is not None:
+            watch(finished)
+    store.write_tables()
+
+
+def check_measured(specs: Iterable[RunSpec]) -> None:
+    """Raise `BadInput` where a measured record that the runs need is missing on this machine."""
+    from ..datasets.measured import load
+
+    tasks = [spec.task for spec in specs if spec.task.measured]
+    for name, stem in dict.fromkeys((task.vessel, stem) for task in tasks for stem in (*task.train, *task.held_out)):
+        load(name, stem)
+
+
+def open_store(directory: str | Path, suite: Suite, selection: Selection, specs: Sequence[RunSpec]) -> Store:
+    """A new store for these runs, described by its manifest."""
+    seeds = sorted({spec.task.seed for spec in specs})
+    manifest = {
+        "suite": suite.name,
+        "title": suite.title,
+        "suite_digest": suite.digest,
+        "version": code_version(),
+        "selection": asdict(selection),
+        "planned": len(specs),
+        "plan_digest": plan_digest(specs),
+        "seeds": seeds,
+        "held_out_seed": HELD_OUT_SEED,
+        "threads_per_worker": 1,
+        **environment(),
+    }
+    return Store.create(directory, manifest)
+
+
+def resume_store(directory: str | Path, suite: Suite, specs: Sequence[RunSpec]) -> Store:
+    """The store of a started run, refused where it was made from another suite, selection or version."""
+    store = Store.resume(directory)
+    expected = {
+        "suite": suite.name,
+        "version": code_version(),
+        "suite_digest": suite.digest,
+        "plan_digest": plan_digest(specs),
+    }
+    named = {"suite_digest": "the suite's file", "plan_digest": "the selection of methods, vessels and seeds"}
+    for name, value in expected.items():
+        if store.manifest.get(name) != value:
+            store.close()
+            raise BadInput(
+                f"cannot be resumed: {named.get(name, name)} differs from the one it was started with",
+                file=Path(directory) / MANIFEST,
+                hint="start again in a new directory",
+            )
+    return store
+
+
+def code_version() -> str:
+    """Version of the installed package, with a digest of its sources."""
+    return f"{environment()['packages']['helmbench']}+{_source_digest()}"
+
+
+def plan_digest(specs: Iterable[RunSpec]) -> str:
+    """Digest of the set of runs."""
+    return hashlib.sha256("".join(sorted(spec.key for spec in specs)).encode()).hexdigest()[:16]
+
+
+def execute(spec: RunSpec) -> dict[str, Any]:
+    """Fit, score and time one run: `{"key", "row", "parameters"}` with built-in types only.
+
+    Whatever goes wrong inside becomes the row's status and error.
+    """
+    from ..methods.base import CannotFit, FitFailed
+
+    row: dict[str, Any] = spec.row_key() | {"status": "failed", "error": None}
+    parameters: list[dict[str, Any]] = []
+    with _quiet():
+        try:
+            parameters = _fit_and_score(spec, row)
+            row["status"] = "ok"
+        except CannotFit as reason:
+            row |= {"status": "not_applicable", "error": one_line(reason)}
+        except (FitFailed, BadInput) as reason:
+            row["error"] = one_line(reason)
+        except Exception as error:  # a method's own fault is a row, too
+            row["error"] = one_line(f"{type(error).__name__}: {error}")
+    return {"key": spec.key, "row": row, "parameters": parameters}
+
+
+def lost(spec: RunSpec, error: BaseException) -> dict[str, Any]:
+    """The finished run of a task whose worker gave nothing back."""
+    reason = one_line(f"worker process died ({type(error).__name__}: {error})")
+    return {"key": spec.key, "row": spec.row_key() | {"status": "failed", "error": reason}, "parameters": []}
+
+
+def warm(specs: Iterable[RunSpec]) -> None:
+    """Compile, in this process, every kernel that the runs will need, so that workers only load them."""
+    first = {(spec.task.vessel, spec.task.source, spec.maker): spec for spec in reversed(list(specs))}
+    with _quiet():
+        for spec in (first[key] for key in sorted(first)):
+            _attempt(lambda spec=spec: _warm_fit(spec, problem(spec.task)))
+
+
+def one_line(message: object, most: int = 400) -> str:
+    """A message without line breaks, cut to a sensible length."""
+    text = " ".join(str(message).split())
+    return text if len(text) <= most else text[: most - 3] + "..."
+
+
+# enumerating
+
+
+def _entry_specs(suite: str, entry: Entry, selection: Selection) -> Iterator[RunSpec]:
+    methods = _entry_methods(entry, selection)
+    for task in _tasks(entry, selection) if methods else ():
+        for maker in methods:
+            yield _spec(suite, maker, task)
+
+
+def _spec(suite: str, maker: str, task: Task) -> RunSpec:
+    name, variant = _named(maker)
+    return RunSpec(suite, name, variant, maker, task)
+
+
+@lru_cache(maxsize=256)
+def _named(maker: str) -> tuple[str, str]:
+    """What the tables call a method: its identifier with its options, and its variant; checks that it can be made."""
+    from ..methods.registry import make
+
+    method = make(maker)
+    options = [part.strip() for part in maker.split(",")[1:] if not part.strip().startswith("variant=")]
+    return ",".join([type(method).name, *options]), method.variant
+
+
+def _entry_methods(entry: Entry, selection: Selection) -> list[str]:
+    from ..methods.registry import methods
+
+    own = list(methods()) if "all" in entry.methods else list(entry.methods)
+    if not selection.methods:
+        return own
+    for name in selection.methods:
+        _named(name)
+    return [name for name in selection.methods if name in own or entry.open]
+
+
+def _tasks(entry: Entry, selection: Selection) -> Iterator[Task]:
+    for vessel, model, held_out in product(_entry_vessels(entry), entry.models, entry.held_out or ((),)):
+        if selection.vessels and vessel not in selection.vessels:
+            continue
+        for noise, disturbance in product(entry.noise, entry.disturbance):
+            seeds = (selection.seeds or entry.seeds) if (noise, disturbance) != ("none", "none") else 1
+            for seed in range(seeds):
+                yield _task(entry, vessel, model, held_out, noise, disturbance, seed)
+
+
+def _task(
+    entry: Entry, vessel: str, model: str, held_out: tuple[str, ...], noise: str, disturbance: str, seed: int
+) -> Task:
+    source = vessel if model == "own" else model
+    suggested = {} if entry.dataset else resolve(vessel).suite
+    train = entry.train or tuple(suggested.get("train", ()))
+    held_out = held_out or tuple(suggested.get("held_out", ()))
+    if not train or not held_out:
+        hint = "add them to its suite block"
+        raise BadInput("the suite needs train and held_out", file=f"vessel {vessel}", hint=hint)
+    if entry.euler:
+        from ..datasets.manoeuvres import EULER
+
+        train = tuple(text if text.endswith(EULER) else text + EULER for text in train)
+    return Task(
+        vessel=vessel,
+        source=source,
+        model=resolve(source).family,
+        train=train,
+        held_out=held_out,
+        noise=noise,
+        disturbance=disturbance,
+        seed=seed,
+        measured=entry.dataset is not None,
+        duration_s=entry.duration_s,
+        dt_s=entry.dt_s,
+    )
+
+
+def _entry_vessels(entry: Entry) -> list[str]:
+    if entry.dataset:
+        return [entry.dataset]
+    found = [vessel for name in entry.vessels for vessel in (_group(name) if name in GROUPS else [name])]
+    return list(dict.fromkeys(found))
+
+
+@lru_cache(maxsize=8)
+def _group(name: str) -> tuple[str, ...]:
+    wanted = {"all": (True, False), "3dof": (True,), "response": (False,)}[name]
+    return tuple(vessel for vessel in list_vessels() if resolve(vessel).is_3dof in wanted)
+
+
+def _check_vessels(suite: Suite, selection: Selection) -> None:
+    known = {vessel for entry in suite.entries for vessel in _entry_vessels(entry)}
+    for vessel in selection.vessels:
+        if vessel not in known:
+            raise BadInput(f"suite {suite.name} has no vessel {vessel!r}", hint=f"it has {', '.join(sorted(known))}")
+
+
+# executing
+
+
+def _fit_and_score(spec: RunSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
+    """Fill in the row; returns the rows of its parameters."""
+    from ..methods.registry import make
+    from .scores import parameter_rows, parameter_scores, prediction_scores
+
+    task = problem(spec.task)
+    _warm_fit(spec, task)
+    row["n_samples"] = task.n_samples
+    method = make(spec.maker)
+    peak = reset_peak_memory()
+    wall, cpu = time.perf_counter(), time.process_time()
+    try:
+        estimate = method.fit(list(task.train), task.model)
+    finally:
+        row |= {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
+        row["peak_memory_mib"] = peak()
+    parameters = parameter_rows(task.model, task.truth, estimate)
+    row |= parameter_scores(parameters) | prediction_scores(estimate.model, task.held_out)
+    if not estimate.converged:
+        row["error"] = one_line(f"not converged: {estimate.message or 'no reason given'}")
+    return parameters
+
+
+def reset_peak_memory() -> Callable[[], float | None]:
+    """Start a measurement of this process's peak resident memory; the result gives it in MiB.
+
+    On Linux the peak is reset first, so that it belongs to what ran since (interpreter and libraries included);
+    elsewhere it is the peak since the process started, and None where the system does not tell.
+    """
+    status = Path("/proc/self/status")
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+        status.read_bytes()
+    except OSError:
+        return _peak_since_start
+    return lambda: next(int(line.split()[1]) for line in status.read_text().splitlines() if "VmHWM" in line) / 1024.0
+
+
+def _peak_since_start() -> float | None:
+    try:
+        import resource
+    except ImportError:
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024.0**2 if sys.platform == "darwin" else 1024.0)
+
+
+def _warm_fit(spec: RunSpec, task: Problem) -> None:
+    """Fit and score a few samples, untimed, once per process, method and model: timed fits then compile nothing."""
+    from ..methods.registry import make
+    from .scores import prediction_scores
+
+    if (spec.maker, spec.task.source) in _WARMED:
+        return
+    _WARMED.add((spec.maker, spec.task.source))
+    short = [record.slice(0, WARM_SAMPLES) for record in task.train]
+    _attempt(lambda: prediction_scores(make(spec.maker).fit(short, task.model).model, task.held_out[:1]))
+
+
+def _attempt(action: Callable[[], object]) -> None:
+    """Do something whose failure will show, with its reason, when it is done in earnest."""
+    try:
+        action()
+    except Exception as error:
+        warnings.warn(one_line(error), RuntimeWarning, stacklevel=2)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """One BLAS thread and no numerical warnings: bad numbers are judged by the scores."""
+    import numpy as np
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1), np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+@lru_cache(maxsize=1)
+def _source_digest() -> str:
+    rooms = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256()
+    for folder in ("models", "datasets", "methods", "bench"):
+        for path in sorted((rooms / folder).rglob("*")):
+            if path.suffix in (".py", ".yaml"):
+                digest.update(path.relative_to(rooms).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:12]

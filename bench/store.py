@@ -1,0 +1,291 @@
+"""Results store: one JSON line per finished run while a suite runs, two Parquet tables when it is complete.
+
+`runs.jsonl` is only ever appended to, one `write` per finished run, so that a killed process loses nothing that was
+finished; a torn last line is dropped when the store is opened again.  `environment.json` says what was run, with what.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from ..models.errors import BadInput
+
+RUNS, MANIFEST, RESULTS, PARAMETERS = "runs.jsonl", "environment.json", "results.parquet", "parameters.parquet"
+TIMING = "timing.json"
+"""Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
+CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+"""Channels that are scored, in the order of the record header; heading is unwrapped."""
+
+KEYS = {
+    "suite": "string",
+    "method": "string",
+    "variant": "string",
+    "vessel": "string",
+    "model": "string",
+    "train": "string",
+    "held_out": "string",
+    "noise": "string",
+    "disturbance": "string",
+    "seed": "int",
+}
+RESULT_COLUMNS = {
+    **KEYS,
+    "status": "string",
+    "error": "string",
+    "diverged": "bool",
+    "n_samples": "int",
+    "rel_error_median": "float",
+    "rel_error_max": "float",
+    "crb_z_rms": "float",
+    **{
+        f"{score}_{horizon}_{channel}": "float"
+        for horizon in ("free", "one")
+        for score in ("rmse", "r2")
+        for channel in CHANNELS
+    },
+    "wall_s": "float",
+    "cpu_s": "float",
+    "peak_memory_mib": "float",
+}
+PARAMETER_COLUMNS = {
+    **KEYS,
+    "parameter": "string",
+    "unit": "string",
+    "true": "float",
+    "true_kind": "string",
+    "estimate": "float",
+    "stderr": "float",
+    "rel_error": "float",
+    "crb_sd": "float",
+    "identifiable": "bool",
+}
+MEASURED_COLUMNS = ("wall_s", "cpu_s", "peak_memory_mib")
+"""The only columns in which two equal runs may differ."""
+
+
+class Store:
+    """The directory of one suite run, open for this process alone until it is closed.
+
+    Use `Store.create` for a new run and `Store.resume` for a started one; both raise `BadInput` where the directory
+    does not allow it, before anything is written.
+    """
+
+    def __init__(self, directory: Path, manifest: Mapping[str, Any]) -> None:
+        self.directory, self.manifest = directory, dict(manifest)
+        self._file: int | None = _open_for_append(directory / RUNS)
+        self._runs = {run["key"]: run for run in read_runs(directory / RUNS)[0]}
+
+    @classmethod
+    def create(cls, directory: str | Path, manifest: Mapping[str, Any]) -> Store:
+        """A store in a new or empty directory."""
+        directory = Path(directory)
+        check_vacant(directory)
+        directory.mkdir(parents=True, exist_ok=True)
+        write_atomic(directory / MANIFEST, _json(manifest, indent=1).encode() + b"\n")
+        return cls(directory, manifest)
+
+    @classmethod
+    def resume(cls, directory: str | Path) -> Store:
+        """The store of a started run; a last line that a kill tore is cut off."""
+        directory = Path(directory)
+        return cls(directory, read_manifest(directory))
+
+    @property
+    def finished(self) -> frozenset[str]:
+        """Keys of the runs that are stored."""
+        return frozenset(self._runs)
+
+    @property
+    def runs(self) -> list[dict[str, Any]]:
+        """The stored runs in the order of their result rows."""
+        return sorted(self._runs.values(), key=lambda run: _order(run["row"], KEYS))
+
+    def append(self, run: Mapping[str, Any]) -> None:
+        """Keep one finished run, `{"key", "row", "parameters"}`, at once."""
+        if self._file is None:
+            raise ValueError("the store is closed")
+        line = _json(run)
+        _write_all(self._file, line.encode() + b"\n")
+        self._runs[run["key"]] = json.loads(line)
+
+    def close(self) -> None:
+        """Flush the appended runs to the disk."""
+        if self._file is not None:
+            os.fsync(self._file)
+            os.close(self._file)
+            self._file = None
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def write_tables(self) -> None:
+        """Write `results.parquet` and `parameters.parquet`, each by one atomic replacement."""
+        for name, (columns, rows) in tables(self._runs.values()).items():
+            write_atomic(self.directory / name, _parquet(columns, rows))
+
+
+def check_vacant(directory: Path) -> None:
+    """Refuse a path that is no directory, or one that holds anything."""
+    if directory.exists() and not directory.is_dir():
+        raise BadInput("is not a directory", file=directory, hint="give a new directory with -o")
+    if directory.is_dir() and any(directory.iterdir()):
+        hint = "continue it with --resume or give a new directory with -o" if (directory / MANIFEST).exists() else None
+        raise BadInput("directory is not empty", file=directory, hint=hint or "give a new directory with -o")
+
+
+def read_manifest(directory: Path) -> dict[str, Any]:
+    """`environment.json` of a run directory."""
+    path = directory / MANIFEST
+    try:
+        manifest = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing") from None
+    except (ValueError, OSError) as error:
+        raise BadInput(f"cannot be read ({error})", file=path) from None
+    if not isinstance(manifest, dict) or not {"suite", "version", "planned"} <= manifest.keys():
+        raise BadInput("is not the manifest of a benchmark run", file=path)
+    return manifest
+
+
+def read_runs(path: Path) -> tuple[list[dict[str, Any]], int]:
+    """Stored runs and the number of bytes that hold whole lines; a torn last line is left out.
+
+    Raises `BadInput` with the line number where any other line is damaged.
+    """
+    data = path.read_bytes() if path.exists() else b""
+    whole = data.rfind(b"\n") + 1
+    lines = data[:whole].splitlines()
+    return [_run(line, path, number) for number, line in enumerate(lines, start=1) if line.strip()], whole
+
+
+def tables(runs: Iterable[Mapping[str, Any]]) -> dict[str, tuple[dict[str, str], list[dict[str, Any]]]]:
+    """Both tables as `file name -> (column kinds, sorted rows)`."""
+    runs = list(runs)
+    results = [run["row"] for run in runs]
+    parameters = [run["row"] | row for run in runs for row in run["parameters"]]
+    return {
+        RESULTS: (RESULT_COLUMNS, _sorted(results, RESULT_COLUMNS, KEYS)),
+        PARAMETERS: (PARAMETER_COLUMNS, _sorted(parameters, PARAMETER_COLUMNS, (*KEYS, "parameter"))),
+    }
+
+
+def read_tables(directory: str | Path):
+    """Results and parameters of a run directory as two pandas frames, complete or not.
+
+    The Parquet tables are read where they exist, else the finished runs of `runs.jsonl`.
+    """
+    import pandas as pd
+
+    directory = Path(directory)
+    if (directory / RESULTS).exists() and (directory / PARAMETERS).exists():
+        try:
+            return pd.read_parquet(directory / RESULTS), pd.read_parquet(directory / PARAMETERS)
+        except (OSError, ValueError) as error:
+            raise BadInput(f"cannot be read ({error})", file=directory / RESULTS) from None
+    read_manifest(directory)
+    return frames(read_runs(directory / RUNS)[0])
+
+
+def frames(runs: Iterable[Mapping[str, Any]]):
+    """Results and parameters of runs as two pandas frames with the columns and types of the stored tables."""
+    results, parameters = (_table(columns, rows).to_pandas() for columns, rows in tables(runs).values())
+    return results, parameters
+
+
+def write_atomic(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_bytes(data)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _run(line: bytes, path: Path, number: int) -> dict[str, Any]:
+    try:
+        run = json.loads(line)
+    except ValueError:
+        run = None
+    if not isinstance(run, dict) or not {"key", "row", "parameters"} <= run.keys():
+        raise BadInput("is not a stored run", file=path, row=number, hint="the file was changed by something else")
+    return run
+
+
+def _open_for_append(path: Path) -> int:
+    """Open the log for this process alone, behind its last whole line."""
+    file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+    try:
+        _lock(file, path)
+        os.ftruncate(file, read_runs(path)[1])
+    except BaseException:
+        os.close(file)
+        raise
+    return file
+
+
+def _lock(file: int, path: Path) -> None:
+    try:
+        import fcntl
+    except ImportError:  # no advisory locks on this platform
+        return
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise BadInput("another run is writing here", file=path.parent) from None
+
+
+def _write_all(file: int, data: bytes) -> None:
+    while data:
+        data = data[os.write(file, data) :]
+
+
+def _json(value: Any, indent: int | None = None) -> str:
+    return json.dumps(plain(value), indent=indent, allow_nan=False, ensure_ascii=False)
+
+
+def plain(value: Any) -> Any:
+    """Built-in types only; what is not a finite number is null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _sorted(rows: Iterable[Mapping[str, Any]], columns: Mapping[str, str], keys: Iterable[str]) -> list[dict[str, Any]]:
+    keys = list(keys)
+    return sorted(({name: row.get(name) for name in columns} for row in rows), key=lambda row: _order(row, keys))
+
+
+def _order(row: Mapping[str, Any], keys: Iterable[str]) -> list[Any]:
+    return [row[key] for key in keys]
+
+
+def _table(columns: Mapping[str, str], rows: list[dict[str, Any]]):
+    import pyarrow as pa
+
+    types = {"string": pa.string(), "int": pa.int64(), "bool": pa.bool_(), "float": pa.float64()}
+    schema = pa.schema([(name, types[kind]) for name, kind in columns.items()])
+    return pa.Table.from_pylist(rows, schema=schema)
+
+
+def _parquet(columns: Mapping[str, str], rows: list[dict[str, Any]]) -> bytes:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    sink = pa.BufferOutputStream()
+    pq.write_table(_table(columns, rows), sink)
+    return sink.getvalue().to_pybytes()

@@ -1,0 +1,149 @@
+"""Suites as data: which vessels, methods, manoeuvres, noise levels, disturbances and seeds are run.
+
+A suite is a YAML file with a `title` and a list of `entries`; every entry is a full product of its lists.
+
+    vessels       ids, or one of `all`, `3dof`, `response` (every vessel of that kind)
+    dataset       instead of vessels: a measured set; `train` and `held_out` then hold its record names
+    models        families to fit; `own` is the vessel's own (default)
+    methods       method texts (`ls`, `ls,scheme=midpoint`, `rls,variant=as_printed`, `path.py:Class`) or `all`
+    open          false: only these methods, also when `--method` asks for others (default true)
+    train         manoeuvres of the training records (default: the vessel file's)
+    held_out      manoeuvres to predict (default: the vessel file's); a list of lists makes one row of each
+    euler         true: training records are made by the explicit Euler difference equation
+    noise, disturbance, seeds, duration_s, dt_s    lists of strings, a number of seeds, and record settings
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from ..models.errors import BadInput
+
+FOLDER = Path(__file__).parent / "suites"
+GROUPS = ("all", "3dof", "response")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One product of lists; the module docstring says what each field means."""
+
+    vessels: tuple[str, ...] = ("all",)
+    dataset: str | None = None
+    models: tuple[str, ...] = ("own",)
+    methods: tuple[str, ...] = ("all",)
+    open: bool = True
+    train: tuple[str, ...] = ()
+    held_out: tuple[tuple[str, ...], ...] = ()
+    euler: bool = False
+    noise: tuple[str, ...] = ("none",)
+    disturbance: tuple[str, ...] = ("none",)
+    seeds: int = 1
+    duration_s: float | None = None
+    dt_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Suite:
+    """A named list of entries; `digest` changes with the file's content."""
+
+    name: str
+    title: str
+    digest: str
+    entries: tuple[Entry, ...] = field(repr=False)
+
+
+def suite_names() -> list[str]:
+    """Names of the suites that ship with the package."""
+    return sorted(path.stem for path in FOLDER.glob("*.yaml"))
+
+
+def load_suite(name: str) -> Suite:
+    """A shipped suite by its name, or a suite file by its path.
+
+    Raises `BadInput` where there is no such suite or the file does not follow the module docstring.
+    """
+    path = Path(name) if name.endswith((".yaml", ".yml")) else FOLDER / f"{name}.yaml"
+    if not path.is_file():
+        hint = f"known: {', '.join(suite_names())}, or the path of a .yaml file"
+        raise BadInput(f"unknown suite {name!r}", hint=hint)
+    text = path.read_bytes()
+    content = _parse(text, path)
+    entries = content.get("entries")
+    if not isinstance(entries, list) or not entries:
+        raise BadInput("has no list of entries", file=path)
+    digest = hashlib.sha256(text).hexdigest()[:16]
+    rows = tuple(_entry(entry, path, number) for number, entry in enumerate(entries, start=1))
+    return Suite(path.stem, str(content.get("title", path.stem)), digest, rows)
+
+
+def _parse(text: bytes, path: Path) -> dict[str, Any]:
+    import yaml
+
+    try:
+        content = yaml.safe_load(text)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise BadInput(f"is not YAML ({error})", file=path) from None
+    if not isinstance(content, dict):
+        raise BadInput("is not a suite", file=path, hint="a suite has a title and entries")
+    return content
+
+
+def _entry(raw: Any, path: Path, number: int) -> Entry:
+    """One validated entry; every complaint names the file and the entry."""
+    where = f"{path}: entry {number}"
+    if not isinstance(raw, dict):
+        raise BadInput("is not a mapping", file=where)
+    known = [entry.name for entry in fields(Entry)]
+    unknown = sorted(str(key) for key in raw if key not in known)
+    if unknown:
+        raise BadInput(f"unknown key {unknown[0]!r}", file=where, hint=f"known: {', '.join(known)}")
+    if "dataset" in raw and not (raw.get("train") and raw.get("held_out")):
+        raise BadInput("a dataset entry needs train and held_out", file=where)
+    readers = {
+        "held_out": _groups,
+        "open": _flag,
+        "euler": _flag,
+        "seeds": _count,
+        "dataset": _text,
+        "duration_s": _positive,
+        "dt_s": _positive,
+    }
+    return Entry(**{key: readers.get(key, _texts)(value, f"{where}: {key}") for key, value in raw.items()})
+
+
+def _texts(value: Any, where: str) -> tuple[str, ...]:
+    items = [value] if isinstance(value, str) else value
+    if not isinstance(items, list) or not items or not all(isinstance(item, str) for item in items):
+        raise BadInput("needs a text or a list of texts", file=where)
+    return tuple(items)
+
+
+def _text(value: Any, where: str) -> str:
+    return _texts(value, where)[0]
+
+
+def _groups(value: Any, where: str) -> tuple[tuple[str, ...], ...]:
+    if isinstance(value, list) and value and all(isinstance(item, list) for item in value):
+        return tuple(_texts(item, where) for item in value)
+    return (_texts(value, where),)
+
+
+def _flag(value: Any, where: str) -> bool:
+    if not isinstance(value, bool):
+        raise BadInput("needs true or false", file=where)
+    return value
+
+
+def _count(value: Any, where: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise BadInput("needs a whole number of at least 1", file=where)
+    return value
+
+
+def _positive(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+        raise BadInput("needs a positive number", file=where)
+    return float(value)

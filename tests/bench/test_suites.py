@@ -1,0 +1,79 @@
+"""Suite files: what is read, and that everything else is refused with a place."""
+
+import pytest
+
+from helmbench.bench.suites import Entry, load_suite, suite_names
+from helmbench.models.errors import BadInput
+
+
+def test_the_three_suites_are_there():
+    assert suite_names() == ["default", "measured", "quick"]
+    for name in suite_names():
+        suite = load_suite(name)
+        assert suite.name == name and suite.title and suite.entries
+
+
+def test_a_file_of_the_user_is_read(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "title: mine\n"
+        "entries:\n"
+        "  - vessels: mariner\n"
+        "    methods: [ls, 'rls,variant=as_printed']\n"
+        "    held_out: [[turn:35], [zigzag:10/10]]\n"
+        "    noise: [none, low]\n"
+        "    seeds: 3\n"
+        "    dt_s: 1\n"
+    )
+    suite = load_suite(str(path))
+    assert (suite.name, suite.title) == ("mine", "mine")
+    assert suite.entries == (
+        Entry(
+            vessels=("mariner",),
+            methods=("ls", "rls,variant=as_printed"),
+            held_out=(("turn:35",), ("zigzag:10/10",)),
+            noise=("none", "low"),
+            seeds=3,
+            dt_s=1.0,
+        ),
+    )
+
+
+def test_the_digest_changes_with_the_content(tmp_path):
+    path = tmp_path / "mine.yaml"
+    digests = set()
+    for noise in ("low", "high"):
+        path.write_text(f"entries: [{{noise: {noise}}}]")
+        digests.add(load_suite(str(path)).digest)
+    assert len(digests) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("entries: [", "is not YAML"),
+        ("- 1", "is not a suite"),
+        ("title: x", "has no list of entries"),
+        ("entries: [1]", "entry 1: is not a mapping"),
+        ("entries: [{noise: low}, {nois: low}]", "entry 2: unknown key 'nois'"),
+        ("entries: [{noise: 3}]", "entry 1: noise: needs a text"),
+        ("entries: [{noise: []}]", "entry 1: noise: needs a text"),
+        ("entries: [{seeds: 0}]", "entry 1: seeds: needs a whole number"),
+        ("entries: [{seeds: true}]", "entry 1: seeds: needs a whole number"),
+        ("entries: [{dt_s: -1}]", "entry 1: dt_s: needs a positive number"),
+        ("entries: [{euler: maybe}]", "entry 1: euler: needs true or false"),
+        ("entries: [{dataset: kvlcc2-hsva}]", "entry 1: a dataset entry needs train and held_out"),
+    ],
+)
+def test_a_broken_file_is_refused_with_the_place(tmp_path, text, complaint):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    with pytest.raises(BadInput) as caught:
+        load_suite(str(path))
+    assert complaint in str(caught.value) and "mine.yaml" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["quik", "no/such/suite.yaml"])
+def test_an_unknown_suite_lists_the_known_ones(name):
+    with pytest.raises(BadInput, match="default, measured, quick"):
+        load_suite(name)

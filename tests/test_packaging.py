@@ -1,0 +1,261 @@
+"""What is shipped: the wheel, the environment beside other packages, the import directions, start-up."""
+
+import ast
+import filecmp
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import venv
+import zipfile
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+import yaml
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).resolve().parents[1]
+LAYERS = ("models", "datasets", "methods", "diagnosis", "bench")  # each may import those to its left
+ROOMS = tuple(room for room in LAYERS if (ROOT / room).is_dir())
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+SLOW_TO_IMPORT = {"jinja2", "joblib", "matplotlib", "numba", "pandas", "pyarrow", "scipy.optimize", "sklearn", "sympy"}
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    """Standard output of a command; its standard error is in the message where it fails."""
+    done = subprocess.run([str(word) for word in command], cwd=cwd, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{command} ended with status {done.returncode}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def shipped_files(tree: Path) -> dict[str, Path]:
+    """Path in the wheel -> path in the tree, of every file in the front door and in the rooms."""
+    folders = {"helmbench": tree / "helmbench"} | {f"helmbench/{room}": tree / room for room in ROOMS}
+    return {
+        f"{inside}/{path.relative_to(folder).as_posix()}": path
+        for inside, folder in folders.items()
+        for path in folder.rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of what is packed, so that no earlier build leaks into the wheel."""
+    source = tmp_path_factory.mktemp("source")
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    for folder in ("helmbench", *ROOMS):
+        shutil.copytree(ROOT / folder, source / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return source
+
+
+@pytest.fixture(scope="module")
+def wheel(tree: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from the copy."""
+    out = tmp_path_factory.mktemp("wheel")
+    run(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", out, tree, cwd=out)
+    (built,) = out.glob("*.whl")
+    return built
+
+
+def test_wheel_holds_the_whole_tree_and_nothing_else(tree: Path, wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        packed = {name: archive.read(name) for name in archive.namelist() if ".dist-info/" not in name}
+    expected = shipped_files(tree)
+    assert {"helmbench/py.typed", "helmbench/models/vessels/mariner.yaml"} <= expected.keys()
+    assert sorted(packed.keys() ^ expected.keys()) == []
+    assert [name for name, path in expected.items() if packed[name] != path.read_bytes()] == []
+
+
+def fresh_environment(folder: Path) -> tuple[Path, Path]:
+    """(interpreter, site-packages) of a new, empty virtual environment."""
+    venv.create(folder, with_pip=False, symlinks=sys.platform != "win32")
+    python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    site = run(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", cwd=folder)
+    return python, Path(site.strip())
+
+
+def copy_distribution(name: str, site: Path) -> dict[Path, Path]:
+    """Lay a distribution of the running environment down in another one; returns copy -> original."""
+    distribution = metadata.distribution(name)
+    files = [f for f in distribution.files or () if ".." not in f.parts and "__pycache__" not in f.parts]
+    copies = {site / str(f): Path(str(distribution.locate_file(f))) for f in files}
+    for copy, original in copies.items():
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(original, copy)
+    return copies
+
+
+BESIDE = """
+import json, sys
+import datasets, helmbench
+import helmbench.bench.cli, helmbench.datasets.io, helmbench.methods.registry, helmbench.models.model
+vessels = helmbench.models.model.list_vessels()
+print(json.dumps({
+    "rows": datasets.Dataset.from_dict({"rudder": [0.1, 0.2]}).num_rows,
+    "vessels": list(vessels),
+    "files": [m.__file__ for m in (datasets, helmbench, helmbench.bench, helmbench.datasets, helmbench.models)],
+}))
+"""
+
+
+def test_wheel_beside_hugging_face_datasets(wheel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    python, site = fresh_environment(tmp_path / "environment")
+    copies = copy_distribution("datasets", site)
+    run(sys.executable, "-m", "pip", "--python", python, "install", "--no-index", "--no-deps", wheel, cwd=tmp_path)
+    # What both depend on comes from the running environment (a .pth there, such as an editable install, stays unread).
+    dependencies = {str(Path(metadata.distribution(name).locate_file(""))) for name in ("numpy", "click", "pyarrow")}
+    (site / "dependencies.pth").write_text("\n".join(sorted(dependencies)), encoding="utf-8")
+
+    monkeypatch.setenv("HF_HOME", str(tmp_path / "hugging-face"))
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
+    outside = tmp_path / "elsewhere"
+    outside.mkdir()
+    seen = json.loads(run(python, "-c", BESIDE, cwd=outside).splitlines()[-1])
+
+    assert [str(copy) for copy, original in copies.items() if not filecmp.cmp(copy, original, shallow=False)] == []
+    assert seen["rows"] == 2
+    assert "mariner" in seen["vessels"]
+    assert [file for file in seen["files"] if not Path(file).is_relative_to(site)] == []
+
+
+def slow_modules_after(code: str, cwd: Path) -> list[str]:
+    """Which of SLOW_TO_IMPORT a fresh interpreter holds after running the code."""
+    report = f"import sys\n{code}\nsys.stdout.flush()\nprint('\\n' + ' '.join(sys.modules))"
+    return sorted(SLOW_TO_IMPORT & set(run(sys.executable, "-c", report, cwd=cwd).splitlines()[-1].split()))
+
+
+HELP = """
+from helmbench.bench.cli import main
+sys.argv = ["helmbench", "--help"]
+try:
+    main()
+except SystemExit as done:
+    assert not done.code, done.code
+"""
+
+
+@pytest.mark.parametrize("code", [HELP, "import helmbench"], ids=["--help", "import"])
+def test_start_up_imports_nothing_slow(code: str, tmp_path: Path) -> None:
+    assert slow_modules_after(code, tmp_path) == []
+
+
+def test_the_help_check_sees_a_slow_import(tmp_path: Path) -> None:
+    assert slow_modules_after(f"import jinja2{HELP}", tmp_path) == ["jinja2"]
+
+
+def absolute_imports(path: Path) -> set[str]:
+    """Dotted names of all modules that a file imports absolutely, anywhere in it."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found.add(str(node.module))
+    return found
+
+
+def relative_imports(path: Path, package: tuple[str, ...]) -> set[tuple[str, ...]]:
+    """Modules and names that a file of `package` imports relatively, anywhere in it, from the top: ('models', ...)."""
+    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
+    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level]
+    bases = {node: (*package[: len(package) - node.level + 1], *(node.module or "").split(".")) for node in nodes}
+    return {tuple(filter(None, (*base, alias.name))) for node, base in bases.items() for alias in node.names}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_imports_run_one_way(room: str) -> None:
+    allowed = LAYERS[: LAYERS.index(room) + 1]
+    wrong = []
+    for path in sorted((ROOT / room).rglob("*.py")):
+        for name in relative_imports(path, ("helmbench", *path.relative_to(ROOT).parent.parts)):
+            if name[0] != "helmbench" or name[1] not in allowed:
+                wrong.append(f"{path} imports {'.'.join(name)}")
+    assert wrong == []
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_rooms_import_each_other_relatively(room: str) -> None:
+    own = {"helmbench", *LAYERS}
+    files = (ROOT / room).rglob("*.py")
+    wrong = {str(path): sorted(name for name in absolute_imports(path) if name.split(".")[0] in own) for path in files}
+    assert {path: names for path, names in wrong.items() if names} == {}
+
+
+def test_dependencies_are_what_is_imported() -> None:
+    paths = [path for room in ROOMS for path in (ROOT / room).rglob("*.py")]
+    tops = {name.split(".")[0] for path in paths for name in absolute_imports(path)}
+    imported = {{"yaml": "pyyaml"}.get(top, top) for top in tops - sys.stdlib_module_names}
+    optional = {Requirement(text).name for text in PROJECT["project"]["optional-dependencies"]["distributed"]}
+    assert imported - optional == {Requirement(text).name for text in PROJECT["project"]["dependencies"]}
+
+
+def test_no_init_at_the_root() -> None:
+    assert not (ROOT / "__init__.py").exists()
+
+
+def test_front_door_offers_what_it_names() -> None:
+    import helmbench
+
+    assert [name for name in helmbench.__all__ if getattr(helmbench, name) is None] == []
+    assert set(helmbench.__all__) <= set(dir(helmbench))
+    assert helmbench.__version__ == PROJECT["project"]["version"]
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = helmbench.nothing
+
+
+def test_front_door_tells_type_checkers_the_same() -> None:
+    import helmbench
+
+    tree = ast.parse((ROOT / "helmbench" / "__init__.py").read_text(encoding="utf-8"))
+    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    typed = {alias.asname or alias.name: (node.module, alias.name) for node in imports for alias in node.names}
+    assert typed == helmbench._HOME
+    assert {*typed, "__version__"} == set(helmbench.__all__)
+
+
+def closure(requirements: list[str]) -> set[str]:
+    """Canonical names of installed distributions that these requirements need, and theirs in turn."""
+    waiting, seen = [Requirement(text) for text in requirements], set()
+    while waiting:
+        need = waiting.pop()
+        extras = need.extras or {""}
+        key = (canonicalize_name(need.name), *sorted(extras))
+        if key in seen or not (need.marker is None or need.marker.evaluate({"extra": ""})):
+            continue
+        seen.add(key)
+        for text in metadata.distribution(need.name).requires or ():
+            inner = Requirement(text)
+            if inner.marker is None or any(inner.marker.evaluate({"extra": extra}) for extra in extras):
+                inner.marker = None
+                waiting.append(inner)
+    return {key[0] for key in seen}
+
+
+def test_constraints_pin_all_that_is_installed() -> None:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pins = [line for line in lines if not line.startswith("#")]
+    assert [line for line in pins if not re.fullmatch(r"[a-z0-9-]+==[0-9][0-9a-z.]*", line)] == []
+    names = [line.partition("==")[0] for line in pins]
+    assert names == sorted(set(names))
+    project = PROJECT["project"]
+    assert closure(project["dependencies"] + project["optional-dependencies"]["dev"]) - set(names) == set()
+    assert {Requirement(text).name for text in project["optional-dependencies"]["distributed"]} <= set(names)
+
+
+def test_continuous_integration_calls_the_documented_command() -> None:
+    last = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()[-1]
+    assert last == "make test"
+    assert re.search(rf"^    {last}\b", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_citation_names_this_version() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["version"] == PROJECT["project"]["version"]
+    assert citation["license"] == PROJECT["project"]["license"]
