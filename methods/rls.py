@@ -104,7 +104,7 @@ def recursion(parts: Sequence[Differences], model: Model, setting: Setting) -> R
         rows = _scaled_rows(y, phi, scales, setting.mu)
         path = np.empty_like(rows[1])
         _run(rows, setting, theta, state, spread, path)
-        picked = np.arange(-seen % stride, len(y), stride)
+        picked = np.arange((scales.n - 1 - seen) % stride, len(y), stride)  # the last sample is among them
         paths.append(path[per_sample - 1 :: per_sample][picked] / scales.columns)
         seen += len(y)
     covariance = state if setting.as_printed else (state.T * spread) @ state
@@ -113,18 +113,18 @@ def recursion(parts: Sequence[Differences], model: Model, setting: Setting) -> R
         theta / scales.columns,
         covariance / np.outer(scales.columns, scales.columns),
         np.concatenate(paths),
-        _clock(parts)[::stride],
+        _clock(parts)[(scales.n - 1) % stride :: stride],
     )
 
 
 def _run(rows, setting: Setting, theta, state, spread, path) -> None:
-    from . import _kernels
+    from . import _rls_kernels
 
     y, h, forget = rows
     if setting.as_printed:
-        _kernels.recursive_ls_as_printed(y, h, forget, setting.weight, theta, state, path)
+        _rls_kernels.recursive_ls_as_printed(y, h, forget, setting.weight, theta, state, path)
     else:
-        _kernels.recursive_ls(y, h, forget, setting.weight, theta, state, spread, path)
+        _rls_kernels.recursive_ls(y, h, forget, setting.weight, theta, state, spread, path)
 
 
 def _noise(parts, model, scales: _Scales, theta: np.ndarray, setting: Setting) -> float:
