@@ -98,9 +98,12 @@ class Twin(Ls):
     title = "has a name that is taken"
 
 
-def test_entry_points(monkeypatch):
+def test_entry_points(monkeypatch, request):
+    request.addfinalizer(registry._installed.cache_clear)
+
     def installed(target):
         monkeypatch.setattr(registry, "entry_points", lambda group: [_Point(target)] if group == registry.GROUP else [])
+        registry._installed.cache_clear()
 
     installed(Plug)
     assert registry.methods()["plug"] is Plug
