@@ -5,8 +5,14 @@ import pytest
 
 
 @pytest.fixture
-def rng(request):
-    """A generator whose seed is drawn anew and printed, so that a failure can be repeated."""
-    seed = int(np.random.SeedSequence().generate_state(1)[0])
-    print(f"{request.node.name}: seed {seed}")
+def seed(request) -> int:
+    """A seed, drawn anew and printed, so that a failure can be repeated."""
+    value = int(np.random.SeedSequence().generate_state(1)[0])
+    print(f"{request.node.name}: seed {value}")
+    return value
+
+
+@pytest.fixture
+def rng(seed) -> np.random.Generator:
+    """A generator made of the drawn seed."""
     return np.random.default_rng(seed)

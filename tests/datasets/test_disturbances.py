@@ -20,13 +20,6 @@ DEG = math.pi / 180.0
 Z = 5.0
 
 
-@pytest.fixture
-def seed() -> int:
-    value = int(np.random.SeedSequence().generate_state(1)[0])
-    print("seed", value)
-    return value
-
-
 @pytest.mark.parametrize(
     ("text", "canonical"),
     [

@@ -15,16 +15,10 @@ from helmbench.models.model import CHANNELS, list_vessels, resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
 
 
-def drawn() -> int:
-    seed = int(np.random.SeedSequence().generate_state(1)[0])
-    print("seed", seed)
-    return seed
-
-
 @pytest.mark.parametrize("suffix", ["", "@euler"])
 @pytest.mark.parametrize("vessel", list_vessels())
-def test_calm_noise_free_records_are_repeated_by_simulate_from_their_rudder(vessel, suffix):
-    model, seed = resolve(vessel), drawn()
+def test_calm_noise_free_records_are_repeated_by_simulate_from_their_rudder(vessel, suffix, seed):
+    model = resolve(vessel)
     for text in [*model.suite["train"], *model.suite["held_out"]]:
         text = text.removesuffix("@euler") + suffix
         record = generate(Case(vessel, text, seed=seed))
@@ -60,8 +54,7 @@ CASES = [
 ]
 
 
-def test_a_case_gives_the_same_record_whatever_was_generated_before():
-    seed = drawn()
+def test_a_case_gives_the_same_record_whatever_was_generated_before(seed):
     cases = [replace(c, seed=seed + i) for i in range(2) for c in CASES]
     forward = [generate(c) for c in cases]
     backward = [generate(c) for c in reversed(cases)][::-1]
@@ -70,8 +63,7 @@ def test_a_case_gives_the_same_record_whatever_was_generated_before():
     assert generate(cases[3]).equals(forward[3])
 
 
-def test_seeds_vessels_and_texts_make_different_noise():
-    seed = drawn()
+def test_seeds_vessels_and_texts_make_different_noise(seed):
     base = Case("mariner", "zigzag:20/20", "medium", seed=seed, duration_s=50.0)
     calm = generate(replace(base, noise="none")).column("heading_rad")
     noise = [generate(c).column("heading_rad") - calm for c in (
@@ -81,8 +73,7 @@ def test_seeds_vessels_and_texts_make_different_noise():
         assert np.nanmax(np.abs(noise[a] - noise[b])) > 1e-4
 
 
-def test_noise_and_disturbance_leave_the_run_that_they_disturb_alone():
-    seed = drawn()
+def test_noise_and_disturbance_leave_the_run_that_they_disturb_alone(seed):
     clean = Case("s175", "prbs:30deg/25s", seed=seed, duration_s=200.0)
     noisy = generate(replace(clean, noise="high"))
     windy = generate(replace(clean, disturbance="wind:12@40"))
@@ -93,8 +84,8 @@ def test_noise_and_disturbance_leave_the_run_that_they_disturb_alone():
     assert not np.array_equal(generate(replace(clean, seed=seed + 1)).column("rudder_rad"), noisy.column("rudder_rad"))
 
 
-def test_a_channels_noise_does_not_depend_on_the_other_sensors():
-    model, seed = resolve("s175"), drawn()
+def test_a_channels_noise_does_not_depend_on_the_other_sensors(seed):
+    model = resolve("s175")
     heading = ChannelSensor(sd=1e-3)
     one, two = (
         record_run(model, parse_manoeuvre("zigzag:20/20"), Sensors(channels, "mine"), seed=seed, duration_s=60.0)
@@ -113,8 +104,7 @@ def test_euler_records_obey_the_difference_equation():
     np.testing.assert_allclose(np.diff(record.column("heading_rad")), dt * r[:-1], atol=1e-14)
 
 
-def test_twins_differ_in_the_integrator_only():
-    seed = drawn()
+def test_twins_differ_in_the_integrator_only(seed):
     exact, euler = (generate(Case("s175", "prbs:20deg/20s" + x, seed=seed, duration_s=100.0)) for x in ("", "@euler"))
     np.testing.assert_array_equal(exact.column("rudder_rad"), euler.column("rudder_rad"))
     gap = np.abs(exact.column("heading_rad") - euler.column("heading_rad"))

@@ -19,13 +19,6 @@ from helmbench.models.errors import BadInput
 HEADER = ["time_s", "rudder_rad", "heading_rad", "yaw_rate_rad_s"]
 
 
-@pytest.fixture
-def rng() -> np.random.Generator:
-    seed = np.random.SeedSequence().entropy
-    print(f"seed {seed}")
-    return np.random.default_rng(seed)
-
-
 def zigzag(n: int = 40) -> np.ndarray:
     """(n, 4) samples of `HEADER` that swing to both sides."""
     time = np.arange(n) * 0.5

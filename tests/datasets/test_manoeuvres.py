@@ -18,12 +18,9 @@ from helmbench.models.model import resolve
 DEG = math.pi / 180.0
 
 
-def rng() -> np.random.Generator:
-    return np.random.default_rng(np.random.SeedSequence().entropy)
-
-
-def control(text: str, vessel: str = "s175", dt: float = 1.0, duration: float = 100.0):
-    return parse_manoeuvre(text).control(resolve(vessel), dt, duration, rng())
+def control(text: str, vessel: str = "s175", dt: float = 1.0, duration: float = 100.0, seed: int = 0):
+    """The control of a manoeuvre; the seed counts for `prbs` and `steps` only."""
+    return parse_manoeuvre(text).control(resolve(vessel), dt, duration, np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize(
@@ -105,14 +102,14 @@ def test_ships_turn_to_the_side_that_is_said(vessel, suffix, side):
     assert side * record.column("heading_rad")[-1] > 5 * DEG
 
 
-def test_execute_time_follows_suite_then_duration():
+def test_execute_time_follows_suite_then_duration(rng):
     model = resolve("s175")
     bare = replace(model, suite={})
     early = replace(model, suite={"execute_s": 3.0})
     m = parse_manoeuvre("zigzag:10/10")
-    assert m.control(bare, 0.5, 600.0, rng()).execute_s == pytest.approx(10.0)
-    assert m.control(bare, 0.02, 3.0, rng()).execute_s == pytest.approx(0.16)
-    assert m.control(early, 0.5, 600.0, rng()).execute_s == pytest.approx(3.0)
+    assert m.control(bare, 0.5, 600.0, rng).execute_s == pytest.approx(10.0)
+    assert m.control(bare, 0.02, 3.0, rng).execute_s == pytest.approx(0.16)
+    assert m.control(early, 0.5, 600.0, rng).execute_s == pytest.approx(3.0)
 
 
 def test_turn_and_pullout_switch_at_their_times():
@@ -143,31 +140,28 @@ def test_sines_add_up():
 
 
 @pytest.mark.parametrize("order", sorted(TAPS))
-def test_shift_registers_have_maximum_length(order):
+def test_shift_registers_have_maximum_length(order, rng):
     period = 2**order - 1
     if order > 14:
-        bits = shift_register(order, 4 * order, rng())
+        bits = shift_register(order, 4 * order, rng)
         assert 0 < bits.sum() < bits.size
         return
-    bits = shift_register(order, 2 * period, rng())
+    bits = shift_register(order, 2 * period, rng)
     assert np.array_equal(bits[:period], bits[period:])
     assert bits[:period].sum() == 2 ** (order - 1)
     windows = np.lib.stride_tricks.sliding_window_view(bits[: period + order - 1], order)
     assert len({tuple(w) for w in windows.tolist()}) == period
 
 
-def test_prbs_has_two_levels_and_changes_on_the_clock_only():
-    reference = control("prbs:20deg/15s", dt=0.5, duration=3000.0).reference
+def test_prbs_has_two_levels_and_changes_on_the_clock_only(seed):
+    reference = control("prbs:20deg/15s", dt=0.5, duration=3000.0, seed=seed).reference
     assert set(np.round(reference / DEG, 9)) == {-20.0, 20.0}
     changes = np.flatnonzero(np.diff(reference)) + 1
     assert np.all(changes % 30 == 0) and 60 < changes.size < 140
 
 
-def test_random_steps_are_uniform_and_held():
-    seed = np.random.SeedSequence().entropy
-    print("seed", seed)
-    model = resolve("s175")
-    draw = parse_manoeuvre("steps:30deg/2s").control(model, 0.5, 8000.0, np.random.default_rng(seed)).reference
+def test_random_steps_are_uniform_and_held(seed):
+    draw = control("steps:30deg/2s", dt=0.5, duration=8000.0, seed=seed).reference
     levels = draw[:-1].reshape(-1, 4)
     assert np.all(levels == levels[:, :1]) and np.all(np.abs(levels) <= 30 * DEG)
     z = levels[:, 0] / (30 * DEG)
@@ -185,9 +179,9 @@ def test_heading_manoeuvre_needs_and_uses_the_controller():
 
 
 @pytest.mark.parametrize(("dt", "duration"), [(0.0, 10.0), (-1.0, 10.0), (1.0, 0.0), (1.0, 0.2), (math.nan, 1.0)])
-def test_senseless_sampling_is_refused(dt, duration):
+def test_senseless_sampling_is_refused(dt, duration, rng):
     with pytest.raises(BadInput):
-        parse_manoeuvre("straight").control(resolve("s175"), dt, duration, rng())
+        parse_manoeuvre("straight").control(resolve("s175"), dt, duration, rng)
 
 
 def test_a_series_from_a_records_command_repeats_the_run():
@@ -207,20 +201,20 @@ def test_a_series_from_a_rudder_angle_bypasses_the_gear():
         np.testing.assert_allclose(again.column(name), record.column(name), atol=1e-9)
 
 
-def test_a_series_from_an_array_is_held_at_its_end_and_refuses_gaps():
+def test_a_series_from_an_array_is_held_at_its_end_and_refuses_gaps(rng):
     model = resolve("s175")
-    loop = from_series([0.1, 0.2]).control(model, 1.0, 4.0, rng())
+    loop = from_series([0.1, 0.2]).control(model, 1.0, 4.0, rng)
     np.testing.assert_array_equal(loop.reference, [0.1, 0.2, 0.2, 0.2, 0.2])
-    assert from_series(np.zeros(9)).control(model, 1.0, 4.0, rng()).reference.size == 5
+    assert from_series(np.zeros(9)).control(model, 1.0, 4.0, rng).reference.size == 5
     for bad in ([], [0.1, math.nan]):
         with pytest.raises(BadInput, match="empty or holds gaps"):
             from_series(bad)
 
 
-def test_a_series_is_resampled_in_time():
+def test_a_series_is_resampled_in_time(rng):
     record = generate(Case("s175", "sine:20deg/60s", duration_s=120.0, dt_s=1.0))
     late = replace(record, time_s=record.time_s + 50.0)
-    loop = from_series(late).control(resolve("s175"), 0.5, 120.0, rng())
+    loop = from_series(late).control(resolve("s175"), 0.5, 120.0, rng)
     np.testing.assert_allclose(loop.reference[::2], record.column("rudder_command_rad"), atol=1e-14)
 
 

@@ -21,13 +21,6 @@ N = 40_000
 Z = 5.0
 
 
-@pytest.fixture
-def rng() -> np.random.Generator:
-    seed = np.random.SeedSequence().entropy
-    print("seed", seed)
-    return np.random.default_rng(seed)
-
-
 def zeros(n: int = N, dt: float = 0.1, names: tuple[str, ...] = ("heading_rad", "yaw_rate_rad_s")) -> Record:
     return Record(dt * np.arange(n), {name: np.zeros(n) for name in names})
 
