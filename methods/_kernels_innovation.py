@@ -108,7 +108,8 @@ def multi_innovation_as_printed(y, h, first, size, length, omega, theta, p, path
 def iterative_learning(y, h, beta, share, most, tolerance, theta, lower, spread, path):
     """FCI-LS (paper 002, eq 19-24): each row up to `most` times, every time with a step beta h e_hat behind it.
 
-    beta is held to `share` of 2/|h|^2; share = inf leaves it as it is.  A row is left when a repeat moves theta by less than `tolerance` (Euclidean).  Returns the number of repeats.
+    beta is held to `share` of 2/|h|^2; share = inf leaves it as it is.  A row is left when a repeat moves theta by less
+    than `tolerance` (Euclidean).  Returns the number of repeats.
     """
     d = theta.size
     work, before = np.empty((2, d)), np.empty(d)

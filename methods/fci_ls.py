@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.errors import BadInput
-from .base import CannotFit, Fit
+from .base import CannotFit, Estimate, Fit
 from .regression import differences
 from .rls import Rls, Setting
 from .schemes_integral import Roles, roles
@@ -109,6 +109,12 @@ class FciLs(Rls):
         if self.variant == "as_printed":
             return self._as_printed(records, model)
         return super().estimate(records, model)
+
+    def partial_fit(self, chunk: Record, model: Model, scale_with: Sequence[Record] | None = None) -> Estimate | None:
+        """As `Rls.partial_fit`; BadInput for the printed variant, which only runs on whole records."""
+        if self.variant == "as_printed":
+            raise BadInput("the printed variant of fci-ls does not run online")
+        return super().partial_fit(chunk, model, scale_with)
 
     def _as_printed(self, records: Sequence[Record], model: Model) -> Fit:
         from . import _kernels_innovation as kernels

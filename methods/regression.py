@@ -72,11 +72,16 @@ def differences(records: Sequence[Record], model: Model, scheme: str) -> list[Di
     CannotFit : a record lacks a channel, the scheme does not suit the model, or all rows together are no more than
         the coefficients.
     """
-    found = [_gap_free(SCHEMES[scheme](record, model)) for record in records]
+    found = [difference(record, model, scheme) for record in records]
     n, p = sum(part.accelerations.size for part in found), len(model.coordinates)
     if n <= p:
         raise CannotFit(f"{n} usable regression rows for {p} coefficients")
     return found
+
+
+def difference(record: Record, model: Model, scheme: str) -> Differences:
+    """Differences of one record, however few; raises CannotFit as `differences` for channels and schemes."""
+    return _gap_free(SCHEMES[scheme](record, model))
 
 
 def _gap_free(parts: Differences) -> Differences:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -9,13 +10,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..models.errors import BadInput
-from .base import CannotFit, Fit, FitFailed, Method
+from .base import CannotFit, Estimate, Fit, FitFailed, Method, blas_limited
 from .ls import check_scheme
 from .regression import Differences, differences
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
+    from .online import Stream
 
 LONGEST_PATH = 20_000_000
 """Numbers above which the kept trajectory is thinned to every second, third, ... sample."""
@@ -73,7 +75,8 @@ class Scales(NamedTuple):
     n: int
 
 
-def _scales(parts: Sequence[Differences], model: Model, setting: Setting) -> Scales:
+def scales_of(parts: Sequence[Differences], model: Model, setting: Setting) -> Scales:
+    """Scales of the rows of all parts; FitFailed if no column is finite and non-zero."""
     left, columns, n = 0.0, 0.0, 0
     for y, phi in _blocks(parts, model):
         left, columns, n = left + (y**2).sum(axis=0), columns + (phi**2).sum(axis=0), n + len(y)
@@ -125,6 +128,11 @@ class Progress:
         self.setting.run(rows, self.per_sample, self.theta, self.state, self.spread, path)
         return path[self.per_sample - 1 :: self.per_sample] / self.scales.columns
 
+    def scaled(self, y: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        """Scalar rows [phi | y] (n k, p + 1) as the recursion takes them."""
+        left, rows, _ = _scaled_rows(y, phi, self.scales, 1.0)
+        return np.column_stack([rows, left])
+
     def coefficients(self) -> np.ndarray:
         """The latest coefficients (p,)."""
         return self.theta / self.scales.columns
@@ -141,7 +149,7 @@ def recursion(parts: Sequence[Differences], model: Model, setting: Setting) -> R
     g = P h/(mu/L + h'P h);  theta += g (y - h'theta);  P = (P - g h'P)/mu  for each scalar row (paper 000, eq 22 with
     its erratum), or eq 22 as printed, or what else the setting runs.  Regressors are scaled inside.
     """
-    scales = _scales(parts, model, setting)
+    scales = scales_of(parts, model, setting)
     progress = Progress(setting, scales)
     stride = max(1, -(-scales.n * scales.columns.size // LONGEST_PATH))
     paths, seen = [], 0
@@ -161,9 +169,14 @@ def _noise(parts, model, scales: Scales, theta: np.ndarray, setting: Setting) ->
     for y, phi in _blocks(parts, model):
         left, rows, _ = _scaled_rows(y, phi, scales, 1.0)
         total, count = total + float(((left - rows @ theta) ** 2).sum()), count + left.size
-    mu, n = setting.mu, scales.n
+    return noise_factor(total, count, theta.size, scales.n, setting)
+
+
+def noise_factor(total: float, count: int, p: int, n: int, setting: Setting) -> float:
+    """As `_noise`, from the sum of squares `total` that `count` scalar rows of n samples leave with p coefficients."""
+    mu = setting.mu
     forgotten = 1.0 if mu == 1.0 else (1.0 - mu ** (2 * n)) / ((1.0 - mu**n) * (1.0 + mu))
-    return total / max(count - theta.size, 1) * setting.times() * forgotten
+    return total / max(count - p, 1) * setting.times() * forgotten
 
 
 def _clock(parts: Sequence[Differences]) -> np.ndarray:
@@ -193,6 +206,7 @@ class Rls(Method):
     name = "rls"
     title = "recursive least squares"
     order_matters = True
+    _stream: Stream | None = None
 
     def __init__(self, p0: float = 1e10, theta0=0.0, prior: str = "scaled", scheme: str = "forward") -> None:
         self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme
@@ -229,3 +243,34 @@ class Rls(Method):
             trajectory=found.path,
             trajectory_time_s=found.time_s,
         )
+
+    def partial_fit(self, chunk: Record, model: Model, scale_with: Sequence[Record] | None = None) -> Estimate | None:
+        """Take the next samples of a stream and return the estimate so far; None while there are too few.
+
+        Chunks of any length give the trajectory of the whole record: exactly with `prior='physical'`, or with
+        `scale_with` that record; otherwise the scaled prior has the units of the first chunk.  A chunk that starts
+        before the last one ended begins a new run.  `reset` forgets everything; another model does so too.
+
+        Raises
+        ------
+        CannotFit : a channel is missing.
+        FitFailed : the recursion has diverged.
+        BadInput : an option is impossible, or the scheme needs the whole record.
+        """
+        from .online import Stream
+
+        if self._stream is None or self._stream.model.id != model.id:
+            self.check_options()
+            self._stream = Stream(self, model, scale_with)
+        wall, cpu = time.perf_counter(), time.process_time()
+        with np.errstate(all="ignore"), blas_limited():
+            self._stream.add(chunk)
+            try:
+                fit = self._stream.fit()
+            except CannotFit:
+                return None
+        return self._wrap(fit, model, time.perf_counter() - wall, time.process_time() - cpu)
+
+    def reset(self) -> None:
+        """Forget the stream of `partial_fit`."""
+        self._stream = None
