@@ -1,5 +1,7 @@
 """partial_fit: chunks of any length give the trajectory of the whole record."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ def chunks(record, rng):
     cuts = [0]
     while cuts[-1] < record.n:
         cuts.append(min(cuts[-1] + int(rng.integers(1, 60)), record.n))
-    return [record.slice(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return [record.slice(a, b) for a, b in pairwise(cuts)]
 
 
 def fed(method, records, model, rng, **options):
