@@ -192,7 +192,7 @@ def detail(cells: Frame, parameters: Frame) -> Frame:
     table = cells.assign(
         estimates=_estimates(cells, parameters), _noise=[_noise_first(text) for text in cells["noise"]]
     )
-    keys = ["vessel", "model", "train", "held_out", "_noise", "disturbance", "label"]
+    keys = ["vessel", "train", "held_out", "model", "_noise", "disturbance", "label"]
     return table.sort_values(keys, ignore_index=True).drop(columns="_noise")
 
 

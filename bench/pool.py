@@ -93,8 +93,10 @@ def processes(jobs: int | None = None) -> Iterator[Pool]:
 
     try:
         yield Pool(connect, jobs * QUEUED_PER_WORKER)
-    finally:
+    except BaseException:  # an interrupt, too, shall not wait for the tasks in flight
         connect().shutdown(wait=True, kill_workers=True)
+        raise
+    connect().shutdown(wait=True)
 
 
 @contextmanager

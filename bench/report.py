@@ -17,8 +17,8 @@ from .store import TIMING, read_manifest, read_tables, write_atomic
 
 DEG = 180.0 / math.pi
 NOTHING = "–"
-MOST_DETAIL_ROWS = 60
-"""Markdown shows the table of all cells only up to this length; the HTML page and the CSV show it always."""
+SHARED = ("model", "train", "held out", "noise", "disturbance")
+"""Columns of the table of all cells that are told once where they are the same in every row."""
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,10 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
 def markdown(
     manifest: Mapping[str, Any], results: Frame, board: leaderboard.Leaderboard, timings: Sequence[dict]
 ) -> str:
-    """The report as Markdown text."""
+    """The report as Markdown text; cells are listed where there is no truth to rank by, as in measured sets."""
     parts = [f"# Leaderboard: suite {manifest['suite']}", headline(manifest, results)]
-    details = detail_tables(board.detail) if len(board.detail) <= MOST_DETAIL_ROWS else []
+    unknown = board.detail["rel_error"].isna().groupby(board.detail["vessel"]).transform("all")
+    details = detail_tables(board.detail[unknown])
     tail = [failure_table(board.failures), timing_table(timings)]
     for table in [*standing_tables(board), *vessel_matrices(board.by_vessel), *details, *tail]:
         if table.rows:
@@ -180,7 +181,15 @@ def vessel_matrices(by_vessel: Frame) -> list[Table]:
 def detail_tables(detail: Frame) -> list[Table]:
     """Every cell, one table a vessel."""
     vessels = list(dict.fromkeys(detail["vessel"]))
-    return [_table(f"All cells of {vessel}", "", DETAIL, detail[detail["vessel"] == vessel]) for vessel in vessels]
+    return [_detail_table(vessel, detail[detail["vessel"] == vessel].to_dict("records")) for vessel in vessels]
+
+
+def _detail_table(vessel: str, rows: Sequence[Mapping[str, Any]]) -> Table:
+    shared = {column.title: {column.text(row) for row in rows} for column in DETAIL if column.title in SHARED}
+    told = {title: texts.pop() for title, texts in shared.items() if len(texts) == 1}
+    note = ", ".join(f"{title} {text}" for title, text in told.items())
+    columns = [column for column in DETAIL if column.title not in told]
+    return _rows(f"All cells of {vessel}", f"All with {note}." if note else "", columns, rows)
 
 
 def failure_table(failures: Frame) -> Table:
@@ -231,11 +240,12 @@ def charts(by_noise: Frame) -> list[tuple[str, str]]:
 def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What the run was made with, as pairs of texts."""
     packages = ", ".join(f"{name} {version}" for name, version in (manifest.get("packages") or {}).items() if version)
-    selection = {name: value for name, value in (manifest.get("selection") or {}).items() if value}
+    chosen = {name: value for name, value in (manifest.get("selection") or {}).items() if value}
+    told = [f"{name} {' '.join(value) if isinstance(value, list) else value}" for name, value in chosen.items()]
     seeds = ", ".join(map(str, manifest.get("seeds", [])))
     return [
         ("version", str(manifest["version"])),
-        ("selection", ", ".join(f"{name} {value}" for name, value in selection.items())),
+        ("selection", ", ".join(told)),
         ("seeds", f"{seeds}; held-out records {manifest.get('held_out_seed')}"),
         ("threads per worker", str(manifest.get("threads_per_worker"))),
         ("Python", f"{manifest.get('python')} ({manifest.get('platform')})"),
@@ -328,6 +338,7 @@ DETAIL = (
     _numeric("NRMSE", "nrmse"),
     _numeric("yaw rate R2", "r2_yaw_rate", r_squared),
     _numeric("yaw rate RMSE (deg/s)", "rmse_yaw_rate_rad_s", scale=DEG),
+    _numeric("heading R2", "r2_heading", r_squared),
     _numeric("heading RMSE (deg)", "rmse_heading_rad", scale=DEG),
     Column("estimates", lambda row: row["estimates"]),
     Column("failed / n.a. / runs", _counts, lambda row: row["failed"]),

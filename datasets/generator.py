@@ -97,7 +97,7 @@ def sampling(model: Model, duration_s: float | None, dt_s: float | None) -> tupl
     dt = model.suite.get("dt_s") if dt_s is None else dt_s
     duration = model.suite.get("duration_s") if duration_s is None else duration_s
     if dt is None or duration is None:
-        raise BadInput(f"{model.id} has no suite values", hint="give duration and sampling step")
+        raise BadInput(f"{model.id} has no suite values", hint="give both: --duration and --dt")
     return float(dt), float(duration)
 
 

@@ -150,7 +150,8 @@ class Method:
         known = self.option_names()
         for name, value in options.items():
             if name not in known:
-                raise BadInput(f"method {self.name} has no option {name!r}", hint=f"known: {', '.join(known) or 'none'}")
+                hint = f"known: {', '.join(known) or 'none'}"
+                raise BadInput(f"method {self.name} has no option {name!r}", hint=hint)
             setattr(self, name, value)
         return self
 

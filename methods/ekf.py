@@ -75,8 +75,9 @@ class Pass(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Variances of process (n,) per sample and of the sensors (n,) of each state."""
+    """Variances of process (n,) per sample, which is `level` times the mean square change, and of the sensors (n,)."""
 
+    level: float
     process: np.ndarray
     sensor: np.ndarray
 
@@ -110,7 +111,7 @@ class Filtered(NamedTuple):
 def run_filter(model: Model, series: Series, belief: Belief, noise: Noise, keep: bool = False) -> Filtered:
     """One record through the filter, from its initial state and from a belief about the coefficients."""
     from ..models.simulate import substeps, tangent_tables
-    from . import _kernels
+    from . import _ekf_kernels
 
     n, p, e = len(model.states), len(model.coordinates), len(belief.mean)
     source, target, sparse = tangent_tables(model, range(p if e else 0), n)
@@ -120,7 +121,7 @@ def run_filter(model: Model, series: Series, belief: Belief, noise: Noise, keep:
     grid = len(series.inputs) if keep else 0
     path, innovations = np.empty((len(series.outputs), p)), np.empty_like(series.outputs)
     kept = tuple(np.zeros((grid, n)) if i in (0, 2) else np.zeros((grid, n, n)) for i in range(5))
-    cost = _kernels.kalman(
+    cost = _ekf_kernels.kalman(
         model.kernels.tangent, z, theta, covariance, belief.origin, np.ascontiguousarray(belief.factor),
         series.inputs, series.outputs, np.round(series.index + series.part).astype(np.int64), series.columns,
         series.dt, substeps(model, series.dt), source, target, sparse, noise.process, noise.sensor[series.columns],
@@ -144,7 +145,7 @@ def joint_pass(model: Model, series: Sequence[Series], belief: Belief, noise: No
 
 def smoothed_states(model: Model, series: Series, noise: Noise) -> np.ndarray:
     """States (K, n) on the record's grid given all its samples, with the model's coefficients held (RTS)."""
-    from . import _kernels
+    from . import _ekf_kernels
 
     held = Belief.certain(model.coefficients)
     filtered, filtered_p, predicted, predicted_p, transitions = run_filter(model, series, held, noise, keep=True).kept
@@ -154,7 +155,7 @@ def smoothed_states(model: Model, series: Series, noise: Noise) -> np.ndarray:
     gains = np.linalg.solve(predicted_p[block][1:], ahead).transpose(0, 2, 1)
     smoothed = filtered.copy()
     inner = np.empty((len(filtered), len(live)))
-    _kernels.smooth(
+    _ekf_kernels.smooth(
         np.ascontiguousarray(filtered[:, live]), np.ascontiguousarray(predicted[:, live]),
         np.ascontiguousarray(gains), inner,
     )  # fmt: skip
@@ -185,7 +186,7 @@ def best_noise(
 
     With the negative log likelihood (inf if the filter diverges with every one).
     """
-    choices = [Noise(level * change, sensor) for level in levels]
+    choices = [Noise(level, level * change, sensor) for level in levels]
     held = Belief.certain(model.coefficients)
     costs = np.array([sum(run_filter(model, s, held, noise).cost for s in series) for noise in choices])
     costs = np.where(np.isfinite(costs), costs, np.inf)
@@ -226,9 +227,9 @@ def changes(model: Model, series: Sequence[Series]) -> np.ndarray:
 def prior_factor(found: LeastSquares, inflation: float) -> np.ndarray:
     """Factor (p, p) of the prior covariance about a least-squares start.
 
-    The least-squares covariance widened by `inflation`, or further until it stands for accelerations wrong by a tenth of
-    their size (Zellner's g-prior), which covers the bias of differences.  Along undetermined directions, a tenth of the
-    coefficients.
+    The least-squares covariance widened by `inflation`, or further until it stands for accelerations wrong by a tenth
+    of their size (Zellner's g-prior), which covers the bias of differences.  Along undetermined directions, a tenth of
+    the coefficients.
     """
     ratio = found.left_rms / np.maximum(found.residual_sd, 1e-12 * found.left_rms)
     per_coefficient = found.n / len(found.coefficients)
@@ -274,15 +275,13 @@ class Ekf(Method):
         model = model.with_coefficients(start.coefficients)
         prior = prior_factor(start.source, self.inflation)
         for narrower in NARROWER:
-            done, model_then, series_then = filtered(
-                model, series, narrower * prior, change, sensor, self.passes
-            )
+            done, model_then, series_then = run_passes(model, series, narrower * prior, change, sensor, self.passes)
             if done:
                 return _fit(done, series_then, model_then, self.passes)
         raise FitFailed("the filter diverges in its first pass")
 
 
-def filtered(
+def run_passes(
     model: Model,
     series: Sequence[Series],
     prior: np.ndarray,
@@ -292,9 +291,10 @@ def filtered(
 ) -> tuple[list[Pass], Model, list[Series]]:
     """Up to `passes` passes, as many as do not diverge; the model and the restarted series after the last."""
     done: list[Pass] = []
-    series = list(series)
+    series, levels = list(series), PROCESS
     for _ in range(passes):
-        _, noise = best_noise(model, series, change, sensor)
+        _, noise = best_noise(model, series, change, sensor, levels)
+        levels = [level for level in PROCESS if 0.05 < level / noise.level < 20.0]
         found = joint_pass(model, series, Belief.prior(model.coefficients, prior), noise)
         if not np.isfinite(found.cost):
             break

@@ -17,7 +17,8 @@ BLOCK = 8192
 def fold(factor: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Factor (<= m, m) of the rows already in `factor` and of `rows` (N, m)."""
     for start in range(0, rows.shape[0], BLOCK):
-        factor = np.linalg.qr(np.vstack([factor, rows[start : start + BLOCK]]), mode="r")
+        stacked = np.vstack([factor, rows[start : start + BLOCK]])
+        factor = np.asarray(np.linalg.qr(stacked, mode="r"))
     return factor
 
 

@@ -35,6 +35,8 @@ GOOD, ADEQUATE = 1.5, 3.0
 """Residual over sensor noise at which the search ends, and below which a model counts as explaining the records."""
 ROUGH, FINE = 1.0, 1e-6
 """Promised gain in log likelihood at which the search among starts stops, and at which the last minimum does."""
+SHARE = 1e-3
+"""Share of the cost whose promise is not worth another step while channels are weighed by their sensors."""
 STARTS = 2
 """Least-squares starts that are followed up."""
 HORIZONS = (32, 8, 2)
@@ -180,16 +182,17 @@ def levenberg_marquardt(problem: Problem, z: np.ndarray, most: int, gain: float 
     for iteration in range(most):
         if not np.isfinite(cost):
             return Minimum(z, np.inf, squares, False, iteration)
+        enough = max(gain, SHARE * cost) if problem.sensor is not None else gain
         factor = problem.factor(z, problem.weights(squares))
         if not np.isfinite(factor).all():
             return Minimum(z, cost, squares, False, iteration)
         linear = _linear(factor)
-        easier = 0.01  # after a step that was taken at once, try less damping; after one that took several trials, as much
+        easier = 0.01  # less damping after a step that is taken at once, as much after one that takes several trials
         while True:
             step, promise = linear.step(damping), linear.promise(damping)
             trial = problem.squares(z + step)
             lower = problem.cost(trial)
-            if lower < cost or promise < gain:
+            if lower < cost or promise < enough:
                 break
             damping, easier = max(5.0 * damping, 1e-10), 1.0
         if not lower < cost:
@@ -197,7 +200,7 @@ def levenberg_marquardt(problem: Problem, z: np.ndarray, most: int, gain: float 
         good = cost - lower > 0.7 * promise
         z, squares, cost = z + step, trial, lower
         damping *= easier if good else max(easier, 0.3)
-        if promise < gain:
+        if promise < enough:
             return Minimum(z, cost, squares, True, iteration + 1)
     return Minimum(z, cost, squares, False, most)
 
@@ -247,9 +250,7 @@ class Outcome(NamedTuple):
     n_iterations: int
 
 
-def fit_output_error(
-    series: Sequence[Series], model: Model, starts: Sequence[np.ndarray], most: int = 60
-) -> Outcome:
+def fit_output_error(series: Sequence[Series], model: Model, starts: Sequence[np.ndarray], most: int = 60) -> Outcome:
     """Output-error fit from several starts; the first that explains the records well ends the search.
 
     Parameters
@@ -299,7 +300,7 @@ def _released_fit(free: Problem, weighed: Problem, start: np.ndarray, most: int,
     """
     near = levenberg_marquardt(weighed, free.start(start), most, ROUGH)
     count += near.n_iterations
-    if not adequate(free, near.squares, 10.0 * ADEQUATE):
+    if not adequate(free, near.squares, 2.0 * ADEQUATE):
         return near._replace(cost=free.cost(near.squares), n_iterations=count)
     found = levenberg_marquardt(free, near.z, most, ROUGH)
     return found._replace(n_iterations=count + found.n_iterations)
@@ -312,7 +313,7 @@ def _finished(problem: Problem, best: Minimum, explained: bool, found: Sequence[
 
 
 def _ranked(problem: Problem, starts: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """The STARTS best of the starts, by the error of short runs from measured states; as they come if there are none."""
+    """The STARTS best of the starts by the error of short runs from measured states; the first, if there are none."""
     short = _short(problem, HORIZONS[1])
     if short is None:
         return list(starts[:STARTS])

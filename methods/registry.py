@@ -29,11 +29,17 @@ def methods() -> dict[str, type[Method]]:
     BadInput : if two methods have the same identifier, or a plug-in cannot be loaded.
     """
     found = dict(_own())
-    for point in entry_points(group=GROUP):
+    for point in _installed():
         cls = _plug_in(point)
         if found.setdefault(cls.name, cls) is not cls:
             raise BadInput(f"method {cls.name!r} is defined twice", file=point.value)
     return dict(sorted(found.items()))
+
+
+@lru_cache(maxsize=1)
+def _installed() -> tuple[Any, ...]:
+    """Entry points of installed plug-ins; looking for them reads the metadata of every installed package."""
+    return tuple(entry_points(group=GROUP))
 
 
 @lru_cache(maxsize=1)

@@ -45,13 +45,13 @@ class Setting:
 
         theta (p,); P = U diag(spread) U' with state = U' (p, p), or as printed P itself in state; path (M, p).
         """
-        from . import _kernels
+        from . import _rls_kernels
 
         y, h, forget = rows
         if self.as_printed:
-            _kernels.recursive_ls_as_printed(y, h, forget, self.weight, theta, state, path)
+            _rls_kernels.recursive_ls_as_printed(y, h, forget, self.weight, theta, state, path)
         else:
-            _kernels.recursive_ls(y, h, forget, self.weight, theta, state, spread, path)
+            _rls_kernels.recursive_ls(y, h, forget, self.weight, theta, state, spread, path)
 
     def times(self) -> float:
         """How often a row has been taken on average: P is so many times smaller than the covariance."""
@@ -108,7 +108,7 @@ def _scaled_rows(y: np.ndarray, phi: np.ndarray, scales: Scales, mu: float):
 class Progress:
     """A recursion under way: coefficients and P in scaled units, and the path so far.
 
-    `add` takes more samples; `result` reads the outcome.  Batch and online use go through the same steps.
+    `add` takes more samples.  Batch and online use go through the same steps.
     """
 
     def __init__(self, setting: Setting, scales: Scales) -> None:
@@ -155,12 +155,12 @@ def recursion(parts: Sequence[Differences], model: Model, setting: Setting) -> R
     paths, seen = [], 0
     for y, phi in _blocks(parts, model):
         path = progress.add(y, phi)
-        paths.append(path[np.arange(-seen % stride, len(y), stride)])
+        picked = np.arange((scales.n - 1 - seen) % stride, len(y), stride)  # the last sample is among them
+        paths.append(path[picked])
         seen += len(y)
     noise = _noise(parts, model, scales, progress.theta, setting)
-    return Recursion(
-        progress.coefficients(), progress.covariance(noise), np.concatenate(paths), _clock(parts)[::stride]
-    )
+    clock = _clock(parts)[(scales.n - 1) % stride :: stride]
+    return Recursion(progress.coefficients(), progress.covariance(noise), np.concatenate(paths), clock)
 
 
 def _noise(parts, model, scales: Scales, theta: np.ndarray, setting: Setting) -> float:

@@ -192,7 +192,8 @@ def test_dependencies_are_what_is_imported() -> None:
     tops = {name.split(".")[0] for path in paths for name in absolute_imports(path)}
     imported = {{"yaml": "pyyaml"}.get(top, top) for top in tops - sys.stdlib_module_names}
     optional = {Requirement(text).name for text in PROJECT["project"]["optional-dependencies"]["distributed"]}
-    assert imported - optional == {Requirement(text).name for text in PROJECT["project"]["dependencies"]}
+    declared = {Requirement(text).name for text in PROJECT["project"]["dependencies"]}
+    assert imported - optional == declared - {"psutil"}  # joblib ends worker processes with psutil where it is there
 
 
 def test_no_init_at_the_root() -> None:

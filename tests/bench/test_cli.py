@@ -307,6 +307,20 @@ def test_failed_runs_are_listed_and_status_one(call, tmp_path):
     assert "out of luck" in call("report", tmp_path / "out")[1]
 
 
+def test_an_interrupt_is_told_and_what_was_finished_is_kept(call, suite, tmp_path, monkeypatch):
+    def interrupted(specs, store, pool, watch):
+        store.append({"key": specs[0].key, "row": specs[0].row_key() | {"status": "ok"}, "parameters": []})
+        raise KeyboardInterrupt
+
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr("helmbench.bench.runner.run", interrupted)
+        status, _, err = call("run", "--suite", suite, "--jobs", 1, "-o", out)
+    assert (status, err.strip()) == (130, "helmbench: interrupted (a run is continued with --resume)")
+    status, told, _ = call("run", "--resume", "--jobs", 1, "-o", out)
+    assert status == 0 and "12 runs, 12 ok" in told
+
+
 # bad input
 
 

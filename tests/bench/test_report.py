@@ -76,6 +76,24 @@ def test_markdown_shows_ranks_intervals_and_failures(finished):
     assert "10 runs: 8 ok, 1 failed, 1 not applicable" in text
 
 
+def test_cells_without_truth_are_listed_and_what_they_share_is_told_once(tmp_path, manifest, run_of):
+    runs = [
+        run_of(r2=r2, method="a", vessel="measured-ship", train="Z_15_05", held_out=held_out)
+        for held_out, r2 in (("Z_25_05", 0.9), ("Z_10_10_P", 0.8))
+    ]
+    with Store.create(tmp_path / "out", manifest(2)) as store:
+        for run in runs:
+            store.append(run)
+        text = report.write_report(tmp_path / "out").markdown
+    cells = text.split("## All cells of measured-ship")[1].split("##")[0]
+    assert "All with model abkowitz, train Z_15_05, noise low, disturbance none." in cells
+    assert "Z_25_05" in cells and "0.900" in cells and "Z_10_10_P" in cells
+
+
+def test_cells_with_truth_are_left_to_the_page(finished):
+    assert "All cells" not in report.write_report(finished).markdown
+
+
 def test_every_line_of_a_markdown_table_has_the_same_columns(finished):
     for block in re.findall(r"(?:^\|.*\n)+", report.write_report(finished).markdown, flags=re.M):
         counts = {len(re.findall(r"(?<!\\)\|", line)) for line in block.splitlines()}

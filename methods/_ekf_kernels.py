@@ -1,93 +1,11 @@
-"""Compiled recursions of the recursive methods (numba; imported only when one of them runs)."""
+"""Compiled extended Kalman filter and smoother (numba; imported only when they run)."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit, types
 
-from ..models.drivers import tangent_sample
-
-f8, i8 = types.float64, types.int64
-A1, A2 = types.Array(f8, 1, "C"), types.Array(f8, 2, "C")
-JIT = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract", "nsz", "arcp"}}
-
-
-@njit(types.void(A1, A2, A1, f8, A1, A2, A1, A2), **JIT)
-def recursive_ls(y, h, forget, weight, theta, lower, spread, path):
-    """Weighted recursive least squares with forgetting, on the factors of P.
-
-    P = U diag(spread) U' with U unit upper triangular (Bierman 1977), which keeps P positive definite where the plain
-    recursion loses it; `lower` holds U transposed, row j being column j of U.
-
-    y (M,), h (M, d), forget (M,): P is divided by forget[k] before row k, whose noise variance is 1/weight.
-    theta (d,), lower (d, d) and spread (d,) are updated in place; path (M, d) is filled with theta.
-    """
-    d = theta.size
-    f, v, gain = np.empty(d), np.empty(d), np.empty(d)
-    for k in range(y.size):
-        row = h[k]
-        error = y[k]
-        for j in range(d):
-            error -= row[j] * theta[j]
-        if forget[k] != 1.0:
-            for j in range(d):
-                spread[j] /= forget[k]
-        for j in range(d):
-            total = row[j]
-            for i in range(j):
-                total += lower[j, i] * row[i]
-            f[j] = total
-            v[j] = spread[j] * total
-        sigma = 1.0 / weight
-        for j in range(d):
-            before = sigma
-            sigma += f[j] * v[j]
-            if f[j] != 0.0:
-                step = -f[j] / before
-                spread[j] *= before / sigma
-                for i in range(j):
-                    old = lower[j, i]
-                    lower[j, i] = old + gain[i] * step
-                    gain[i] += old * v[j]
-            gain[j] = v[j]
-        scale = error / sigma
-        for j in range(d):
-            theta[j] += gain[j] * scale
-            path[k, j] = theta[j]
-
-
-@njit(types.void(A1, A2, A1, f8, A1, A2, A2), **JIT)
-def recursive_ls_as_printed(y, h, forget, weight, theta, p, path):
-    """Eq 22 of paper 000 literally: the estimate is divided by mu as if the data were not forgotten."""
-    d = theta.size
-    ph = np.empty(d)
-    for k in range(y.size):
-        row, mu = h[k], forget[k]
-        product, predicted = 0.0, 0.0
-        for i in range(d):
-            total = 0.0
-            for j in range(d):
-                total += p[i, j] * row[j]
-            ph[i] = total
-        for i in range(d):
-            product += row[i] * ph[i]
-            predicted += row[i] * theta[i] / mu
-        scale = 1.0 / (mu * mu / weight + mu * product)
-        for i in range(d):
-            for j in range(d):
-                p[i, j] = p[i, j] / mu - ph[i] * ph[j] * scale
-        for i in range(d):
-            total = 0.0
-            for j in range(d):
-                total += p[i, j] * row[j]
-            theta[i] = theta[i] / mu + weight * (y[k] - predicted) * total
-        for i in range(d):
-            path[k, i] = theta[i]
-
-
-A3 = types.Array(f8, 3, "C")
-I1 = types.Array(types.int64, 1, "C")
-TANGENT = types.FunctionType(types.void(A1, A1, A1, A1, i8, A1, A1, A1, A1))
+from ..models.drivers import A1, A2, A3, I1, JIT, TANGENT, f8, i8, tangent_sample
 
 
 @njit(types.void(A2, A1, A2, A2), **JIT)
@@ -150,13 +68,15 @@ def kalman(
     tangent, z, theta, p, origin, factor, inputs, outputs, index, columns, dt, substeps, source, target, sparse,
     process, sensor, path, innovations, filtered, filtered_p, predicted, predicted_p, transitions,
 ):  # fmt: skip
-    """One record through an extended Kalman filter of the joint vector z = (states n, e), coefficients origin + factor e.
+    """One record through an extended Kalman filter of the joint vector z = (states n, e).
 
-    z (m,), p (m, m) and the coefficients in theta are updated in place; origin (q,), factor (q, m - n), with no
-    columns if the coefficients are held.  outputs (N, c), nan = gap, measure the
-    states `columns` at grid points `index` (N,), which do not decrease.  process (n,) and sensor (c,) are variances.
-    path (N, p) takes the coefficients after each sample and innovations (N, c) what was not predicted.  The last five
-    arrays take what a smoother needs, for every grid point, if they are not empty.  Returns the negative log likelihood.
+    The coefficients are origin + factor e, with origin (q,) and factor (q, m - n) of no columns if they are held.
+    z (m,), p (m, m) and the coefficients in theta are updated in place.  outputs (N, c), nan = gap, measure the states
+    `columns` at grid points `index` (N,), which do not decrease.  process (n,) and sensor (c,) are variances.  path
+    (N, q) takes the coefficients after each sample and innovations (N, c) what was not predicted.  The last five arrays
+    take what a smoother needs, for every grid point, if they are not empty.
+
+    Returns the negative log likelihood of the innovations.
     """
     m, q, e = z.size, origin.size, factor.shape[1]
     n = m - e
@@ -199,9 +119,7 @@ def kalman(
             x[i] = z[i]
             for j in range(width):
                 flat[i * width + j] = 1.0 if i == j else 0.0
-        tangent_sample(
-            tangent, x, flat, inputs[k], inputs[k + 1], theta, dt, substeps, False, source, target, work
-        )
+        tangent_sample(tangent, x, flat, inputs[k], inputs[k + 1], theta, dt, substeps, False, source, target, work)
         for i in range(n):
             z[i] = x[i]
             for j in range(n):

@@ -1,0 +1,43 @@
+"""Fixtures of the methods' tests."""
+
+import numpy as np
+import pytest
+
+from helmbench.datasets import measured
+from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.record import Record
+from helmbench.models.model import CHANNELS, resolve
+from helmbench.models.simulate import initial_state, inputs_of, simulate
+
+
+@pytest.fixture
+def suite():
+    """(model, training records) of a vessel's suite: suite(vessel, noise='none', euler=False, seed=1)."""
+
+    def make(vessel, noise="none", euler=False, seed=1):
+        model = resolve(vessel)
+        texts = [text + "@euler" * euler for text in model.suite["train"]]
+        return model, [generate(Case(vessel, text, noise, seed=seed)) for text in texts]
+
+    return make
+
+
+@pytest.fixture
+def hsva():
+    """Measured KVLCC2 zigzags by stem, rudder positive to starboard."""
+    folder = measured.data_dir() / "kvlcc2" / "hsva"
+    if not folder.is_dir():
+        pytest.skip(f"no measured data in {folder}: set HELMBENCH_DATA or run `helmbench fetch kvlcc2-hsva`")
+    return lambda stem: measured.load("kvlcc2-hsva", stem).turned("starboard")
+
+
+def driven(model, rudder, dt, name="driven", **options):
+    """A noise-free record of a model driven by a rudder series (N,), from its straight course."""
+    states = simulate(model, inputs_of(model, rudder), dt, initial_state(model), **options)
+    channels = {CHANNELS[s]: states[:, i] for i, s in enumerate(model.states) if s in CHANNELS}
+    return Record(dt * np.arange(len(rudder)), {"rudder_rad": np.asarray(rudder), **channels}, name)
+
+
+def relative_errors(estimate, truth):
+    """Relative error by name of the parameters with a non-zero truth."""
+    return {k: abs(estimate.parameters[k] / value - 1.0) for k, value in truth.parameters.items() if value}

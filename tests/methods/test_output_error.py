@@ -1,0 +1,213 @@
+"""Output error: exact without noise, efficient with it, and the published rows on measured records."""
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.record import Record
+from helmbench.methods import freerun, output_error
+from helmbench.methods.base import CannotFit, FitFailed
+from helmbench.methods.bounds import cramer_rao
+from helmbench.methods.output_error import OutputError, fit_output_error, released
+from helmbench.methods.rls import Rls
+from helmbench.methods.series import series_of
+from helmbench.models.errors import BadInput
+from helmbench.models.model import resolve
+
+from .conftest import driven, relative_errors
+
+NOISE_SD = {"yaw_rate_rad_s": np.deg2rad(0.01), "heading_rad": np.deg2rad(0.02)}
+
+
+@pytest.mark.parametrize(
+    "vessel", ["remus-kt", "remus", "cargo", "patrol", "response-1", "response-2", "kvlcc2-l7", "s175-polynomial"]
+)
+def test_exact_without_noise(suite, vessel):
+    model, records = suite(vessel)
+    estimate = OutputError().fit(records, model.blanked())
+    worst = max(relative_errors(estimate, model).items(), key=lambda item: item[1])
+    assert worst[1] < 1e-6, worst
+    assert estimate.converged and estimate.extra["explains_records"]
+
+
+def test_sixty_coefficients_without_noise(suite):
+    model, records = suite("mariner-model")
+    estimate = OutputError().fit(records, model.blanked())
+    assert max(relative_errors(estimate, model).values()) < 1e-6
+    assert max(abs(estimate.parameters[k]) for k, value in model.parameters.items() if not value) < 1e-7
+
+
+# Train on 15/5, free run on the measured rudder of the others: R2 and RMSE of r [deg/s], RMSE of psi [deg].
+HELD_OUT = ("Z_25_05", "Z_10_10_P", "Z_10_10_S")
+ROWS = {
+    "nomoto-1-cubic": [(0.953, 0.43, 2.9), (0.891, 0.40, 5.0), (0.837, 0.49, 8.0)],
+    "nomoto-2": [(0.977, 0.30, 12.0), (0.964, 0.23, 5.0), (0.937, 0.31, 10.7)],
+    "integrator": [(0.680, 1.12, 20.5), (0.890, 0.40, 3.6), (0.864, 0.45, 9.2)],
+}
+
+
+@pytest.mark.parametrize("family", ROWS)
+def test_published_rows_on_hsva(hsva, family):
+    estimate = OutputError().fit([hsva("Z_15_05")], resolve(family))
+    assert estimate.extra["channels"] == ["r"] and not estimate.extra["explains_records"]
+    for stem, (r2, rmse, rmse_heading) in zip(HELD_OUT, ROWS[family], strict=True):
+        series = series_of(hsva(stem), estimate.model, ("r", "psi"))
+        error = freerun.residuals(estimate.model, series, series.start)
+        rate = series.outputs[:, 0]
+        assert 1.0 - np.mean(error[:, 0] ** 2) / np.var(rate) == pytest.approx(r2, abs=0.01)
+        rms = np.rad2deg(np.sqrt(np.mean(error**2, axis=0)))
+        assert rms[0] == pytest.approx(rmse, abs=0.01)
+        assert rms[1] == pytest.approx(rmse_heading, abs=0.15)
+
+
+def test_first_order_parameters_on_hsva(hsva):
+    found = OutputError().fit([hsva("Z_15_05")], resolve("nomoto-1-cubic")).parameters
+    assert [found[k] for k in ("K", "T", "alpha")] == pytest.approx([0.519, 36.7, 765.0], rel=3e-3)
+
+
+def noisy(record, rng, sd):
+    return record.with_channels(**{k: record.column(k) + v * rng.normal(size=record.n) for k, v in sd.items()})
+
+
+@pytest.mark.parametrize("channels", [["heading_rad"], ["yaw_rate_rad_s", "heading_rad"]], ids=["heading", "both"])
+def test_efficiency(rng, channels):
+    """40 records of paper 000's vessel: estimates spread as the Cramer-Rao bound says, and errors are stated right."""
+    model = resolve("remus-kt")
+    clean = generate(Case("remus-kt", "zigzag:20/20"))
+    clean = Record(clean.time_s, {k: clean.column(k) for k in ("rudder_rad", *channels)}, "remus")
+    sd = {k: NOISE_SD[k] for k in channels}
+    bound, _ = cramer_rao(model, [clean], sd)
+    z, stated = [], []
+    for _ in range(40):
+        estimate = OutputError().fit([noisy(clean, rng, sd)], model.blanked())
+        z.append((np.array([*estimate.parameters.values()]) - [*model.parameters.values()]) / bound)
+        stated.append(np.array([*estimate.stderr.values()]) / bound)
+    rms = np.sqrt(np.mean(np.square(z), axis=0))
+    assert np.all((rms > 0.6) & (rms < 1.45)), rms
+    assert np.all((np.mean(stated, axis=0) > 0.8) & (np.mean(stated, axis=0) < 1.25))
+
+
+def test_beats_least_squares_by_far(rng):
+    """0.1 deg of heading noise: a third difference of it tells nothing, output error stays within a few per cent."""
+    model = resolve("remus-kt")
+    clean = generate(Case("remus-kt", "zigzag:20/20")).with_channels(yaw_rate_rad_s=None)
+    record = noisy(clean, rng, {"heading_rad": np.deg2rad(0.1)})
+    recursive, direct = (m.fit([record], model) for m in (Rls(scheme="heading-difference"), OutputError()))
+    assert max(relative_errors(recursive, model).values()) > 0.5
+    assert max(relative_errors(direct, model).values()) < 0.07
+
+
+@pytest.mark.parametrize("vessel", ["kvlcc2-l7", "mariner-model", "remus"])
+def test_three_degrees_of_freedom_with_noise(suite, vessel):
+    model, records = suite(vessel, noise="medium", seed=4)
+    estimate = OutputError().fit(records, model.blanked())
+    assert estimate.extra["explains_records"] and estimate.extra["initial_states"] == "estimated"
+    sensors = {"surge_m_s": 0.02, "sway_m_s": 0.02, "yaw_rate_rad_s": np.deg2rad(0.05), "heading_rad": np.deg2rad(0.1)}
+    bound, _ = cramer_rao(model, records, sensors)
+    truth = np.array([*model.parameters.values()])
+    told = bound < 0.3 * np.abs(truth)
+    z = (np.array([*estimate.parameters.values()]) - truth) / bound
+    assert np.sqrt(np.mean(z[told] ** 2)) < 3.0
+
+
+def test_a_wrong_model_is_called_wrong(suite):
+    """A first-order model on a second-order vessel: initial states stay the record's, heading does not rule the fit."""
+    _, records = suite("response-2", noise="low")
+    estimate = OutputError().fit(records, resolve("nomoto-1"))
+    assert not estimate.extra["explains_records"]
+    assert estimate.extra["channels"] == ["r"] and estimate.extra["initial_states"] == "record"
+    assert "does not explain" in estimate.message
+
+
+def test_gaps_and_uneven_samples(rng):
+    model = resolve("response-1")
+    record = driven(model, 0.5 * np.sin(0.01 * np.arange(3000)), 0.05)
+    holes = record.column("yaw_rate_rad_s").copy()
+    holes[rng.random(3000) < 0.3] = np.nan
+    estimate = OutputError().fit([record.with_channels(yaw_rate_rad_s=holes)], model)
+    assert max(relative_errors(estimate, model).values()) < 1e-8
+    dropped = np.flatnonzero(rng.random(3000) < 0.85)
+    shorter = Record(record.time_s[dropped], {k: v[dropped] for k, v in record.channels.items()}, "rows left out")
+    estimate = OutputError().fit([shorter], model)
+    assert max(relative_errors(estimate, model).values()) < 1e-3  # the rudder between rows is interpolated
+    fine = driven(model, 0.5 * np.sin(0.002 * np.arange(15000)), 0.01)
+    kept = np.cumsum(rng.integers(3, 12, 3000))
+    kept = np.append(0, kept[kept < 15000])
+    uneven = Record(fine.time_s[kept], {k: v[kept] for k, v in fine.channels.items()})
+    estimate = OutputError().fit([uneven], model)
+    assert max(relative_errors(estimate, model).values()) < 1e-3  # the channels are interpolated to an even grid
+
+
+def test_a_lost_first_sample(rng):
+    model = resolve("kvlcc2-l7")
+    record = driven(model, 0.4 * np.sign(np.sin(0.02 * np.arange(900))), 0.2)
+    channels = {k: record.column(k).copy() for k in ("surge_m_s", "yaw_rate_rad_s", "heading_rad")}
+    for values in channels.values():
+        values[:4] = np.nan
+    estimate = OutputError().fit([record.with_channels(**channels)], model)
+    assert max(relative_errors(estimate, model).values()) < 1e-4
+
+
+@pytest.mark.parametrize("vessel", ["response-2", "kvlcc2-l7"])
+def test_factor_holds_the_derivatives(vessel, rng):
+    """R'R of the folded factor is J'J of derivatives by finite differences, initial states included."""
+    model = resolve(vessel)
+    record = driven(model, 0.3 * np.sin(0.1 * np.arange(150)) + 0.1, 0.2)
+    series = [series_of(record, model)]
+    problem = released(series, model)
+    z = problem.start(model.coefficients)
+    weights = np.ones(len(model.states))
+
+    def residual(z):
+        moved, ((s, state, _, _),) = problem.unpack(z)
+        return freerun.residuals(moved, s, state).T.ravel()
+
+    columns = []
+    for i in range(z.size):
+        step = np.zeros(z.size)
+        step[i] = 1e-6 * max(abs(z[i]), 0.1)
+        columns.append((residual(z - step) - residual(z + step)) / (2.0 * step[i]))
+    jacobian = np.array(columns).T
+    factor = problem.factor(z, weights)
+    scale = np.linalg.norm(jacobian, axis=0)
+    expected = jacobian.T @ jacobian / np.outer(scale, scale)
+    found = factor[:, :-1].T @ factor[:, :-1] / np.outer(scale, scale)
+    assert found == pytest.approx(expected, abs=5e-4)
+
+
+def test_pieces_make_no_difference(suite, monkeypatch):
+    model, records = suite("response-2", noise="low")
+    whole = OutputError().fit(records, model)
+    monkeypatch.setattr(freerun, "PIECE", 2000)
+    pieces = OutputError().fit(records, model)
+    assert pieces.coefficients == pytest.approx(whole.coefficients, rel=1e-6)
+
+
+def test_steps_never_make_it_worse(suite):
+    model, records = suite("response-2", noise="medium")
+    problem = released([series_of(r.turned(model.positive_rudder), model) for r in records], model)
+    start = problem.start(1.2 * model.coefficients)
+    costs = [output_error.levenberg_marquardt(problem, start, most).cost for most in (0, 1, 2, 4, 8, 30)]
+    assert np.all(np.diff(costs) <= 0.0) and costs[-1] < costs[0] - 100.0
+
+
+def test_a_bad_start_is_brought_home(suite):
+    """The horizon-growing stages bring a start that runs away in free run to the minimum of the good start."""
+    model, records = suite("remus", noise="low")
+    series = [series_of(r, model) for r in records]
+    with np.errstate(all="ignore"):
+        good = fit_output_error(series, model, [model.coefficients])
+        bad = fit_output_error(series, model, [model.coefficients * [0.2, -1.0, 2.0, 0.3, 5.0, 0.5]])
+    assert bad.minimum.cost == pytest.approx(good.minimum.cost, abs=1e-3)
+
+
+def test_refusals(suite):
+    model, records = suite("response-1")
+    with pytest.raises(BadInput, match="max_iterations"):
+        OutputError(0).fit(records, model)
+    with pytest.raises(CannotFit, match="none of the columns"):
+        record = records[0]
+        OutputError().fit([Record(record.time_s, {"rudder_rad": record.rudder()}, "blind")], model)
+    with pytest.raises(FitFailed, match="diverges from every start"), np.errstate(all="ignore"):
+        series = [series_of(r, model) for r in records]
+        fit_output_error(series, model, [np.array([50.0, 1.0, 1.0])])
