@@ -11,6 +11,7 @@ from ..models.errors import BadInput
 from . import factors
 from .base import Fit, FitFailed, Method
 from .regression import SCHEMES, Differences, accelerations, differences
+from .zoh import common_step, exact_with_covariance
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -116,7 +117,8 @@ class Ls(Method):
 
     Parameters
     ----------
-    scheme : 'forward' (explicit Euler), 'midpoint' or 'heading-difference'; see `regression`.
+    scheme : 'forward' (explicit Euler), 'midpoint', 'heading-difference' or 'triple-integral'; see `regression`.  Also
+        'zoh': forward differences read back by the exact map for a held rudder (`zoh`), for response models.
 
     3-DOF models need surge, sway and yaw rate (or heading); response models yaw rate or heading.
     """
@@ -129,25 +131,27 @@ class Ls(Method):
 
     def check_options(self) -> None:
         super().check_options()
-        check_scheme(self.scheme)
+        check_scheme(self.scheme, ("zoh",))
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        found = fit_ls(records, model, self.scheme)
-        p = len(model.coordinates)
+        found = fit_ls(records, model, "forward" if self.scheme == "zoh" else self.scheme)
+        coefficients, covariance, p = found.coefficients, found.covariance, len(model.coordinates)
+        if self.scheme == "zoh":
+            coefficients, covariance = exact_with_covariance(coefficients, covariance, model, common_step(records))
         return Fit(
-            found.coefficients,
-            found.covariance,
+            coefficients,
+            covariance,
             message="" if found.rank == p else f"the records determine {found.rank} of {p} directions",
             extra={"rank": found.rank, "condition": found.condition, "residual_sd": found.residual_sd.tolist()},
         )
 
 
-def check_scheme(scheme: str) -> None:
-    """Refuse an unknown difference scheme.
+def check_scheme(scheme: str, more: Sequence[str] = ()) -> None:
+    """Refuse a difference scheme that is neither one of `regression` nor one of `more`.
 
     Raises
     ------
     BadInput : naming the known ones.
     """
-    if scheme not in SCHEMES:
-        raise BadInput(f"unknown difference scheme {scheme!r}", hint=f"known: {', '.join(SCHEMES)}")
+    if scheme not in (*SCHEMES, *more):
+        raise BadInput(f"unknown difference scheme {scheme!r}", hint=f"known: {', '.join((*SCHEMES, *more))}")

@@ -12,6 +12,9 @@ midpoint
 heading-difference
     paper 000, eq 7-11: backward differences of the heading alone, rows multiplied by dt^3 as in its eq 9, the ship
     at rest before the first sample.  Second-order response models only.
+triple-integral, triple-integral-held, triple-integral-rest
+    the equations integrated until a measured state is reached (`schemes_integral`), with a rudder that is linear or
+    held between samples; held, and the ship at rest on heading zero at the first sample.
 
 A missing yaw rate is differenced from the heading by the same scheme.  Steps need not be equal; a gap, or a step more
 than three times the median, removes only the rows it touches.
@@ -19,8 +22,8 @@ than three times the median, removes only the rows it touches.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,17 +72,23 @@ def differences(records: Sequence[Record], model: Model, scheme: str) -> list[Di
     CannotFit : a record lacks a channel, the scheme does not suit the model, or all rows together are no more than
         the coefficients.
     """
-    found = [_gap_free(SCHEMES[scheme](record, model)) for record in records]
+    found = [difference(record, model, scheme) for record in records]
     n, p = sum(part.accelerations.size for part in found), len(model.coordinates)
     if n <= p:
         raise CannotFit(f"{n} usable regression rows for {p} coefficients")
     return found
 
 
+def difference(record: Record, model: Model, scheme: str) -> Differences:
+    """Differences of one record, however few; raises CannotFit as `differences` for channels and schemes."""
+    return _gap_free(SCHEMES[scheme](record, model))
+
+
 def _gap_free(parts: Differences) -> Differences:
     good = np.isfinite(np.column_stack([parts.states, parts.accelerations, parts.inputs])).all(axis=1)
     arrays = (np.ascontiguousarray(part[good]) for part in (parts.states, parts.accelerations, parts.inputs))
-    return Differences(*arrays, time_s=parts.time_s[good], scale=parts.scale)
+    states, accelerations, inputs = arrays
+    return replace(parts, states=states, accelerations=accelerations, inputs=inputs, time_s=parts.time_s[good])
 
 
 def accelerations(model: Model) -> int:
@@ -188,4 +197,20 @@ def _heading_difference(record: Record, model: Model) -> Differences:
     return Differences(x, a, _table(inputs, model.regression_inputs), record.time_s[1:], scale=h**3)
 
 
-SCHEMES = {"forward": _forward, "midpoint": _midpoint, "heading-difference": _heading_difference}
+def _integrated(which: str) -> Callable[[Record, Model], Differences]:
+    def scheme(record: Record, model: Model) -> Differences:
+        from . import schemes_integral
+
+        return getattr(schemes_integral, which)(record, model)
+
+    return scheme
+
+
+SCHEMES: dict[str, Callable[[Record, Model], Differences]] = {
+    "forward": _forward,
+    "midpoint": _midpoint,
+    "heading-difference": _heading_difference,
+    "triple-integral": _integrated("triple_integral"),
+    "triple-integral-held": _integrated("triple_integral_held"),
+    "triple-integral-rest": _integrated("triple_integral_rest"),
+}

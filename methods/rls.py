@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -9,13 +10,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..models.errors import BadInput
-from .base import CannotFit, Fit, FitFailed, Method
+from .base import CannotFit, Estimate, Fit, FitFailed, Method, blas_limited
 from .ls import check_scheme
 from .regression import Differences, differences
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
+    from .online import Stream
 
 LONGEST_PATH = 20_000_000
 """Numbers above which the kept trajectory is thinned to every second, third, ... sample."""
@@ -38,6 +40,23 @@ class Setting:
     prior: str = "scaled"
     as_printed: bool = False
 
+    def run(self, rows, per_sample: int, theta, state, spread, path) -> None:
+        """Go through scalar rows (y (M,), h (M, p), forget (M,)), `per_sample` to a sample, updating the rest in place.
+
+        theta (p,); P = U diag(spread) U' with state = U' (p, p), or as printed P itself in state; path (M, p).
+        """
+        from . import _rls_kernels
+
+        y, h, forget = rows
+        if self.as_printed:
+            _rls_kernels.recursive_ls_as_printed(y, h, forget, self.weight, theta, state, path)
+        else:
+            _rls_kernels.recursive_ls(y, h, forget, self.weight, theta, state, spread, path)
+
+    def times(self) -> float:
+        """How often a row has been taken on average: P is so many times smaller than the covariance."""
+        return self.weight
+
 
 class Recursion(NamedTuple):
     """Outcome of `recursion`, in the units of the coefficients."""
@@ -48,7 +67,7 @@ class Recursion(NamedTuple):
     time_s: np.ndarray
 
 
-class _Scales(NamedTuple):
+class Scales(NamedTuple):
     """Root mean squares of the rows' left sides (k,) and of the columns (p,); zeros replaced by one."""
 
     equations: np.ndarray
@@ -56,7 +75,8 @@ class _Scales(NamedTuple):
     n: int
 
 
-def _scales(parts: Sequence[Differences], model: Model, setting: Setting) -> _Scales:
+def scales_of(parts: Sequence[Differences], model: Model, setting: Setting) -> Scales:
+    """Scales of the rows of all parts; FitFailed if no column is finite and non-zero."""
     left, columns, n = 0.0, 0.0, 0
     for y, phi in _blocks(parts, model):
         left, columns, n = left + (y**2).sum(axis=0), columns + (phi**2).sum(axis=0), n + len(y)
@@ -68,7 +88,7 @@ def _scales(parts: Sequence[Differences], model: Model, setting: Setting) -> _Sc
         equations = np.ones_like(equations)
     equations = np.where(used, equations, np.inf)  # an equation without unknowns drops out
     total = np.sqrt((np.asarray(columns) / n / equations[:, None] ** 2).sum(axis=0))
-    return _Scales(equations, np.where(total > 0.0, total, 1.0), n)
+    return Scales(equations, np.where(total > 0.0, total, 1.0), n)
 
 
 def _blocks(parts: Sequence[Differences], model: Model) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -76,7 +96,7 @@ def _blocks(parts: Sequence[Differences], model: Model) -> Iterator[tuple[np.nda
         yield from part.blocks(model)
 
 
-def _scaled_rows(y: np.ndarray, phi: np.ndarray, scales: _Scales, mu: float):
+def _scaled_rows(y: np.ndarray, phi: np.ndarray, scales: Scales, mu: float):
     """Scalar rows y (M,), h (M, p), and the forgetting before each: mu at the first equation of a sample."""
     used = np.flatnonzero(np.isfinite(scales.equations))
     rows = (phi[:, used] / scales.equations[used, None] / scales.columns).reshape(-1, phi.shape[2])
@@ -85,57 +105,78 @@ def _scaled_rows(y: np.ndarray, phi: np.ndarray, scales: _Scales, mu: float):
     return np.ascontiguousarray((y / scales.equations)[:, used].ravel()), np.ascontiguousarray(rows), forget.ravel()
 
 
+class Progress:
+    """A recursion under way: coefficients and P in scaled units, and the path so far.
+
+    `add` takes more samples.  Batch and online use go through the same steps.
+    """
+
+    def __init__(self, setting: Setting, scales: Scales) -> None:
+        self.setting, self.scales = setting, scales
+        p = scales.columns.size
+        self.theta = np.ascontiguousarray(setting.theta0 * scales.columns)
+        self.spread = np.full(p, setting.p0)
+        if setting.prior == "physical":
+            self.spread = self.spread * scales.columns**2
+        self.state = np.diag(self.spread) if setting.as_printed else np.eye(p)
+        self.per_sample = int(np.isfinite(scales.equations).sum())
+
+    def add(self, y: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        """Coefficients (n, p) after each of n samples y (n, k), phi (n, k, p)."""
+        rows = _scaled_rows(y, phi, self.scales, self.setting.mu)
+        path = np.empty_like(rows[1])
+        self.setting.run(rows, self.per_sample, self.theta, self.state, self.spread, path)
+        return path[self.per_sample - 1 :: self.per_sample] / self.scales.columns
+
+    def scaled(self, y: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        """Scalar rows [phi | y] (n k, p + 1) as the recursion takes them."""
+        left, rows, _ = _scaled_rows(y, phi, self.scales, 1.0)
+        return np.column_stack([rows, left])
+
+    def coefficients(self) -> np.ndarray:
+        """The latest coefficients (p,)."""
+        return self.theta / self.scales.columns
+
+    def covariance(self, noise: float) -> np.ndarray:
+        """Covariance (p, p) for rows whose variance makes up the factor `noise`."""
+        covariance = self.state if self.setting.as_printed else (self.state.T * self.spread) @ self.state
+        return covariance * noise / np.outer(self.scales.columns, self.scales.columns)
+
+
 def recursion(parts: Sequence[Differences], model: Model, setting: Setting) -> Recursion:
     """Run through all samples once, record after record, P and the coefficients carried over.
 
     g = P h/(mu/L + h'P h);  theta += g (y - h'theta);  P = (P - g h'P)/mu  for each scalar row (paper 000, eq 22 with
-    its erratum), or eq 22 as printed.  Regressors are scaled inside.
+    its erratum), or eq 22 as printed, or what else the setting runs.  Regressors are scaled inside.
     """
-    scales = _scales(parts, model, setting)
-    p = scales.columns.size
-    theta = np.ascontiguousarray(setting.theta0 * scales.columns)
-    spread = np.full(p, setting.p0)
-    if setting.prior == "physical":
-        spread = spread * scales.columns**2
-    state = np.diag(spread) if setting.as_printed else np.eye(p)
-    stride = max(1, -(-scales.n * p // LONGEST_PATH))
-    paths, seen, per_sample = [], 0, int(np.isfinite(scales.equations).sum())
+    scales = scales_of(parts, model, setting)
+    progress = Progress(setting, scales)
+    stride = max(1, -(-scales.n * scales.columns.size // LONGEST_PATH))
+    paths, seen = [], 0
     for y, phi in _blocks(parts, model):
-        rows = _scaled_rows(y, phi, scales, setting.mu)
-        path = np.empty_like(rows[1])
-        _run(rows, setting, theta, state, spread, path)
+        path = progress.add(y, phi)
         picked = np.arange((scales.n - 1 - seen) % stride, len(y), stride)  # the last sample is among them
-        paths.append(path[per_sample - 1 :: per_sample][picked] / scales.columns)
+        paths.append(path[picked])
         seen += len(y)
-    covariance = state if setting.as_printed else (state.T * spread) @ state
-    covariance = covariance * _noise(parts, model, scales, theta, setting)
-    return Recursion(
-        theta / scales.columns,
-        covariance / np.outer(scales.columns, scales.columns),
-        np.concatenate(paths),
-        _clock(parts)[(scales.n - 1) % stride :: stride],
-    )
+    noise = _noise(parts, model, scales, progress.theta, setting)
+    clock = _clock(parts)[(scales.n - 1) % stride :: stride]
+    return Recursion(progress.coefficients(), progress.covariance(noise), np.concatenate(paths), clock)
 
 
-def _run(rows, setting: Setting, theta, state, spread, path) -> None:
-    from . import _rls_kernels
-
-    y, h, forget = rows
-    if setting.as_printed:
-        _rls_kernels.recursive_ls_as_printed(y, h, forget, setting.weight, theta, state, path)
-    else:
-        _rls_kernels.recursive_ls(y, h, forget, setting.weight, theta, state, spread, path)
-
-
-def _noise(parts, model, scales: _Scales, theta: np.ndarray, setting: Setting) -> float:
+def _noise(parts, model, scales: Scales, theta: np.ndarray, setting: Setting) -> float:
     """Factor that turns P into a covariance: residual variance times L, and the loss of data by forgetting."""
     total, count = 0.0, 0
     for y, phi in _blocks(parts, model):
         left, rows, _ = _scaled_rows(y, phi, scales, 1.0)
         total, count = total + float(((left - rows @ theta) ** 2).sum()), count + left.size
-    mu, n = setting.mu, scales.n
+    return noise_factor(total, count, theta.size, scales.n, setting)
+
+
+def noise_factor(total: float, count: int, p: int, n: int, setting: Setting) -> float:
+    """As `_noise`, from the sum of squares `total` that `count` scalar rows of n samples leave with p coefficients."""
+    mu = setting.mu
     forgotten = 1.0 if mu == 1.0 else (1.0 - mu ** (2 * n)) / ((1.0 - mu**n) * (1.0 + mu))
-    return total / max(count - theta.size, 1) * setting.weight * forgotten
+    return total / max(count - p, 1) * setting.times() * forgotten
 
 
 def _clock(parts: Sequence[Differences]) -> np.ndarray:
@@ -165,6 +206,7 @@ class Rls(Method):
     name = "rls"
     title = "recursive least squares"
     order_matters = True
+    _stream: Stream | None = None
 
     def __init__(self, p0: float = 1e10, theta0=0.0, prior: str = "scaled", scheme: str = "forward") -> None:
         self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme
@@ -181,6 +223,10 @@ class Rls(Method):
         """Numbers of the recursion for p coefficients."""
         return Setting(self.p0, self._theta0(p), prior=self.prior)
 
+    def setting_for(self, parts: Sequence[Differences], p: int) -> Setting:
+        """As `setting`, for methods whose numbers depend on the rows."""
+        return self.setting(p)
+
     def _theta0(self, p: int) -> np.ndarray:
         theta0 = np.asarray(self.theta0, float)
         if theta0.shape not in ((), (p,)):
@@ -189,7 +235,7 @@ class Rls(Method):
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         parts = differences(records, model, self.scheme)
-        found = recursion(parts, model, self.setting(len(model.coordinates)))
+        found = recursion(parts, model, self.setting_for(parts, len(model.coordinates)))
         return Fit(
             found.coefficients,
             found.covariance,
@@ -197,3 +243,34 @@ class Rls(Method):
             trajectory=found.path,
             trajectory_time_s=found.time_s,
         )
+
+    def partial_fit(self, chunk: Record, model: Model, scale_with: Sequence[Record] | None = None) -> Estimate | None:
+        """Take the next samples of a stream and return the estimate so far; None while there are too few.
+
+        Chunks of any length give the trajectory of the whole record: exactly with `prior='physical'`, or with
+        `scale_with` that record; otherwise the scaled prior has the units of the first chunk.  A chunk that starts
+        before the last one ended begins a new run.  `reset` forgets everything; another model does so too.
+
+        Raises
+        ------
+        CannotFit : a channel is missing.
+        FitFailed : the recursion has diverged.
+        BadInput : an option is impossible, or the scheme needs the whole record.
+        """
+        from .online import Stream
+
+        if self._stream is None or self._stream.model.id != model.id:
+            self.check_options()
+            self._stream = Stream(self, model, scale_with)
+        wall, cpu = time.perf_counter(), time.process_time()
+        with np.errstate(all="ignore"), blas_limited():
+            self._stream.add(chunk)
+            try:
+                fit = self._stream.fit()
+            except CannotFit:
+                return None
+        return self._wrap(fit, model, time.perf_counter() - wall, time.process_time() - cpu)
+
+    def reset(self) -> None:
+        """Forget the stream of `partial_fit`."""
+        self._stream = None

@@ -1,0 +1,138 @@
+"""Compiled recursions of the multi-innovation and iterative-learning methods (numba)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, types
+
+f8, i8 = types.float64, types.int64
+A1, A2 = types.Array(f8, 1, "C"), types.Array(f8, 2, "C")
+JIT = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract", "nsz", "arcp"}}
+
+
+@njit(f8(A1, A2, A1, A2), **JIT)
+def _absorb(row, lower, spread, work):
+    """Measurement update of P = U diag(spread) U' (lower = U') with one row of unit noise (Bierman 1977).
+
+    work (2, d) is left with v in its first row and the unscaled gain in its second; returns 1 + row'P row.
+    """
+    d = row.size
+    v, gain = work[0], work[1]
+    sigma = 1.0
+    for j in range(d):
+        f = row[j]
+        for i in range(j):
+            f += lower[j, i] * row[i]
+        v[j] = spread[j] * f
+        before = sigma
+        sigma += f * v[j]
+        if f != 0.0:
+            step = -f / before
+            spread[j] *= before / sigma
+            for i in range(j):
+                old = lower[j, i]
+                lower[j, i] = old + gain[i] * step
+                gain[i] += old * v[j]
+        gain[j] = v[j]
+    return sigma
+
+
+@njit(f8(A1, A1), **JIT)
+def _dot(a, b):
+    total = 0.0
+    for j in range(a.size):
+        total += a[j] * b[j]
+    return total
+
+
+@njit(types.void(A1, A2, i8, i8, i8, A1, A1, A2, A1, A2), **JIT)
+def multi_innovation(y, h, first, size, length, omega, theta, lower, spread, path):
+    """Multi-innovation recursive least squares, corrected (paper 004, eq 20 and 22).
+
+    Rows y (M,), h (M, d) come in samples of `size`; rows before `first` only serve in windows.  After each sample the
+    last `length` samples are absorbed together: P first, then theta += P Phi z with z = E, or, if omega (size,) is not
+    empty, sin(omega E)/omega with omega E held within +-pi/2.  theta, lower, spread are updated in place; path
+    (M - first, d) is filled, every row of a sample with the coefficients after it.
+    """
+    d = theta.size
+    work, push, turned = np.empty((2, d)), np.empty(d), np.empty(d)
+    for end in range(first + size, y.size + 1, size):
+        start = max(0, end - length * size)
+        if omega.size == 0:
+            for k in range(start, end):
+                error = y[k] - _dot(h[k], theta)
+                sigma = _absorb(h[k], lower, spread, work)
+                for j in range(d):
+                    theta[j] += work[1, j] * error / sigma
+        else:
+            push[:] = 0.0
+            for k in range(start, end):
+                rate = omega[(k - start) % size]
+                angle = rate * (y[k] - _dot(h[k], theta))
+                z = np.sin(min(max(angle, -0.5 * np.pi), 0.5 * np.pi)) / rate
+                for j in range(d):
+                    push[j] += h[k, j] * z
+            for k in range(start, end):
+                _absorb(h[k], lower, spread, work)
+            for j in range(d):
+                total = push[j]
+                for i in range(j):
+                    total += lower[j, i] * push[i]
+                turned[j] = spread[j] * total
+            for i in range(d):
+                total = turned[i]
+                for j in range(i + 1, d):
+                    total += lower[j, i] * turned[j]
+                theta[i] += total
+        for k in range(end - size, end):
+            path[k - first] = theta
+
+
+@njit(types.void(A1, A2, i8, i8, i8, f8, A1, A2, A2), **JIT)
+def multi_innovation_as_printed(y, h, first, size, length, omega, theta, p, path):
+    """Eq 22 and 23 of paper 004 literally: z = sin(omega E), and P + P Phi (I + Phi'P Phi)^-1 Phi'P."""
+    d = theta.size
+    for end in range(first + size, y.size + 1, size):
+        start = max(0, end - length * size)
+        phi = h[start:end]
+        z = np.sin(omega * (y[start:end] - phi @ theta))
+        spread = phi @ p
+        p += spread.T @ np.linalg.solve(np.eye(end - start) + spread @ phi.T, spread)
+        theta += p @ (phi.T @ z)
+        for k in range(end - size, end):
+            for j in range(d):
+                path[k - first, j] = theta[j]
+
+
+@njit(i8(A1, A2, f8, f8, i8, f8, A1, A2, A1, A2), **JIT)
+def iterative_learning(y, h, beta, share, most, tolerance, theta, lower, spread, path):
+    """FCI-LS (paper 002, eq 19-24): each row up to `most` times, every time with a step beta h e_hat behind it.
+
+    beta is held to `share` of 2/|h|^2; share = inf leaves it as it is.  A row is left when a repeat moves theta by less
+    than `tolerance` (Euclidean).  Returns the number of repeats.
+    """
+    d = theta.size
+    work, before = np.empty((2, d)), np.empty(d)
+    repeats = 0
+    for k in range(y.size):
+        row = h[k]
+        square = _dot(row, row)
+        for _ in range(most):
+            repeats += 1
+            before[:] = theta
+            error = y[k] - _dot(row, theta)
+            sigma = _absorb(row, lower, spread, work)
+            for j in range(d):
+                theta[j] += work[1, j] * error / sigma
+            left = y[k] - _dot(row, theta)
+            gain = beta
+            if square > 0.0:
+                gain = min(beta, share * 2.0 / square)
+            moved = 0.0
+            for j in range(d):
+                theta[j] += gain * row[j] * left
+                moved += (theta[j] - before[j]) ** 2
+            if not np.sqrt(moved) >= tolerance:
+                break
+        path[k] = theta
+    return repeats

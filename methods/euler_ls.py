@@ -1,0 +1,191 @@
+"""Euler-difference least squares of paper 001: A1, the improved transformation, and A2, the traditional one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..models.errors import BadInput
+from . import factors
+from .base import CannotFit, Fit, FitFailed, Method
+from .ls import least_squares
+from .regression import Differences, accelerations, differences
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+
+ALGORITHMS = ("A1", "A2")
+
+
+class EulerLs(Method):
+    """Least squares on explicit Euler differences of a 3-DOF model.
+
+    Parameters
+    ----------
+    algorithm : 'A1' divides the equations by the square of the speed and keeps the known inertia on the left side
+        (eq 20-26): one row per equation with the coefficients themselves.  'A2' regresses u(t+1), v(t+1), r(t+1) on
+        u(t), v(t), r(t) and all terms (eq 9-19), whose coefficients mix sway and yaw and are taken apart by the
+        inertia matrix afterwards.
+    variant : 'corrected' (orthogonal decomposition with scaled columns), or 'as_printed': (H'H)^-1 H'Y of eq 19 and 26
+        on columns as they are, which squares a condition of 1e7.
+
+    Exact on records that explicit Euler has made; on others the bias is that of a forward difference.
+    """
+
+    name = "euler-ls"
+    title = "Euler-difference least squares of paper 001 (A1, A2)"
+    variants = ("corrected", "as_printed")
+
+    def __init__(self, algorithm: str = "A1", variant: str = "corrected") -> None:
+        self.algorithm, self.variant = algorithm, variant
+
+    def check_options(self) -> None:
+        super().check_options()
+        if self.algorithm not in ALGORITHMS:
+            raise BadInput(f"algorithm is {self.algorithm!r}", hint=f"known: {', '.join(ALGORITHMS)}")
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        if not model.is_3dof:
+            raise CannotFit(f"euler-ls is for 3-DOF models, and {model.id} is a response model")
+        parts = differences(records, model, "forward")
+        printed = self.variant == "as_printed"
+        solve = _improved if self.algorithm == "A1" else _traditional
+        c, covariance, condition = solve(parts, model, printed)
+        return Fit(c, covariance, extra={"condition": condition})
+
+
+def _speed_squared(part: Differences, model: Model) -> np.ndarray:
+    u, v = (part.states[:, model.regression_states.index(s)] for s in ("u", "v"))
+    return np.maximum(u**2 + v**2, 1e-12)
+
+
+def _solved(factor: np.ndarray, n: int, printed: bool) -> tuple[np.ndarray, np.ndarray, float]:
+    """x (m,), its covariance (m, m), and the condition of the columns as they are."""
+    used = np.flatnonzero(np.any(factor[:, :-1] != 0.0, axis=0))
+    if not used.size or not np.isfinite(factor).all():
+        raise FitFailed("the regression has no finite, non-zero columns")
+    a, b = factor[:, used], factor[:, -1]
+    x, covariance = np.zeros(factor.shape[1] - 1), np.diag(np.full(factor.shape[1] - 1, np.inf))
+    condition = float(np.linalg.cond(a))
+    if printed:
+        inverse = np.linalg.inv(a.T @ a)
+        x[used] = inverse @ (a.T @ b)
+        unit = inverse
+    else:
+        solution = factors.solve(np.column_stack([a, b]))
+        x[used], unit = solution.x, solution.covariance
+    variance = float(np.sum((a @ x[used] - b) ** 2)) / max(n - used.size, 1)
+    covariance[np.ix_(used, used)] = unit * variance
+    return x, covariance, condition
+
+
+def _improved(parts: Sequence[Differences], model: Model, printed: bool):
+    """A1: rows divided by U^2."""
+    k, p, n = accelerations(model), len(model.coordinates), sum(len(part.time_s) for part in parts)
+    found = [factors.empty(p) for _ in range(k)]
+    for part in parts:
+        weight, start = 1.0 / _speed_squared(part, model), 0
+        for y, phi in part.blocks(model):
+            w = weight[start : start + len(y), None]
+            start += len(y)
+            found = [factors.fold(found[e], w * np.column_stack([phi[:, e], y[:, e]])) for e in range(k)]
+    stacked = np.array([np.vstack([r, np.zeros((p + 1 - len(r), p + 1))]) for r in found])
+    if printed:
+        return _solved(stacked.reshape(-1, p + 1), n * k, True)
+    solution = least_squares(stacked, np.full(k, n))
+    return solution.coefficients, solution.covariance, solution.condition
+
+
+class Inertia(NamedTuple):
+    """The left side y = mass (k, k) @ accelerations + rest."""
+
+    mass: np.ndarray
+    inverse: np.ndarray
+
+
+def inertia(model: Model, part: Differences) -> Inertia:
+    """Inertia matrix of a 3-DOF model whose left side is proportional to the accelerations.
+
+    Raises
+    ------
+    CannotFit : it changes with the state, or the regressors hold accelerations.
+    """
+    from ..models.simulate import regression
+
+    k, x, u = accelerations(model), part.states[:2], part.inputs[:2]
+    still, phi = regression(model, x, np.zeros((2, k)), u)
+    found = []
+    for j in range(k):
+        y, pushed = regression(model, x, np.tile(np.eye(k)[j], (2, 1)), u)
+        if not np.array_equal(pushed, phi):
+            raise CannotFit(f"model {model.id} has accelerations among its regressors")
+        found.append(y - still)
+    mass = np.stack(found, axis=2)
+    if not np.allclose(mass[0], mass[1], rtol=1e-12, atol=0.0):
+        raise CannotFit(f"the inertia of model {model.id} changes with the state")
+    return Inertia(mass[0], np.linalg.inv(mass[0]))
+
+
+def _traditional(parts: Sequence[Differences], model: Model, printed: bool):
+    """A2: x_j(t+1) on x_j(t) and the terms of every equation that moves x_j, one problem for each j.
+
+    The left side's known part, if any, is taken over with the terms.  Terms that two equations share (as sway and yaw
+    do) enter once; their coefficients are those of the accelerations, M^-1 times those of the forces.
+    """
+    k, p, n = accelerations(model), len(model.coordinates), sum(len(part.time_s) for part in parts)
+    body = inertia(model, parts[0])
+    uses, same = _terms(parts, model)
+    x, covariance, conditions = np.zeros((k, p)), np.zeros((k, p, p)), []
+    moves = [np.flatnonzero(np.abs(body.inverse[j]) > 0.0) for j in range(k)]
+    columns = [sorted({int(same[i]) for e in moves[j] for i in uses[e]}) for j in range(k)]
+    found = [factors.empty(1 + len(columns[j])) for j in range(k)]
+    for part in parts:
+        h, start = float(np.median(np.diff(part.time_s))), 0
+        for y, phi in part.blocks(model):
+            cut = slice(start, start + len(y))
+            start += len(y)
+            known = part.accelerations[cut] - y @ body.inverse.T  # what is on the left beside M a
+            terms = phi.sum(axis=1)  # every coefficient stands in one equation
+            for j in range(k):
+                state = part.states[cut, j]
+                right = state + h * (part.accelerations[cut, j] - known[:, j])
+                found[j] = factors.fold(found[j], np.column_stack([state, h * terms[:, columns[j]], right]))
+    for j in range(k):
+        solved, spread, condition = _solved(found[j], n, printed)
+        x[j, columns[j]] = solved[1:]
+        covariance[j][np.ix_(columns[j], columns[j])] = spread[1:, 1:]
+        conditions.append(condition)
+    c, whole, group = np.zeros(p), np.zeros((p, p)), np.zeros((k, p, p))
+    for e in range(k):
+        for i in uses[e]:
+            c[i] = body.mass[e] @ x[:, same[i]]
+            group[:, i, same[i]] = body.mass[e]
+    for j in range(k):
+        finite = np.where(np.isfinite(covariance[j]), covariance[j], 0.0)
+        whole += group[j] @ finite @ group[j].T
+    return c, whole, max(conditions)
+
+
+def _terms(parts: Sequence[Differences], model: Model) -> tuple[list[list[int]], np.ndarray]:
+    """Coefficients in each equation, and for each the first coefficient (p,) that multiplies the same function.
+
+    Raises
+    ------
+    CannotFit : a coefficient stands in two equations.
+    """
+    _, phi = next(parts[0].blocks(model))
+    nonzero = np.any(phi != 0.0, axis=0)
+    if (nonzero.sum(axis=0) > 1).any():
+        raise CannotFit(f"model {model.id} has a coefficient in two equations")
+    uses = [np.flatnonzero(row).tolist() for row in nonzero]
+    values = phi.sum(axis=1)
+    same = np.arange(values.shape[1])
+    for i in range(values.shape[1]):
+        for j in range(i):
+            if np.any(values[:, j]) and np.allclose(values[:, i], values[:, j], rtol=1e-12, atol=0.0):
+                same[i] = j
+                break
+    return uses, same

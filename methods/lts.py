@@ -1,0 +1,139 @@
+"""Least trimmed squares by concentration steps (FAST-LTS)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..models.errors import BadInput
+from . import factors
+from .base import Fit, Method
+from .huber import huber_weight
+from .ls import check_scheme
+from .regression import differences
+from .weighted import Regression, reweighted
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+
+SAMPLE = 600
+"""Samples that the random starts are tried on."""
+TRIED, KEPT = 2, 3
+"""Concentration steps of every start, and how many starts are followed to the end."""
+CUT = 2.5
+"""Scaled residual beyond which the final fit drops a row."""
+
+
+class Lts(Method):
+    """Least squares over the `coverage` share of rows that fit best, then over all rows within 2.5 standard deviations.
+
+    Parameters
+    ----------
+    coverage : share h/n of rows, in (0.5, 1].
+    starts : random elemental starts, besides Huber's estimate.
+    seed : of the generator that draws them.
+    scheme : difference scheme, see `regression`.
+
+    Rousseeuw & Van Driessen 2006, Data Mining and Knowledge Discovery 12.  Rows are first divided by the spread of
+    their equation's residuals under Huber's estimate.
+    """
+
+    name = "lts"
+    title = "robust regression: least trimmed squares (FAST-LTS), reweighted"
+
+    def __init__(self, coverage: float = 0.75, starts: int = 20, seed: int = 0, scheme: str = "midpoint") -> None:
+        self.coverage, self.starts, self.seed, self.scheme = coverage, starts, seed, scheme
+
+    def check_options(self) -> None:
+        super().check_options()
+        check_scheme(self.scheme)
+        if not 0.5 < self.coverage <= 1.0:
+            raise BadInput(f"coverage is {self.coverage!r}, the share of rows kept lies in (0.5, 1]")
+        if not self.starts >= 0:
+            raise BadInput(f"starts is {self.starts!r}, a number >= 0 is needed")
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        rows = Regression(differences(records, model, self.scheme), model)
+        first, scale, count, _ = reweighted(rows, rows.start.coefficients, huber_weight(1.345))
+        rng = np.random.default_rng(self.seed)
+        starts = [first.x, *self._starts(rows, scale, first.x, rng)]
+        found = [_concentrated(rows, scale, c, self.coverage) for c in starts]
+        best = min(found, key=lambda item: item[1])[0]
+        return _reweighted_once(rows, scale, best, self.coverage, count)
+
+    def _starts(self, rows: Regression, scale: np.ndarray, c: np.ndarray, rng) -> Iterator[np.ndarray]:
+        """The best few of many random starts, each after a few concentration steps on a sample of the rows."""
+        y, phi = _sample(rows, scale, c, rng)
+        h = int(np.ceil(self.coverage * y.size))
+        tried = []
+        size = rows.p // rows.used.size + 1
+        for _ in range(self.starts):
+            chosen = rng.choice(len(y), min(size, len(y)), replace=False)
+            x = _solve(y[chosen].ravel(), phi[chosen].reshape(-1, rows.p))
+            objective = np.inf
+            for _ in range(TRIED):
+                error = (y - phi @ x).ravel() ** 2
+                kept = np.argpartition(error, h - 1)[:h]
+                x = _solve(y.ravel()[kept], phi.reshape(-1, rows.p)[kept])
+                objective = float(np.partition((y - phi @ x).ravel() ** 2, h - 1)[:h].sum())
+            if np.isfinite(x).all():
+                tried.append((objective, x))
+        yield from (x for _, x in sorted(tried, key=lambda item: item[0])[:KEPT])
+
+
+def _solve(y: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    return factors.solve(factors.fold(factors.empty(phi.shape[1]), np.column_stack([phi, y]))).x
+
+
+def _sample(rows: Regression, scale: np.ndarray, c: np.ndarray, rng) -> tuple[np.ndarray, np.ndarray]:
+    """At most `SAMPLE` scaled rows (n, k), (n, k, p) in the order of their residuals, whatever that of the records."""
+    order = np.argsort(np.abs(rows.residuals(c) / scale).sum(axis=1), kind="stable")
+    if len(order) > SAMPLE:
+        order = order[np.sort(rng.choice(len(order), SAMPLE, replace=False))]
+    y, phi = np.empty((rows.n, rows.used.size)), np.empty((len(order), rows.used.size, rows.p))
+    place = np.full(rows.n, -1)
+    place[order] = np.arange(len(order))
+    for cut, left, right in rows.blocks():
+        y[cut] = left
+        chosen = place[cut] >= 0
+        phi[place[cut][chosen]] = right[chosen]
+    return y[order] / scale, phi / scale[:, None]
+
+
+def _concentrated(rows: Regression, scale: np.ndarray, c: np.ndarray, coverage: float) -> tuple[np.ndarray, float]:
+    """Concentration steps from c to a fixed point; the coefficients (p,) and their trimmed sum of squares."""
+    best, error = np.inf, (rows.residuals(c) / scale) ** 2
+    h = int(np.ceil(coverage * error.size))
+    for _ in range(30):
+        limit = np.partition(error.ravel(), h - 1)[h - 1]
+        x = factors.solve(rows.factor((error <= limit) / scale**2)).x
+        error = (rows.residuals(x) / scale) ** 2
+        total = float(np.partition(error.ravel(), h - 1)[:h].sum())
+        if not total < best * (1.0 - 1e-12):
+            break
+        best, c = total, x
+    return c, best
+
+
+def _reweighted_once(rows: Regression, scale: np.ndarray, c: np.ndarray, coverage: float, count: int) -> Fit:
+    """Least squares over the rows within `CUT` spreads of the trimmed fit."""
+    from scipy.stats import chi2, norm
+
+    error = rows.residuals(c)
+    spread = rows.scale(error)
+    kept = np.abs(error) <= CUT * spread
+    solution = factors.solve(rows.factor(kept / spread**2))
+    left = rows.residuals(solution.x)
+    share = 2.0 * norm.cdf(CUT) - 1.0
+    variance = (left**2 * kept).sum(axis=0) / np.maximum(kept.sum(axis=0) - solution.rank / len(spread), 1.0)
+    variance *= share / chi2.cdf(CUT**2, 3)  # Gaussian errors cut off at CUT
+    noise = float(np.mean(variance / spread**2)) / share
+    return Fit(
+        solution.x,
+        solution.covariance * noise,
+        n_iterations=count,
+        extra={"residual_sd": np.sqrt(variance).tolist(), "rank": solution.rank, "outliers": float(1.0 - kept.mean())},
+    )
