@@ -138,7 +138,7 @@ def stretches(record: Record, channels: Sequence[np.ndarray]) -> list[Record]:
         for gap in np.flatnonzero(np.diff(time[known]) > LONGEST_STEP * record.dt):
             outside[known[gap] + 1 : known[gap + 1]] = True
             first[known[gap + 1]] = True
-    edges = np.flatnonzero(first | np.diff(outside, prepend=True, append=True))
+    edges = np.flatnonzero(first | np.diff(outside, prepend=True, append=True)).tolist()
     return [record.slice(a, b) for a, b in pairwise(edges) if not outside[a]]
 
 
