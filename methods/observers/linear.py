@@ -73,5 +73,6 @@ def noise_gains(system: Discrete, noisy: int = 0) -> NDArray[np.float64]:
     now, ahead = system.now[:, noisy], system.ahead[:, noisy]
     # x[k] = y[k] + ahead u[k], y[k+1] = a y[k] + (now + a ahead) u[k]: y[k] and u[k] are independent
     drive = now + system.a @ ahead
-    variance = np.diag(solve_discrete_lyapunov(system.a, np.outer(drive, drive))) + ahead**2
-    return np.sqrt(variance)
+    unit = np.where(np.abs(drive) > 0.0, np.abs(drive), 1.0)  # states of like size keep the equation well conditioned
+    variance = solve_discrete_lyapunov(system.a * unit / unit[:, None], np.outer(drive / unit, drive / unit))
+    return np.sqrt(np.diag(variance) * unit**2 + ahead**2)
