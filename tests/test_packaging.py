@@ -190,7 +190,7 @@ def test_rooms_import_each_other_relatively(room: str) -> None:
 def test_dependencies_are_what_is_imported() -> None:
     paths = [path for room in ROOMS for path in (ROOT / room).rglob("*.py")]
     tops = {name.split(".")[0] for path in paths for name in absolute_imports(path)}
-    imported = {{"yaml": "pyyaml"}.get(top, top) for top in tops - sys.stdlib_module_names}
+    imported = {{"sklearn": "scikit-learn", "yaml": "pyyaml"}.get(top, top) for top in tops - sys.stdlib_module_names}
     optional = {Requirement(text).name for text in PROJECT["project"]["optional-dependencies"]["distributed"]}
     declared = {Requirement(text).name for text in PROJECT["project"]["dependencies"]}
     assert imported - optional == declared - {"psutil"}  # joblib ends worker processes with psutil where it is there

@@ -1,0 +1,1 @@
+"""Observers, filters and smoothers: parts that methods combine, none of them a method by itself."""

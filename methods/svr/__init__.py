@@ -1,0 +1,1 @@
+"""Least-squares support vector regression: the mathematics, and scikit-learn regressors on it."""

@@ -1,0 +1,189 @@
+"""Extended state observer and paper 003's pipeline against the reference values of its corrected equations."""
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.methods.base import CannotFit
+from helmbench.methods.eso_rw_lssvr import EsoRwLssvr
+from helmbench.methods.observers import eso
+from helmbench.methods.observers.linear import noise_gains, respond
+from helmbench.models.errors import BadInput
+from helmbench.models.model import resolve
+
+RECORDS = {
+    "cargo-S3": ("cargo", "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s", 6000.0),
+    "cargo-S1": ("cargo", "heading:20deg/600s", 6000.0),
+    "patrol-S3": ("patrol", "heading:10deg/0.12rad_s+6deg/0.5rad_s+4deg/1.6rad_s", 900.0),
+}
+
+
+def percent(model, coefficients):
+    return 100.0 * (model.to_parameters(coefficients) / model.to_parameters(model.coefficients) - 1.0)
+
+
+def least_squares(seen, rudder, slope):
+    """Coefficients (a1, a2, b1, b2) from the first 60 % of the rows."""
+    n = int(0.6 * len(rudder))
+    x = np.column_stack([seen.psi_ddot, seen.r, rudder, slope])[:n]
+    size = np.linalg.norm(x, axis=0)
+    return np.linalg.lstsq(x / size, seen.psi_dddot[:n], rcond=None)[0] / size
+
+
+def test_gains_of_table_3():
+    assert eso.gains([-45.0] * 4).tolist() == [180.0, 12150.0, 364500.0, 4100625.0]
+
+
+def test_gains_place_the_poles(rng):
+    real, imaginary = -rng.uniform(0.1, 2.0, 3), rng.uniform(0.1, 2.0)
+    poles = np.array([real[0], real[1], real[2] + 1j * imaginary, real[2] - 1j * imaginary])
+    a, _ = eso.observer(eso.gains(poles))
+    assert np.sort_complex(np.linalg.eigvals(a)) == pytest.approx(np.sort_complex(poles), rel=1e-8)
+
+
+@pytest.mark.parametrize("poles", [[-1.0] * 3, [-1.0, -1.0, -1.0, 0.5], [-1.0, -1.0, -1.0, -1.0 + 1.0j]])
+def test_bad_poles_are_refused(poles):
+    with pytest.raises(ValueError, match="four poles"):
+        eso.gains(poles)
+
+
+def test_the_determinant_is_that_of_equation_19(rng):
+    """(s + 1/Tm)(s^4 + l1 s^3 + l2 s^2 + l4 s + l5), whatever l3 and kp are."""
+    gain, lag = rng.uniform(1.0, 5.0, 4), 2.5
+    a, _ = eso.printed_observer(gain, rng.normal(), rng.normal(), lag)
+    expected = np.poly1d([1.0, 1.0 / lag]) * np.poly1d([1.0, *gain])
+    assert np.poly(a) == pytest.approx(expected.coeffs, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("method", "reference"),
+    [("euler", [6.0950, 603.15, 21901.0, 276950.0]), ("exact", [2.6868, 122.31, 2872.5, 27268.0])],
+)
+def test_noise_gains_at_45_rad_s(method, reference):
+    assert noise_gains(eso.sampled_observer(45.0, 0.02, method)) == pytest.approx(reference, rel=1e-4)
+
+
+@pytest.mark.parametrize("omega0", [0.01, 1.0, 45.0, 1000.0])
+def test_the_exact_observer_has_its_poles_at_every_speed(omega0):
+    system = eso.sampled_observer(omega0, 0.02)
+    free = np.linalg.matrix_power(system.a, 4)
+    pole = np.exp(-omega0 * 0.02)
+    assert np.trace(system.a) == pytest.approx(4.0 * pole, rel=1e-9)
+    assert np.linalg.det(system.a) == pytest.approx(pole**4, rel=1e-6)
+    assert np.trace(free) == pytest.approx(4.0 * pole**4, rel=1e-6)
+
+
+def test_a_cubic_heading_is_observed_exactly(rng):
+    """psi_dddot constant and no input gain: no error is left in any state."""
+    c = rng.normal(size=4)
+    t = 0.1 * np.arange(600)
+    psi = c[0] + c[1] * t + c[2] * t**2 / 2.0 + c[3] * t**3 / 6.0
+    seen = eso.observe(psi, 0.1, 1.0)
+    assert seen.psi_dddot[-1] == pytest.approx(c[3], rel=1e-7, abs=1e-9)
+    assert seen.psi_ddot[-1] == pytest.approx(c[2] + c[3] * t[-1], rel=1e-7, abs=1e-9)
+    assert seen.psi[-1] == pytest.approx(psi[-1], rel=1e-9)
+
+
+def test_a_known_input_through_b0(rng):
+    """psi_dddot = b0 u: the observer that knows b0 and u has no error from the start."""
+    u = rng.normal(size=200)
+    chain = eso.sampled_observer(1e-9, 0.1, b0=0.3)
+    a, now = chain.a.copy(), chain.now[:, 1:]
+    a[:, 0] += chain.now[:, 0]  # the chain without its correction
+    truth = respond(chain._replace(a=a, now=now, ahead=np.zeros((4, 1))), u[:, None], np.array([0.0, 0.0, 0.0, 0.0]))
+    seen = eso.observe(truth[:, 0], 0.1, 2.0, b0=0.3, u=u)
+    assert seen.psi_dddot[20:] == pytest.approx(0.3 * u[20:], abs=0.35 * 0.3 * np.abs(u).max())
+    blind = eso.observe(truth[:, 0], 0.1, 2.0)
+    assert np.std(seen.psi_dddot[20:] - 0.3 * u[20:]) < np.std(blind.psi_dddot[20:] - 0.3 * u[20:])
+
+
+def test_unknown_discretisation():
+    with pytest.raises(ValueError, match="unknown method"):
+        eso.sampled_observer(1.0, 0.1, "tustin")
+
+
+@pytest.mark.parametrize(
+    ("name", "reference"),
+    [
+        ("cargo-S3", [0.198, 3.63, 2.87, 0.033]),
+        ("cargo-S1", [0.092, 3.07, 2.22, 0.006]),
+        ("patrol-S3", [0.76, -51.1, -80.7, 0.043]),
+    ],
+)
+def test_noise_free_least_squares_behind_the_observer(name, reference):
+    """Euler plant and Euler ESO at 45 rad/s, b0 = 0: the reference's errors of T1, T2, T3, K in percent."""
+    ship, text, duration = RECORDS[name]
+    record = generate(Case(ship, text + "@euler", duration_s=duration, dt_s=0.02))
+    rudder = record.rudder()
+    seen = eso.observe(record.heading_unwrapped(), 0.02, 45.0, "euler")
+    found = percent(resolve(ship), least_squares(seen, rudder, np.append(np.diff(rudder) / 0.02, 0.0)))
+    assert found == pytest.approx(reference, rel=5e-3, abs=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "reference"),
+    [("cargo-S3", [0.386, -100.4, -37.9, 2.86]), ("patrol-S3", [0.99, -118.0, -214.0, -0.26])],
+)
+def test_noise_free_least_squares_behind_the_printed_observer(name, reference):
+    """b0 = 1, l3 = 100: T2 and T3 are lost (rudder and its slope as they are)."""
+    ship, text, duration = RECORDS[name]
+    model = resolve(ship)
+    record = generate(Case(ship, text + "@euler", duration_s=duration, dt_s=0.02))
+    kp, lag, psi, rudder = model.controller.kp, model.rudder.lag_s, record.heading_unwrapped(), record.rudder()
+    command = record.column("rudder_command_rad")
+    seen = eso.observe_as_printed(psi, psi + command / kp, 0.02, kp, lag)
+    found = percent(model, least_squares(seen, rudder, (command - rudder) / lag))
+    assert found == pytest.approx(reference, rel=0.02, abs=0.01)
+
+
+# ---- the method
+
+
+def record_of(name, dt=0.1):
+    ship, text, duration = RECORDS[name]
+    return generate(Case(ship, text, duration_s=duration, dt_s=dt))
+
+
+def test_without_noise_only_the_lag_is_left():
+    record, model = record_of("cargo-S3"), resolve("cargo")
+    lagging = percent(model, EsoRwLssvr(omega0=20.0, aligned=False).fit([record], model).coefficients)
+    aligned = percent(model, EsoRwLssvr(omega0=0.5, C=1e10).fit([record], model).coefficients)
+    assert abs(lagging[0]) < 1.0 and abs(lagging[3]) < 0.2 and 1.0 < np.abs(lagging).max() < 15.0
+    assert np.abs(aligned).max() < 0.1
+
+
+def test_noise_asks_for_one_lag_and_slow_poles(rng):
+    """Noise of 1e-4 rad: aligned and with the poles chosen by the records all four parameters come out."""
+    record, model = record_of("cargo-S3"), resolve("cargo")
+    noisy = record.with_channels(heading_rad=record.column("heading_rad") + 1e-4 * rng.normal(size=record.n))
+    chosen = EsoRwLssvr().fit([noisy], model)
+    others = [EsoRwLssvr(aligned=False), EsoRwLssvr(omega0=9.0)]
+    good, lagging, fast = (percent(model, e.coefficients) for e in (chosen, *(m.fit([noisy], model) for m in others)))
+    print(good, lagging, fast, chosen.extra)
+    assert chosen.extra["omega0_rad_s"] < 1.0
+    assert np.abs(good).max() < 3.0
+    assert not np.abs(lagging).max() < 20.0 and not np.abs(fast).max() < 20.0
+
+
+def test_the_printed_variant_runs_and_fails_as_stated():
+    record = record_of("cargo-S3", dt=0.02)
+    found = EsoRwLssvr(variant="as_printed", C=1e10).fit([record], resolve("cargo"))
+    error = percent(resolve("cargo"), found.coefficients)
+    assert not np.abs(error).max() < 30.0
+
+
+def test_the_printed_variant_needs_a_heading_reference():
+    record = record_of("cargo-S3").with_channels(rudder_command_rad=None)
+    with pytest.raises(CannotFit, match="rudder command"):
+        EsoRwLssvr(variant="as_printed").fit([record], resolve("cargo"))
+
+
+def test_3dof_models_are_refused():
+    with pytest.raises(CannotFit, match="response model"):
+        EsoRwLssvr().fit([generate(Case("mariner", "zigzag:20/20", duration_s=100.0))], resolve("mariner"))
+
+
+@pytest.mark.parametrize("options", [{"omega0": 0.0}, {"discretisation": "none"}, {"C": 0.0}])
+def test_impossible_options(options):
+    with pytest.raises(BadInput):
+        EsoRwLssvr(**options).fit([record_of("cargo-S3")], resolve("cargo"))
