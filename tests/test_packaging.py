@@ -22,7 +22,8 @@ ROOT = Path(__file__).resolve().parents[1]
 LAYERS = ("models", "datasets", "methods", "diagnosis", "bench")  # each may import those to its left
 ROOMS = tuple(room for room in LAYERS if (ROOT / room).is_dir())
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-SLOW_TO_IMPORT = set("jinja2 joblib matplotlib numba optuna pandas pyarrow scipy.optimize sklearn sympy".split())
+SLOW_TO_IMPORT = {"jinja2", "joblib", "matplotlib", "numba", "optuna", "pandas", "pyarrow", "sklearn", "sympy"}
+SLOW_TO_IMPORT |= {"scipy.optimize"}
 
 
 def run(*command: str | Path, cwd: Path) -> str:
