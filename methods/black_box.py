@@ -27,6 +27,7 @@ from ._compiled import compiled, stacked
 from .base import Fit, FitFailed, Method
 from .ls import check_scheme
 from .regression import accelerations, differences
+from .tuning.space import Choice, Domain, Integer, Real
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -42,6 +43,27 @@ ROWS: Mapping[str, int] = {
     "TheilSenRegressor": 2000,
 }
 """Training rows that regressors whose time grows faster than their number are given, spread evenly over all rows."""
+_SVR = {"C": Real(1e-2, 1e4, log=True), "epsilon": Real(1e-4, 1.0, log=True), "gamma": Real(1e-3, 10.0, log=True)}
+_TREES = {"min_samples_leaf": Integer(1, 100, log=True), "max_depth": Integer(2, 20)}
+SPACES: Mapping[str, Mapping[str, Domain]] = {
+    "ElasticNet": {"alpha": Real(1e-6, 1.0, log=True), "l1_ratio": Real(0.0, 1.0)},
+    "ExtraTreesRegressor": _TREES,
+    "HistGradientBoostingRegressor": {
+        "learning_rate": Real(0.01, 0.5, log=True),
+        "max_iter": Integer(20, 500, log=True),
+        "min_samples_leaf": Integer(2, 100, log=True),
+    },
+    "HuberRegressor": {"epsilon": Real(1.0, 5.0), "alpha": Real(1e-8, 1e2, log=True)},
+    "KNeighborsRegressor": {"n_neighbors": Integer(1, 100, log=True), "weights": Choice("uniform", "distance")},
+    "KernelRidge": {"alpha": Real(1e-8, 10.0, log=True)},
+    "Lasso": {"alpha": Real(1e-6, 1.0, log=True)},
+    "MLPRegressor": {"alpha": Real(1e-7, 1.0, log=True), "learning_rate_init": Real(1e-4, 1e-1, log=True)},
+    "NuSVR": {"C": _SVR["C"], "nu": Real(0.05, 0.95), "gamma": _SVR["gamma"]},
+    "RandomForestRegressor": _TREES,
+    "Ridge": {"alpha": Real(1e-8, 1e4, log=True)},
+    "SVR": _SVR,
+}
+"""What `tuned:sklearn:NAME` tunes, for features and targets of unit variance."""
 MODULES = (
     "linear_model", "svm", "ensemble", "gaussian_process", "neighbors", "neural_network", "kernel_ridge", "tree",
     "cross_decomposition", "dummy", "compose", "multioutput", "isotonic",
@@ -61,7 +83,12 @@ def regressor(name: str) -> type[BlackBox]:
     cls = _dotted(name) if "." in name else _in_sklearn(name)
     _make(cls, name)
     summary = next(iter((inspect.getdoc(cls) or name).splitlines()))
-    facts = {"name": PREFIX + name, "title": f"black box: {summary}".rstrip("."), "regressor": cls}
+    facts = {
+        "name": PREFIX + name,
+        "title": f"black box: {summary}".rstrip("."),
+        "regressor": cls,
+        "search_space": SPACES.get(name, {}),
+    }
     return type(f"BlackBox{cls.__name__}", (BlackBox,), {**facts, "__module__": __name__, "__doc__": BlackBox.__doc__})
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from ...models.errors import BadInput
 
 if TYPE_CHECKING:
-    from optuna.distributions import BaseDistribution
+    from optuna.trial import Trial
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,9 @@ class Real:
     def __post_init__(self) -> None:
         _check_range(self.low, self.high, self.log)
 
-    def distribution(self) -> BaseDistribution:
-        """As Optuna takes it."""
-        from optuna.distributions import FloatDistribution
-
-        return FloatDistribution(self.low, self.high, log=self.log)
+    def suggest(self, trial: Trial, name: str) -> float:
+        """A trial's value."""
+        return trial.suggest_float(name, self.low, self.high, log=self.log)
 
     def grid(self, count: int) -> list[float]:
         """`count` values, ends included, evenly spaced on its scale."""
@@ -52,11 +50,9 @@ class Integer:
     def __post_init__(self) -> None:
         _check_range(self.low, self.high, self.log)
 
-    def distribution(self) -> BaseDistribution:
-        """As Optuna takes it."""
-        from optuna.distributions import IntDistribution
-
-        return IntDistribution(self.low, self.high, log=self.log)
+    def suggest(self, trial: Trial, name: str) -> int:
+        """A trial's value."""
+        return trial.suggest_int(name, self.low, self.high, log=self.log)
 
     def grid(self, count: int) -> list[int]:
         """At most `count` different values, ends included."""
@@ -75,11 +71,9 @@ class Choice:
             raise BadInput("a choice needs at least one value")
         object.__setattr__(self, "values", values)
 
-    def distribution(self) -> BaseDistribution:
-        """As Optuna takes it."""
-        from optuna.distributions import CategoricalDistribution
-
-        return CategoricalDistribution(self.values)
+    def suggest(self, trial: Trial, name: str) -> Any:
+        """A trial's value."""
+        return trial.suggest_categorical(name, self.values)
 
     def grid(self, count: int) -> list[Any]:
         """All values, however many are asked for."""
@@ -95,9 +89,9 @@ def _check_range(low: float, high: float, log: bool) -> None:
 
 
 def grid_of(space: Mapping[str, Domain], n_trials: int) -> dict[str, list[Any]]:
-    """Values of a full grid of about, and where a side can have two values at most, `n_trials` points.
+    """Values of every option of a full grid of at most `n_trials` points where that can be.
 
-    Choices take all their values; the points left are shared equally among the ranges, at least two each.
+    Choices take all their values; the ranges share what is left equally, with at least two values each.
     """
     chosen = {name: domain.grid(0) for name, domain in space.items() if isinstance(domain, Choice)}
     ranges = {name: domain for name, domain in space.items() if not isinstance(domain, Choice)}
