@@ -151,8 +151,9 @@ def _remake(text: str, options: dict[str, Any]) -> Tuned:
 def with_tuner(methods: Sequence[str], tuner: str | None = None, storage: str | None = None) -> tuple[str, ...]:
     """Method texts as `--tuner` and `--storage` of the command line change them.
 
-    With a tuner every method becomes `tuned:`.  The storage is opened once, so that what is wrong with it shows before
-    anything is run, and handed to this process and its workers by the environment variable `STORAGE`.
+    With a tuner every method becomes `tuned:`.  A storage alone is for a suite's own tuned methods.  It is
+    opened once, so that what is wrong with it shows before anything is run, and handed to this process and its workers
+    by the environment variable `STORAGE`.
 
     Raises
     ------
@@ -164,7 +165,7 @@ def with_tuner(methods: Sequence[str], tuner: str | None = None, storage: str | 
             raise BadInput("--tuner needs the methods to tune", hint="name them with --method")
         texts = tuple(f"{text if text.startswith(PREFIX) else PREFIX + text},tuner={tuner}" for text in texts)
     if storage is not None:
-        if not any(text.startswith(PREFIX) for text in texts):
+        if texts and not any(text.startswith(PREFIX) for text in texts):
             raise BadInput("--storage is for tuned methods", hint="add --tuner, or --method tuned:...")
         storage_of(storage)
         os.environ[STORAGE] = storage

@@ -280,7 +280,7 @@ def test_bad_texts_are_one_line(text, words):
 def test_command_line_options(tmp_path, monkeypatch):
     monkeypatch.setenv(STORAGE, "")
     storage = str(tmp_path / "s.journal")
-    assert with_tuner(("ls",)) == ("ls",)
+    assert with_tuner(("ls",)) == ("ls",) and with_tuner((), None, storage) == ()
     assert with_tuner(("fw-rls,scheme=midpoint", "tuned:fw-rls"), "tpe", storage) == (
         "tuned:fw-rls,scheme=midpoint,tuner=tpe",
         "tuned:fw-rls,tuner=tpe",
