@@ -38,6 +38,7 @@ class Identification:
         parameters = [
             {"parameter": name, "unit": unit, "estimate": values[name], "stderr": errors.get(name)}
             for name, unit in zip(model.parameter_names, model.parameter_units, strict=True)
+            if name in values
         ]
         return {
             "method": estimate.method,
@@ -78,7 +79,7 @@ def identify(
     others = [_read(path, positive_rudder, structure) for path in validate]
     try:
         estimate = fitter.fit(records, structure.blanked())
-        scores = prediction_scores(estimate.model, others) if others else {}
+        scores = prediction_scores(estimate.model, others, estimate.predictor) if others else {}
     except CannotFit as reason:
         raise BadInput(f"method {method} cannot fit {model}: {reason}") from None
     doubts = tuple(doubt for record in [*records, *others] if (doubt := sign_doubt(record)))

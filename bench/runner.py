@@ -329,7 +329,7 @@ def _fit_and_score(spec: RunSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
         row |= {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
         row["peak_memory_mib"] = peak()
     parameters = parameter_rows(task.model, task.truth, estimate)
-    row |= parameter_scores(parameters) | prediction_scores(estimate.model, task.held_out)
+    row |= parameter_scores(parameters) | prediction_scores(estimate.model, task.held_out, estimate.predictor)
     if not estimate.converged:
         row["error"] = one_line(f"not converged: {estimate.message or 'no reason given'}")
     return parameters
@@ -368,7 +368,12 @@ def _warm_fit(spec: RunSpec, task: Problem) -> None:
         return
     _WARMED.add((spec.maker, spec.task.source))
     short = [record.slice(0, WARM_SAMPLES) for record in task.train]
-    _attempt(lambda: prediction_scores(make(spec.maker).fit(short, task.model).model, task.held_out[:1]))
+
+    def action() -> None:
+        estimate = make(spec.maker).fit(short, task.model)
+        prediction_scores(estimate.model, task.held_out[:1], estimate.predictor)
+
+    _attempt(action)
 
 
 def _attempt(action: Callable[[], object]) -> None:

@@ -18,6 +18,7 @@ from .store import CHANNELS
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..methods.base import Estimate
+    from ..methods.predictor import Predictor
     from ..methods.series import Series
     from ..models.model import Model
     from .problems import Truth
@@ -49,19 +50,21 @@ class Prediction:
         return self.observed[self.stepped], self.one[self.stepped]
 
 
-def predict(model: Model, record: Record) -> list[Prediction]:
+def predict(model: Model, record: Record, predictor: Predictor | None = None) -> list[Prediction]:
     """Free-run and one-step predictions of every state of the model that the record measures.
 
+    `predictor` predicts in the model's place where it is given (a black box).
     Raises `methods.base.CannotFit` where the record lacks an input or measures no state.
     """
+    from ..methods.predictor import ModelPredictor
     from ..methods.series import series_of
     from ..models.model import CHANNELS as channel_of
-    from ..models.simulate import simulate
 
+    predictor = predictor or ModelPredictor(model)
     series = series_of(record.turned(model.positive_rudder), model, SYMBOLS)
     with np.errstate(all="ignore"):
-        free = series.observe(simulate(model, series.inputs, series.dt, _start(model, series)))
-        one, stepped = _one_step(model, series)
+        free = series.observe(predictor.simulate(series.inputs, series.dt, _start(model, series)))
+        one, stepped = _one_step(predictor, model, series)
     predictions = []
     for place, state in enumerate(series.columns):
         symbol, observed = model.states[state], series.outputs[:, place]
@@ -70,9 +73,9 @@ def predict(model: Model, record: Record) -> list[Prediction]:
     return predictions
 
 
-def prediction_scores(model: Model, records: Sequence[Record]) -> dict[str, Any]:
+def prediction_scores(model: Model, records: Sequence[Record], predictor: Predictor | None = None) -> dict[str, Any]:
     """`rmse_*` and `r2_*` columns and the flag `diverged`, pooled over records."""
-    found = [prediction for record in records for prediction in predict(model, record)]
+    found = [prediction for record in records for prediction in predict(model, record, predictor)]
     scores: dict[str, Any] = {"diverged": any(prediction.diverged for prediction in found)}
     for channel in CHANNELS:
         own = [prediction for prediction in found if prediction.channel == channel]
@@ -100,8 +103,10 @@ def error_and_r2(observed: np.ndarray, predicted: np.ndarray) -> tuple[float, fl
 
 
 def parameter_rows(model: Model, truth: Truth, estimate: Estimate) -> list[dict[str, Any]]:
-    """Rows of `parameters.parquet`, without their keys, in the model's order."""
+    """Rows of `parameters.parquet`, without their keys, in the model's order; none of a black box."""
     rows = []
+    if not estimate.parameters:
+        return rows
     for name, unit in zip(model.parameter_names, model.parameter_units, strict=True):
         true, value = truth.values.get(name), estimate.parameters[name]
         rows.append(
@@ -135,25 +140,21 @@ def parameter_scores(rows: Iterable[Mapping[str, Any]]) -> dict[str, float]:
 
 
 def _start(model: Model, series: Series) -> np.ndarray:
-    """Initial state (n,) of a free run: the first samples; a hidden state as in a steady yaw rate."""
-    from ..models.simulate import simulated_states
-
+    """Initial state (n,) of a free run: the first samples; no yaw acceleration."""
     start = series.start.copy()
     for place, state in enumerate(series.columns):
         known = np.flatnonzero(np.isfinite(series.outputs[:, place]))
         if model.states[state] in ("x", "y") and known.size:
             start[state] = series.outputs[known[0], place]
-    return simulated_states(model, start[None, :], series.inputs[:1, 0])[0]
+    return start
 
 
-def _one_step(model: Model, series: Series) -> tuple[np.ndarray, np.ndarray]:
+def _one_step(predictor: Predictor, model: Model, series: Series) -> tuple[np.ndarray, np.ndarray]:
     """Predictions (N, n) of every sample from the one before it, and where (N,) there is a whole one before it.
 
     A state that the record does not measure is held at its initial value; the yaw acceleration of a second-order
     response model is the central difference of the yaw rate.
     """
-    from ..models.simulate import simulated_states, step_map
-
     place = series.index + series.part
     states = np.tile(series.start, (len(place), 1))
     states[:, series.columns] = series.outputs
@@ -161,7 +162,7 @@ def _one_step(model: Model, series: Series) -> tuple[np.ndarray, np.ndarray]:
         states[:, 0] = np.gradient(states[:, model.states.index("r")], place * series.dt)
     inputs = series.observe(series.inputs)
     ahead = np.full_like(states, np.nan)
-    ahead[1:] = step_map(model, simulated_states(model, states, inputs[:, 0])[:-1], inputs, series.dt)
+    ahead[1:] = predictor.step(states[:-1], inputs, series.dt)
     stepped = np.zeros(len(place), dtype=bool)
     stepped[1:] = (np.abs(np.diff(place) - 1.0) < 1e-3) & np.isfinite(states[:-1]).all(axis=1)
     return ahead, stepped

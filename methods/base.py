@@ -17,6 +17,8 @@ from ..models.errors import BadInput
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
+    from .predictor import Predictor
+    from .tuning.space import Domain
 
 SHORTEST = 8
 """Samples below which no record is accepted."""
@@ -42,7 +44,7 @@ class Fit(NamedTuple):
     """What a method's own computation returns; everything but the coefficients may be left out."""
 
     coefficients: np.ndarray
-    """(p,) in the model's coordinates."""
+    """(p,) in the model's coordinates; (0,) of a black box."""
     covariance: np.ndarray | None = None
     """(p, p); infinite on the diagonal where the records do not identify a coefficient."""
     converged: bool = True
@@ -53,6 +55,8 @@ class Fit(NamedTuple):
     trajectory_time_s: np.ndarray | None = None
     """(N,): seconds of record seen, counted on over all records."""
     extra: Mapping[str, Any] = {}
+    predictor: Predictor | None = None
+    """What predicts instead of the model: a black box, which has no coefficients."""
 
 
 @dataclass(frozen=True)
@@ -79,14 +83,17 @@ class Estimate:
     wall_s: float = 0.0
     cpu_s: float = 0.0
     extra: dict[str, Any] = field(default_factory=dict)
+    predictor: Predictor | None = None
 
     def save(self, path: str | Path) -> None:
         """Write the model with the estimated coefficients, as `--model` reads it back.
 
         Raises
         ------
-        BadInput : if the file cannot be written.
+        BadInput : if the file cannot be written, or the estimate is a black box.
         """
+        if self.predictor is not None:
+            raise BadInput(f"{self.method} has no coefficients to write as a model file", file=path)
         from ..models.model import model_to_json
 
         model_to_json(self.model, path)
@@ -126,6 +133,8 @@ class Method:
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
     """One line for `helmbench list methods`."""
+    search_space: ClassVar[Mapping[str, Domain]] = {}
+    """Option name -> what `tuned:` may choose it from."""
     variants: ClassVar[tuple[str, ...]] = ("corrected",)
     order_matters: ClassVar[bool] = False
     """True for recursive methods: the estimate may depend on the order of the records."""
@@ -208,25 +217,21 @@ class Method:
             raise CannotFit(str(error)) from error
         except (ArithmeticError, np.linalg.LinAlgError, ValueError) as error:
             raise FitFailed(f"{type(error).__name__}: {error}") from error
-        if fit.coefficients.shape != (len(model.coordinates),) or not np.isfinite(fit.coefficients).all():
+        wanted = 0 if fit.predictor is not None else len(model.coordinates)
+        if fit.coefficients.shape != (wanted,) or not np.isfinite(fit.coefficients).all():
             raise FitFailed(fit.message or "the estimate is not finite")
         return fit
 
     def _wrap(self, fit: Fit, model: Model, wall_s: float, cpu_s: float) -> Estimate:
-        names = model.parameter_names
-        with np.errstate(all="ignore"):
-            values = model.to_parameters(fit.coefficients)
-            errors = np.full(len(names), np.nan)
-            if fit.covariance is not None:
-                errors = propagate(model.parameters_jacobian(fit.coefficients), fit.covariance)
+        parameters, errors = _published(fit, model)
         return Estimate(
             method=self.name,
             variant=self.variant,
-            model=model.with_coefficients(fit.coefficients),
+            model=model.blanked() if fit.predictor is not None else model.with_coefficients(fit.coefficients),
             coefficients=fit.coefficients,
             covariance=fit.covariance,
-            parameters=dict(zip(names, map(float, values), strict=True)),
-            stderr=dict(zip(names, map(float, errors), strict=True)),
+            parameters=parameters,
+            stderr=errors,
             trajectory=fit.trajectory,
             trajectory_time_s=fit.trajectory_time_s,
             converged=bool(fit.converged),
@@ -235,7 +240,21 @@ class Method:
             wall_s=wall_s,
             cpu_s=cpu_s,
             extra=dict(fit.extra),
+            predictor=fit.predictor,
         )
+
+
+def _published(fit: Fit, model: Model) -> tuple[dict[str, float], dict[str, float]]:
+    """Published parameters and their standard errors; none of a black box."""
+    if fit.predictor is not None:
+        return {}, {}
+    names = model.parameter_names
+    with np.errstate(all="ignore"):
+        values = model.to_parameters(fit.coefficients)
+        errors = np.full(len(names), np.nan)
+        if fit.covariance is not None:
+            errors = propagate(model.parameters_jacobian(fit.coefficients), fit.covariance)
+    return dict(zip(names, map(float, values), strict=True)), dict(zip(names, map(float, errors), strict=True))
 
 
 def prepared(records: Sequence[Record], model: Model) -> list[Record]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from ..models.errors import BadInput
 from .rls import Rls, Setting
+from .tuning.space import Real
 
 
 class FwRls(Rls):
@@ -21,6 +24,7 @@ class FwRls(Rls):
     name = "fw-rls"
     title = "recursive least squares with forgetting and weighting (paper 000)"
     variants = ("corrected", "as_printed")
+    search_space: ClassVar = {"mu": Real(0.95, 1.0), "weight": Real(1e-2, 1e4, log=True)}
 
     def __init__(
         self,

@@ -17,6 +17,11 @@ from .base import Method
 
 GROUP = "helmbench.methods"
 """Entry-point group by which other packages add methods."""
+FAMILIES = {
+    "sklearn": ("black_box", "regressor", "any scikit-learn regressor as a black box: sklearn:SVR,C=100"),
+    "tuned": ("tuning.tuned", "tuned", "a method with its options tuned: tuned:METHOD,tuner=abc,trials=40"),
+}
+"""Prefix -> module and function that make a method class of what follows the colon, and a title."""
 
 
 def methods() -> dict[str, type[Method]]:
@@ -80,18 +85,23 @@ def _checked(cls: Any, where: str) -> type[Method]:
 
 
 def find(text: str) -> type[Method]:
-    """The method class that `text` names: an identifier, or `path.py:Class`.
+    """The method class that `text` names: an identifier, `path.py:Class`, or one of a family (`sklearn:SVR`).
 
     Raises
     ------
     BadInput : if there is none.
     """
+    prefix, colon, rest = text.partition(":")
+    if colon and prefix in FAMILIES:
+        module, maker, _ = FAMILIES[prefix]
+        return getattr(importlib.import_module(f"{__package__}.{module}"), maker)(rest)
     if ".py:" in text:
         path, _, name = text.rpartition(":")
         return _checked(getattr(_load_file(path), name, None), text)
     known = methods()
     if text not in known:
-        raise BadInput(f"unknown method {text!r}", hint=f"known: {', '.join(known)}; or path.py:Class")
+        others = ", ".join(f"{prefix}:NAME" for prefix in FAMILIES)
+        raise BadInput(f"unknown method {text!r}", hint=f"known: {', '.join(known)}; or {others}, path.py:Class")
     return known[text]
 
 

@@ -1,21 +1,30 @@
 """The examples in CONTRIBUTING.md work as they stand."""
 
+import csv
 import importlib.util
+import json
+import os
 import re
+import shlex
+import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import helmbench
+from helmbench.bench.cli import status_of
 
 TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
-def example(language: str) -> str:
-    (block,) = re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
-    return block
+def example(language: str, place: int = 0) -> str:
+    """The example at that place among those of the language."""
+    blocks = re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
+    assert len(blocks) == {"python": 2}.get(language, 1)
+    return blocks[place]
 
 
 @pytest.fixture
@@ -60,3 +69,49 @@ def test_example_method_keeps_the_contract(method):
     from helmbench.methods.contract import check_method
 
     check_method(method)
+
+
+@pytest.fixture
+def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The example method that is not of this repository, alone in the working directory."""
+    (tmp_path / "mine.py").write_text(example("python", 1), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_own_method_is_short():
+    assert len(example("python", 1).splitlines()) < 40
+
+
+def test_own_method_appears_on_the_leaderboard(mine):
+    for line in example("sh").splitlines():
+        program, *words = shlex.split(line)
+        jobs = ["--jobs", "1"] if words[0] == "run" else []
+        assert (program, status_of([*words, *jobs])) == ("helmbench", 0), line
+    rows = list(csv.DictReader((mine / "out" / "leaderboard.csv").open(encoding="utf-8")))
+    overall = {row["method"]: row for row in rows if row["scope"] == "overall"}
+    assert set(overall) == {"lad", "ls"}
+    assert int(overall["lad"]["ok"]) == int(overall["lad"]["runs"]) >= 3
+    assert float(overall["lad"]["rel_error"]) < 0.2
+    assert "lad" in (mine / "out" / "leaderboard.md").read_text(encoding="utf-8")
+
+
+def test_own_method_keeps_the_contract(mine):
+    from helmbench.methods.contract import check_method
+    from helmbench.methods.registry import find
+
+    check_method(find("mine.py:LeastAbsolute"))
+
+
+def test_own_method_by_entry_point(mine):
+    """As an installed package: a module and its metadata on the import path."""
+    (name, points), *rest = tomllib.loads(example("toml"))["project"]["entry-points"].items()
+    info = mine / "mine-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n", encoding="utf-8")
+    lines = [f"[{name}]", *(f"{key} = {value}" for key, value in points.items())]
+    (info / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    command = [sys.executable, "-m", "helmbench", "list", "methods", "--json"]
+    path = os.pathsep.join(filter(None, [str(mine), os.environ.get("PYTHONPATH")]))
+    done = subprocess.run(command, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=True)
+    assert "lad" in {entry["id"] for entry in json.loads(done.stdout)} and not rest

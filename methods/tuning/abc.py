@@ -1,0 +1,410 @@
+"""Artificial bee colony as an Optuna sampler.
+
+Karaboga & Basturk 2007, J. Global Optimization 39, 459-471.  A colony holds food sources, each a point with its cost.
+In every cycle one employed bee a source, and then as many onlookers as are asked for, try a neighbour of a source:
+
+    v_j = x_j + phi (x_j - y_j),   phi uniform in (-1, 1), y another source, j one parameter
+
+(reflected at the bounds), which replaces the source where it is better.  Onlookers choose sources by fitness.  A
+source whose neighbours failed `limit` times in a row is abandoned; a scout puts a random point in its place.
+
+Nothing is kept in the sampler: what a trial was to the colony is stored with the trial, and the colony is built from
+the trials in the order of their numbers.  So threads, processes and machines that share a storage work on one colony,
+and a stored study is continued as if it had never been interrupted.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
+from optuna.samplers import BaseSampler
+from optuna.search_space import IntersectionSearchSpace
+from optuna.study import StudyDirection
+from optuna.trial import FrozenTrial, TrialState
+
+if TYPE_CHECKING:
+    from optuna.study import Study
+
+ROLE = "helmbench:abc"
+"""System attribute under which a trial's role is stored."""
+SCOUT, EMPLOYED, ONLOOKER = "scout", "employed", "onlooker"
+PAPER_003: Mapping[str, Any] = {"n_sources": 30, "n_onlookers": 30, "limit": 35, "fitness": "reciprocal"}
+"""Settings of paper 003, table 3, and the fitness 1/(1 + f) of the algorithm it refers to; 30 cycles: 1830 trials."""
+
+
+class Role(NamedTuple):
+    """What a trial is to the colony: a scout to a source's `life`-th place, or a neighbour of that place."""
+
+    kind: str
+    source: int
+    life: int
+
+
+@dataclass(frozen=True)
+class Source:
+    """A food source: parameters and cost of its place, failures since it last improved, how often it was abandoned."""
+
+    params: Mapping[str, Any] = field(default_factory=dict)
+    cost: float = np.inf
+    failures: int = 0
+    life: int = 0
+    occupied: bool = False
+
+
+class Colony:
+    """All sources, and the number of neighbours that were asked for."""
+
+    def __init__(self, n_sources: int) -> None:
+        self.sources = [Source() for _ in range(n_sources)]
+        self.moves = 0
+
+    def copy(self) -> Colony:
+        """An independent copy."""
+        other = Colony(0)
+        other.sources, other.moves = list(self.sources), self.moves
+        return other
+
+    @property
+    def occupied(self) -> list[int]:
+        """Indices of the sources that have a place."""
+        return [k for k, source in enumerate(self.sources) if source.occupied]
+
+    def observe(self, role: Role | None, params: Mapping[str, Any], cost: float | None) -> None:
+        """Take in a finished trial; cost None: it failed."""
+        if role is not None and role.kind != SCOUT:
+            self._neighbour(role, params, cost)
+        elif cost is not None:
+            self._place(role, params, cost)
+
+    def _neighbour(self, role: Role, params: Mapping[str, Any], cost: float | None) -> None:
+        self.moves += 1
+        source = self.sources[role.source]
+        if not source.occupied or source.life != role.life:
+            return  # its source was abandoned meanwhile
+        if cost is not None and cost < source.cost:
+            self.sources[role.source] = replace(source, params=params, cost=cost, failures=0)
+        else:
+            self.sources[role.source] = replace(source, failures=source.failures + 1)
+
+    def _place(self, role: Role | None, params: Mapping[str, Any], cost: float) -> None:
+        """A scout's place, or a trial that is not the colony's: into an empty source, else for the worst one."""
+        if role is not None:
+            source = self.sources[role.source]
+            if not source.occupied or source.life < role.life:
+                self.sources[role.source] = Source(params, cost, 0, role.life, True)
+                return
+        empty = next((k for k, source in enumerate(self.sources) if not source.occupied), None)
+        if empty is not None:
+            self.sources[empty] = Source(params, cost, 0, self.sources[empty].life, True)
+            return
+        worst = max(range(len(self.sources)), key=lambda k: self.sources[k].cost)
+        if cost < self.sources[worst].cost:
+            self.sources[worst] = Source(params, cost, 0, self.sources[worst].life + 1, True)
+
+
+def rank_fitness(costs: np.ndarray) -> np.ndarray:
+    """Fitness (S,) from 1 (worst) to S (best) by rank, equal costs (S,) sharing their mean rank."""
+    worse = (costs[None, :] > costs[:, None]).sum(axis=1)
+    equal = (costs[None, :] == costs[:, None]).sum(axis=1)
+    return worse + (equal + 1.0) / 2.0
+
+
+def reciprocal_fitness(costs: np.ndarray) -> np.ndarray:
+    """Fitness (S,) 1/(1 + f), or 1 + |f| for f < 0, of costs (S,), as printed; flat for costs far below 1."""
+    return np.where(costs >= 0.0, 1.0 / (1.0 + np.abs(costs)), 1.0 + np.abs(costs))
+
+
+FITNESS: dict[str, Callable[[np.ndarray], np.ndarray]] = {"rank": rank_fitness, "reciprocal": reciprocal_fitness}
+
+
+def shares(fitness: np.ndarray) -> np.ndarray:
+    """Probabilities (S,) of fitness values (S,) >= 0; equal ones where they have no finite positive sum."""
+    total = fitness.sum()
+    if not (np.isfinite(total) and total > 0.0):
+        return np.full(fitness.size, 1.0 / fitness.size)
+    return fitness / total
+
+
+# parameters
+
+
+def levels(distribution: BaseDistribution) -> int | None:
+    """Number of values of a stepped distribution; None for continuous and logarithmic ones."""
+    step = getattr(distribution, "step", None)
+    if step is None or getattr(distribution, "log", False):
+        return None
+    assert isinstance(distribution, IntDistribution | FloatDistribution)
+    return round((distribution.high - distribution.low) / step) + 1
+
+
+def _scale(distribution: IntDistribution | FloatDistribution) -> tuple[float, float]:
+    """Ends of the continuous scale; integers on a logarithmic one have half a step of room at both."""
+    room = 0.5 if isinstance(distribution, IntDistribution) else 0.0
+    low, high = float(distribution.low) - room, float(distribution.high) + room
+    return (np.log(low), np.log(high)) if distribution.log else (low, high)
+
+
+def encode(distribution: IntDistribution | FloatDistribution, value: float) -> float:
+    """Place of a numerical value in [0, 1], on the distribution's own scale."""
+    count = levels(distribution)
+    if count is not None:
+        return (round((value - distribution.low) / (distribution.step or 1)) + 0.5) / count
+    low, high = _scale(distribution)
+    return ((np.log(value) if distribution.log else value) - low) / (high - low)
+
+
+def decode(distribution: IntDistribution | FloatDistribution, place: float) -> int | float:
+    """Value at a place in [0, 1]; the inverse of `encode`."""
+    count = levels(distribution)
+    if count is not None:
+        index = min(int(place * count), count - 1)
+        value = distribution.low + index * (distribution.step or 1)
+    else:
+        low, high = _scale(distribution)
+        value = low + place * (high - low)
+        value = np.exp(value) if distribution.log else value
+    if isinstance(distribution, IntDistribution):
+        return int(min(max(round(value), distribution.low), distribution.high))
+    return float(min(max(value, distribution.low), distribution.high))
+
+
+def anywhere(distribution: BaseDistribution, rng: np.random.Generator) -> Any:
+    """A random value, uniform on the distribution's own scale."""
+    if isinstance(distribution, CategoricalDistribution):
+        return distribution.choices[rng.integers(len(distribution.choices))]
+    assert isinstance(distribution, IntDistribution | FloatDistribution)
+    return decode(distribution, rng.random())
+
+
+def beside(distribution: BaseDistribution, own: Any, other: Any, rng: np.random.Generator) -> Any:
+    """A neighbour of the value `own` in the direction to or from `other`; never `own` itself where that can be."""
+    if isinstance(distribution, CategoricalDistribution):
+        rest = [choice for choice in distribution.choices if choice != own]
+        return other if rng.random() < 0.5 and other in rest else rest[rng.integers(len(rest))]
+    assert isinstance(distribution, IntDistribution | FloatDistribution)
+    at = encode(distribution, own)
+    step = rng.uniform(-1.0, 1.0) * (at - encode(distribution, other))
+    place = abs(at + step)
+    value = decode(distribution, min(place, 2.0 - place))  # reflected at the bounds
+    return value if value != own else _next(distribution, own, step)
+
+
+def _next(distribution: IntDistribution | FloatDistribution, own: Any, direction: float) -> Any:
+    """The next value of a discrete distribution in a direction, or the one before it at the end; else `own`."""
+    if isinstance(distribution, FloatDistribution) and distribution.step is None:
+        return own
+    step = (distribution.step or 1) * (1 if direction >= 0.0 else -1)
+    return own + step if distribution.low <= own + step <= distribution.high else own - step
+
+
+def neighbour(
+    space: Mapping[str, BaseDistribution], own: Mapping[str, Any], other: Mapping[str, Any], rng: np.random.Generator
+) -> dict[str, Any]:
+    """Parameters that differ from `own` in one, moved along the line to `other`."""
+    fits = {name for name in space if _holds(space[name], own, name)}
+    params = {name: own[name] if name in fits else anywhere(space[name], rng) for name in space}
+    differing = [name for name in sorted(fits) if _holds(space[name], other, name) and own[name] != other[name]]
+    if differing:
+        name = differing[rng.integers(len(differing))]
+        params[name] = beside(space[name], own[name], other[name], rng)
+    elif fits == set(space):
+        name = sorted(fits)[rng.integers(len(fits))]
+        params[name] = anywhere(space[name], rng)
+    return params
+
+
+def _holds(distribution: BaseDistribution, params: Mapping[str, Any], name: str) -> bool:
+    """Whether `params` has a value that the distribution takes (the study may have had another one before)."""
+    if name not in params:
+        return False
+    try:
+        return distribution._contains(distribution.to_internal_repr(params[name]))
+    except (ValueError, TypeError):
+        return False
+
+
+# sampler
+
+
+class ABCSampler(BaseSampler):
+    """Artificial bee colony for one objective, with numerical and categorical parameters, logarithmic ones included.
+
+    Parameters that not all trials have (conditional ones, changing ranges) are sampled independently.  A pruned trial
+    counts as the worst of all, a failed one as a neighbour that was no better.  Trials that are not the colony's
+    (enqueued ones, those of another sampler) take an empty source or replace the worst.
+
+    Parameters
+    ----------
+    n_sources : food sources, each with one employed bee; at least 2.
+    n_onlookers : onlookers in a cycle; default: n_sources.
+    limit : failures in a row after which a source is abandoned; default: n_sources times the number of parameters.
+    fitness : 'rank' (linear in the rank), or 'reciprocal' as printed.
+    seed : integer or Generator.  A trial's random numbers follow from the seed and its number, so that a study which is
+        continued, or shared by processes of the same seed, repeats nothing.
+    independent_sampler : for parameters outside the common search space; default: uniform.
+
+    Raises
+    ------
+    ValueError : an option is impossible, or the study has several objectives.
+    """
+
+    def __init__(
+        self,
+        n_sources: int = 10,
+        n_onlookers: int | None = None,
+        limit: int | None = None,
+        fitness: str = "rank",
+        seed: int | np.random.Generator | None = None,
+        independent_sampler: BaseSampler | None = None,
+    ) -> None:
+        if n_sources < 2 or (n_onlookers is not None and n_onlookers < 0) or (limit is not None and limit < 1):
+            raise ValueError("a colony needs n_sources >= 2, n_onlookers >= 0 and limit >= 1")
+        if fitness not in FITNESS:
+            raise ValueError(f"unknown fitness {fitness!r}, known: {', '.join(FITNESS)}")
+        self.n_sources, self.limit, self.fitness = n_sources, limit, fitness
+        self.n_onlookers = n_sources if n_onlookers is None else n_onlookers
+        self.entropy = _entropy(seed)
+        self._independent = independent_sampler
+        self._space = IntersectionSearchSpace(include_pruned=True)
+        self._settled: tuple[int, Any, Colony] = (0, None, Colony(n_sources))
+
+    def reseed_rng(self) -> None:
+        """Reseed the independent sampler; the sampler's own numbers differ from trial to trial already."""
+        if self._independent is not None:
+            self._independent.reseed_rng()
+
+    def infer_relative_search_space(self, study: Study, trial: FrozenTrial) -> dict[str, BaseDistribution]:
+        return {name: found for name, found in self._space.calculate(study).items() if not found.single()}
+
+    def sample_relative(
+        self, study: Study, trial: FrozenTrial, search_space: dict[str, BaseDistribution]
+    ) -> dict[str, Any]:
+        self._raise_error_if_multi_objective(study)
+        if not search_space:
+            return {}
+        found = study._storage.get_all_trials(study._study_id, deepcopy=False)
+        trials = sorted((other for other in found if other.number != trial.number), key=lambda other: other.number)
+        colony, scouting = self._restore(study, trials)
+        rng = self._stream(trial)
+        role, params = self._propose(colony, scouting, search_space, rng)
+        if "fixed_params" not in trial.system_attrs:
+            study._storage.set_trial_system_attr(trial._trial_id, ROLE, list(role))
+        return params
+
+    def sample_independent(
+        self, study: Study, trial: FrozenTrial, param_name: str, param_distribution: BaseDistribution
+    ) -> Any:
+        self._raise_error_if_multi_objective(study)
+        if self._independent is not None:
+            return self._independent.sample_independent(study, trial, param_name, param_distribution)
+        return anywhere(param_distribution, self._stream(trial, zlib.crc32(param_name.encode())))
+
+    def before_trial(self, study: Study, trial: FrozenTrial) -> None:
+        if self._independent is not None:
+            self._independent.before_trial(study, trial)
+
+    def after_trial(self, study: Study, trial: FrozenTrial, state: TrialState, values: Sequence[float] | None) -> None:
+        if self._independent is not None:
+            self._independent.after_trial(study, trial, state, values)
+
+    def _stream(self, trial: FrozenTrial, *more: int) -> np.random.Generator:
+        return np.random.default_rng(np.random.SeedSequence(self.entropy, spawn_key=(trial.number, *more)))
+
+    def _restore(self, study: Study, trials: Sequence[FrozenTrial]) -> tuple[Colony, set[Role]]:
+        """The colony after all trials so far, and the scouts that are still under way.
+
+        What the first finished trials made of it is remembered, so that a long study is not gone through every time.
+        """
+        count, last, colony = self._settled
+        if count and not (count <= len(trials) and _stamp(trials[count - 1]) == last):
+            count, colony = 0, Colony(self.n_sources)
+        colony = colony.copy()
+        sign = -1.0 if study.direction == StudyDirection.MAXIMIZE else 1.0
+        while count < len(trials) and trials[count].number == count and trials[count].state.is_finished():
+            _observe(colony, trials[count], sign)
+            count += 1
+        if count:
+            self._settled = (count, _stamp(trials[count - 1]), colony.copy())
+        return colony, _pending(colony, trials[count:], sign)
+
+    def _propose(
+        self, colony: Colony, scouting: set[Role], space: dict[str, BaseDistribution], rng: np.random.Generator
+    ) -> tuple[Role, dict[str, Any]]:
+        role = self._next_role(colony, scouting, len(space), rng)
+        if role.kind == SCOUT:
+            return role, {name: anywhere(space[name], rng) for name in space}
+        others = [k for k in colony.occupied if k != role.source]
+        other = colony.sources[others[rng.integers(len(others))]]
+        return role, neighbour(space, colony.sources[role.source].params, other.params, rng)
+
+    def _next_role(self, colony: Colony, scouting: set[Role], dimension: int, rng: np.random.Generator) -> Role:
+        limit = self.limit or self.n_sources * dimension
+        places = [
+            Role(SCOUT, k, source.life + source.occupied)
+            for k, source in enumerate(colony.sources)
+            if not source.occupied or source.failures >= limit
+        ]
+        scout = next((role for role in places if role not in scouting), None)
+        occupied = colony.occupied
+        if scout is None and len(occupied) < 2:
+            scout = places[rng.integers(len(places))]
+        if scout is not None:
+            return scout
+        turn = colony.moves % (self.n_sources + self.n_onlookers)
+        late = next((role for role in places if role.source == turn), None)
+        if late is not None:
+            return late  # its scout takes long, or was lost with its process
+        if turn < self.n_sources:
+            return Role(EMPLOYED, turn, colony.sources[turn].life)
+        costs = np.array([colony.sources[k].cost for k in occupied])
+        source = int(rng.choice(occupied, p=shares(FITNESS[self.fitness](costs))))
+        return Role(ONLOOKER, source, colony.sources[source].life)
+
+
+def _entropy(seed: int | np.random.Generator | None) -> int:
+    if isinstance(seed, np.random.Generator):
+        return int(seed.integers(2**63))
+    if seed is None:
+        return int(np.random.SeedSequence().generate_state(2, np.uint64)[0])
+    return int(seed)
+
+
+def _stamp(trial: FrozenTrial) -> tuple:
+    return trial.number, trial.datetime_complete
+
+
+def _role(trial: FrozenTrial) -> Role | None:
+    stored = trial.system_attrs.get(ROLE)
+    return Role(*stored) if stored else None
+
+
+def _observe(colony: Colony, trial: FrozenTrial, sign: float) -> None:
+    """Take in a finished trial; roles of a larger colony than this count as none."""
+    role = _role(trial)
+    if role is not None and role.source >= len(colony.sources):
+        role = None
+    cost = None
+    if trial.state == TrialState.COMPLETE:
+        cost = sign * float(trial.values[0])
+    elif trial.state == TrialState.PRUNED:
+        cost = np.inf
+    colony.observe(role, trial.params, cost)
+
+
+def _pending(colony: Colony, trials: Iterable[FrozenTrial], sign: float) -> set[Role]:
+    """Take in the finished of these trials; of those under way count the neighbours and return the scouts."""
+    scouting = set()
+    for trial in trials:
+        role = _role(trial)
+        if trial.state.is_finished():
+            _observe(colony, trial, sign)
+        elif role is not None and role.kind == SCOUT:
+            scouting.add(role)
+        elif role is not None:
+            colony.moves += 1
+    return scouting
