@@ -230,15 +230,15 @@ def test_tuned_methods_from_text(records, model):
 
 def test_tuning_pays(rng):
     """On a noisy record a badly chosen option is put right."""
-    case = Case(SHIP, "zigzag:20/20", "medium", seed=int(rng.integers(1000)), duration_s=60)
+    case = Case(SHIP, "zigzag:20/20", "low", seed=int(rng.integers(1000)), duration_s=60)
     held_out = generate(Case(SHIP, "zigzag:10/10", duration_s=60))
     model, train = resolve(SHIP).blanked(), [generate(case)]
     from helmbench.methods.predictor import free_run_error, predictor_of
 
-    plain = make("sklearn:SVR,C=0.001").fit(train, model)
-    tuned = make("tuned:sklearn:SVR,trials=12").fit(train, model)
+    plain = make("sklearn:Ridge,alpha=10000").fit(train, model)
+    tuned = make("tuned:sklearn:Ridge,trials=12").fit(train, model)
     errors = [free_run_error(predictor_of(one), [held_out], model) for one in (plain, tuned)]
-    assert errors[1] < 0.8 * errors[0]
+    assert errors[1] < 0.3 * errors[0]
 
 
 def test_a_variant_stays_as_it_is(records, model):
