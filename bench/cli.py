@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 KINDS = ("models", "vessels", "manoeuvres", "methods", "suites")
 SIDES = click.Choice(["port", "starboard"])
+TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -88,6 +89,12 @@ class Identify(Greedy):
     """`identify RECORD... --validate RECORD...`"""
 
     greedy = ("--validate",)
+
+
+def _tuning_options(function: Callable) -> Callable:
+    where = "Where studies are kept and shared: PATH.journal or sqlite:///PATH; default: in memory."
+    function = click.option("--storage", help=where)(function)
+    return click.option("--tuner", type=TUNERS, help="Tune the options that the methods declare.")(function)
 
 
 def _output_options(function: Callable) -> Callable:
@@ -162,6 +169,7 @@ def simulate(
     "--validate", multiple=True, metavar="RECORD...", type=click.Path(path_type=Path), help="Held-out records."
 )
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@_tuning_options
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="model.json to write")
 @_output_options
 def identify(
@@ -170,24 +178,30 @@ def identify(
     method: str,
     validate: tuple[Path, ...],
     positive_rudder: str | None,
+    tuner: str | None,
+    storage: str | None,
     output: Path,
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Identify a model from records, score it on others and write it as a model file."""
+    """Identify a model from records, score it on others and write it as a model file (a black box has none)."""
     from ..methods.base import FitFailed
+    from ..methods.tuning.tuned import with_tuner
     from .identify import identify as fit
 
     _check_folder(output)
+    (method,) = with_tuner((method,), tuner, storage)
     try:
         found = fit(records, model, method, validate, positive_rudder)
     except FitFailed as reason:
         return _complain(f"{method} failed on {model}: {reason}", FAILED)
     for doubt in found.warnings:
         click.echo(f"helmbench: warning: {doubt}", err=True)
-    found.estimate.save(output)
+    written = found.estimate.predictor is None
+    if written:
+        found.estimate.save(output)
     if as_json:
-        _print_json(found.as_dict() | {"output": str(output)})
+        _print_json(found.as_dict() | {"output": str(output) if written else None})
     elif not quiet:
         _print_identification(found, output)
     return OK
@@ -200,6 +214,7 @@ def identify(
 @click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds; default: the suite's.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
+@_tuning_options
 @click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="directory of the results")
 @_output_options
@@ -210,14 +225,18 @@ def run(
     seeds: int | None,
     jobs: int | None,
     scheduler: str | None,
+    tuner: str | None,
+    storage: str | None,
     resume: bool,
     output: Path,
     as_json: bool,
     quiet: bool,
 ) -> int:
     """Run a suite; every finished run is kept at once."""
+    from ..methods.tuning.tuned import with_tuner
     from .runner import Selection
 
+    methods = with_tuner(methods, tuner, storage)
     given = Selection(suite or "quick", methods, vessels, seeds)
     resume = resume and _started(output)
     if resume and (suite, methods, vessels, seeds) == (None, (), (), None):
@@ -270,9 +289,10 @@ def _catalogue(kind: str) -> dict[str, str]:
 
         return {entry.form: entry.description for entry in manoeuvres.values()}
     if kind == "methods":
-        from ..methods.registry import methods
+        from ..methods.registry import FAMILIES, methods
 
-        return {name: cls.title for name, cls in methods().items()}
+        families = {f"{prefix}:NAME": title for prefix, (_, _, title) in FAMILIES.items()}
+        return {name: cls.title for name, cls in methods().items()} | families
     from .suites import load_suite, suite_names
 
     return {name: load_suite(name).title for name in suite_names()}
@@ -361,8 +381,9 @@ def _print_identification(found: Identification, output: Path) -> None:
     estimate = found.estimate
     state = "" if estimate.converged else f", not converged: {estimate.message}"
     click.echo(f"{estimate.model.family} by {estimate.method} from {', '.join(found.train)}{state}")
-    width = max(map(len, estimate.parameters))
-    for name, unit in zip(estimate.model.parameter_names, estimate.model.parameter_units, strict=True):
+    width = max(map(len, estimate.parameters), default=0)
+    units = dict(zip(estimate.model.parameter_names, estimate.model.parameter_units, strict=True))
+    for name, unit in ((name, units[name]) for name in estimate.parameters):
         error = estimate.stderr.get(name, math.nan)
         told = "not identified" if math.isinf(error) else "" if math.isnan(error) else f"+- {error:.2g}"
         click.echo(f"  {name:<{width}}  {estimate.parameters[name]:>12.5g}  {told:<15} {unit}".rstrip())
@@ -372,7 +393,7 @@ def _print_identification(found: Identification, output: Path) -> None:
             rmse, r2 = (found.scores[f"{score}_free_{channel}"] for score in ("rmse", "r2"))
             one = found.scores[f"rmse_one_{channel}"]
             click.echo(f"  {channel:<15} free run RMSE {rmse:10.4g}  R2 {r2:8.4f}   one step RMSE {one:10.4g}")
-    click.echo(f"wrote {output}")
+    click.echo(f"wrote {output}" if estimate.predictor is None else f"no {output}: a black box has no coefficients")
 
 
 def _print_json(value: Any) -> None:
