@@ -9,7 +9,7 @@ likelihood of the innovations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -82,7 +82,7 @@ class Noise(NamedTuple):
     sensor: np.ndarray
 
 
-def _start(model: Model, series: Series, belief: Belief) -> tuple[np.ndarray, np.ndarray]:
+def start_vector(model: Model, series: Series, belief: Belief) -> tuple[np.ndarray, np.ndarray]:
     """Joint vector (n + e,) and covariance; the hidden state w = q - c rudder moves with its coefficient c."""
     n, e = len(model.states), len(belief.mean)
     z = np.concatenate([series.start, belief.mean])
@@ -116,7 +116,7 @@ def run_filter(model: Model, series: Series, belief: Belief, noise: Noise, keep:
     n, p, e = len(model.states), len(model.coordinates), len(belief.mean)
     source, target, sparse = tangent_tables(model, range(p if e else 0), n)
     target = target + (n if e else 0)
-    z, covariance = _start(model, series, belief)
+    z, covariance = start_vector(model, series, belief)
     theta = np.concatenate([belief.coefficients, model.constants])
     grid = len(series.inputs) if keep else 0
     path, innovations = np.empty((len(series.outputs), p)), np.empty_like(series.outputs)
@@ -266,6 +266,10 @@ class Ekf(Method):
         if not self.inflation > 0.0:
             raise BadInput(f"inflation is {self.inflation!r}, a positive number is needed")
 
+    def joint_pass(self, model: Model, series: Sequence[Series], belief: Belief, noise: Noise) -> Pass:
+        """One run of the joint filter over all records; relatives of the filter have their own."""
+        return joint_pass(model, series, belief, noise)
+
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         series = [series_of(record, model) for record in records]
         if (n := sum(s.n_outputs for s in series)) <= len(model.coordinates):
@@ -275,7 +279,9 @@ class Ekf(Method):
         model = model.with_coefficients(start.coefficients)
         prior = prior_factor(start.source, self.inflation)
         for narrower in NARROWER:
-            done, model_then, series_then = run_passes(model, series, narrower * prior, change, sensor, self.passes)
+            done, model_then, series_then = run_passes(
+                model, series, narrower * prior, change, sensor, self.passes, self.joint_pass
+            )
             if done:
                 return _fit(done, series_then, model_then, self.passes)
         raise FitFailed("the filter diverges in its first pass")
@@ -288,6 +294,7 @@ def run_passes(
     change: np.ndarray,
     sensor: np.ndarray,
     passes: int,
+    joint: Callable[[Model, Sequence[Series], Belief, Noise], Pass] = joint_pass,
 ) -> tuple[list[Pass], Model, list[Series]]:
     """Up to `passes` passes, as many as do not diverge; the model and the restarted series after the last."""
     done: list[Pass] = []
@@ -295,7 +302,7 @@ def run_passes(
     for _ in range(passes):
         _, noise = best_noise(model, series, change, sensor, levels)
         levels = [level for level in PROCESS if 0.05 < level / noise.level < 20.0]
-        found = joint_pass(model, series, Belief.prior(model.coefficients, prior), noise)
+        found = joint(model, series, Belief.prior(model.coefficients, prior), noise)
         if not np.isfinite(found.cost):
             break
         done.append(found._replace(moved=_moved(found, model.coefficients)))
