@@ -206,7 +206,7 @@ def test_outliers_of_the_reference(cargo, burst, rng):
     model, x, y = cargo
     x, y = x[::100][:3000], y[::100][:3000]
     worst = {"ls": [], "printed": [], "corrected": []}
-    for _ in range(8):
+    for _ in range(32):
         dirty = contaminated(y, burst, rng)
         fits = {
             "ls": LSSVR(C=1e12, standardise=True),
