@@ -16,22 +16,22 @@ from helmbench.models.simulate import regression
 ROBUST = ("huber", "tukey", "lts")
 
 
-def cargo_rows(rng, n, outliers, burst):
-    """Second-order rows of the cargo vessel in three sines, 5 % noise on the acceleration, outliers of 10-20 sigma."""
+def cargo_rows(rng, n, outliers, burst, noise=0.05):
+    """Second-order rows of the cargo vessel in three sines, noise on the acceleration, outliers of 10-20 sigma."""
     model = resolve("cargo")
     record = generate(Case("cargo", model.suite["train"][0], duration_s=float(n), dt_s=1.0))
     r, delta = record.column("yaw_rate_rad_s"), record.rudder()
     q, moved = np.gradient(r, 1.0), np.gradient(delta, 1.0)
     states, inputs = np.column_stack([q, r, np.zeros_like(r)]), np.column_stack([delta, moved])
     y = regression(model, states, np.zeros((len(r), 1)), inputs)[1][:, 0] @ model.coefficients
-    sigma = 0.05 * np.std(y)
-    noise = rng.normal(0.0, sigma, len(y))
+    sigma = noise * np.std(y)
+    errors = rng.normal(0.0, sigma, len(y))
     count = int(outliers * len(y))
     first = rng.integers(0, len(y) - count)
     where = np.arange(first, first + count) if burst else rng.choice(len(y), count, replace=False)
     size = rng.uniform(10.0, 20.0, count) * sigma
-    noise[where] += size if burst else size * rng.choice([-1.0, 1.0], count)
-    return model, Differences(states, (y + noise)[:, None], inputs, record.time_s)
+    errors[where] += size if burst else size * rng.choice([-1.0, 1.0], count)
+    return model, Differences(states, (y + errors)[:, None], inputs, record.time_s)
 
 
 def fitted(name, model, rows, monkeypatch):
@@ -67,7 +67,7 @@ def test_ten_percent_outliers(name, burst, rng, monkeypatch):
 @pytest.mark.parametrize("name", ROBUST)
 def test_efficiency_and_standard_errors(name, rng, monkeypatch):
     """On Gaussian noise about 95 % as good as least squares, and the stated errors are the actual ones."""
-    model, rows = cargo_rows(rng, 800, 0.0, False)
+    model, rows = cargo_rows(rng, 800, 0.0, False, noise=0.0)
     sigma, exact = 1e-7, rows.accelerations
     plain, robust, stated = [], [], []
     for module in ROBUST:
