@@ -1,35 +1,18 @@
 """fci-ls, mi-rls and nmi-rls: what they are worth, and what their printed forms do (papers 002 and 004)."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.datasets.record import Record
 from helmbench.methods.base import FitFailed
 from helmbench.methods.registry import make
 from helmbench.methods.rls import Progress, Scales
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
-from helmbench.models.simulate import initial_state, simulate
 
-DEGREE = np.pi / 180
+from .conftest import zigzag_5_10
 
 ONLINE = ("mi-rls", "nmi-rls", "fci-ls")
-
-
-def zigzag_5_10(name):
-    """5/10 zigzag of paper 002: 200 s at 0.1 s, one RK4 step a sample, rudder held."""
-    model = replace(resolve(name), max_step_s=0.1)
-    psi, r = model.states.index("psi"), model.states.index("r")
-    states, delta, side = [initial_state(model)], np.zeros(2001), 1.0
-    for k in range(2000):
-        if side * states[k][psi] >= 10 * DEGREE:
-            side = -side
-        delta[k] = side * 5 * DEGREE if k else 0.0
-        states.append(simulate(model, [[delta[k]]] * 2, 0.1, states[k], hold="zero")[1])
-    return Record(0.1 * np.arange(2001), {"rudder_rad": delta, "yaw_rate_rad_s": np.array(states)[:, r]})
 
 
 def norm_of_largest_row(record, degrees=False):

@@ -1,7 +1,5 @@
 """Integrated equations and the exact inverse map, against the reference values of papers 000 and 002."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,9 @@ from helmbench.methods.registry import make
 from helmbench.methods.regression import differences
 from helmbench.methods.schemes_integral import rudder_integrals
 from helmbench.models.model import resolve
-from helmbench.models.simulate import initial_state, simulate, zoh_matrices
+from helmbench.models.simulate import zoh_matrices
+
+from .conftest import zigzag_5_10
 
 DEGREE = np.pi / 180
 
@@ -30,19 +30,6 @@ def remus_zigzag(noise_rad=0.0, rng=None):
     held = np.append(delta[1:], delta[-1])
     noise = 0.0 if rng is None else rng.normal(0.0, noise_rad, psi.size)
     return Record(0.1 * np.arange(201), {"rudder_rad": held, "heading_rad": psi + noise})
-
-
-def zigzag_5_10(name):
-    """5/10 zigzag of paper 002: 200 s at 0.1 s, one RK4 step a sample, rudder held."""
-    model = replace(resolve(name), max_step_s=0.1)
-    psi, r = model.states.index("psi"), model.states.index("r")
-    states, delta, side = [initial_state(model)], np.zeros(2001), 1.0
-    for k in range(2000):
-        if side * states[k][psi] >= 10 * DEGREE:
-            side = -side
-        delta[k] = side * 5 * DEGREE if k else 0.0
-        states.append(simulate(model, [[delta[k]]] * 2, 0.1, states[k], hold="zero")[1])
-    return Record(0.1 * np.arange(2001), {"rudder_rad": delta, "yaw_rate_rad_s": np.array(states)[:, r]})
 
 
 def errors(estimate, model):
