@@ -1,7 +1,8 @@
 """Leaderboard: ranks, medians and efficiencies of methods from stored results.
 
-A cell is what methods compete in: one vessel, fitted model, training and held-out manoeuvres, noise and disturbance;
-seeds are repetitions inside it.  Two criteria are ranked in every cell with at least two methods:
+A cell is what methods compete in: one vessel, fitted model, training and held-out manoeuvres, noise, disturbance and
+sampling of the training records; seeds are repetitions inside it.  Two criteria are ranked in every cell with at least
+two methods:
 
 * parameters: `rel_error_median`, where the vessel's own coefficients are the truth (`true_kind` is `given`),
 * prediction: the normalised free-run error on held-out records, the mean over channels of sqrt(1 - R^2).
@@ -10,10 +11,14 @@ A failed run has an infinite error and so ranks last; a diverged one has an infi
 not applicable is not ranked but counted.  Errors that agree to `DIGITS` digits, or are below `FLOOR`, are equal:
 rounding decides no rank.  Medians are taken over seeds, then over cells; their intervals are percentile bootstraps
 over cells from a fixed seed.
+
+The levels of a factor (noise, wind, manoeuvres, ...) are compared over the same other conditions: only blocks of cells
+that were run at the most levels are taken, so that no level looks hard because of the vessels it was run with.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -24,7 +29,9 @@ Frame: TypeAlias = Any
 Series: TypeAlias = Any
 """pandas frames and series, which are imported only where they are made."""
 
-CELL = ["vessel", "model", "train", "held_out", "noise", "disturbance"]
+CELL = ["vessel", "model", "train", "held_out", "noise", "disturbance", "thinning", "length"]
+FACTORS = ("noise", "disturbance", "thinning", "length", "train", "held_out", "model", "vessel")
+"""Columns of `CELL` by whose values standings are given, in this order."""
 CRITERIA = {"rank_parameters": "rel_error", "rank_prediction": "nrmse"}
 MEDIANS = {
     "rel_error": "parameter_error",
@@ -74,20 +81,18 @@ STANDING_COLUMNS = [
     "cpu_s",
     "peak_memory_mib",
 ]
-NOISE_ORDER = ("none", "low", "medium", "high")
 
 
 @dataclass(frozen=True)
 class Leaderboard:
     """Aggregated results; every table is a pandas frame.
 
-    `overall`, `by_noise` and `by_vessel` have `STANDING_COLUMNS`; `detail` has one row a cell and method; `failures`
-    one row per distinct reason.
+    `overall` has `STANDING_COLUMNS`, and so has every frame of `by`: factor -> standings at each of its levels, for
+    factors with more than one.  `detail` has one row a cell and method; `failures` one row per distinct reason.
     """
 
     overall: Frame
-    by_noise: Frame
-    by_vessel: Frame
+    by: dict[str, Frame]
     detail: Frame
     failures: Frame
 
@@ -95,7 +100,7 @@ class Leaderboard:
         """All standings in one table, as `leaderboard.csv` holds them."""
         import pandas as pd
 
-        return pd.concat([self.overall, self.by_noise, self.by_vessel], ignore_index=True)
+        return pd.concat([self.overall, *self.by.values()], ignore_index=True)
 
 
 def build(results: Frame, parameters: Frame) -> Leaderboard:
@@ -103,9 +108,9 @@ def build(results: Frame, parameters: Frame) -> Leaderboard:
     runs = judged(results, parameters)
     cells, efficiencies = cell_table(runs), efficiency(parameters)
     overall = standings(cells, efficiencies, "overall")
-    by_noise = standings(cells, efficiencies, "noise")
-    by_vessel = standings(cells, efficiencies, "vessel")
-    return Leaderboard(overall, by_noise, by_vessel, detail(cells, parameters), failures(runs))
+    blocks = {factor: matched(cells, factor) for factor in FACTORS}
+    by = {factor: standings(rows, efficiencies, factor) for factor, rows in blocks.items() if len(rows)}
+    return Leaderboard(overall, by, detail(cells, parameters), failures(runs))
 
 
 def judged(results: Frame, parameters: Frame) -> Frame:
@@ -148,6 +153,22 @@ def cell_table(runs: Frame) -> Frame:
     return table
 
 
+def matched(cells: Frame, factor: str) -> Frame:
+    """The cells over which the levels of a factor are compared; none where it has a single level.
+
+    Vessels are their own blocks: their manoeuvres differ.
+    """
+    ranked = cells[cells["rank"].notna()]
+    if factor == "vessel":
+        return cells if ranked[factor].nunique() > 1 else cells[:0]
+    block = [name for name in CELL if name != factor]
+    levels = ranked.groupby(block, sort=False)[factor].nunique()
+    if not len(levels) or levels.max() < 2:
+        return cells[:0]
+    kept = levels[levels == levels.max()].reset_index()[block]
+    return cells.merge(kept, on=block)
+
+
 def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
     """One row per group and method, best mean rank first inside each group.
 
@@ -155,13 +176,14 @@ def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
     """
     import pandas as pd
 
+    efficiencies = efficiencies.merge(cells[CELL].drop_duplicates(), on=CELL)
     cells, efficiencies = (_grouped(frame, scope) for frame in (cells, efficiencies))
     rows = []
     for (group, label), own in cells.groupby(["group", "label"], sort=True):
         efficient = efficiencies[(efficiencies["group"] == group) & (efficiencies["label"] == label)]
         rows.append({"scope": scope, "group": group, "method": label} | _standing(own, efficient["efficiency"]))
     table = pd.DataFrame(rows, columns=STANDING_COLUMNS)
-    table["_group"] = [_noise_first(group) for group in table["group"]]
+    table["_group"] = [in_order(group) for group in table["group"]]
     return table.sort_values(["_group", "mean_rank", "method"], ignore_index=True).drop(columns="_group")
 
 
@@ -189,17 +211,15 @@ def efficiency(parameters: Frame) -> Frame:
 
 def detail(cells: Frame, parameters: Frame) -> Frame:
     """`cell_table` in the order in which it is read, with the estimates of small models as text."""
-    table = cells.assign(
-        estimates=_estimates(cells, parameters), _noise=[_noise_first(text) for text in cells["noise"]]
-    )
-    keys = ["vessel", "train", "held_out", "model", "_noise", "disturbance", "label"]
+    table = cells.assign(estimates=_estimates(cells, parameters), _noise=[in_order(text) for text in cells["noise"]])
+    keys = ["vessel", "train", "held_out", "model", "_noise", "disturbance", "thinning", "length", "label"]
     return table.sort_values(keys, ignore_index=True).drop(columns="_noise")
 
 
 def failures(runs: Frame) -> Frame:
     """Every reason why runs failed, did not apply or did not converge, with the number of runs and their seeds."""
     told = runs[(runs["status"] != "ok") | runs["error"].notna()]
-    keys = ["status", "label", "vessel", "model", "train", "noise", "disturbance", "error"]
+    keys = ["status", "label", "vessel", "model", "train", "noise", "disturbance", "thinning", "length", "error"]
     groups = told.assign(error=told["error"].fillna("")).groupby(keys, sort=True)["seed"]
     table = groups.agg(runs="size", seeds=lambda seeds: ", ".join(str(seed) for seed in sorted(set(seeds))))
     return table.reset_index()
@@ -236,7 +256,7 @@ def _comparable(errors: Series) -> Series:
 
 
 def _grouped(frame: Frame, scope: str) -> Frame:
-    return frame.assign(group="all" if scope == "overall" else frame[scope])
+    return frame.assign(group="all" if scope == "overall" else [f"{level}" for level in frame[scope]])
 
 
 def _labels(frame: Frame) -> list[str]:
@@ -258,8 +278,17 @@ def _estimates(cells: Frame, parameters: Frame, most: int = 6) -> list[str]:
     return [", ".join(items) if len(items) <= most else f"{len(items)} parameters" for items in found]
 
 
-def _noise_first(group: str) -> tuple[int, str]:
-    return (NOISE_ORDER.index(group) if group in NOISE_ORDER else len(NOISE_ORDER), group)
+def in_order(level: str) -> tuple[tuple[int, float, str], ...]:
+    """Key that sorts levels as one reads them: noise levels by size, numbers by value, other texts by letter."""
+    from ..datasets.sensors import NOISE
+
+    sizes = {name: place for place, name in enumerate(NOISE)}
+    parts = [part for part in re.split(r"(\d+(?:\.\d+)?)|,", level) if part]
+    numbers = {part: float(part) for part in parts if part[0].isdigit()}
+    return tuple(
+        (0, sizes[part], "") if part in sizes else (1, numbers[part], "") if part in numbers else (2, 0.0, part)
+        for part in parts
+    )
 
 
 def _mean(values: Series) -> float:

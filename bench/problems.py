@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +31,8 @@ class Task:
     """What is identified from what: texts and numbers only.
 
     `vessel` is a vessel id, or the measured set's name where `measured` is true; `source` is what the fitted model is
-    resolved from and `model` its family.  `duration_s` and `dt_s` override the vessel file's for training records.
+    resolved from and `model` its family.  `duration_s` and `dt_s` override the vessel file's for training records,
+    of which the first `length` (a share) is kept, and of that every `thinning`-th sample.
     """
 
     vessel: str
@@ -41,6 +43,8 @@ class Task:
     noise: str = "none"
     disturbance: str = "none"
     seed: int = 0
+    thinning: int = 1
+    length: float = 1.0
     measured: bool = False
     duration_s: float | None = None
     dt_s: float | None = None
@@ -83,7 +87,8 @@ def problem(task: Task) -> Problem:
     """
     model = resolve(task.source).blanked()
     if task.measured:
-        return Problem(model, _measured(task.vessel, task.train), _measured(task.vessel, task.held_out), Truth())
+        train = tuple(_kept(record, task) for record in _measured(task.vessel, task.train))
+        return Problem(model, train, _measured(task.vessel, task.held_out), Truth())
     train = _records(task, task.train, task.noise, task.disturbance)
     return Problem(model, train, _held_out(task.vessel, task.held_out), truth(task, model))
 
@@ -169,9 +174,14 @@ def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[s
 
 def _records(task: Task, manoeuvres: Sequence[str], noise: str, disturbance: str) -> tuple[Record, ...]:
     return tuple(
-        _record(task.vessel, manoeuvre, noise, disturbance, task.seed, task.duration_s, task.dt_s)
+        _kept(_record(task.vessel, manoeuvre, noise, disturbance, task.seed, task.duration_s, task.dt_s), task)
         for manoeuvre in manoeuvres
     )
+
+
+def _kept(record: Record, task: Task) -> Record:
+    """What of a training record the task takes."""
+    return record.slice(0, ceil(task.length * record.n)).thinned(task.thinning)
 
 
 def _held_out(vessel: str, manoeuvres: Sequence[str]) -> tuple[Record, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,22 @@ DEG = 180.0 / math.pi
 NOTHING = "–"
 SHARED = ("model", "train", "held out", "noise", "disturbance")
 """Columns of the table of all cells that are told once where they are the same in every row."""
+FACTORS = {
+    "noise": "noise",
+    "disturbance": "disturbance",
+    "thinning": "every n-th sample",
+    "length": "share of the records",
+    "train": "training records",
+    "held_out": "held-out records",
+    "model": "fitted model",
+    "vessel": "vessel",
+}
+"""What the factors of `leaderboard.FACTORS` are called."""
+CRITERIA = {"rel_error": "Parameter error", "nrmse": "Held-out NRMSE"}
+NEAR = 1.5
+"""A method counts as good where its prediction error is below this multiple of the best."""
+DRAWN = 8
+"""Methods in a chart: the best by mean rank."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +55,8 @@ class Table:
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     sort: tuple[tuple[Any, ...], ...]
+    best: frozenset[tuple[int, int]] = frozenset()
+    """(row, column) of the cells that are set off."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +112,7 @@ def markdown(
     unknown = board.detail["rel_error"].isna().groupby(board.detail["vessel"]).transform("all")
     details = detail_tables(board.detail[unknown])
     tail = [failure_table(board.failures), timing_table(timings)]
-    for table in [*standing_tables(board), *vessel_matrices(board.by_vessel), *details, *tail]:
+    for table in [overall_table(board), choice_table(board), *matrices(board), *details, *tail]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), _markdown_table(table)]
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with(manifest)]) + "\n"
@@ -112,9 +130,11 @@ def html(manifest: Mapping[str, Any], results: Frame, board: leaderboard.Leaderb
         title=manifest.get("title", ""),
         headline=headline(manifest, results),
         complete=len(results) >= manifest["planned"],
-        charts=[(title, Markup(svg)) for title, svg in charts(board.by_noise)],
-        standings=[*standing_tables(board), *vessel_matrices(board.by_vessel)],
-        vessels=vessel_tables(board),
+        charts=[(title, Markup(svg)) for title, svg in charts(board)],
+        overall=overall_table(board),
+        choice=choice_table(board),
+        matrices=matrices(board),
+        levels=level_tables(board),
         details=detail_tables(board.detail),
         failures=failure_table(board.failures),
         timings=timing_table(timings),
@@ -124,16 +144,17 @@ def html(manifest: Mapping[str, Any], results: Frame, board: leaderboard.Leaderb
 
 
 READING = (
-    "Rank: mean over cells (vessel, fitted model, manoeuvres, noise, disturbance) in which at least two methods "
-    "compete, over parameter error where the truth is given and over held-out prediction. Parameter error: median over "
-    "identifiable parameters of a run, over seeds, over cells; identifiable means a Cramer-Rao bound below half the "
-    "value at low noise. "
+    "Rank: mean over cells (vessel, fitted model, manoeuvres, noise, disturbance, sampling) in which at least two "
+    "methods compete, over parameter error where the truth is given and over held-out prediction. "
+    "Parameter error: median over identifiable parameters of a run, over seeds, over cells; identifiable means a "
+    "Cramer-Rao bound below half the value at low noise. "
     "NRMSE: mean over channels of sqrt(1 - R2) in free run on held-out records. "
     f"[intervals]: {leaderboard.LEVEL:.0%} percentile bootstrap over cells, {leaderboard.BOOTSTRAP_DRAWS} draws, "
     f"seed {leaderboard.BOOTSTRAP_SEED}. Efficiency: Cramer-Rao variance (rudder exactly known) over mean squared "
     f"error, from {leaderboard.EFFICIENCY_SEEDS} seeds on. A failed run ranks last and counts as an infinite error, a "
     "diverged one as an infinite prediction error; what is not applicable is counted, not ranked. Medians are over "
-    "compared cells only, or over all where nothing is compared."
+    "compared cells only, or over all where nothing is compared. Levels of a factor are compared over the same other "
+    "conditions; the best of a column is set off."
 )
 
 
@@ -148,34 +169,106 @@ def headline(manifest: Mapping[str, Any], results: Frame) -> str:
     return text
 
 
-def standing_tables(board: leaderboard.Leaderboard) -> list[Table]:
-    """Overall, then by noise level."""
-    return [_table("Overall", "", STANDING, board.overall), *_by_group("Noise", board.by_noise)]
+def overall_table(board: leaderboard.Leaderboard) -> Table:
+    """The standings over all cells."""
+    return _table("Overall", "", STANDING, board.overall)
 
 
-def vessel_tables(board: leaderboard.Leaderboard) -> list[Table]:
-    """Standings on every vessel."""
-    return _by_group("Vessel", board.by_vessel)
+def level_tables(board: leaderboard.Leaderboard) -> list[Table]:
+    """The standings at every level of every factor."""
+    return [
+        _table(f"{FACTORS[factor].capitalize()}: {level}", "", STANDING, frame[frame["group"] == level])
+        for factor, frame in board.by.items()
+        for level in dict.fromkeys(frame["group"])
+    ]
 
 
-def _by_group(name: str, frame: Frame) -> list[Table]:
-    groups = list(dict.fromkeys(frame["group"]))
-    tables = [_table(f"{name}: {group}", "", STANDING, frame[frame["group"] == group]) for group in groups]
-    return tables if len(tables) > 1 else []
+def matrices(board: leaderboard.Leaderboard) -> list[Table]:
+    """Methods, best first, against the levels of each factor: the parameter error and the prediction error."""
+    found = [
+        _matrix(board, factor, name, f"{title} by {FACTORS[factor]}")
+        for factor in board.by
+        for name, title in CRITERIA.items()
+    ]
+    return [table for table in found if len(table.columns) > 1]
 
 
-def vessel_matrices(by_vessel: Frame) -> list[Table]:
-    """Vessels against methods: the parameter error and the prediction error."""
-    titles = {"rel_error": "Parameter error by vessel", "nrmse": "Held-out NRMSE by vessel"}
-    vessels = list(dict.fromkeys(by_vessel["group"]))
-    methods = sorted(set(by_vessel["method"]))
-    tables = []
-    for name, title in titles.items() if len(vessels) > 1 else ():
-        found = {(row["group"], row["method"]): row[name] for row in by_vessel.to_dict("records")}
-        rows = [{"vessel": vessel, **{method: found.get((vessel, method)) for method in methods}} for vessel in vessels]
-        columns = [Column("vessel", lambda row: row["vessel"]), *(_numeric(method, method) for method in methods)]
-        tables.append(_rows(title, "", columns, rows))
-    return tables
+def _matrix(board: leaderboard.Leaderboard, factor: str, name: str, title: str) -> Table:
+    frame = board.by[factor]
+    levels = list(dict.fromkeys(frame["group"]))
+    most = frame.groupby("group")["cells"].max()
+    rows = []
+    for method in [method for method in board.overall["method"] if method in set(frame["method"])]:
+        own = {row["group"]: row for row in frame[frame["method"] == method].to_dict("records")}
+        found = {level: (row[name], int(row["cells"]), int(most[level])) for level, row in own.items()}
+        if not all(_missing(value) for value, *_ in found.values()):
+            rows.append({"method": method} | found)
+    columns = [Column("method", lambda row: row["method"]), *(_compared(level) for level in levels)]
+    return _least_marked(_rows(title, "", columns, rows))
+
+
+def _compared(level: str) -> Column:
+    """A column of (value, cells, most cells), with the cells told where they are fewer than the most."""
+
+    def text(row: Mapping[str, Any]) -> str:
+        value, cells, most = row.get(level, (None, 0, 0))
+        return number(value) if cells == most or _missing(value) else f"{number(value)} ({cells} of {most})"
+
+    return Column(level, text, lambda row: row.get(level, (None,))[0])
+
+
+def _least_marked(table: Table) -> Table:
+    """The table with the least number of every column after the first set off; those of fewer cells do not count."""
+    best = set()
+    for column in range(1, len(table.columns)):
+        texts = [row[column] for row in table.rows]
+        keys = [
+            math.inf if keys[column] == "" or " of " in text else float(keys[column])
+            for keys, text in zip(table.sort, texts, strict=True)
+        ]
+        least = min(keys)
+        best |= {(row, column) for row, key in enumerate(keys) if key == least and math.isfinite(least)}
+    return replace(table, best=frozenset(best))
+
+
+def choice_table(board: leaderboard.Leaderboard) -> Table:
+    """For every level of every factor: what estimated best, what predicted best, and the cheapest good one.
+
+    Only methods take part that were compared in as many cells as any other there.
+    """
+    rows = [
+        {"records": f"{FACTORS[factor]} {level}", **_choices(frame[frame["group"] == level])}
+        for factor, frame in board.by.items()
+        for level in dict.fromkeys(frame["group"])
+    ]
+    columns = [Column(title, lambda row, key=key: row[key]) for key, title in CHOICES.items()]
+    note = (
+        f"The three with the best mean rank, with their median errors; and the fastest with a prediction error below "
+        f"{NEAR:g} times the least. Only methods that were compared in every cell there."
+    )
+    return _rows("Which method", note, columns, rows)
+
+
+CHOICES = {
+    "records": "records",
+    "rel_error": "estimated best (parameter error)",
+    "nrmse": "predicted best (NRMSE)",
+    "fast": "fastest good one (NRMSE, time)",
+}
+
+
+def _choices(frame: Frame, most: int = 3) -> dict[str, str]:
+    """Texts of one row of `choice_table`."""
+    everywhere = frame[(frame["cells"] == frame["cells"].max()) & (frame["cells"] > 0)].to_dict("records")
+    told = {}
+    for rank, name in leaderboard.CRITERIA.items():
+        known = sorted((row for row in everywhere if not _missing(row[rank])), key=lambda row: row[rank])
+        told[name] = ", ".join(f"{row['method']} {number(row[name])}" for row in known[:most])
+    errors = [row["nrmse"] for row in everywhere if not _missing(row["nrmse"])]
+    good = [row for row in everywhere if not _missing(row["nrmse"]) and row["nrmse"] <= NEAR * min(errors)]
+    fast = min(good, key=lambda row: row["cpu_s"], default=None)
+    text = f"{fast['method']} {number(fast['nrmse'])}, {seconds(fast['cpu_s'])}" if fast else ""
+    return told | {"fast": text}
 
 
 def detail_tables(detail: Frame) -> list[Table]:
@@ -223,18 +316,27 @@ def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
         raise BadInput(f"is not a benchmark JSON file ({type(error).__name__}: {error})", file=path) from None
 
 
-def charts(by_noise: Frame) -> list[tuple[str, str]]:
-    """Median errors over noise levels, as SVG."""
+def charts(board: leaderboard.Leaderboard) -> list[tuple[str, str]]:
+    """Median errors of the best methods over the levels of noise and sampling, as SVG."""
     from .plots import by_level
 
-    levels = list(dict.fromkeys(by_noise["group"]))
-    kinds = {"rel_error": "Median relative parameter error", "nrmse": "Median held-out NRMSE (free run)"}
     found = []
-    for column, title in kinds.items():
-        table = by_noise.pivot(index="method", columns="group", values=column)
-        series = {method: [float(value) for value in line[levels]] for method, line in table.iterrows()}
-        found.append((title, by_level({str(method): line for method, line in series.items()}, levels, title)))
+    for factor in [factor for factor in ("noise", "thinning", "length") if factor in board.by]:
+        frame = board.by[factor]
+        levels = list(dict.fromkeys(frame["group"]))
+        drawn = [method for method in board.overall["method"] if method in set(frame["method"])][:DRAWN]
+        for column, name in CRITERIA.items():
+            values = frame.pivot(index="method", columns="group", values=column)
+            series = {method: [float(value) for value in values.loc[method, levels]] for method in drawn}
+            title = f"{name} by {FACTORS[factor]}" + (f", best {DRAWN} methods" if len(values) > DRAWN else "")
+            found.append((title, by_level(series, _short(levels), title)))
     return [(title, svg) for title, svg in found if svg]
+
+
+def _short(levels: Sequence[str]) -> list[str]:
+    """Levels without what the first and others have before a comma."""
+    head = levels[0].partition(",")[0] + ","
+    return [level.removeprefix(head) for level in levels]
 
 
 def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -310,6 +412,12 @@ def _counts(row: Mapping[str, Any]) -> str:
     return f"{row['failed']} / {row['not_applicable']} / {row['runs']}"
 
 
+def _if_changed(name: str) -> Column:
+    """A column that is empty where it says 1."""
+    return Column(name, lambda row: NOTHING if row[name] == 1 else number(row[name]), lambda row: row[name])
+
+
+SAMPLING = (_if_changed("thinning"), _if_changed("length"))
 STANDING = (
     Column("method", lambda row: row["method"]),
     _numeric("mean rank", "mean_rank"),
@@ -332,6 +440,7 @@ DETAIL = (
     Column("held out", lambda row: row["held_out"]),
     Column("noise", lambda row: row["noise"]),
     Column("disturbance", lambda row: row["disturbance"]),
+    *SAMPLING,
     Column("method", lambda row: row["label"]),
     _numeric("parameter error", "rel_error"),
     _numeric("error / CRB", "crb_z"),
@@ -353,6 +462,7 @@ FAILURE = (
     Column("train", lambda row: row["train"]),
     Column("noise", lambda row: row["noise"]),
     Column("disturbance", lambda row: row["disturbance"]),
+    *SAMPLING,
     Column("runs", lambda row: str(row["runs"]), lambda row: row["runs"]),
     Column("seeds", lambda row: row["seeds"]),
     Column("reason", lambda row: row["error"]),
@@ -380,7 +490,11 @@ def _key(column: Column, row: Mapping[str, Any], text: str) -> Any:
 
 
 def _markdown_table(table: Table) -> str:
-    rows = [[_cell(text) for text in row] for row in (table.columns, *table.rows)]
+    body = [
+        [f"**{text}**" if (i, j) in table.best else text for j, text in enumerate(row)]
+        for i, row in enumerate(table.rows)
+    ]
+    rows = [[_cell(text) for text in row] for row in (table.columns, *body)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(table.columns))]
     padded = [" | ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
     head, *body = (f"| {line} |" for line in padded)

@@ -10,7 +10,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
@@ -62,6 +62,8 @@ class RunSpec:
             "held_out": "+".join(task.held_out),
             "noise": task.noise,
             "disturbance": task.disturbance,
+            "thinning": task.thinning,
+            "length": task.length,
             "seed": task.seed,
         }
 
@@ -242,7 +244,7 @@ def _named(maker: str) -> tuple[str, str]:
 def _entry_methods(entry: Entry, selection: Selection) -> list[str]:
     from ..methods.registry import methods
 
-    own = list(methods()) if "all" in entry.methods else list(entry.methods)
+    own = [name for text in entry.methods for name in (methods() if text == "all" else [text])]
     if not selection.methods:
         return own
     for name in selection.methods:
@@ -251,21 +253,23 @@ def _entry_methods(entry: Entry, selection: Selection) -> list[str]:
 
 
 def _tasks(entry: Entry, selection: Selection) -> Iterator[Task]:
-    for vessel, model, held_out in product(_entry_vessels(entry), entry.models, entry.held_out or ((),)):
+    sets = product(_entry_vessels(entry), entry.models, entry.train or ((),), entry.held_out or ((),))
+    for vessel, model, train, held_out in sets:
         if selection.vessels and vessel not in selection.vessels:
             continue
-        for noise, disturbance in product(entry.noise, entry.disturbance):
-            seeds = (selection.seeds or entry.seeds) if (noise, disturbance) != ("none", "none") else 1
+        bare = _task(entry, vessel, model, train, held_out)
+        for conditions in product(entry.thinning, entry.length, entry.noise, entry.disturbance):
+            seeds = (selection.seeds or entry.seeds) if conditions[2:] != ("none", "none") else 1
+            settings = dict(zip(("thinning", "length", "noise", "disturbance"), conditions, strict=True))
             for seed in range(seeds):
-                yield _task(entry, vessel, model, held_out, noise, disturbance, seed)
+                yield replace(bare, seed=seed, **settings)
 
 
-def _task(
-    entry: Entry, vessel: str, model: str, held_out: tuple[str, ...], noise: str, disturbance: str, seed: int
-) -> Task:
+def _task(entry: Entry, vessel: str, model: str, train: tuple[str, ...], held_out: tuple[str, ...]) -> Task:
+    """A task of an entry, in calm water, without noise and of the first seed."""
     source = vessel if model == "own" else model
     suggested = {} if entry.dataset else resolve(vessel).suite
-    train = entry.train or tuple(suggested.get("train", ()))
+    train = train or tuple(suggested.get("train", ()))
     held_out = held_out or tuple(suggested.get("held_out", ()))
     if not train or not held_out:
         hint = "add them to its suite block"
@@ -280,9 +284,6 @@ def _task(
         model=resolve(source).family,
         train=train,
         held_out=held_out,
-        noise=noise,
-        disturbance=disturbance,
-        seed=seed,
         measured=entry.dataset is not None,
         duration_s=entry.duration_s,
         dt_s=entry.dt_s,

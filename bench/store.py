@@ -31,6 +31,8 @@ KEYS = {
     "held_out": "string",
     "noise": "string",
     "disturbance": "string",
+    "thinning": "int",
+    "length": "float",
     "seed": "int",
 }
 RESULT_COLUMNS = {

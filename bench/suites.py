@@ -5,17 +5,22 @@ A suite is a YAML file with a `title` and a list of `entries`; every entry is a 
     vessels       ids, or one of `all`, `3dof`, `response` (every vessel of that kind)
     dataset       instead of vessels: a measured set; `train` and `held_out` then hold its record names
     models        families to fit; `own` is the vessel's own (default)
-    methods       method texts (`ls`, `ls,scheme=midpoint`, `rls,variant=as_printed`, `path.py:Class`) or `all`
+    methods       method texts (`ls`, `ls,scheme=midpoint`, `rls,variant=as_printed`, `path.py:Class`); `all` stands for
+                  every method of the registry
     open          false: only these methods, also when `--method` asks for others (default true)
-    train         manoeuvres of the training records (default: the vessel file's)
-    held_out      manoeuvres to predict (default: the vessel file's); a list of lists makes one row of each
+    train         manoeuvres of the training records (default: the vessel file's); a list of lists makes one row of each
+    held_out      manoeuvres to predict (default: the vessel file's); likewise
     euler         true: training records are made by the explicit Euler difference equation
-    noise, disturbance, seeds, duration_s, dt_s    lists of strings, a number of seeds, and record settings
+    noise, disturbance    lists of strings
+    thinning      whole numbers: every how many-th sample of the training records is kept (default 1)
+    length        shares of the training records that are kept, from their start (default 1)
+    seeds, duration_s, dt_s    a number of seeds, and settings of the training records
 """
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -35,11 +40,13 @@ class Entry:
     models: tuple[str, ...] = ("own",)
     methods: tuple[str, ...] = ("all",)
     open: bool = True
-    train: tuple[str, ...] = ()
+    train: tuple[tuple[str, ...], ...] = ()
     held_out: tuple[tuple[str, ...], ...] = ()
     euler: bool = False
     noise: tuple[str, ...] = ("none",)
     disturbance: tuple[str, ...] = ("none",)
+    thinning: tuple[int, ...] = (1,)
+    length: tuple[float, ...] = (1.0,)
     seeds: int = 1
     duration_s: float | None = None
     dt_s: float | None = None
@@ -103,10 +110,13 @@ def _entry(raw: Any, path: Path, number: int) -> Entry:
     if "dataset" in raw and not (raw.get("train") and raw.get("held_out")):
         raise BadInput("a dataset entry needs train and held_out", file=where)
     readers = {
+        "train": _groups,
         "held_out": _groups,
         "open": _flag,
         "euler": _flag,
         "seeds": _count,
+        "thinning": _each(_count),
+        "length": _each(_share),
         "dataset": _text,
         "duration_s": _positive,
         "dt_s": _positive,
@@ -141,6 +151,22 @@ def _count(value: Any, where: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < 1:
         raise BadInput("needs a whole number of at least 1", file=where)
     return value
+
+
+def _share(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= 1.0:
+        raise BadInput("needs shares above 0, at most 1", file=where)
+    return float(value)
+
+
+def _each(reader: Callable[[Any, str], Any]) -> Callable[[Any, str], tuple[Any, ...]]:
+    """Reader of one value or a list of values."""
+
+    def read(value: Any, where: str) -> tuple[Any, ...]:
+        items = value if isinstance(value, list) and value else [value]
+        return tuple(reader(item, where) for item in items)
+
+    return read
 
 
 def _positive(value: Any, where: str) -> float:

@@ -149,6 +149,12 @@ class Record:
         channels = {name: values[cut] for name, values in self.channels.items()}
         return replace(self, time_s=self.time_s[cut], channels=channels)
 
+    def thinned(self, every: int) -> Record:
+        """Every `every`-th sample from the first, as a slower logger would have kept."""
+        cut = slice(None, None, every)
+        channels = {name: values[cut] for name, values in self.channels.items()}
+        return replace(self, time_s=self.time_s[cut], channels=channels)
+
     def with_channels(self, **channels: ArrayLike | None) -> Record:
         """The record with channels (N,) added or replaced; None leaves a channel out."""
         merged = {**self.channels, **channels}

@@ -2,7 +2,7 @@
 
 A noise string is a level, or quantities per channel, or both, followed by options, joined by commas::
 
-    none | low | medium | high            standard deviations from the table `NOISE`
+    none | low | medium | high | gross    standard deviations from the table `NOISE`
     yaw_rate=0.05deg_s,heading=0.1deg     standard deviation of single channels (over the level's)
     medium,outliers=5%                    options apply to every sensor
     medium,heading.delay=0.5s             or, with a channel before the dot, to one
@@ -113,6 +113,20 @@ NOISE: dict[str, dict[str, float]] = {
         "roll_rate": 0.2 * DEGREE,
         "wind_speed": 1.0,
         "wind_direction": 10.0 * DEGREE,
+    },
+    "gross": {
+        "rudder": 1.0 * DEGREE,
+        "propeller": 0.1,
+        "heading": 2.0 * DEGREE,
+        "yaw_rate": 1.0 * DEGREE,
+        "surge": 0.5,
+        "sway": 0.5,
+        "north": 10.0,
+        "east": 10.0,
+        "roll": 2.0 * DEGREE,
+        "roll_rate": 1.0 * DEGREE,
+        "wind_speed": 3.0,
+        "wind_direction": 30.0 * DEGREE,
     },
 }
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from .ls import LeastSquares
 from .rls import LONGEST_PATH
 from .series import Series, noise_floor, series_of
 from .starts import Start, starts_of
+from .tuning.space import Real
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -254,6 +255,7 @@ class Ekf(Method):
 
     name = "ekf"
     title = "joint state and parameter extended Kalman filter with RTS smoother"
+    search_space: ClassVar = {"inflation": Real(0.1, 1000.0, log=True)}
     order_matters = True
 
     def __init__(self, passes: int = 4, inflation: float = 5.0) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from .selection import free_run_cost
 from .series import bridged, inputs_of, require, series_of
 from .svf_ls import BLOCK_TIME, best_corner, corner_frequencies
 from .svr.tuning import Tuner
+from .tuning.space import Real
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -53,6 +54,7 @@ class EsoRwLssvr(Method):
     name = "eso-rw-lssvr"
     title = "extended state observer and robust weighted LS-SVR (paper 003)"
     variants = ("corrected", "as_printed")
+    search_space: ClassVar = {"omega0": Real(1e-2, 60.0, log=True), "C": Real(1e-2, 1e10, log=True)}
 
     def __init__(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from .ls import check_scheme
 from .regression import LONGEST_STEP, SCHEMES, accelerations
 from .series import series_of
 from .starts import starts_of
+from .tuning.space import Choice, Integer
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -66,6 +67,7 @@ class Iv(Method):
 
     name = "iv"
     title = "instrumental variables, lagged and simulated, iterated"
+    search_space: ClassVar = {"instruments": Choice("simulated", "lagged"), "lag": Integer(1, 40, log=True)}
 
     def __init__(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ..models.errors import BadInput
 from . import factors
 from .base import Fit, FitFailed, Method
 from .regression import SCHEMES, Differences, accelerations, differences
+from .tuning.space import Choice
 from .zoh import common_step, exact_with_covariance
 
 if TYPE_CHECKING:
@@ -125,6 +126,7 @@ class Ls(Method):
 
     name = "ls"
     title = "batch least squares on difference equations (QR)"
+    search_space: ClassVar = {"scheme": Choice("forward", "midpoint")}
 
     def __init__(self, scheme: str = "forward") -> None:
         self.scheme = scheme

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from .filtered import DENSE
 from .regression import SCHEMES, differences
 from .svf_ls import BLOCK_TIME, best_corner, corner_frequencies, fit_filtered
 from .svr.tuning import DOMAIN, TUNERS, Tuned, Tuner
+from .tuning.space import Real
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -172,6 +173,7 @@ class LsSvr(Method):
     name = "ls-svr"
     title = "least-squares support vector regression, linear kernel (paper 003)"
     variants = ("corrected", "as_printed")
+    search_space: ClassVar = {"C": Real(1e-2, 1e10, log=True)}
 
     def __init__(
         self, C: float | None = None, scheme: str = FILTER, tuner: str | Tuner = "grid", variant: str = "corrected"

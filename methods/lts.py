@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from ..models.errors import BadInput
 from . import factors
 from .base import Fit, Method
-from .huber import huber_weight
 from .ls import check_scheme
+from .m_estimation import huber_start
 from .regression import differences
-from .weighted import Regression, reweighted
+from .tuning.space import Real
+from .weighted import Regression
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -43,6 +44,7 @@ class Lts(Method):
 
     name = "lts"
     title = "robust regression: least trimmed squares (FAST-LTS), reweighted"
+    search_space: ClassVar = {"coverage": Real(0.55, 1.0)}
 
     def __init__(self, coverage: float = 0.75, starts: int = 20, seed: int = 0, scheme: str = "midpoint") -> None:
         self.coverage, self.starts, self.seed, self.scheme = coverage, starts, seed, scheme
@@ -57,7 +59,7 @@ class Lts(Method):
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         rows = Regression(differences(records, model, self.scheme), model)
-        first, scale, count, _ = reweighted(rows, rows.start.coefficients, huber_weight(1.345))
+        first, scale, count, _ = huber_start(rows)
         rng = np.random.default_rng(self.seed)
         starts = [first.x, *self._starts(rows, scale, first.x, rng)]
         found = [_concentrated(rows, scale, c, self.coverage) for c in starts]

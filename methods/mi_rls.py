@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
 from ..models.errors import BadInput
 from .rls import Rls, Setting
+from .tuning.space import Integer, Real
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ class MiRls(Rls):
 
     name = "mi-rls"
     title = "multi-innovation recursive least squares (paper 004)"
+    search_space: ClassVar = {"length": Integer(1, 50, log=True), "p0": Real(1e-2, 1e12, log=True)}
 
     def __init__(
         self, length: int = 10, p0: float = 1e10, theta0=0.0, prior: str = "scaled", scheme: str = "forward"

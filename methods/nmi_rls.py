@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from ..models.errors import BadInput
 from .mi_rls import MiRls, MultiInnovation
 from .regression import Differences
 from .rls import Setting
+from .tuning.space import Integer, Real
 
 
 class NmiRls(MiRls):
@@ -28,6 +30,7 @@ class NmiRls(MiRls):
     name = "nmi-rls"
     title = "nonlinear multi-innovation recursive least squares (paper 004)"
     variants = ("corrected", "as_printed")
+    search_space: ClassVar = {"omega": Real(0.03, 10.0, log=True), "length": Integer(1, 50, log=True)}
 
     def __init__(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ..models.errors import BadInput
 from .base import Fit, Method
 from .ls import check_scheme
 from .regression import differences
+from .tuning.space import Real
 from .weighted import Regression
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ class Ridge(Method):
 
     name = "ridge"
     title = "ridge regression, penalty by generalised cross-validation"
+    search_space: ClassVar = {"penalty": Real(1e-14, 1.0, log=True)}
 
     def __init__(self, penalty: float | None = None, scheme: str = "midpoint") -> None:
         self.penalty, self.scheme = penalty, scheme

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ..models.errors import BadInput
 from .base import CannotFit, Estimate, Fit, FitFailed, Method, blas_limited
 from .ls import check_scheme
 from .regression import Differences, differences
+from .tuning.space import Real
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -205,6 +206,7 @@ class Rls(Method):
 
     name = "rls"
     title = "recursive least squares"
+    search_space: ClassVar = {"p0": Real(1e-2, 1e12, log=True)}
     order_matters = True
     _stream: Stream | None = None
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ..models.errors import BadInput
 from .base import CannotFit, Fit, Method
 from .filtered import Rows, row_factors, stretches
 from .ls import least_squares
@@ -14,6 +15,7 @@ from .observers.smoothing import Track, Walk, fitted_walk, memory, smoothed
 from .regression import Differences, accelerations
 from .series import bridged, inputs_of, noise_floor, require, samples, sensor_sd
 from .svf_ls import Filtered, coloured_covariance
+from .tuning.space import Real
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -32,21 +34,33 @@ class RtsLs(Method):
     records together; heading and yaw rate are smoothed as one.  The smoother (Rauch-Tung-Striebel) has no lag, but it
     rounds off; the rudder passes through yaw's smoother too, so that a linear equation of yaw stays exact.
 
+    Parameters
+    ----------
+    level : factor on the process noise: below 1 smooths more than the likelihood asks for.
+
     3-DOF models need surge, sway and yaw rate or heading, response models yaw rate or heading.
     """
 
     name = "rts-ls"
     title = "least squares on states and accelerations smoothed by a kinematic model (RTS)"
+    search_space: ClassVar = {"level": Real(1e-3, 1e3, log=True)}
 
-    def __init__(self) -> None:
-        pass
+    def __init__(self, level: float = 1.0) -> None:
+        self.level = level
+
+    def check_options(self) -> None:
+        super().check_options()
+        if not self.level > 0.0:
+            raise BadInput(f"level is {self.level!r}, a positive number is needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         pieces = [piece for record in records for piece in _stretches(record, model)]
         if not pieces:
             raise CannotFit("no record has a stretch without long gaps")
-        walks = {symbol: _walk(pieces, model, symbol) for symbol in _symbols(model)}
-        rows = [Rows(part, np.zeros((len(part.time_s), 1)), "all") for part in _smoothed(pieces, model, walks)]
+        walks = {symbol: self._levelled(_walk(pieces, model, symbol)) for symbol in _symbols(model)}
+        rows = [
+            Rows(part, np.zeros((len(part.time_s), 1)), "all") for part in _smoothed(pieces, model, walks, self.level)
+        ]
         n, p = sum(r.parts.accelerations.size for r in rows), len(model.coordinates)
         if n <= p:
             raise CannotFit(f"{n} usable regression rows for {p} coefficients")
@@ -58,6 +72,9 @@ class RtsLs(Method):
             message="" if found.rank == p else f"the records determine {found.rank} of {p} directions",
             extra={"rank": found.rank, "walks": {s: {"order": w.order, "level": w.level} for s, w in walks.items()}},
         )
+
+    def _levelled(self, walk: Walk) -> Walk:
+        return walk._replace(level=self.level * walk.level)
 
 
 def _symbols(model: Model) -> list[str]:
@@ -131,14 +148,14 @@ def _highest(model: Model, symbol: str) -> int:
     return 3 if "q" in model.regression_states else 2
 
 
-def _smoothed(records: Sequence[Record], model: Model, walks: dict[str, Walk]) -> list[Differences]:
+def _smoothed(records: Sequence[Record], model: Model, walks: dict[str, Walk], level: float) -> list[Differences]:
     found = []
     for record in records:
         states: dict[str, np.ndarray] = {s: np.zeros(record.n) for s in ("x", "y")}
         slopes: dict[str, np.ndarray] = {}
         for symbol, walk in walks.items():
             track = _track(record, symbol)
-            matched = _matched(walk, track)
+            matched = _matched(walk, track, level)
             ranks = smoothed(track, matched) / record.dt ** np.arange(walk.order)
             first = 1 if symbol == "r" else 0
             states[symbol], slopes[symbol] = ranks[:, first], ranks[:, first + 1]
@@ -161,11 +178,12 @@ def _rounded(record: Record, model: Model, yaw: Track, walk: Walk) -> np.ndarray
     return ranks[:, 1:3] / record.dt ** np.arange(1, 3)
 
 
-def _matched(walk: Walk, track: Track) -> Walk:
+def _matched(walk: Walk, track: Track, level: float) -> Walk:
     """The walk for a record that lacks one of the sensors: theirs alone."""
     if len(track.ranks) == len(walk.noise):
         return walk
-    return fitted_walk([track], np.array([max(sensor_sd(track.outputs[:, 0]), 1e-300) ** 2]), [walk.order])
+    own = fitted_walk([track], np.array([max(sensor_sd(track.outputs[:, 0]), 1e-300) ** 2]), [walk.order])
+    return own._replace(level=level * own.level)
 
 
 def _rows(record: Record, model: Model, states: dict, slopes: dict, rudder: np.ndarray) -> Differences:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from .ls import LeastSquares, least_squares
 from .regression import accelerations
 from .selection import free_run_cost
 from .series import series_of
+from .tuning.space import Integer, Real
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -124,6 +125,7 @@ class SvfLs(Method):
 
     name = "svf-ls"
     title = "least squares on state-variable filtered records"
+    search_space: ClassVar = {"omega": Real(1e-2, 30.0, log=True), "order": Integer(3, 6)}
 
     def __init__(self, omega: float | None = None, order: int = ORDER) -> None:
         self.omega, self.order = omega, order

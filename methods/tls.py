@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from . import factors
 from .base import Fit, FitFailed, Method
 from .ls import check_scheme
 from .regression import Differences, differences
+from .tuning.space import Choice
 from .weighted import Regression
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ class Tls(Method):
 
     name = "tls"
     title = "scaled total least squares (SVD)"
+    search_space: ClassVar = {"scaling": Choice("noise", "unit"), "scheme": Choice("forward", "midpoint")}
 
     def __init__(self, scaling: str = "noise", scheme: str = "midpoint") -> None:
         self.scaling, self.scheme = scaling, scheme

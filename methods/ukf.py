@@ -7,13 +7,14 @@ Uhlmann 1997; scaled form of Wan & van der Merwe 2000) instead of along the tang
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from ..models.errors import BadInput
 from .ekf import Belief, Ekf, Noise, Pass, start_vector
 from .series import Series
+from .tuning.space import Real
 
 if TYPE_CHECKING:
     from ..models.model import Model
@@ -54,6 +55,7 @@ class Ukf(Ekf):
 
     name = "ukf"
     title = "joint state and parameter unscented Kalman filter"
+    search_space: ClassVar = {"inflation": Real(0.1, 1000.0, log=True), "alpha": Real(1e-3, 1.0, log=True)}
 
     def __init__(self, passes: int = 4, inflation: float = 5.0, alpha: float = 0.1, beta: float = 2.0) -> None:
         super().__init__(passes, inflation)

@@ -14,6 +14,8 @@ DEFAULTS = {
     "held_out": "turn:35",
     "noise": "low",
     "disturbance": "none",
+    "thinning": 1,
+    "length": 1.0,
     "seed": 0,
 }
 

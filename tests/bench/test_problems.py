@@ -96,3 +96,16 @@ def test_faults_of_the_input_are_bad_input():
     for change in ({"train": ("zigzag:20",)}, {"noise": "loud"}, {"vessel": "titanic"}, {"disturbance": "wind:9@0"}):
         with pytest.raises(BadInput):
             problem(dataclasses.replace(TASK, **change))
+
+
+def test_thinned_and_shortened_records_are_parts_of_the_whole_ones():
+    whole = problem(TASK)
+    part = problem(dataclasses.replace(TASK, thinning=4, length=0.5))
+    for long, short in zip(whole.train, part.train, strict=True):
+        n = -(-long.n // 2)
+        assert np.array_equal(short.time_s, long.time_s[:n:4])
+        for name, values in short.channels.items():
+            assert np.array_equal(values, long.channels[name][:n:4])
+    assert [r.n for r in part.held_out] == [r.n for r in whole.held_out]
+    bounds = (whole.truth.crb_sd, part.truth.crb_sd)
+    assert all(bounds[1][name] > bounds[0][name] for name in bounds[0])

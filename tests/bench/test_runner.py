@@ -96,7 +96,7 @@ def test_quick_holds_noise_free_rows_of_output_error_for_every_vessel():
 def test_default_crosses_every_vessel_with_every_method_and_noise_level():
     specs = plan(load_suite("default"))
     found = {(spec.task.vessel, spec.method, spec.task.noise) for spec in specs if spec.task.source == spec.task.vessel}
-    levels = ("none", "low", "medium", "high")
+    levels = ("none", "low", "high")
     assert found >= {(v, m, n) for v in list_vessels() for m in methods() for n in levels}
     assert any(spec.task.disturbance != "none" for spec in specs)
 
@@ -117,6 +117,26 @@ def test_seeds_are_repeated_only_where_something_is_random(tmp_path):
     assert [(s.task.noise, s.task.seed) for s in plan(suite)] == [("none", 0), ("low", 0), ("low", 1), ("low", 2)]
     fewer = plan(suite, Selection("mine", seeds=2))
     assert [(s.task.noise, s.task.seed) for s in fewer] == [("none", 0), ("low", 0), ("low", 1)]
+
+
+@pytest.mark.parametrize("name", ["disturbances", "excitation", "noise", "outliers", "sampling"])
+def test_the_suite_of_a_theme_varies_it_and_nothing_else(name):
+    factors = {"noise": {"noise"}, "outliers": {"noise"}, "disturbances": {"disturbance"}}
+    factors |= {"excitation": {"train"}, "sampling": {"thinning", "length"}}
+    specs = plan(load_suite(name))
+    assert {spec.method for spec in specs} >= set(methods())
+    for vessel in {spec.task.vessel for spec in specs}:
+        own = [spec.task for spec in specs if spec.task.vessel == vessel]
+        fixed = {"source", "held_out", "noise", "disturbance", "train", "thinning", "length"}
+        varied = {field for field in fixed if len({getattr(task, field) for task in own}) > 1}
+        assert varied == factors[name]
+
+
+def test_lists_of_manoeuvres_shares_and_thinnings_make_a_row_each(tmp_path):
+    text = "vessels: response-1, methods: [ls], train: [[turn:20], [turn:10, turn:20]], thinning: [1, 4], length: 0.5"
+    tasks = [spec.task for spec in plan(suite_file(tmp_path, "  - {" + text + "}\n"))]
+    trains = [("turn:20",), ("turn:10", "turn:20")]
+    assert [(t.train, t.thinning, t.length) for t in tasks] == [(m, k, 0.5) for m in trains for k in (1, 4)]
 
 
 def test_a_method_asked_for_joins_open_entries_only(tmp_path, own_method):
@@ -167,12 +187,13 @@ def test_keys_tell_every_difference_and_stay():
     changes = {
         "vessel": "response-2", "source": "nomoto-1", "model": "nomoto-1", "train": ("turn:20",), "held_out": ("x",),
         "noise": "high", "disturbance": "waves:1/5@0", "seed": 1, "measured": True, "duration_s": 5.0, "dt_s": 0.2,
+        "thinning": 4, "length": 0.5,
     }  # fmt: skip
     assert set(changes) == {field.name for field in dataclasses.fields(Task)}
     others = [spec_of(**{name: value}) for name, value in changes.items()]
     others += [dataclasses.replace(base, **{name: "x"}) for name in ("suite", "method", "variant", "maker")]
     assert len({spec.key for spec in [base, *others]}) == len(others) + 1
-    assert base.key == "4537f2870e4f53ea6d3d"
+    assert base.key == "4b25ae8a5afd3105ab59"
 
 
 # executing

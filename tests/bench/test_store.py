@@ -12,7 +12,8 @@ from helmbench.bench import store as stores
 from helmbench.bench.store import MANIFEST, PARAMETERS, RESULTS, RUNS, Store, frames, read_runs, read_tables
 from helmbench.models.errors import BadInput
 
-KEYS = ["suite", "method", "variant", "vessel", "model", "train", "held_out", "noise", "disturbance", "seed"]
+KEYS = ["suite", "method", "variant", "vessel", "model", "train", "held_out"]
+KEYS += ["noise", "disturbance", "thinning", "length", "seed"]
 
 
 def files(folder):
