@@ -16,8 +16,8 @@ class Huber(MEstimator):
     k : residual, in standard deviations, from which the loss is linear; 1.345 gives 95 % efficiency on Gaussian noise.
     scheme : difference scheme, see `regression`.
 
-    The loss is convex, so the estimate is unique, but an outlier keeps the pull of a residual of k: outliers that all
-    have one sign bias it, at any k; `tukey` and `lts` reject them.  Huber 1964, Annals of Mathematical Statistics 35.
+    The loss is convex, so the estimate is unique, but an outlier keeps the pull of a residual of k: long bursts of one
+    sign bias it at any k, where `tukey` and `lts` reject them.  Huber 1964, Annals of Mathematical Statistics 35.
     """
 
     name = "huber"

@@ -17,20 +17,24 @@ ROBUST = ("huber", "tukey", "lts")
 
 
 def cargo_rows(rng, n, outliers, burst, noise=0.05):
-    """Second-order rows of the cargo vessel in three sines, noise on the acceleration, outliers of 10-20 sigma."""
+    """Rows of the cargo vessel in three sines every 2 s, noise on psi_dddot, outliers of 10-20 sigma of either sign.
+
+    Bursts are runs of 30 samples of one sign.  The set-up of paper 003's page: least squares there is 2.4 % off with
+    independent outliers and 5.5 % with bursts (medians of 300 draws here: 2.4 and 6.4 %).
+    """
     model = resolve("cargo")
-    record = generate(Case("cargo", model.suite["train"][0], duration_s=float(n), dt_s=1.0))
+    record = generate(Case("cargo", model.suite["train"][0], duration_s=2.0 * n, dt_s=2.0))
     r, delta = record.column("yaw_rate_rad_s"), record.rudder()
-    q, moved = np.gradient(r, 1.0), np.gradient(delta, 1.0)
+    q, moved = np.gradient(r, 2.0), np.gradient(delta, 2.0)
     states, inputs = np.column_stack([q, r, np.zeros_like(r)]), np.column_stack([delta, moved])
     y = regression(model, states, np.zeros((len(r), 1)), inputs)[1][:, 0] @ model.coefficients
     sigma = noise * np.std(y)
     errors = rng.normal(0.0, sigma, len(y))
-    count = int(outliers * len(y))
-    first = rng.integers(0, len(y) - count)
-    where = np.arange(first, first + count) if burst else rng.choice(len(y), count, replace=False)
-    size = rng.uniform(10.0, 20.0, count) * sigma
-    errors[where] += size if burst else size * rng.choice([-1.0, 1.0], count)
+    length = 30 if burst else 1
+    runs = len(y) // length
+    signs = rng.permutation(runs) < round(outliers * runs)
+    signs = np.resize(np.repeat(signs * rng.choice([-1.0, 1.0], runs), length), len(y))
+    errors += signs * rng.uniform(10.0, 20.0, len(y)) * sigma
     return model, Differences(states, (y + errors)[:, None], inputs, record.time_s)
 
 
@@ -46,7 +50,10 @@ def fitted(name, model, rows, monkeypatch):
 @pytest.mark.parametrize("name", ROBUST)
 @pytest.mark.parametrize("burst", [False, True], ids=["scattered", "burst"])
 def test_ten_percent_outliers(name, burst, rng, monkeypatch):
-    """Rejected as if they were not there, where least squares loses severalfold; median over 40 draws."""
+    """Below 1 % where least squares loses severalfold, and as if they were not there; medians over 40 draws.
+
+    Huber's influence does not redescend: outliers keep some of their pull, about 1 % in bursts (.95, 300 draws).
+    """
     worst = []
     for _ in range(40):
         seed = int(rng.integers(2**31))
@@ -59,9 +66,10 @@ def test_ten_percent_outliers(name, burst, rng, monkeypatch):
         )
         worst.append((fitted(name, model, rows, monkeypatch), least, fitted(name, model, clean, monkeypatch)))
     robust, least, alone = np.median(worst, axis=0)
-    assert robust < 0.75 * least
-    if name != "huber":  # its influence does not redescend: outliers keep some of their pull
-        assert robust < 2.2 * alone
+    print(robust, least, alone)
+    assert robust < 0.5 * least
+    if name != "huber":
+        assert robust < 0.01 and robust < 2.2 * alone
 
 
 @pytest.mark.parametrize("name", ROBUST)
