@@ -104,19 +104,47 @@ def multi_innovation_as_printed(y, h, first, size, length, omega, theta, p, path
                 path[k - first, j] = theta[j]
 
 
-@njit(i8(A1, A2, f8, f8, i8, f8, A1, A2, A1, A2), **JIT)
-def iterative_learning(y, h, beta, share, most, tolerance, theta, lower, spread, path):
+@njit(types.void(A1, A2, f8, f8, i8, f8, A1, A2, A1, A2, A1), **JIT)
+def iterative_learning(y, h, beta, share, most, tolerance, theta, lower, spread, path, seen):
+    """FCI-LS, corrected: each row up to `most` times, every time with a step beta h e_hat/k behind it, k its number.
+
+    beta is held to `share` of 2/|h|^2.  A row is left when a repeat moves theta by less than `tolerance` standard
+    errors: (d theta)'P^-1(d theta) = e (e - e_hat) against the variance of the rows' errors so far, which starts from
+    one.  seen (3,) counts repeats, rows and squared errors, and is updated.
+    """
+    work = np.empty((2, theta.size))
+    for k in range(y.size):
+        row = h[k]
+        variance = (1.0 + seen[2]) / (1.0 + seen[1])
+        seen[1] += 1.0
+        square = _dot(row, row)
+        gain = (min(beta, share * 2.0 / square) if square > 0.0 else 0.0) / seen[1]
+        for repeat in range(most):
+            seen[0] += 1.0
+            error = y[k] - _dot(row, theta)
+            sigma = _absorb(row, lower, spread, work)
+            left = error / sigma
+            moved = error * (error - left)
+            if repeat == 0:
+                seen[2] += error * left
+            for j in range(theta.size):
+                theta[j] += work[1, j] * left + gain * row[j] * left
+            if not abs(moved) >= tolerance**2 * variance:
+                break
+        path[k] = theta
+
+
+@njit(i8(A1, A2, f8, i8, f8, A1, A2, A1, A2), **JIT)
+def iterative_learning_as_printed(y, h, beta, most, tolerance, theta, lower, spread, path):
     """FCI-LS (paper 002, eq 19-24): each row up to `most` times, every time with a step beta h e_hat behind it.
 
-    beta is held to `share` of 2/|h|^2; share = inf leaves it as it is.  A row is left when a repeat moves theta by less
-    than `tolerance` (Euclidean).  Returns the number of repeats.
+    A row is left when a repeat moves theta by less than `tolerance` (Euclidean).  Returns the number of repeats.
     """
     d = theta.size
     work, before = np.empty((2, d)), np.empty(d)
     repeats = 0
     for k in range(y.size):
         row = h[k]
-        square = _dot(row, row)
         for _ in range(most):
             repeats += 1
             before[:] = theta
@@ -125,12 +153,9 @@ def iterative_learning(y, h, beta, share, most, tolerance, theta, lower, spread,
             for j in range(d):
                 theta[j] += work[1, j] * error / sigma
             left = y[k] - _dot(row, theta)
-            gain = beta
-            if square > 0.0:
-                gain = min(beta, share * 2.0 / square)
             moved = 0.0
             for j in range(d):
-                theta[j] += gain * row[j] * left
+                theta[j] += beta * row[j] * left
                 moved += (theta[j] - before[j]) ** 2
             if not np.sqrt(moved) >= tolerance:
                 break

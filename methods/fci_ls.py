@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from .base import CannotFit, Estimate, Fit
 from .regression import differences
 from .rls import Rls, Setting
 from .schemes_integral import Roles, roles
+from .tuning.space import Real
 from .zoh import common_step
 
 if TYPE_CHECKING:
@@ -27,30 +28,34 @@ what least squares has just done, so the bound for chi = 1 is kept throughout.
 """
 
 
+BETA = 0.005
+TOLERANCE, PRINTED_TOLERANCE = 3.0, 1e-3
+"""Tolerances in standard errors, and in the printed form's coefficients."""
+
+
 @dataclass(frozen=True)
 class Learning(Setting):
-    """Numbers of the iterative-learning recursion."""
+    """Numbers of the iterative-learning recursion, corrected."""
 
-    beta: float = 0.005
+    beta: float = BETA
     most: int = 200
-    tolerance: float = 1e-3
+    tolerance: float = TOLERANCE
     share: float = SHARE
-    counted: list[int] = field(default_factory=lambda: [0, 0])
-    """Repeats and rows so far."""
+    seen: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    """Repeats, rows and the sum of their squared errors so far."""
 
     def run(self, rows, per_sample: int, theta, state, spread, path) -> None:
         """As `Setting.run`."""
         from . import _kernels_innovation as kernels
 
         y, h, _ = rows
-        self.counted[0] += kernels.iterative_learning(
-            y, h, self.beta, self.share, self.most, self.tolerance, theta, state, spread, path
+        kernels.iterative_learning(
+            y, h, self.beta, self.share, self.most, self.tolerance, theta, state, spread, path, self.seen
         )
-        self.counted[1] += len(y)
 
     def times(self) -> float:
         """A row repeated N times counts N times."""
-        return self.counted[0] / max(self.counted[1], 1)
+        return float(self.seen[0] / max(self.seen[1], 1.0))
 
 
 class FciLs(Rls):
@@ -58,29 +63,32 @@ class FciLs(Rls):
 
     Every row is taken again and again, with a step beta phi e behind each, until the coefficients move by less than
     `tolerance`.  With beta = 0 that is the row's weight times the number of repeats, which grows with the innovation:
-    the opposite of a robust method.
+    the opposite of a robust method.  Corrected, repeats end within `tolerance` standard errors and the step falls like
+    1/k: both serve the first rows, where there is something to be gained, and the estimate goes over into that of
+    `rls` as rows come in.  As printed, neither fades, and the estimate is left where the last rows push it.
 
     Parameters
     ----------
-    beta : gain of the P-type step, in scaled columns; held to 1/|phi|^2 (see `SHARE`).
+    beta : gain of the P-type step at the first row, in scaled columns; held to 1/|phi|^2 (see `SHARE`).
     most : repeats N_max of a row.
-    tolerance : sigma of eq 23, in scaled columns.
+    tolerance : sigma of eq 23: in standard errors (None: 3), as printed in the coefficients' units (None: 1e-3).
     p0, theta0, prior, scheme : as in `rls`.
     degrees : as printed: angles and rates in degrees.
     variant : 'corrected', or 'as_printed': the difference equation r(t+1) = a1 r(t) + ... with its columns as they
-        are, P(0) = p0 I, all coefficients zero at first and no bound on beta.  Response models only.  It diverges for
-        beta above 2/|phi|^2, and in radians the prior kills the cubic term.
+        are, P(0) = p0 I, all coefficients zero at first, beta constant and without bound.  Response models only.  It
+        diverges for beta above 2/|phi|^2, and in radians the prior kills the cubic term.
     """
 
     name = "fci-ls"
     title = "iterative-learning recursive least squares (paper 002)"
     variants = ("corrected", "as_printed")
+    search_space: ClassVar = {"beta": Real(1e-4, 1.0, log=True), "tolerance": Real(0.1, 10.0, log=True)}
 
     def __init__(
         self,
-        beta: float = 0.005,
+        beta: float = BETA,
         most: int = 200,
-        tolerance: float = 1e-3,
+        tolerance: float | None = None,
         p0: float = 1e6,
         theta0=0.0,
         prior: str = "scaled",
@@ -97,12 +105,13 @@ class FciLs(Rls):
             raise BadInput(f"beta is {self.beta!r}, a number >= 0 is needed")
         if not self.most >= 1:
             raise BadInput(f"most is {self.most!r}, a number from 1 on is needed")
-        if not self.tolerance >= 0.0:
+        if self.tolerance is not None and not self.tolerance >= 0.0:
             raise BadInput(f"tolerance is {self.tolerance!r}, a number >= 0 is needed")
 
     def setting(self, p: int) -> Setting:
+        tolerance = TOLERANCE if self.tolerance is None else self.tolerance
         return Learning(
-            self.p0, self._theta0(p), prior=self.prior, beta=self.beta, most=int(self.most), tolerance=self.tolerance
+            self.p0, self._theta0(p), prior=self.prior, beta=self.beta, most=int(self.most), tolerance=tolerance
         )
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
@@ -129,9 +138,10 @@ class FciLs(Rls):
         target = (dt**found.order * y + columns @ offset) * rad
         columns = np.ascontiguousarray(columns * unit)
         theta, path = np.zeros(p), np.empty_like(columns)
+        tolerance = PRINTED_TOLERANCE if self.tolerance is None else self.tolerance
         lower, spread = np.eye(p), np.full(p, self.p0)
-        repeats = kernels.iterative_learning(
-            target, columns, self.beta, np.inf, int(self.most), self.tolerance, theta, lower, spread, path
+        repeats = kernels.iterative_learning_as_printed(
+            target, columns, self.beta, int(self.most), tolerance, theta, lower, spread, path
         )
         back = turn / dt**found.order
         path = (path * unit / rad - offset) @ back.T
