@@ -11,6 +11,7 @@ from ..models.errors import BadInput
 from . import factors
 from .base import Fit, FitFailed, Method
 from .regression import SCHEMES, Differences, accelerations, differences
+from .replay import replayed_covariance
 from .tuning.space import Choice
 from .zoh import common_step, exact_with_covariance
 
@@ -113,6 +114,10 @@ def fit_ls(records: Sequence[Record], model: Model, scheme: str) -> LeastSquares
     return least_squares(*equation_factors(differences(records, model, scheme), model))
 
 
+INTEGRATED = "triple-integral"
+"""How the schemes begin whose errors are correlated over the record."""
+
+
 class Ls(Method):
     """Least squares on the model's difference equations, solved by orthogonal decomposition.
 
@@ -121,7 +126,8 @@ class Ls(Method):
     scheme : 'forward' (explicit Euler), 'midpoint', 'heading-difference' or 'triple-integral'; see `regression`.  Also
         'zoh': forward differences read back by the exact map for a held rudder (`zoh`), for response models.
 
-    3-DOF models need surge, sway and yaw rate (or heading); response models yaw rate or heading.
+    3-DOF models need surge, sway and yaw rate (or heading); response models yaw rate or heading.  Standard errors take
+    the equations' errors as independent, for the integrated schemes as coloured sensor noise (`replay`).
     """
 
     name = "ls"
@@ -136,8 +142,11 @@ class Ls(Method):
         check_scheme(self.scheme, ("zoh",))
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        found = fit_ls(records, model, "forward" if self.scheme == "zoh" else self.scheme)
+        scheme = "forward" if self.scheme == "zoh" else self.scheme
+        found = fit_ls(records, model, scheme)
         coefficients, covariance, p = found.coefficients, found.covariance, len(model.coordinates)
+        if scheme.startswith(INTEGRATED) and found.rank == p:
+            covariance = replayed_covariance(records, lambda noisier: fit_ls(noisier, model, scheme).coefficients)
         if self.scheme == "zoh":
             coefficients, covariance = exact_with_covariance(coefficients, covariance, model, common_step(records))
         return Fit(
