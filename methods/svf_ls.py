@@ -121,6 +121,10 @@ class SvfLs(Method):
         second-order response models).
 
     Response models need yaw rate or heading, and use both where they are; 3-DOF models surge, sway and one of them.
+
+    Exact without noise at every corner within the sampling rate.  Noise that the filter leaves in the regressors (of
+    heading and rudder) biases the estimate, most where a pole and a zero nearly cancel: for `patrol` (T2 .32 s, T3
+    .18 s) by 30 and 48 % at low noise, and at no corner by less; `iv` and `output-error` have no such bias.
     """
 
     name = "svf-ls"
