@@ -19,10 +19,11 @@ from helmbench.bench.problems import Task
 from helmbench.bench.runner import RunSpec, Selection, execute, plan
 from helmbench.bench.store import Store
 from helmbench.bench.suites import load_suite
+from helmbench.datasets.disturbances import parse_disturbance
 from helmbench.methods.base import CannotFit, FitFailed
 from helmbench.methods.registry import methods
 from helmbench.models.errors import BadInput
-from helmbench.models.model import list_vessels
+from helmbench.models.model import list_vessels, resolve
 
 FIRST_FIVE = {"ls", "rls", "fw-rls", "ekf", "output-error"}
 TASK = Task(
@@ -130,6 +131,12 @@ def test_the_suite_of_a_theme_varies_it_and_nothing_else(name):
         fixed = {"source", "held_out", "noise", "disturbance", "train", "thinning", "length"}
         varied = {field for field in fixed if len({getattr(task, field) for task in own}) > 1}
         assert varied == factors[name]
+
+
+@pytest.mark.parametrize("name", ["default", "disturbances"])
+def test_every_vessel_can_meet_the_disturbances_of_its_suite(name):
+    for task in {spec.task for spec in plan(load_suite(name)) if spec.task.disturbance != "none"}:
+        parse_disturbance(task.disturbance).check(resolve(task.vessel))
 
 
 def test_lists_of_manoeuvres_shares_and_thinnings_make_a_row_each(tmp_path):
