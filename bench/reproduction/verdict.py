@@ -36,7 +36,8 @@ def judge(claim: Claim, values: Mapping[str, Spread], failure: str = "") -> Judg
     - `reproduced`: the printed equations give it; or ours, where no other were printed.
     - `reproduced with correction`: only the corrected equations give it.
     - `contradicted`: neither do.
-    - `not reproducible`: nothing can be computed (`claim.missing`), or no run gave a number.
+    - `not reproducible`: nothing can be computed (`claim.missing`), no run gave a number, or the published value
+      agrees only with an interval that tells nothing about it (`tells`).
     """
     corrected = values.get(claim.corrected, NOTHING)
     printed = values.get(claim.as_printed, NOTHING) if claim.as_printed else NOTHING
@@ -47,9 +48,18 @@ def judge(claim: Claim, values: Mapping[str, Spread], failure: str = "") -> Judg
 def _verdict(claim: Claim, corrected: Spread, printed: Spread) -> str:
     if claim.missing or not (corrected.known or printed.known):
         return IMPOSSIBLE
-    if agrees(claim, printed if claim.as_printed else corrected):
+    first = printed if claim.as_printed else corrected
+    if agrees(claim, first) and tells(claim, first):
         return REPRODUCED
-    return CORRECTED if agrees(claim, corrected) else CONTRADICTED
+    if agrees(claim, corrected) and tells(claim, corrected):
+        return CORRECTED
+    return IMPOSSIBLE if agrees(claim, first) or agrees(claim, corrected) else CONTRADICTED
+
+
+def tells(claim: Claim, found: Spread) -> bool:
+    """Whether the interval of a value settles at least its sign: it does not hold the opposite of what was published."""
+    value = float(claim.published)
+    return claim.kind != "value" or not (value and found.low <= min(value, -value) and max(value, -value) <= found.high)
 
 
 def agrees(claim: Claim, found: Spread) -> bool:
@@ -74,7 +84,7 @@ def _reason(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> s
     if claim.missing:
         return claim.missing
     given = claim.reason if isinstance(claim.reason, str) else claim.reason.get(verdict, "")
-    text = given or _DEFAULTS[verdict, bool(claim.as_printed)]
+    text = given or _default(claim, corrected, printed, verdict)
     return text.format(
         published=number(claim.published),
         corrected=number(corrected.median),
@@ -82,6 +92,12 @@ def _reason(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> s
         low=number(corrected.low),
         high=number(corrected.high),
     )
+
+
+def _default(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
+    if verdict == IMPOSSIBLE and (corrected.known or printed.known):
+        return "The interval of our runs holds it and its opposite alike: such records do not tell it."
+    return _DEFAULTS[verdict, bool(claim.as_printed)]
 
 
 _DEFAULTS = {
