@@ -60,6 +60,8 @@ class Claim:
     equation : the wrong equation, "(26)".
     reason : one sentence, or one for each verdict; {published}, {corrected}, {as_printed}, {low}, {high} are filled in.
     missing : why nothing can be computed, instead of a study.
+    nonzero : the value only counts as reproduced by an interval that excludes zero; for coefficients that records may
+        not tell at all.
     """
 
     id: str
@@ -76,6 +78,7 @@ class Claim:
     equation: str = ""
     reason: str | Mapping[str, str] = ""
     missing: str = ""
+    nonzero: bool = False
     reference: Reference | None = None
 
 

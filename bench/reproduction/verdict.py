@@ -37,7 +37,7 @@ def judge(claim: Claim, values: Mapping[str, Spread], failure: str = "") -> Judg
     - `reproduced with correction`: only the corrected equations give it.
     - `contradicted`: neither do.
     - `not reproducible`: nothing can be computed (`claim.missing`), no run gave a number, or the published value
-      agrees only with an interval that tells nothing about it (`tells`).
+      only agrees with an interval that does not settle its sign (`claim.nonzero`).
     """
     corrected = values.get(claim.corrected, NOTHING)
     printed = values.get(claim.as_printed, NOTHING) if claim.as_printed else NOTHING
@@ -57,9 +57,8 @@ def _verdict(claim: Claim, corrected: Spread, printed: Spread) -> str:
 
 
 def tells(claim: Claim, found: Spread) -> bool:
-    """Whether the interval of a value settles at least its sign: it does not hold the opposite of what was published."""
-    value = float(claim.published)
-    return claim.kind != "value" or not (value and found.low <= min(value, -value) and max(value, -value) <= found.high)
+    """Whether the interval settles the sign of a value that has to be (`claim.nonzero`)."""
+    return not (claim.nonzero and found.low <= 0.0 <= found.high)
 
 
 def agrees(claim: Claim, found: Spread) -> bool:
@@ -96,7 +95,7 @@ def _reason(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> s
 
 def _default(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
     if verdict == IMPOSSIBLE and (corrected.known or printed.known):
-        return "The interval of our runs holds it and its opposite alike: such records do not tell it."
+        return "The interval of our runs holds it, but zero too: such records do not tell it."
     return _DEFAULTS[verdict, bool(claim.as_printed)]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -77,13 +78,15 @@ def noisy(record: Record, sd_rad: float, rng: np.random.Generator) -> Record:
     return record.with_channels(heading_rad=record.column("heading_rad") + rng.normal(0.0, sd_rad, record.n))
 
 
-def difference_bound(model: Model, record: Record, sd_rad: float) -> dict[str, float]:
-    """Cramer-Rao bound of eq 8's parameters under white heading noise, the rudder and the start at rest being known."""
+def bound_at_rest(
+    model: Model, record: Record, sd_rad: float, step_of: Callable[[Model], Step] = difference_step
+) -> dict[str, float]:
+    """Cramer-Rao bound of the parameters under white heading noise, the rudder and the start at rest being known."""
     slopes = []
     for i, value in enumerate(model.coefficients):
         nudge = 1e-6 * value * np.eye(len(model.coefficients))[i]
         up, down = (
-            driven(difference_step(model.with_coefficients(model.coefficients + sign * nudge)), record.rudder())
+            driven(step_of(model.with_coefficients(model.coefficients + sign * nudge)), record.rudder())
             for sign in (1.0, -1.0)
         )
         slopes.append((up - down) / (2e-6 * value))

@@ -9,7 +9,7 @@ import numpy as np
 from ....datasets.generator import Case, generate, record_run
 from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
-from ....methods.base import Estimate, FitFailed, Method
+from ....methods.base import Estimate, Method
 from ....methods.bounds import cramer_rao
 from ....methods.convergence import overshoot, parameter_paths, settling_time
 from ....methods.registry import make
@@ -243,7 +243,7 @@ def continuous(rng: np.random.Generator, *, index: int) -> StudyResult:
 def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Heading noise: median error and rms error over the Cramer-Rao bound, over 100 records at each level.
 
-    rls and fw-rls on eq 8's own record; output error and the integrated equation on a continuous one.
+    rls and fw-rls on eq 8's own record; output error and the integrated equation on continuous ones.
     """
     model = vehicle()
     values: dict[str, float] = {}
@@ -251,7 +251,7 @@ def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
     for level, sd_deg in NOISE_DEG.items():
         sd = float(np.deg2rad(sd_deg))
         runs = [records.noisy(clean, sd, rng) for _ in range(RUNS)]
-        bound = records.difference_bound(model, clean, sd)
+        bound = records.bound_at_rest(model, clean, sd)
         values |= {f"bound_{level}_{name}": value for name, value in bound.items()}
         for name in ("rls", "fw"):
             values |= _judged(f"{name}_{level}", [recursion(name).fit([run], model) for run in runs], model, bound)
@@ -260,20 +260,23 @@ def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 
 def _continuous_noise(model: Model, level: str, sd: float, rng: np.random.Generator) -> dict[str, float]:
-    clean = generate(Case("remus-kt", "zigzag:20/20")).with_channels(yaw_rate_rad_s=None)
-    spread, _ = cramer_rao(model, [clean], {"heading_rad": sd})
-    bound = dict(zip(model.parameter_names, spread.tolist(), strict=True))
-    runs = [records.noisy(clean, sd, rng) for _ in range(RUNS)]
+    """Output error, start unknown, with a rudder linear between samples; integrated equation from rest, rudder held."""
+    linear = generate(Case("remus-kt", "zigzag:20/20")).with_channels(yaw_rate_rad_s=None)
+    spread, _ = cramer_rao(model, [linear], {"heading_rad": sd})
+    own = records.zigzag(records.continuous_step(model))
+    cases = {
+        "oe": (make("output-error"), linear, dict(zip(model.parameter_names, spread.tolist(), strict=True))),
+        "integral": (
+            make("ls", scheme="triple-integral-rest"),
+            records.held_ahead(own),
+            records.bound_at_rest(model, own, sd, records.continuous_step),
+        ),
+    }
     values = {}
-    for name, method in (("oe", make("output-error")), ("integral", make("ls", scheme="triple-integral"))):
-        fits = []
-        for run in runs:
-            try:
-                fits.append(method.fit([run], model))
-            except FitFailed:
-                continue
+    for name, (method, clean, bound) in cases.items():
+        fits = [method.fit([records.noisy(clean, sd, rng)], model) for _ in range(RUNS)]
         values |= _judged(f"{name}_{level}", fits, model, bound)
-    return values
+    return values | {f"bound_exact_{level}_{name}": value for name, value in cases["integral"][2].items()}
 
 
 def _judged(name: str, fits: list[Estimate], model: Model, bound: Mapping[str, float]) -> dict[str, float]:

@@ -43,8 +43,8 @@ def draw_omega(results: Sequence[StudyResult], figure: Figure) -> None:
     """How far NMI-RLS is from MI-RLS, and how often its model cannot sail the zigzag, against omega."""
     left, right = figure.subplots(1, 2, sharex=True)
     for kind, label in KINDS.items():
-        gap = [np.median([result.values[f"{kind}_omega_{w:g}_gap"] for result in results]) for w in OMEGAS]
-        lost = [np.mean([result.values[f"{kind}_omega_{w:g}_diverged"] for result in results]) for w in OMEGAS]
+        gap = [np.median([result.values[f"{kind}_{w:g}_gap"] for result in results]) for w in OMEGAS]
+        lost = [np.mean([result.values[f"{kind}_{w:g}_diverged"] for result in results]) for w in OMEGAS]
         left.loglog(OMEGAS, gap, "o-", label=label)
         right.semilogx(OMEGAS, 100.0 * np.array(lost), "o-", label=label)
     left.set(xlabel="omega", ylabel="median relative difference to MI-RLS")

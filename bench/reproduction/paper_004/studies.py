@@ -54,6 +54,8 @@ def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
     values["C_b"] = known["nabla"] / (known["L"] * known["B"] * known["d"])
     values["aspect"] = 2.25 * known["f_alpha"] / (6.13 - known["f_alpha"])
     values["f_alpha_printed"] = slope(ASPECT_RATIO)
+    values |= {"t_R": 1.0 - ship.parameters["CRu"], "a_H": ship.parameters["CRv"] - 1.0}
+    values["x_H"] = (ship.parameters["CRr"] + 0.5) / values["a_H"]
     small = with_constant(ship, "A_R", RUDDER_AREA_M2)
     for name, model in (("", ship), ("_printed", small)):
         turn = calm(model, "turn:35", CIRCLE_S)
@@ -139,15 +141,26 @@ def comparison(rng: np.random.Generator, *, index: int) -> StudyResult:
         values |= {f"{kind}_{name}_track_m": _middle(own) for name, own in errors.items()}
         values[f"{kind}_nmi_mi_gap"] = _gap(fits["nmi"], fits["mi"])
         values[f"{kind}_mi_rls_gap"] = _gap(fits["mi"], fits["rls"])
-        for omega in OMEGAS:
-            other = [fitted(f"nmi-rls,omega={omega:g},length=10,p0=1e6", [run], ship) for run in runs]
-            tracks = np.array([_track_error(fit, quiet) for fit in other])
-            values[f"{kind}_omega_{omega:g}_track_m"] = _middle(tracks)
-            values[f"{kind}_omega_{omega:g}_gap"] = _gap(other, fits["mi"])
-            values[f"{kind}_omega_{omega:g}_diverged"] = float(np.mean(~np.isfinite(tracks)))
         if kind == "forces":
             series |= {f"{name}_m": _predicted_track(fits[name][1], quiet) for name in ("mi", "nmi")}
     return StudyResult(values, series)
+
+
+def omega(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """NMI-RLS against MI-RLS for several omega, on the same zigzags."""
+    ship = resolve("s175-polynomial")
+    quiet = calm(ship, TRAIN)
+    values: dict[str, float] = {}
+    for kind in ("forces", "swell"):
+        runs = [rough(ship, TRAIN, direction, rng, swell=kind == "swell") for direction in DIRECTIONS]
+        linear = [fitted(METHODS["mi"], [run], ship) for run in runs]
+        for value in OMEGAS:
+            fits = [fitted(f"nmi-rls,omega={value:g},length=10,p0=1e6", [run], ship) for run in runs]
+            tracks = np.array([_track_error(fit, quiet) for fit in fits])
+            values[f"{kind}_{value:g}_track_m"] = _middle(tracks)
+            values[f"{kind}_{value:g}_gap"] = _gap(fits, linear)
+            values[f"{kind}_{value:g}_diverged"] = float(np.mean(~np.isfinite(tracks)))
+    return StudyResult(values)
 
 
 def _duel(kind: str, errors: Mapping[str, np.ndarray]) -> dict[str, float]:
@@ -278,8 +291,9 @@ STUDIES = {
     "printed-model": Study(printed_model),
     "coefficients": Study(coefficients, seeds=40),
     "condition": Study(condition),
-    "comparison": Study(comparison, seeds=4),
+    "comparison": Study(comparison, seeds=8),
+    "omega": Study(omega, seeds=3),
     "sea": Study(sea, seeds=6),
     "ignored": Study(ignored, seeds=8),
-    "unknown-ship": Study(unknown_ship, seeds=8),
+    "unknown-ship": Study(unknown_ship, seeds=40),
 }
