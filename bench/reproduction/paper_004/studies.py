@@ -142,7 +142,8 @@ def comparison(rng: np.random.Generator, *, index: int) -> StudyResult:
         values[f"{kind}_nmi_mi_gap"] = _gap(fits["nmi"], fits["mi"])
         values[f"{kind}_mi_rls_gap"] = _gap(fits["mi"], fits["rls"])
         if kind == "forces":
-            series |= {f"{name}_m": _predicted_track(fits[name][1], quiet) for name in ("mi", "nmi")}
+            chosen = _typical(errors["mi"])
+            series |= {f"{name}_m": _predicted_track(fits[name][chosen], quiet) for name in ("mi", "nmi")}
     return StudyResult(values, series)
 
 
@@ -171,6 +172,12 @@ def _duel(kind: str, errors: Mapping[str, np.ndarray]) -> dict[str, float]:
     fought = np.isfinite(multi) | np.isfinite(nonlinear)
     share = float(np.mean(nonlinear[fought] < multi[fought])) if fought.any() else float("nan")
     return {f"{kind}_share": share, f"{kind}_ratio": _middle(ratio), f"{kind}_best_ratio": float(ratio.min())}
+
+
+def _typical(errors: np.ndarray) -> int:
+    """Where the middle one of the finite errors is."""
+    order = np.argsort(errors)  # nan comes last
+    return int(order[np.isfinite(errors).sum() // 2])
 
 
 def _track_error(fit: Estimate | None, run: Record) -> float:
