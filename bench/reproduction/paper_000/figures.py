@@ -42,7 +42,7 @@ def draw_convergence(results: Sequence[StudyResult], figure: Figure) -> None:
         axes.axhline(truth, color="#888888", linewidth=0.8)
         for method, label in SHOWN.items():
             axes.plot(series["path_time_s"], series[f"{method}_{name}"], label=label)
-        axes.set(title=name, xlim=(0.0, 6.0), ylim=(-0.1 * truth, 1.4 * truth))
+        axes.set(title=name, xlim=(0.0, 20.0), ylim=(-0.1 * truth, 1.4 * truth))
     figure.supxlabel("time [s]")
     figure.axes[0].legend()
 
