@@ -184,7 +184,7 @@ def _checks(paper: Paper, results: Results) -> Iterable[str]:
         expected = f"{bound}{number(check.value, 7)}{unit} ± {slack}"
         rows.append([check.quantity, expected, number(found.median, 7), agreed])
     agreeing = sum(within(check, results.found(check)) for check in checks)
-    yield f"Of {len(checks)} quantities that other code computed before, {agreeing} agree with ours within the tolerance."
+    yield f"Of {len(checks)} quantities that other code computed before, {agreeing} agree within the tolerance."
     yield "<details><summary>All of them</summary>"
     yield _table(["quantity", "independent", "ours", "agrees"], rows)
     yield "</details>"
