@@ -171,7 +171,8 @@ def _duel(kind: str, errors: Mapping[str, np.ndarray]) -> dict[str, float]:
     ratio = nonlinear[both] / multi[both]
     fought = np.isfinite(multi) | np.isfinite(nonlinear)
     share = float(np.mean(nonlinear[fought] < multi[fought])) if fought.any() else float("nan")
-    return {f"{kind}_share": share, f"{kind}_ratio": _middle(ratio), f"{kind}_best_ratio": float(ratio.min())}
+    values = {f"{kind}_share": share, f"{kind}_ratio": _middle(ratio), f"{kind}_best_ratio": float(ratio.min())}
+    return values | {f"{kind}_always": float(share == 1.0)}
 
 
 def _typical(errors: np.ndarray) -> int:
