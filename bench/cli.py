@@ -16,6 +16,7 @@ import click
 
 if TYPE_CHECKING:
     from .identify import Identification
+    from .reproduction.claims import Paper
     from .runner import Selection
     from .store import Store
 
@@ -262,6 +263,32 @@ def report(directory: Path, timing: Path | None, as_json: bool, quiet: bool) -> 
 
 
 @cli.command()
+@click.argument("seed", required=False, metavar="[SEED]")
+@click.option("--table", type=click.IntRange(min=1), help="Only the claims of this table.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
+@click.option("--resume", is_flag=True, help="Continue a computation that was interrupted.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Keep runs, results and pages in this directory.")
+@_output_options
+def reproduce(
+    seed: str | None, table: int | None, jobs: int | None, resume: bool, output: Path | None, as_json: bool, quiet: bool
+) -> int:
+    """Compute the tables and claims of the seed papers (SEED: 003 for one of them) and compare with what they print."""
+    from tempfile import TemporaryDirectory
+
+    from ..models.errors import BadInput
+    from .reproduction.session import select
+
+    chosen = select(seed, table)
+    show = not (quiet or as_json) and sys.stderr.isatty()
+    if output is not None:
+        return _reproduce(chosen, output, jobs, resume, show, as_json, quiet)
+    if resume:
+        raise BadInput("--resume needs the directory that was started", hint="give it with -o")
+    with TemporaryDirectory() as folder:
+        return _reproduce(chosen, Path(folder), jobs, False, show, as_json, quiet)
+
+
+@cli.command()
 @click.argument("dataset")
 @_output_options
 def fetch(dataset: str, as_json: bool, quiet: bool) -> None:
@@ -349,6 +376,35 @@ def _execute(
             with tqdm(total=len(specs), initial=len(specs) - len(todo), unit="run", disable=not show) as bar:
                 runner.run(todo, store, pool, lambda _: bar.update())
     return store
+
+
+def _reproduce(
+    chosen: list[Paper], directory: Path, jobs: int | None, resume: bool, show: bool, as_json: bool, quiet: bool
+) -> int:
+    """Compute and tell; status 1 if some runs failed."""
+    from tqdm import tqdm
+
+    from .pool import processes
+    from .reproduction import runner, session
+    from .reproduction.pages import counts_line
+
+    def watch(run: runner.Run | None) -> None:
+        bar.update()
+        failed.extend([run] if run is not None and run.error else [])
+
+    failed: list[runner.Run] = []
+    with processes(jobs) as pool, tqdm(total=len(runner.plan(chosen)), unit="run", disable=not show) as bar:
+        found = session.reproduce(chosen, directory, pool, resume, watch)
+    for run in failed:
+        click.echo(f"failed: paper {run.job.paper}, {run.job.study} {run.job.index}: {run.error}", err=True)
+    if as_json:
+        _print_json(session.rows(found))
+    elif not quiet:
+        for row in session.rows(found):
+            click.echo(f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}")
+        for paper, results in found:
+            click.echo(f"paper {paper.paper}: {counts_line(results.judged(paper))}")
+    return FAILED if failed else OK
 
 
 def _summarise(store: Store, as_json: bool, quiet: bool) -> int:

@@ -183,7 +183,7 @@ def execute(spec: RunSpec) -> dict[str, Any]:
 
     row: dict[str, Any] = spec.row_key() | {"status": "failed", "error": None}
     parameters: list[dict[str, Any]] = []
-    with _quiet():
+    with quiet():
         try:
             parameters = _fit_and_score(spec, row)
             row["status"] = "ok"
@@ -205,7 +205,7 @@ def lost(spec: RunSpec, error: BaseException) -> dict[str, Any]:
 def warm(specs: Iterable[RunSpec]) -> None:
     """Compile, in this process, every kernel that the runs will need, so that workers only load them."""
     first = {(spec.task.vessel, spec.task.source, spec.maker): spec for spec in reversed(list(specs))}
-    with _quiet():
+    with quiet():
         for spec in (first[key] for key in sorted(first)):
             _attempt(lambda spec=spec: _warm_fit(spec, problem(spec.task)))
 
@@ -386,7 +386,7 @@ def _attempt(action: Callable[[], object]) -> None:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """One BLAS thread and no numerical warnings: bad numbers are judged by the scores."""
     import numpy as np
     from threadpoolctl import threadpool_limits

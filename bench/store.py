@@ -134,12 +134,12 @@ class Store:
             write_atomic(self.directory / name, _parquet(columns, rows))
 
 
-def check_vacant(directory: Path) -> None:
-    """Refuse a path that is no directory, or one that holds anything."""
+def check_vacant(directory: Path, manifest: str = MANIFEST) -> None:
+    """Refuse a path that is no directory, or one that holds anything; a started run has a manifest."""
     if directory.exists() and not directory.is_dir():
         raise BadInput("is not a directory", file=directory, hint="give a new directory with -o")
     if directory.is_dir() and any(directory.iterdir()):
-        hint = "continue it with --resume or give a new directory with -o" if (directory / MANIFEST).exists() else None
+        hint = "continue it with --resume or give a new directory with -o" if (directory / manifest).exists() else None
         raise BadInput("directory is not empty", file=directory, hint=hint or "give a new directory with -o")
 
 
