@@ -34,6 +34,8 @@ class Tolerance:
 class Reference:
     """What an independent computation of the same quantity gave: ours must lie within the tolerance of it.
 
+    With `kind` 'at_most' or 'at_least' it is a bound that ours must keep.
+
     `study` and `key` default to those of the claim it belongs to (`corrected`).
     """
 
@@ -44,6 +46,7 @@ class Reference:
     unit: str = ""
     study: str = ""
     key: str = ""
+    kind: str = "value"
     note: str = ""
 
 
@@ -232,6 +235,9 @@ def _check(paper: Paper) -> None:
         raise ValueError(f"{sorted(twice)[0]}: the id occurs twice")
     for claim in paper.claims:
         _check_claim(claim)
+    for reference in paper.references:
+        if not (reference.study and reference.key and reference.quantity):
+            raise ValueError(f"reference {reference.id or reference.key}: needs quantity, study and key")
     for erratum in paper.errata:
         for name in erratum.claims:
             if name not in ids:

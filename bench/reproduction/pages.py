@@ -13,10 +13,11 @@ from .claims import Paper
 from .figures import file_of
 from .results import Results
 from .summary import Spread
-from .verdict import VERDICTS, Judged, number, within
+from .verdict import NO_VALUE, VERDICTS, Judged, number, within
 
 INDEX = "README.md"
 NOTHING = "–"
+BOUNDS = {"at_most": "≤ ", "at_least": "≥ "}
 
 
 def write(papers: Sequence[Paper], directory: Path) -> list[Path]:
@@ -78,7 +79,8 @@ interval behind it is the one in which a single further run, like the one that t
 probability of 95 % (order statistics from 39 runs on, Student's t below). The published value counts as equal where it
 lies in the interval, widened by a tolerance that each claim states and that covers rounding in print. Bounds ("at
 most") need only a part of the interval on the right side, and statements a single run in which they are true. A run
-that diverges gives no number; "diverged" stands where more than half of them do."""
+that diverges, or whose time constants come out complex, gives no number; "no finite value" stands where more than half
+of the runs do so."""
 
 
 def _items(judged: Sequence[Judged]) -> Iterable[str]:
@@ -101,7 +103,7 @@ def _item(item: str, judged: Sequence[Judged]) -> Iterable[str]:
 def _row(judged: Judged, printed: bool, protocols: Sequence[str]) -> list[str]:
     claim = judged.claim
     note = f" ({protocols.index(claim.protocol) + 1})" if claim.protocol else ""
-    bound = {"at_most": "≤ ", "at_least": "≥ "}.get(claim.kind, "")
+    bound = BOUNDS.get(claim.kind, "")
     unit = f" {claim.unit}" if claim.unit and not isinstance(claim.published, bool | str) else ""
     cells = [claim.quantity + note, f"{bound}{number(claim.published, 5)}{unit}{_tolerance(judged)}"]
     cells.append(_spread(judged, judged.corrected) if claim.corrected else NOTHING)
@@ -122,8 +124,8 @@ def _spread(judged: Judged, found: Spread) -> str:
     if judged.claim.kind == "holds":
         return _share(judged, found)
     if not found.known:
-        return "diverged" if found.n else NOTHING
-    lost = f", diverged in {found.n - found.finite} of {found.n}" if found.finite < found.n else ""
+        return NO_VALUE if found.n else NOTHING
+    lost = f", no value in {found.n - found.finite} of {found.n}" if found.finite < found.n else ""
     if found.low == found.high:
         return number(found.median) + lost
     return f"{number(found.median)} [{number(found.low, 3)}, {number(found.high, 3)}]{lost}"
@@ -176,7 +178,10 @@ def _checks(paper: Paper, results: Results) -> Iterable[str]:
         unit = f" {check.unit}" if check.unit else ""
         slack = number(check.tolerance.around(check.value), 2)
         agreed = ("yes" if within(check, found) else "**no**") + (f"; {check.note}" if check.note else "")
-        rows.append([check.quantity, f"{number(check.value, 7)}{unit} ± {slack}", number(found.median, 7), agreed])
+        bound = BOUNDS.get(check.kind, "")
+        rows.append(
+            [check.quantity, f"{bound}{number(check.value, 7)}{unit} ± {slack}", number(found.median, 7), agreed]
+        )
     yield _table(["quantity", "independent", "ours", "agrees"], rows)
 
 

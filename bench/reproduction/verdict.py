@@ -13,6 +13,7 @@ REPRODUCED = "reproduced"
 CORRECTED = "reproduced with correction"
 IMPOSSIBLE = "not reproducible"
 CONTRADICTED = "contradicted"
+NO_VALUE = "no finite value"
 VERDICTS = (REPRODUCED, CORRECTED, IMPOSSIBLE, CONTRADICTED)
 
 
@@ -60,14 +61,18 @@ def agrees(claim: Claim, found: Spread) -> bool:
         return found.smallest <= float(claim.published) <= found.largest
     value = float(claim.published)
     slack = claim.tolerance.around(value)
-    above = claim.kind == "at_least" or found.low - slack <= value
-    below = claim.kind == "at_most" or value <= found.high + slack
-    return above and below
+    low_enough = claim.kind == "at_least" or found.low - slack <= value
+    high_enough = claim.kind == "at_most" or value <= found.high + slack
+    return low_enough and high_enough
 
 
 def within(reference: Reference, found: Spread) -> bool:
     """Whether the median of ours lies within the tolerance of an independent computation."""
-    return found.known and abs(found.median - reference.value) <= reference.tolerance.around(reference.value)
+    beyond = found.median - reference.value
+    slack = reference.tolerance.around(reference.value)
+    low_enough = reference.kind == "at_least" or beyond <= slack
+    high_enough = reference.kind == "at_most" or beyond >= -slack
+    return found.known and low_enough and high_enough
 
 
 def _reason(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
@@ -78,7 +83,7 @@ def _reason(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> s
     return text.format(
         published=number(claim.published),
         corrected=number(corrected.median),
-        as_printed=number(printed.median) if printed.known else "no finite value",
+        as_printed=number(printed.median) if printed.known else NO_VALUE,
         low=number(corrected.low),
         high=number(corrected.high),
     )
@@ -102,7 +107,7 @@ def number(value: Any, digits: int = 4) -> str:
     if not isinstance(value, int | float):
         return str(value)
     if value != value:
-        return "diverged"
+        return NO_VALUE
     text = f"{value:.{digits}g}"
     mantissa, _, exponent = text.partition("e")
     return f"{mantissa}e{int(exponent)}" if exponent else text
