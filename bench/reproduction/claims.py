@@ -199,7 +199,7 @@ def _paper(data: Mapping[str, Any]) -> Paper:
         "claims": [_claim(claim) for entry in data["claims"] for claim in expanded(entry)],
         "errata": _each(Erratum, data.get("errata")),
         "figures": _each(Figure, data.get("figures")),
-        "references": [_reference(entry) for entry in data.get("references") or ()],
+        "references": [_reference(each) for entry in data.get("references") or () for each in expanded(entry, "value")],
         "notes": data.get("notes") or (),
     }
     parts = {name: tuple(entries) for name, entries in parts.items()}

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 
-def expanded(entry: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """The claims that an entry stands for: itself, or one for every number of its `rows`.
+def expanded(entry: Mapping[str, Any], number: str = "published") -> Iterator[dict[str, Any]]:
+    """The claims (or references) that an entry stands for: itself, or one for every number of its `rows`.
 
     rows : {name: [numbers]}, a null where the table has none;  columns : {name: fields} in the order of the numbers,
     whose fields are added to those of the entry.  {row} and {column} are filled in wherever they stand in a text, and
-    the number becomes `published`.
+    the number becomes the field `number`.
 
     Raises
     ------
@@ -24,9 +24,9 @@ def expanded(entry: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for row, numbers in entry["rows"].items():
         if len(numbers) != len(entry["columns"]):
             raise ValueError(f"row {row} has {len(numbers)} numbers for {len(entry['columns'])} columns")
-        for (column, own), number in zip(entry["columns"].items(), numbers, strict=True):
-            if number is not None:
-                yield _filled({**shared, **(own or {}), "published": number}, {"row": row, "column": column})
+        for (column, own), value in zip(entry["columns"].items(), numbers, strict=True):
+            if value is not None:
+                yield _filled({**shared, **(own or {}), number: value}, {"row": row, "column": column})
 
 
 def _filled(value: Any, names: Mapping[str, str]) -> Any:

@@ -92,7 +92,7 @@ def draw_accuracy(results: Sequence[StudyResult], figure: Figure) -> None:
         ax.plot(series["duration_s"], series[name], "o-", markersize=3.0, label=label)
     ax.axhline(results[0].values["A1 column"], color="0.5", linestyle="--", label="A1 column of Table 2")
     ax.set(yscale="log", xlabel="length of the record, s", ylabel="median error of 40 coefficients, %")
-    ax.legend()
+    ax.legend(loc="center right")
 
 
 def draw_explanation(results: Sequence[StudyResult], figure: Figure) -> None:
