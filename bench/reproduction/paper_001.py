@@ -6,7 +6,6 @@ The paper states neither speed, time step, duration nor steering gear of its 15 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -50,7 +49,7 @@ MANOEUVRES = {
 }
 METHODS = {
     "A1": "euler-ls",
-    "A1p": "euler-ls,variant=as_printed",
+    "A1 normal": "euler-ls,variant=as_printed",
     "A2": "euler-ls,algorithm=A2",
     "A2p": "euler-ls,algorithm=A2,variant=as_printed",
 }
@@ -137,7 +136,9 @@ def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
     ship, model = resolve("mariner"), resolve(VESSEL)
     values = {name: ship.particulars[name] / SCALE for name in ("L", "B", "d")}
     values["nabla"] = ship.particulars["nabla"] / SCALE**3
-    values |= {name: value for name, value in zip(model.constant_names, model.constants.tolist(), strict=True) if name != "L"}
+    values |= {
+        name: value for name, value in zip(model.constant_names, model.constants.tolist(), strict=True) if name != "L"
+    }
     values |= dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
     return StudyResult(values)
 
@@ -170,7 +171,7 @@ def accuracy(rng: np.random.Generator, *, index: int) -> StudyResult:
     values["condition"] = _condition(euler, model)
     values["euler.A2p.median"] = median_error(fitted(METHODS["A2p"], euler, model))
     table = {duration: _pairings(SETTING._replace(duration=duration)) for duration in DURATIONS_S}
-    values |= {f"rk4.{name}": error for name, error in table[SETTING.duration].items()}
+    values |= {f"rk4.{name}": error for name, error in table[round(SETTING.duration)].items()}
     values["rk4.A1.100s"], values["rk4.A2.100s"] = table[100]["A1"], table[100]["A2"]
     names = tuple(table[DURATIONS_S[0]])
     series = {name: np.array([table[d][name] for d in DURATIONS_S]) for name in names}
@@ -264,7 +265,8 @@ def predictions(rng: np.random.Generator, *, index: int) -> StudyResult:
             series |= {f"{figure}.{name}.{key}": line for key, line in lines.items()}
     for letter in ("", "p"):
         values[f"A1{letter} beats A2{letter}"] = all(
-            not values[f"{figure}.A1{letter}.heading"] >= values[f"{figure}.A2{letter}.heading"] for figure in MANOEUVRES
+            not values[f"{figure}.A1{letter}.heading"] >= values[f"{figure}.A2{letter}.heading"]
+            for figure in MANOEUVRES
         )
         lost = [not np.isfinite(values[f"{figure}.A2{letter}.heading"]) for figure in MANOEUVRES]
         values[f"A2{letter}.diverged"] = float(np.sum(lost))
@@ -313,5 +315,3 @@ STUDIES = {
     "explanation": Study(explanation),
     "predictions": Study(predictions),
 }
-
-

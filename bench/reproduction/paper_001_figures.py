@@ -75,7 +75,9 @@ def draw_coefficients(results: Sequence[StudyResult], figure: Figure) -> None:
     ax = figure.subplots()
     place = np.arange(int(used.sum()))
     error = np.abs(ours / np.where(used, true, 1.0) - 1.0)[:, used]
-    ax.vlines(place, *np.nanquantile(error, [0.025, 0.975], axis=0), color="0.7", linewidth=5.0, label="A1, 40 settings")
+    ax.vlines(
+        place, *np.nanquantile(error, [0.025, 0.975], axis=0), color="0.7", linewidth=5.0, label="A1, 40 settings"
+    )
     for label, column in columns.items():
         ax.plot(place, np.maximum(np.abs(column[used] / true[used] - 1.0), 1e-4), "o", markersize=4.0, label=label)
     ax.set(yscale="log", ylabel="relative error")

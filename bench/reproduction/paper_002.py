@@ -102,7 +102,9 @@ def _printed_second(p: Mapping[str, float]) -> dict[str, float]:
     return {**p, "alpha": p["alpha"] * STEP_S**2}
 
 
-def _table(name: str, printed: Callable[[Mapping[str, float]], dict[str, float]], rng: np.random.Generator) -> StudyResult:
+def _table(
+    name: str, printed: Callable[[Mapping[str, float]], dict[str, float]], rng: np.random.Generator
+) -> StudyResult:
     from ...models.model import resolve
 
     model = resolve(name)

@@ -12,7 +12,12 @@ if TYPE_CHECKING:
 
     from .study import StudyResult
 
-METHODS = {"basic": "basic", "fci.without": "FCI-LS, β = 0", "fci": "FCI-LS, corrected", "fci.printed": "FCI-LS as printed"}
+METHODS = {
+    "basic": "basic",
+    "fci.without": "FCI-LS, β = 0",
+    "fci": "FCI-LS, corrected",
+    "fci.printed": "FCI-LS as printed",
+}
 RUNS = ("25/5", "10/10 P", "10/10 S")
 TANK = {
     "integrator": "pure integrator",
