@@ -1,4 +1,4 @@
-# make bench | test | timing | lint | types | format | env | clean
+# make bench | test | reproduce | timing | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -6,6 +6,7 @@ WORKERS ?= 2
 
 BIN := .venv/bin
 RESULTS := out/quick
+REPRODUCTION := out/reproduction
 TIMES := out/timing.json
 STAMP := .venv/installed-at
 ROOMS := $(wildcard models datasets methods diagnosis bench)
@@ -15,12 +16,13 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench test lint types format timing clean
+.PHONY: help env bench reproduce test lint types format timing clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print the leaderboard"
 	@echo "make test     install, lint, check types, run the tests"
+	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
 	@echo "make timing   time simulation, fits, a suite row and record files; store the figures in $(TIMES)"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
 
@@ -42,6 +44,14 @@ bench: env
 	status=0; $(BIN)/helmbench run --suite quick -o $(RESULTS) || status=$$?; \
 	test $$status -gt 1 || $(BIN)/helmbench report $(RESULTS) $(if $(wildcard $(TIMES)),--timing $(TIMES)) || status=$$?; \
 	exit $$status
+
+# The published pages are replaced only when everything has been computed.
+reproduce: env
+	rm -rf $(REPRODUCTION)
+	$(BIN)/helmbench reproduce -o $(REPRODUCTION)
+	rm -rf reports/reproduction
+	mkdir -p reports
+	cp -R $(REPRODUCTION)/pages reports/reproduction
 
 test: lint types
 	$(BIN)/pytest -n $(WORKERS)

@@ -203,6 +203,7 @@ def _paper(data: Mapping[str, Any]) -> Paper:
         "notes": data.get("notes") or (),
     }
     parts = {name: tuple(entries) for name, entries in parts.items()}
+    data = {name: value for name, value in data.items() if name != "texts"}  # texts: what entries repeat by anchors
     return Paper(**{**data, **parts, "paper": str(data["paper"])})
 
 

@@ -57,8 +57,8 @@ def write(paper: Paper, figure: Figure, results: Sequence[StudyResult], director
 def svg(draw: Callable[[Sequence[StudyResult], Canvas], object], results: Sequence[StudyResult]) -> bytes:
     """The drawing as SVG without date or random identifiers."""
     import matplotlib
-    from cycler import cycler
     from matplotlib.figure import Figure as Canvas
+    from matplotlib.rcsetup import cycler
 
     style: dict[Any, Any] = {**matplotlib.rcParamsDefault, **STYLE, "axes.prop_cycle": cycler(color=COLOURS)}
     with matplotlib.rc_context(style):

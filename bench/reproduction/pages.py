@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import groupby
@@ -12,7 +13,7 @@ from . import results as stored
 from .claims import Paper
 from .figures import file_of
 from .results import Results
-from .summary import Spread
+from .summary import DIGITS, Spread
 from .verdict import NO_VALUE, VERDICTS, Judged, number, within
 
 INDEX = "README.md"
@@ -76,11 +77,11 @@ _LEGEND = """## How to read the pages
 
 Where a paper has noise we repeat its experiment with other noise. The number given is the median of the runs, and the
 interval behind it is the one in which a single further run, like the one that the authors made, would lie with a
-probability of 95 % (order statistics from 39 runs on, Student's t below). The published value counts as equal where it
-lies in the interval, widened by a tolerance that each claim states and that covers rounding in print. Bounds ("at
-most") need only a part of the interval on the right side, and statements a single run in which they are true. A run
-that diverges, or whose time constants come out complex, gives no number; "no finite value" stands where more than half
-of the runs do so."""
+probability of 95 % (order statistics from 39 runs on; below, Student's t, of logarithms where all values have one
+sign). The published value counts as equal where it lies in the interval, widened by a tolerance that each claim states
+and that covers rounding in print. Bounds ("at most") need only a part of the interval on the right side; a statement
+counts as true where it is true in at least half of the runs. A run that diverges, or whose time constants come out
+complex, gives no number; "no finite value" stands where more than half of the runs do so."""
 
 
 def _items(judged: Sequence[Judged]) -> Iterable[str]:
@@ -126,9 +127,11 @@ def _spread(judged: Judged, found: Spread) -> str:
     if not found.known:
         return NO_VALUE if found.n else NOTHING
     lost = f", no value in {found.n - found.finite} of {found.n}" if found.finite < found.n else ""
-    if found.low == found.high:
+    width = found.high - found.low
+    digits = 3 if not width else max(3, 2 + math.ceil(math.log10(max(abs(found.low), abs(found.high)) / width)))
+    if digits > DIGITS:
         return number(found.median) + lost
-    return f"{number(found.median)} [{number(found.low, 3)}, {number(found.high, 3)}]{lost}"
+    return f"{number(found.median, max(digits, 4))} [{number(found.low, digits)}, {number(found.high, digits)}]{lost}"
 
 
 def _share(judged: Judged, found: Spread) -> str:
@@ -171,7 +174,6 @@ def _checks(paper: Paper, results: Results) -> Iterable[str]:
     if not checks:
         return
     yield "## Checks against an independent computation"
-    yield "The same quantities were computed before, by other code; ours must agree within the tolerance."
     rows = []
     for check in checks:
         found = results.found(check)
@@ -179,10 +181,13 @@ def _checks(paper: Paper, results: Results) -> Iterable[str]:
         slack = number(check.tolerance.around(check.value), 2)
         agreed = ("yes" if within(check, found) else "**no**") + (f"; {check.note}" if check.note else "")
         bound = BOUNDS.get(check.kind, "")
-        rows.append(
-            [check.quantity, f"{bound}{number(check.value, 7)}{unit} ± {slack}", number(found.median, 7), agreed]
-        )
+        expected = f"{bound}{number(check.value, 7)}{unit} ± {slack}"
+        rows.append([check.quantity, expected, number(found.median, 7), agreed])
+    agreeing = sum(within(check, results.found(check)) for check in checks)
+    yield f"Of {len(checks)} quantities that other code computed before, {agreeing} agree within the tolerance."
+    yield "<details><summary>All of them</summary>"
     yield _table(["quantity", "independent", "ours", "agrees"], rows)
+    yield "</details>"
 
 
 def counts_line(judged: Sequence[Judged]) -> str:

@@ -54,7 +54,8 @@ def spread(values: Sequence[float]) -> Spread:
 def prediction_interval(ordered: np.ndarray) -> tuple[float, float]:
     """Interval that holds one more value with probability .95, given sorted values (n,).
 
-    From 39 values on by order statistics, whatever the distribution; below by Student's t; of one value that value.
+    From 39 values on by order statistics, whatever the distribution; below by Student's t, on a logarithmic scale
+    where all have one sign; of one value that value.
     """
     n = len(ordered)
     if n == 1:
@@ -62,10 +63,19 @@ def prediction_interval(ordered: np.ndarray) -> tuple[float, float]:
     rank = int((1.0 - COVERAGE) / 2.0 * (n + 1))
     if rank >= 1:
         return float(ordered[rank - 1]), float(ordered[n - rank])
+    sign = float(np.sign(ordered[0]))
+    if sign and sign * ordered[-1] > 0.0:
+        ends = sorted(sign * np.exp(end) for end in _student(np.log(sign * ordered)))
+        return float(ends[0]), float(ends[1])
+    return _student(ordered)
+
+
+def _student(values: np.ndarray) -> tuple[float, float]:
     from scipy.special import stdtrit
 
-    half = stdtrit(n - 1, 0.5 + COVERAGE / 2.0) * float(np.std(ordered, ddof=1)) * math.sqrt(1.0 + 1.0 / n)
-    middle = float(np.mean(ordered))
+    n = len(values)
+    half = stdtrit(n - 1, 0.5 + COVERAGE / 2.0) * float(np.std(values, ddof=1)) * math.sqrt(1.0 + 1.0 / n)
+    middle = float(np.mean(values))
     return middle - half, middle + half
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -32,7 +33,7 @@ def judge(claim: Claim, values: Mapping[str, Spread], failure: str = "") -> Judg
     """Compare a claim with the spreads of its study's values.
 
     A published value counts as equal to ours where it lies in the interval in which a single further run would lie,
-    widened by the claim's tolerance.
+    widened by the claim's tolerance; a statement agrees where at least half of our runs do.
 
     - `reproduced`: the printed equations give it; or ours, where no other were printed.
     - `reproduced with correction`: only the corrected equations give it.
@@ -58,7 +59,7 @@ def agrees(claim: Claim, found: Spread) -> bool:
     if not found.known:
         return False
     if claim.kind == "holds":
-        return found.smallest <= float(claim.published) <= found.largest
+        return (found.mean >= 0.5) == claim.published
     value = float(claim.published)
     slack = claim.tolerance.around(value)
     low_enough = claim.kind == "at_least" or found.low - slack <= value
@@ -100,14 +101,16 @@ _DEFAULTS = {
 }
 
 
-def number(value: Any, digits: int = 4) -> str:
-    """A number as the pages print it."""
+def number(value: Any, digits: int = 5) -> str:
+    """A number as the pages print it; whole ones of up to seven digits in full."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if not isinstance(value, int | float):
         return str(value)
-    if value != value:
+    if not math.isfinite(value):
         return NO_VALUE
+    if abs(value) < 1e7 and value == int(value):
+        return str(int(value))
     text = f"{value:.{digits}g}"
     mantissa, _, exponent = text.partition("e")
     return f"{mantissa}e{int(exponent)}" if exponent else text

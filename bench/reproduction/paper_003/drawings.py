@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 RUNS = (
     ("true", "simulated", "#222222"),
-    ("corrected", "observer, corrected", None),
-    ("as_printed", "as printed", None),
+    ("corrected", "observer, corrected", "#1b6ca8"),
+    ("as_printed", "observer, as printed", "#d1495b"),
 )
-NAMES = {"psi": "heading, rad", "psi_ddot": "yaw acceleration, rad/s²", "delta": "rudder, rad"}
+NAMES = {"psi": "heading, rad", "psi_ddot": "yaw acceleration, rad/s²"}
 FORM_NAMES = {
     "ls": "LS-SVR",
     "printed": "RW-LSSVR as printed",
@@ -30,19 +30,24 @@ FORM_NAMES = {
 
 
 def draw_states(results: Sequence[StudyResult], figure: Figure) -> None:
-    """Heading, yaw acceleration and rudder: simulated, and as both forms of the observer see them."""
+    """Heading and yaw acceleration, simulated and as both forms of the observer see them, and the latter's errors."""
     series = results[0].series
+    part = slice(0, len(series["time"]) // 3)
+    time = series["time"][part]
     axes = figure.subplots(3, 1, sharex=True)
     figure.set_size_inches(7.5, 6.0)
-    for axis, (name, label) in zip(axes, NAMES.items(), strict=True):
+    for axis, (name, label) in zip(axes, NAMES.items(), strict=False):
         for run, title, colour in RUNS:
             dashes = "--" if run == "corrected" else "-"
-            axis.plot(series["time"], series[f"{run}_{name}"], dashes, color=colour, label=title)
-        spread = 2.5 * float(np.abs(series[f"true_{name}"]).max())
-        axis.set_ylim(-spread, spread)
+            axis.plot(time, series[f"{run}_{name}"][part], dashes, color=colour, label=title)
+        axis.set_ylim(np.array([-1.2, 1.9]) * np.abs(series[f"as_printed_{name}"][part]).max())
         axis.set_ylabel(label)
+    for run, _, colour in RUNS[1:]:
+        error = series[f"{run}_psi_ddot"] - series["true_psi_ddot"]
+        axes[2].plot(time, error[part], color=colour)
     axes[0].legend(ncols=3, loc="upper right")
-    axes[-1].set_xlabel("time, s")
+    axes[2].set_ylabel("its error, rad/s²")
+    axes[2].set_xlabel("time, s")
 
 
 def draw_errors_cargo(results: Sequence[StudyResult], figure: Figure) -> None:
@@ -78,15 +83,16 @@ def draw_prediction(results: Sequence[StudyResult], figure: Figure) -> None:
     """Third derivative of the heading over the validation samples, and the models' errors."""
     series = results[0].series
     upper, lower = figure.subplots(2, 1, sharex=True)
+    part = slice(0, len(series["time"]) // 4)
     models = {
         "truth": ("simulated", "#222222"),
         "corrected_rw": ("RW-LSSVR corrected", "#1b6ca8"),
         "table_5": ("parameters of Table 5", "#d1495b"),
     }
     for name, (title, colour) in models.items():
-        upper.plot(series["time"], series[name], color=colour, label=title)
+        upper.plot(series["time"][part], series[name][part], color=colour, label=title)
         if name != "truth":
-            lower.plot(series["time"], series[name] - series["truth"], color=colour)
+            lower.plot(series["time"][part], (series[name] - series["truth"])[part], color=colour)
     upper.legend(ncols=3, loc="upper right")
     upper.set_ylim(np.array([-1.0, 1.6]) * np.abs(series["truth"]).max() * 1.3)
     upper.set_ylabel("third derivative, rad/s³")

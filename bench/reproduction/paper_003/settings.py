@@ -86,7 +86,7 @@ def _is_eq19(a: np.ndarray, gains: np.ndarray, lag: float) -> bool:
 
 def _gains_as_printed(poles: np.ndarray) -> np.ndarray:
     """Eq 20 as printed: the product of the first and the last pole twice, that of the second and the last missing."""
-    first, second, fourth, fifth = poles
+    first, second, _, fifth = poles
     gains = eso.gains(poles)
     gains[1] += first * fifth - second * fifth
     return gains
