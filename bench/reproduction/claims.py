@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...models.errors import BadInput
+from .compact import expanded
 
 FOLDER = Path(__file__).parent / "claims"
 KINDS = ("value", "at_most", "at_least", "holds")
@@ -198,10 +199,10 @@ def filled(claim: Claim) -> Reference:
 
 def _paper(data: Mapping[str, Any]) -> Paper:
     parts: dict[str, Any] = {
-        "claims": [_claim(entry) for entry in data["claims"]],
+        "claims": [_claim(claim) for entry in data["claims"] for claim in expanded(entry)],
         "errata": _each(Erratum, data.get("errata")),
         "figures": _each(Figure, data.get("figures")),
-        "references": [_reference(entry) for entry in data.get("references") or ()],
+        "references": [_reference(each) for entry in data.get("references") or () for each in expanded(entry, "value")],
         "notes": data.get("notes") or (),
     }
     parts = {name: tuple(entries) for name, entries in parts.items()}
