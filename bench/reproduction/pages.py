@@ -128,9 +128,9 @@ def _spread(judged: Judged, found: Spread) -> str:
         return NO_VALUE if found.n else NOTHING
     lost = f", no value in {found.n - found.finite} of {found.n}" if found.finite < found.n else ""
     width = found.high - found.low
-    digits = 3 if not width else max(3, 2 + math.ceil(math.log10(max(abs(found.low), abs(found.high)) / width)))
-    if digits > DIGITS:
+    if not width > max(abs(found.low), abs(found.high)) * 10.0 ** (2 - DIGITS):
         return number(found.median) + lost
+    digits = max(3, 2 + math.ceil(math.log10(max(abs(found.low), abs(found.high)) / width)))
     return f"{number(found.median, max(digits, 4))} [{number(found.low, digits)}, {number(found.high, digits)}]{lost}"
 
 

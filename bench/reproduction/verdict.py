@@ -124,7 +124,7 @@ def number(value: Any, digits: int = 5) -> str:
         return str(value)
     if not math.isfinite(value):
         return NO_VALUE
-    if abs(value) < 1e7 and value == int(value):
+    if digits >= 5 and abs(value) < 1e7 and value == int(value):
         return str(int(value))
     text = f"{value:.{digits}g}"
     mantissa, _, exponent = text.partition("e")

@@ -54,9 +54,10 @@ def test_bounds(kind, good, bad):
     assert verdict(claim, c=[bad]) == CONTRADICTED
 
 
-def test_statements_hold_where_one_run_shows_them():
+def test_statements_hold_where_half_of_the_runs_show_them():
     claim = dataclasses.replace(CLAIM, kind="holds", published=True)
-    assert verdict(claim, c=[True, False, False], p=[False, False, False]) == CORRECTED
+    assert verdict(claim, c=[True, False, True, False], p=[False, True, False, False]) == CORRECTED
+    assert verdict(dataclasses.replace(claim, published=False), c=[True], p=[False]) == REPRODUCED
     assert verdict(claim, c=[False], p=[False]) == CONTRADICTED
 
 
