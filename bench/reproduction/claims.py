@@ -14,6 +14,7 @@ from .compact import expanded
 
 FOLDER = Path(__file__).parent / "claims"
 KINDS = ("value", "at_most", "at_least", "holds")
+SCALES = ("linear", "log")
 ROMAN = {"i": 1, "ii": 2, "iii": 3, "iv": 4, "v": 5, "vi": 6, "vii": 7, "viii": 8, "ix": 9, "x": 10}
 Entry = TypeVar("Entry")
 
@@ -66,6 +67,8 @@ class Claim:
     missing : why nothing can be computed, instead of a study.
     nonzero : the value only counts as reproduced by an interval that excludes zero; for coefficients that records may
         not tell at all.
+    widest : an interval wider than this multiple of the published value reproduces nothing.
+    scale : 'log' for errors and other positive sizes, whose interval is taken of the logarithms; 'linear'.
     """
 
     id: str
@@ -83,6 +86,8 @@ class Claim:
     reason: str | Mapping[str, str] = ""
     missing: str = ""
     nonzero: bool = False
+    widest: float = math.inf
+    scale: str = "linear"
     reference: Reference | None = None
 
 
@@ -132,6 +137,11 @@ class Paper:
         """Numbers of the tables that claims are about."""
         numbers = {table_number(claim.item) for claim in self.claims}
         return tuple(sorted(n for n in numbers if n is not None))
+
+    def logarithmic(self, study: str) -> set[str]:
+        """Keys of the study whose interval is taken on a logarithmic scale."""
+        own = [claim for claim in self.claims if claim.study == study and claim.scale == "log"]
+        return {key for claim in own for key in (claim.corrected, claim.as_printed) if key}
 
     def checks(self) -> list[Reference]:
         """All references, those of claims with their study, key and quantity filled in."""
@@ -251,6 +261,8 @@ def _check(paper: Paper) -> None:
 def _check_claim(claim: Claim) -> None:
     if claim.kind not in KINDS:
         raise ValueError(f"{claim.id}: unknown kind {claim.kind!r}, known: {', '.join(KINDS)}")
+    if claim.scale not in SCALES:
+        raise ValueError(f"{claim.id}: unknown scale {claim.scale!r}, known: {', '.join(SCALES)}")
     if bool(claim.missing) == bool(claim.study):
         raise ValueError(f"{claim.id}: needs either a study or what is missing")
     if claim.study and not claim.corrected:

@@ -14,7 +14,7 @@ from .claims import Paper
 from .figures import file_of
 from .results import Results
 from .summary import DIGITS, Spread
-from .verdict import NO_VALUE, VERDICTS, Judged, number, within
+from .verdict import NO_VALUE, REPRODUCED, VERDICTS, Judged, number, within
 
 INDEX = "README.md"
 NOTHING = "–"
@@ -72,13 +72,13 @@ _LEGEND = """## How to read the pages
 
 - **reproduced**: the printed equations give the published value; where only one form of them exists, that one does.
 - **reproduced with correction**: the corrected equations give it, the printed ones do not.
-- **not reproducible**: it cannot be computed from what the paper says.
+- **not reproducible**: it cannot be computed from what the paper says, or such records do not tell it: the interval of
+  our runs is so wide that it would hold almost any value.
 - **contradicted**: neither form gives it; the published value lies outside the interval of our runs.
 
 Where a paper has noise we repeat its experiment with other noise. The number given is the median of the runs, and the
 interval behind it is the one in which a single further run, like the one that the authors made, would lie with a
-probability of 95 % (order statistics from 39 runs on; below, Student's t, of logarithms where all values have one
-sign). The published value counts as equal where it lies in the interval, widened by a tolerance that each claim states
+probability of 95 % (order statistics from 39 runs on; below, Student's t, for errors of their logarithms). The published value counts as equal where it lies in the interval, widened by a tolerance that each claim states
 and that covers rounding in print. Bounds ("at most") need only a part of the interval on the right side; a statement
 counts as true where it is true in at least half of the runs. A run that diverges, or whose time constants come out
 complex, gives no number; "no finite value" stands where more than half of the runs do so."""
@@ -110,7 +110,7 @@ def _row(judged: Judged, printed: bool, protocols: Sequence[str]) -> list[str]:
     cells.append(_spread(judged, judged.corrected) if claim.corrected else NOTHING)
     if printed:
         cells.append(_spread(judged, judged.as_printed) if claim.as_printed else NOTHING)
-    wrong = f" Wrong: {_equations(claim.equation)}." if claim.equation else ""
+    wrong = f" Wrong: {_equations(claim.equation)}." if claim.equation and judged.verdict != REPRODUCED else ""
     return [*cells, f"**{judged.verdict}**", judged.reason + wrong]
 
 

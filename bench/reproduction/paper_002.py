@@ -315,5 +315,5 @@ STUDIES = {
     "noise": Study(noise, seeds=8, drawn=8),
     "arithmetic": Study(arithmetic),
     "beta": Study(beta),
-    "tank": Study(tank),
+    "tank": Study(tank, measured=DATASET),
 }

@@ -50,7 +50,7 @@ def of_runs(paper: Paper, runs: Sequence[Run]) -> Results:
     values, failures = {}, {}
     for study in paper.studies:
         own = [run for run in runs if run.job.study == study and run.job.paper == paper.paper]
-        values[study] = summary.summarise([run.values for run in own if run.error is None])
+        values[study] = summary.summarise([run.values for run in own if run.error is None], paper.logarithmic(study))
         errors = [run.error for run in own if run.error]
         if errors:
             failures[study] = errors[0]

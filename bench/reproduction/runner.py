@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from ..pool import Pool
 
 MANIFEST, RUNS = "reproduction.json", "runs"
+STORED = Path(__file__).parent / "stored"
+"""Runs of studies on measured sets, as a directory of results holds them."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,8 @@ def compute(
 def execute(job: Job) -> Run:
     """One run; whatever goes wrong inside becomes its error."""
     study = studies_of(job.paper)[job.study]
+    if study.measured and not at_hand(study.measured) and (stored := read_run(job, STORED)) is not None:
+        return stored
     begin = time.process_time()
     values, series, error = {}, {}, None
     with quiet():
@@ -113,6 +117,13 @@ def execute(job: Job) -> Run:
             error = one_line(f"{type(reason).__name__}: {reason}")
     kept = series if job.index < study.drawn else {}
     return Run(job, values, kept, error, time.process_time() - begin)
+
+
+def at_hand(measured: str) -> bool:
+    """Whether the folder of a measured set is there."""
+    from ...datasets.measured import data_dir, dataset
+
+    return (data_dir() / dataset(measured).folder).is_dir()
 
 
 def write_run(run: Run, directory: Path) -> None:

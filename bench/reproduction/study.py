@@ -27,12 +27,14 @@ class StudyResult:
 class Study:
     """A computation `function(rng, index=i) -> StudyResult`, run for i = 0 .. seeds - 1.
 
-    A deterministic one has one seed.  Only the runs of index below `drawn` keep their series.
+    A deterministic one has one seed.  Only the runs of index below `drawn` keep their series.  `measured` is the
+    measured set that it needs; where that is not at hand, the run that is stored in `stored/` stands for it.
     """
 
     function: Callable[..., StudyResult]
     seeds: int = 1
     drawn: int = 1
+    measured: str = ""
 
 
 def module_of(paper: str) -> ModuleType:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -40,22 +40,22 @@ class Spread:
 NOTHING = Spread(0, 0, *[math.nan] * 6)
 
 
-def spread(values: Sequence[float]) -> Spread:
+def spread(values: Sequence[float], logarithmic: bool = False) -> Spread:
     """The spread of one value a run; what is not finite counts as a run without a number."""
     whole = np.asarray(values, float)
     found = np.sort(whole[np.isfinite(whole)])
     if not found.size:
         return Spread(len(whole), 0, *[math.nan] * 6)
-    low, high = prediction_interval(found)
+    low, high = prediction_interval(found, logarithmic)
     numbers = (float(np.median(found)), low, high, float(found[0]), float(found[-1]), float(np.mean(found)))
     return Spread(len(whole), len(found), *(float(f"{value:.{DIGITS}g}") for value in numbers))
 
 
-def prediction_interval(ordered: np.ndarray) -> tuple[float, float]:
+def prediction_interval(ordered: np.ndarray, logarithmic: bool = False) -> tuple[float, float]:
     """Interval that holds one more value with probability .95, given sorted values (n,).
 
-    From 39 values on by order statistics, whatever the distribution; below by Student's t, on a logarithmic scale
-    where all have one sign; of one value that value.
+    From 39 values on by order statistics, whatever the distribution; below by Student's t, of the logarithms where
+    that is asked for and all are positive; of one value that value.
     """
     n = len(ordered)
     if n == 1:
@@ -63,10 +63,9 @@ def prediction_interval(ordered: np.ndarray) -> tuple[float, float]:
     rank = int((1.0 - COVERAGE) / 2.0 * (n + 1))
     if rank >= 1:
         return float(ordered[rank - 1]), float(ordered[n - rank])
-    sign = float(np.sign(ordered[0]))
-    if sign and sign * ordered[-1] > 0.0:
-        ends = sorted(sign * np.exp(end) for end in _student(np.log(sign * ordered)))
-        return float(ends[0]), float(ends[1])
+    if logarithmic and ordered[0] > 0.0:
+        low, high = _student(np.log(ordered))
+        return math.exp(low), math.exp(high)
     return _student(ordered)
 
 
@@ -79,10 +78,13 @@ def _student(values: np.ndarray) -> tuple[float, float]:
     return middle - half, middle + half
 
 
-def summarise(runs: Sequence[Mapping[str, Any]]) -> dict[str, Spread]:
-    """Key -> spread over the runs of one study, each a mapping of key to value; absent and null are not numbers."""
+def summarise(runs: Sequence[Mapping[str, Any]], logarithmic: Container[str] = ()) -> dict[str, Spread]:
+    """Key -> spread over the runs of one study, each a mapping of key to value; absent and null are not numbers.
+
+    `logarithmic` are the keys whose interval is taken of the logarithms.
+    """
     keys = dict.fromkeys(key for values in runs for key in values)
-    return {key: spread([_number(values.get(key)) for values in runs]) for key in keys}
+    return {key: spread([_number(values.get(key)) for values in runs], key in logarithmic) for key in keys}
 
 
 def to_json(found: Mapping[str, Spread]) -> dict[str, dict[str, Any]]:

@@ -39,7 +39,7 @@ def judge(claim: Claim, values: Mapping[str, Spread], failure: str = "") -> Judg
     - `reproduced with correction`: only the corrected equations give it.
     - `contradicted`: neither do.
     - `not reproducible`: nothing can be computed (`claim.missing`), no run gave a number, or the published value
-      only agrees with an interval that does not settle its sign (`claim.nonzero`).
+      only agrees with an interval that does not settle its sign (`claim.nonzero`) or is too wide (`claim.widest`).
     """
     corrected = values.get(claim.corrected, NOTHING)
     printed = values.get(claim.as_printed, NOTHING) if claim.as_printed else NOTHING
@@ -59,8 +59,16 @@ def _verdict(claim: Claim, corrected: Spread, printed: Spread) -> str:
 
 
 def tells(claim: Claim, found: Spread) -> bool:
-    """Whether the interval settles the sign of a value that has to be (`claim.nonzero`)."""
-    return not (claim.nonzero and found.low <= 0.0 <= found.high)
+    """Whether the interval settles the sign of a value where it has to, and is not too wide to tell the value."""
+    return not (_holds_zero(claim, found) or _too_wide(claim, found))
+
+
+def _holds_zero(claim: Claim, found: Spread) -> bool:
+    return claim.nonzero and found.low <= 0.0 <= found.high
+
+
+def _too_wide(claim: Claim, found: Spread) -> bool:
+    return claim.widest < math.inf and found.high - found.low > claim.widest * abs(float(claim.published))
 
 
 def agrees(claim: Claim, found: Spread) -> bool:
@@ -101,7 +109,9 @@ def _reason(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> s
 
 def _default(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
     if verdict == IMPOSSIBLE and (corrected.known or printed.known):
-        return "The interval of our runs holds it, but zero too: such records do not tell it."
+        told = claim.widest < math.inf
+        what = "is wider than the value itself" if told else "holds zero too"
+        return f"The interval of our runs holds it, but {what}: such records do not tell it."
     return _DEFAULTS[verdict, bool(claim.as_printed)]
 
 
