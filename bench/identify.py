@@ -78,7 +78,7 @@ def identify(
     records = [_read(path, positive_rudder, structure) for path in train]
     others = [_read(path, positive_rudder, structure) for path in validate]
     try:
-        estimate = fitter.fit(records, structure.blanked())
+        estimate = fitter.fit(records, structure)
         scores = prediction_scores(estimate.model, others, estimate.predictor) if others else {}
     except CannotFit as reason:
         raise BadInput(f"method {method} cannot fit {model}: {reason}") from None

@@ -52,7 +52,7 @@ def cramer_rao(
     places = p + np.cumsum([0, *own])
     width = int(places[-1])
     with blas_limited(), np.errstate(all="ignore"):
-        rows = [freerun.embed(r, p, int(place), width) for r, place in zip(found, places, strict=False)]
+        rows = [freerun.embed(r, None, p, int(place), width) for r, place in zip(found, places, strict=False)]
         solution = factors.solve(factors.fold(factors.empty(width), np.vstack(rows)), NULL)
         covariance = solution.covariance[:p, :p]
         return propagate(model.parameters_jacobian(model.coefficients), covariance), covariance
