@@ -14,7 +14,7 @@ from .horizons import grown, short
 from .loss import Loss
 from .minimiser import ROUGH, Minimum, levenberg_marquardt
 from .problem import Problem, adequate, held, released, sensor_sd_of
-from .shooting import shoot
+from .shooting import ITERATIONS, shoot
 from .unknowns import Unknowns
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ GOOD, ADEQUATE = 1.5, 3.0
 """Residual over sensor noise at which the search ends, and below which a model counts as explaining the records."""
 STARTS = 2
 """Starts that are followed up."""
+STRETCHES = 8
+"""Of multiple shooting where it stands in for growing horizons."""
 
 
 class Outcome(NamedTuple):
@@ -70,9 +72,9 @@ def fit_output_error(
     tried: list[np.ndarray] = []
     found: list[Minimum] = []
     for growing, start in [(growing, start) for growing in (False, True) for start in ranked]:
-        own, count = grown(weighed, start) if growing else (start, 0)
-        tried.append(own)
-        found.append(_released_fit(free, weighed, weighed.start(own), most, count))
+        z, count = _approached(weighed, start) if growing else (weighed.start(start), 0)
+        tried.append(z[: free.own])
+        found.append(_released_fit(free, weighed, z, most, count))
         if found[-1].converged and adequate(free, found[-1].point, GOOD):
             return _finished(free, found[-1], True, found, most)
         if _agree(found) and not adequate(free, found[-1].point, ADEQUATE):
@@ -110,6 +112,15 @@ def _by_shooting(
     return None, ends
 
 
+def _approached(weighed: Problem, start: np.ndarray) -> tuple[np.ndarray, int]:
+    """Unknowns after fits over growing horizons, by multiple shooting where not every state is measured."""
+    if short(weighed) is not None:
+        own, count = grown(weighed, start)
+        return weighed.start(own), count
+    shot = shoot(weighed, start, STRETCHES, ITERATIONS)
+    return shot.chain.first(shot.minimum.z), shot.n_iterations
+
+
 def _agree(found: Sequence[Minimum], nats: float = 10.0) -> bool:
     """Whether the last two minima are the same one, to what a rough search can tell."""
     return len(found) > 1 and abs(found[-1].cost - found[-2].cost) < nats
@@ -136,9 +147,7 @@ def _finished(problem: Problem, best: Minimum, explained: bool, found: Sequence[
 
 
 def _ranked(problem: Problem, starts: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """The STARTS best of the starts by the error of short runs from measured states; the first, if there are none."""
-    cut = short(problem)
-    if cut is None:
-        return list(starts[:STARTS])
-    costs = [cut.at(start).cost for start in starts]
+    """The STARTS best of the starts by the error of short runs from measured states; of whole runs, if not all are."""
+    cut = short(problem) or problem
+    costs = [cut.at(cut.start(start)).cost for start in starts]
     return [starts[i] for i in np.argsort(costs, kind="stable")[:STARTS]]
