@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 WELL, ROUGHLY = 0.1, 0.5
 """Relative standard deviations up to which a parameter counts as told, and as told roughly."""
-ALIKE = 0.95
-"""Mean cosine between the effects of parameters on the records from which on they count as one group."""
-MEMBERS = 0.1
-"""Smallest share of a combination's largest term that is still named."""
+TOGETHER = 0.8
+"""Mean correlation between the errors of parameters from which on they count as one group."""
+TERMS = 4
+"""Terms up to which a combination is written out in plain text."""
 LONGEST = 2500
 """Samples of a simulated candidate; longer ones are thinned, which their noise allows for."""
 DEGREE = np.deg2rad(1.0)
@@ -45,7 +45,7 @@ class Told(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Parameters whose effects on the records look alike, and the combination of them that is told best."""
+    """Parameters that can stand in for each other: their errors go together, and one combination is told best."""
 
     names: tuple[str, ...]
     combination: tuple[tuple[str, float], ...]
@@ -78,11 +78,18 @@ class Identifiability:
         return np.array([told.relative for told in self.parameters if not np.isnan(told.relative)])
 
     @property
+    def names(self) -> tuple[list[str], list[str], list[str]]:
+        """Parameters that are told within 10 %, within 10-50 %, and not; those of zero value are left out."""
+        edges = ((-np.inf, WELL), (WELL, ROUGHLY), (ROUGHLY, np.inf))
+        told = [t for t in self.parameters if not np.isnan(t.relative)]
+        well, roughly, not_told = ([t.name for t in told if low <= t.relative < high] for low, high in edges)
+        return well, roughly, not_told + [t.name for t in told if np.isinf(t.relative)]
+
+    @property
     def counts(self) -> tuple[int, int, int]:
-        """Parameters that are told within 10 %, within 10-50 %, and not; those of zero value do not count."""
-        found = self.relative
-        well, roughly = int((found < WELL).sum()), int(((found >= WELL) & (found < ROUGHLY)).sum())
-        return well, roughly, found.size - well - roughly
+        """How many these are."""
+        well, roughly, not_told = self.names
+        return len(well), len(roughly), len(not_told)
 
     @property
     def median(self) -> float:
@@ -91,10 +98,6 @@ class Identifiability:
     @property
     def worst(self) -> float:
         return float(np.max(self.relative))
-
-    def names(self, low: float, high: float) -> list[str]:
-        """Parameters with a relative bound from low to below high."""
-        return [told.name for told in self.parameters if low <= told.relative < high]
 
     @property
     def advice(self) -> tuple[Candidate, Candidate] | None:
@@ -107,18 +110,11 @@ class Identifiability:
         """The report in plain language."""
         noise = ", ".join(f"{channel} {sd:.2g}" for channel, sd in self.noise_sd.items())
         found = [f"what the records tell (smallest possible errors at noise {noise})"]
-        for title, low, high in (
-            ("told within 10 %", -np.inf, WELL),
-            ("within 10-50 %", WELL, ROUGHLY),
-            ("not told", ROUGHLY, np.inf),
-        ):
-            names = self.names(low, high) if high < np.inf else self._untold()
+        titles = ("told within 10 %", "told within 10-50 %", "not told")
+        for title, names in zip(titles, self.names, strict=True):
             found.append(f"  {title} ({len(names)}): {', '.join(names) or 'none'}")
         found += [f"  {_sentence(group)}" for group in self.groups]
         return found + [f"  {line}" for line in self._advice()]
-
-    def _untold(self) -> list[str]:
-        return [told.name for told in self.parameters if told.relative >= ROUGHLY]
 
     def _advice(self) -> list[str]:
         if self.advice is None:
@@ -231,20 +227,21 @@ def _sd(factor: np.ndarray) -> np.ndarray:
 
 
 def _groups(told: np.ndarray, values: np.ndarray, relative: np.ndarray, names: Sequence[str]) -> tuple[Group, ...]:
-    """Groups of parameters that are not told well, by how alike their effects on the records are."""
+    """Groups of parameters that are not told well, by the correlation of their errors."""
     from scipy.cluster.hierarchy import fcluster, linkage
 
-    weak = np.flatnonzero(~(relative < WELL) & (np.linalg.norm(told, axis=0) > 0.0))
+    length = np.linalg.norm(told, axis=0)
+    weak = np.flatnonzero(~(relative < WELL) & (length > 0.0))
     if weak.size < 2:
         return ()
-    length = np.linalg.norm(told, axis=0)
-    unit = told / np.where(length > 0.0, length, 1.0)
-    apart = 1.0 - np.abs(unit[:, weak].T @ unit[:, weak])
+    covariance = _regular(told / np.where(length > 0.0, length, 1.0))
+    sd = np.sqrt(np.diag(covariance))[weak]
+    apart = 1.0 - np.abs(covariance[np.ix_(weak, weak)]) / np.outer(sd, sd)
     pairs = np.maximum(apart[np.triu_indices(weak.size, 1)], 0.0)
-    labels = fcluster(linkage(pairs, "average"), 1.0 - ALIKE, "distance")
+    labels = fcluster(linkage(pairs, "average"), 1.0 - TOGETHER, "distance")
     found = [weak[labels == label] for label in range(1, labels.max() + 1)]
-    covariance = _regular(unit)
-    return tuple(_group(g, covariance, length, values, names) for g in found if g.size > 1)
+    real = [g for g in found if g.size > 1 and np.any(values[g])]
+    return tuple(_group(g, covariance, length, values, names) for g in sorted(real, key=lambda g: int(g[0])))
 
 
 def _regular(unit: np.ndarray) -> np.ndarray:
@@ -259,22 +256,27 @@ def _group(
 ) -> Group:
     """A group and its best told combination: the smallest axis of its error ellipsoid, in units of the effects."""
     variance, axes = np.linalg.eigh(covariance[np.ix_(members, members)])
-    weights = axes[:, 0]
-    lead = int(np.argmax(np.abs(weights)))
-    weights = weights / weights[lead]
-    factor = weights * length[members] / length[members[lead]]
-    value = float(factor @ values[members])
+    lead = int(np.argmax(np.abs(axes[:, 0])))
+    factor = axes[:, 0] / axes[lead, 0] * length[members] / length[members[lead]]
+    value = abs(float(factor @ values[members]))
     sd = float(np.sqrt(max(variance[0], 0.0)) / abs(axes[lead, 0]) / length[members[lead]])
-    named = [(names[i], float(f)) for i, f, w in zip(members, factor, weights, strict=True) if abs(w) > MEMBERS]
-    return Group(tuple(names[i] for i in members), tuple(named), sd / abs(value) if value else np.inf)
+    own = tuple(names[i] for i in members)
+    return Group(own, tuple(zip(own, factor.tolist(), strict=True)), sd / value if value else np.inf)
 
 
 def _sentence(group: Group) -> str:
-    terms = " ".join(
-        f"{'-' if factor < 0.0 else '+'} {'' if abs(factor) == 1.0 else f'{abs(factor):.3g} '}{name}"
-        for name, factor in group.combination
-    ).removeprefix("+ ")
-    return f"{{{', '.join(group.names)}}} only in combination: {terms} to {_percent(group.relative)}"
+    said = f"{{{', '.join(group.names)}}}"
+    if not group.relative < ROUGHLY:
+        return f"{said} not even in combination"
+    if len(group.names) > TERMS:
+        return f"{said} only as one sum, to {_percent(group.relative)}"
+    terms = " ".join(f"{'-' if f < 0.0 else '+'} {_times(f)}{name}" for name, f in group.combination)
+    return f"{said} only as {terms.removeprefix('+ ')}, to {_percent(group.relative)}"
+
+
+def _times(factor: float) -> str:
+    text = f"{abs(factor):.3g}"
+    return "" if text == "1" else f"{text} "
 
 
 def _percent(share: float) -> str:
