@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 RELATIVE_FLOOR = 1e-13
 """Smallest residual counted, relative to the channel's size."""
+VISIBLE = 1e-5
+"""Smallest sensor noise that a channel is weighed by, relative to its size: a clean channel must not outweigh all."""
 
 
 class Point(NamedTuple):
@@ -217,11 +219,11 @@ def released(
 
 
 def sensor_sd_of(problem: Problem) -> np.ndarray:
-    """(n,) sensor noise of each state's channel, pooled over the records; above the rounding level."""
+    """(n,) sensor noise of each state's channel, pooled over the records; at least VISIBLE."""
     total = np.zeros(len(problem.model.states))
     for s in problem.series:
         np.add.at(total, s.columns, s.noise**2 * np.isfinite(s.outputs).sum(axis=0))
-    return np.sqrt(total / np.maximum(problem.counts, 1.0) + 100.0 * problem.floors)
+    return np.sqrt(total / np.maximum(problem.counts, 1.0) + (VISIBLE / RELATIVE_FLOOR) ** 2 * problem.floors)
 
 
 def adequate(problem: Problem, point: Point, times: float) -> bool:
