@@ -254,14 +254,17 @@ def _regular(unit: np.ndarray) -> np.ndarray:
 def _group(
     members: np.ndarray, covariance: np.ndarray, length: np.ndarray, values: np.ndarray, names: Sequence[str]
 ) -> Group:
-    """A group and its best told combination: the smallest axis of its error ellipsoid, in units of the effects."""
-    variance, axes = np.linalg.eigh(covariance[np.ix_(members, members)])
-    lead = int(np.argmax(np.abs(axes[:, 0])))
-    factor = axes[:, 0] / axes[lead, 0] * length[members] / length[members[lead]]
-    value = abs(float(factor @ values[members]))
-    sd = float(np.sqrt(max(variance[0], 0.0)) / abs(axes[lead, 0]) / length[members[lead]])
+    """A group and its best told combination w'theta: the largest (w'theta)^2/(w'C w), which w = C^-1 theta has."""
+    block = covariance[np.ix_(members, members)]
+    sd, effects = np.sqrt(np.diag(block)), values[members] * length[members]
+    variance, axes = np.linalg.eigh(block / np.outer(sd, sd))
+    inverse = (axes / np.maximum(variance, NULL)) @ axes.T
+    weights = inverse @ (effects / sd) / sd
+    factor = weights * length[members]
+    factor /= factor[int(np.argmax(np.abs(weights)))]
     own = tuple(names[i] for i in members)
-    return Group(own, tuple(zip(own, factor.tolist(), strict=True)), sd / value if value else np.inf)
+    relative = 1.0 / np.sqrt((effects / sd) @ inverse @ (effects / sd))
+    return Group(own, tuple(zip(own, factor.tolist(), strict=True)), float(relative))
 
 
 def _sentence(group: Group) -> str:

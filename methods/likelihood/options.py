@@ -155,6 +155,7 @@ def unknowns_of(model: Model, prior: Any, bounds: Any, fixed: Any) -> Unknowns |
     values, low, high = found.values.copy(), found.low.copy(), found.high.copy()
     mean, sd = _prior_of(model, None if prior is None else priors(prior))
     values[sd == 0.0] = 0.0
+    sd = np.where(sd > 0.0, sd, np.inf)
     for name, value in (fixings(fixed) if fixed is not None else {}).items():
         (i,) = indices("fixed", [name], model)
         values[i] = _own(model, f"fixed={name}")[i] if value is None else value

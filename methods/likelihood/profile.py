@@ -18,13 +18,14 @@ TRIALS = 14
 """Refits on each side at most; a side not found by then is open."""
 CLOSE = 0.02
 """Relative error of the likelihood ratio's root at which the search for an end stops."""
-ITERATIONS, GAIN = 20, 1e-3
+ITERATIONS, GAIN = 60, 1e-4
 FIRST = 0.1
 """First step of a parameter without a standard error, relative to its size."""
 
 
 class Interval(NamedTuple):
-    """A confidence interval; an end is `open` if the records do not object up to there (a bound, or infinity)."""
+    """A confidence interval; an end is open if the records do not object up to there: a bound of the parameter, a value
+    beyond which runs break down, or infinity."""
 
     low: float
     high: float
@@ -106,7 +107,9 @@ class _Side(NamedTuple):
                 outer = (step, root)
                 start = self.z
             step = self._next(inner, outer, step)
-        return _End(centre + sign * reached, False) if outer else _End(sign * np.inf, True)
+        if outer is None:
+            return _End(sign * np.inf, True)
+        return _End(centre + sign * reached, not outer[1] < 2.0 * self.threshold)  # a cliff: runs break down there
 
     def _bound(self, sign: float) -> float:
         unknowns = self.problem.unknowns
