@@ -169,7 +169,9 @@ def simulate(
     "--validate", multiple=True, metavar="RECORD...", type=click.Path(path_type=Path), help="Held-out records."
 )
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
-@click.option("--identifiability", is_flag=True, help="Say what the records tell of each parameter, and what would help.")
+@click.option(
+    "--identifiability", is_flag=True, help="Say what the records tell of each parameter, and what would help."
+)
 @_tuning_options
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="model.json to write")
 @_output_options

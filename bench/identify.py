@@ -93,8 +93,8 @@ def identify(
     except CannotFit as reason:
         raise BadInput(f"method {method} cannot fit {model}: {reason}") from None
     doubts = tuple(doubt for record in [*records, *others] if (doubt := sign_doubt(record)))
-    names = (tuple(record.name for record in group) for group in (records, others))
-    return Identification(estimate, *names, scores, doubts, told)
+    names, other_names = (tuple(record.name for record in group) for group in (records, others))
+    return Identification(estimate, names, other_names, scores, doubts, told)
 
 
 def sign_doubt(record: Record) -> str | None:

@@ -226,7 +226,7 @@ def _sd(factor: np.ndarray) -> np.ndarray:
     return np.sqrt(np.diag(factors.solve(np.hstack([factor, empty]), NULL).covariance))
 
 
-def _groups(told: np.ndarray, values: np.ndarray, relative: np.ndarray, names: Sequence[str]) -> tuple[Group, ...]:
+def _groups(told: np.ndarray, values: np.ndarray, relative: np.ndarray, names: tuple[str, ...]) -> tuple[Group, ...]:
     """Groups of parameters that are not told well, by the correlation of their errors."""
     from scipy.cluster.hierarchy import fcluster, linkage
 
@@ -252,7 +252,7 @@ def _regular(unit: np.ndarray) -> np.ndarray:
 
 
 def _group(
-    members: np.ndarray, covariance: np.ndarray, length: np.ndarray, values: np.ndarray, names: Sequence[str]
+    members: np.ndarray, covariance: np.ndarray, length: np.ndarray, values: np.ndarray, names: tuple[str, ...]
 ) -> Group:
     """A group and its best told combination w'theta: the largest (w'theta)^2/(w'C w), which w = C^-1 theta has."""
     block = covariance[np.ix_(members, members)]
@@ -262,7 +262,7 @@ def _group(
     weights = inverse @ (effects / sd) / sd
     factor = weights * length[members]
     factor /= factor[int(np.argmax(np.abs(weights)))]
-    own = tuple(names[i] for i in members)
+    own = tuple(names[i] for i in members.tolist())
     relative = 1.0 / np.sqrt((effects / sd) @ inverse @ (effects / sd))
     return Group(own, tuple(zip(own, factor.tolist(), strict=True)), float(relative))
 

@@ -174,7 +174,8 @@ def _prior_of(model: Model, prior: float | dict[str, tuple[float, float]] | None
         own = _own(model, f"prior={prior:g}")
         return own, prior * np.abs(own)
     mean, sd = np.full(len(model.parameter_names), np.nan), np.full(len(model.parameter_names), np.inf)
-    for i, pair in zip(indices("prior", list(prior or {}), model), (prior or {}).values(), strict=True):
+    given = prior if isinstance(prior, dict) else {}
+    for i, pair in zip(indices("prior", list(given), model), given.values(), strict=True):
         mean[i], sd[i] = pair
     return mean, sd
 

@@ -135,7 +135,7 @@ class Problem:
         if wild:
             return Point(z, np.inf, total + np.inf, sd)
         cost = 0.0
-        for channel in np.flatnonzero(self.counts):
+        for channel in np.flatnonzero(self.counts).tolist():
             e = np.concatenate([e[k[:, c], c] for e, k, c in self._of(channel, errors, known)])
             total[channel] = e @ e
             floor = float(np.sqrt(self.floors[channel]))

@@ -135,17 +135,16 @@ class _Side(NamedTuple):
         """Root of twice the likelihood ratio with the parameter kept at `value`, and the unknowns there."""
         unknowns = self.problem.unknowns
         assert unknowns is not None
-        fixed = replace(self.problem, unknowns=unknowns.holding(self.index, value))
-        best: tuple[float, np.ndarray] = (np.inf, start)
+        others = unknowns.holding(self.index, value)
+        fixed = replace(self.problem, unknowns=others)
         for guess in (self._predicted(value), start):
             z = np.delete(guess, self.place)
-            z[: fixed.own] = fixed.unknowns.inside(z[: fixed.own])
-            if not np.isfinite(fixed.at(z).cost):
-                continue
-            found = levenberg_marquardt(fixed, z, ITERATIONS, GAIN)
-            best = (float(np.sqrt(2.0 * max(found.cost - self.least, 0.0))), np.insert(found.z, self.place, value))
-            break
-        return best
+            z[: fixed.own] = others.inside(z[: fixed.own])
+            if np.isfinite(fixed.at(z).cost):
+                found = levenberg_marquardt(fixed, z, ITERATIONS, GAIN)
+                root = float(np.sqrt(2.0 * max(found.cost - self.least, 0.0)))
+                return root, np.insert(found.z, self.place, value)
+        return np.inf, start
 
     def _predicted(self, value: float) -> np.ndarray:
         """The unknowns that go with the parameter at `value` if the cost is quadratic."""

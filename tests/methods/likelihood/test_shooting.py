@@ -65,4 +65,3 @@ def test_an_unstable_ship_on_a_long_record(seed):
     assert found.extra["explains_records"] and "multiple shooting" in found.message
     assert max(found.extra["jumps"].values()) < 1e-5
     assert found.coefficients == pytest.approx([0.05, 0.02], rel=0.02)
-
