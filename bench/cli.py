@@ -170,6 +170,9 @@ def simulate(
     "--validate", multiple=True, metavar="RECORD...", type=click.Path(path_type=Path), help="Held-out records."
 )
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option(
+    "--identifiability", is_flag=True, help="Say what the records tell of each parameter, and what would help."
+)
 @_tuning_options
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="model.json to write")
 @_output_options
@@ -179,6 +182,7 @@ def identify(
     method: str,
     validate: tuple[Path, ...],
     positive_rudder: str | None,
+    identifiability: bool,
     tuner: str | None,
     storage: str | None,
     output: Path,
@@ -193,7 +197,7 @@ def identify(
     _check_folder(output)
     (method,) = with_tuner((method,), tuner, storage)
     try:
-        found = fit(records, model, method, validate, positive_rudder)
+        found = fit(records, model, method, validate, positive_rudder, identifiability)
     except FitFailed as reason:
         return _complain(f"{method} failed on {model}: {reason}", FAILED)
     for doubt in found.warnings:
@@ -442,7 +446,11 @@ def _print_identification(found: Identification, output: Path) -> None:
     for name, unit in ((name, units[name]) for name in estimate.parameters):
         error = estimate.stderr.get(name, math.nan)
         told = "not identified" if math.isinf(error) else "" if math.isnan(error) else f"+- {error:.2g}"
-        click.echo(f"  {name:<{width}}  {estimate.parameters[name]:>12.5g}  {told:<15} {unit}".rstrip())
+        told = told if error else "fixed"
+        interval = _interval(estimate.extra.get("profile", {}).get(name))
+        click.echo(f"  {name:<{width}}  {estimate.parameters[name]:>12.5g}  {told:<15} {unit}{interval}".rstrip())
+    for line in found.identifiability.lines() if found.identifiability else ():
+        click.echo(line)
     if found.validation:
         click.echo(f"validation on {', '.join(found.validation)}{' (diverged)' if found.scores['diverged'] else ''}")
         for channel in [name[len("rmse_free_") :] for name in found.scores if name.startswith("rmse_free_")]:
@@ -450,6 +458,14 @@ def _print_identification(found: Identification, output: Path) -> None:
             one = found.scores[f"rmse_one_{channel}"]
             click.echo(f"  {channel:<15} free run RMSE {rmse:10.4g}  R2 {r2:8.4f}   one step RMSE {one:10.4g}")
     click.echo(f"wrote {output}" if estimate.predictor is None else f"no {output}: a black box has no coefficients")
+
+
+def _interval(profile: dict[str, Any] | None) -> str:
+    """A profile-likelihood interval, with a round bracket at an end up to which the records do not object."""
+    if profile is None:
+        return ""
+    left, right = ("(" if profile["low_open"] else "["), (")" if profile["high_open"] else "]")
+    return f"  {left}{profile['low']:.5g}, {profile['high']:.5g}{right}"
 
 
 def _print_json(value: Any) -> None:

@@ -16,6 +16,7 @@ from ..models.model import CHANNELS, Model, resolve
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..methods.base import Estimate
+    from ..methods.identifiability import Identifiability
 
 SIGN_SHARE = 0.3
 """The rudder's sign is questioned where it explains at least this share of what the yaw rate leaves unexplained."""
@@ -30,6 +31,8 @@ class Identification:
     validation: tuple[str, ...]
     scores: Mapping[str, Any]
     warnings: tuple[str, ...]
+    identifiability: Identifiability | None = None
+    """What the training records tell of the estimate's parameters, if that was asked for."""
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for `--json`."""
@@ -52,6 +55,8 @@ class Identification:
             "wall_s": estimate.wall_s,
             "cpu_s": estimate.cpu_s,
             "validation": {"records": list(self.validation), **self.scores} if self.validation else None,
+            "profile": estimate.extra.get("profile"),
+            "identifiability": self.identifiability.as_dict() if self.identifiability else None,
             "warnings": list(self.warnings),
         }
 
@@ -62,8 +67,11 @@ def identify(
     method: str,
     validate: Sequence[str | Path] = (),
     positive_rudder: str | None = None,
+    report: bool = False,
 ) -> Identification:
     """Read records, fit `model` with `method` and score it on the validation records.
+
+    With `report`, also say what the training records tell of the parameters at the estimate.
 
     Raises
     ------
@@ -71,6 +79,7 @@ def identify(
     FitFailed : no finite estimate came out.
     """
     from ..methods.base import CannotFit
+    from ..methods.identifiability import identifiability
     from ..methods.registry import make
     from .scores import prediction_scores
 
@@ -78,14 +87,14 @@ def identify(
     records = [_read(path, positive_rudder, structure) for path in train]
     others = [_read(path, positive_rudder, structure) for path in validate]
     try:
-        estimate = fitter.fit(records, structure.blanked())
+        estimate = fitter.fit(records, structure)
         scores = prediction_scores(estimate.model, others, estimate.predictor) if others else {}
+        told = identifiability(estimate.model, records) if report and estimate.predictor is None else None
     except CannotFit as reason:
         raise BadInput(f"method {method} cannot fit {model}: {reason}") from None
     doubts = tuple(doubt for record in [*records, *others] if (doubt := sign_doubt(record)))
-    return Identification(
-        estimate, tuple(record.name for record in records), tuple(record.name for record in others), scores, doubts
-    )
+    names, other_names = (tuple(record.name for record in group) for group in (records, others))
+    return Identification(estimate, names, other_names, scores, doubts, told)
 
 
 def sign_doubt(record: Record) -> str | None:

@@ -57,6 +57,8 @@ class Fit(NamedTuple):
     extra: Mapping[str, Any] = {}
     predictor: Predictor | None = None
     """What predicts instead of the model: a black box, which has no coefficients."""
+    fixed: tuple[str, ...] = ()
+    """Published parameters that were kept, not estimated: they have no error."""
 
 
 @dataclass(frozen=True)
@@ -183,6 +185,10 @@ class Method:
                 f"method {self.name} has no variant {self.variant!r}", hint=f"known: {', '.join(self.variants)}"
             )
 
+    def seen(self, model: Model) -> Model:
+        """What `estimate` sees of a model: its structure; methods with prior knowledge also see its coefficients."""
+        return model.blanked()
+
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         """The method itself, on checked records; may raise CannotFit and FitFailed."""
         raise NotImplementedError(f"{type(self).__name__} does not implement estimate()")
@@ -193,7 +199,8 @@ class Method:
         Parameters
         ----------
         records : one or more records in SI units; their rudder sign is turned to the model's. Not modified.
-        model : the structure to identify; its own coefficients, if it has any, are not looked at.
+        model : the structure to identify; its own coefficients, if it has any, are looked at only by methods that
+            are told to take them as prior knowledge.
 
         Raises
         ------
@@ -204,7 +211,7 @@ class Method:
         self.check_options()
         records = prepared(records, model)
         wall, cpu = time.perf_counter(), time.process_time()
-        fit = self._guarded(records, model.blanked())
+        fit = self._guarded(records, self.seen(model))
         return self._wrap(fit, model, time.perf_counter() - wall, time.process_time() - cpu)
 
     def _guarded(self, records: Sequence[Record], model: Model) -> Fit:
@@ -254,6 +261,7 @@ def _published(fit: Fit, model: Model) -> tuple[dict[str, float], dict[str, floa
         errors = np.full(len(names), np.nan)
         if fit.covariance is not None:
             errors = propagate(model.parameters_jacobian(fit.coefficients), fit.covariance)
+        errors[[names.index(name) for name in fit.fixed]] = 0.0
     return dict(zip(names, map(float, values), strict=True)), dict(zip(names, map(float, errors), strict=True))
 
 

@@ -52,10 +52,23 @@ def cramer_rao(
     places = p + np.cumsum([0, *own])
     width = int(places[-1])
     with blas_limited(), np.errstate(all="ignore"):
-        rows = [freerun.embed(r, p, int(place), width) for r, place in zip(found, places, strict=False)]
+        rows = [freerun.embed(r, None, p, int(place), width) for r, place in zip(found, places, strict=False)]
         solution = factors.solve(factors.fold(factors.empty(width), np.vstack(rows)), NULL)
         covariance = solution.covariance[:p, :p]
         return propagate(model.parameters_jacobian(model.coefficients), covariance), covariance
+
+
+def information(model: Model, record: Record, noise_sd: Mapping[str, float]) -> np.ndarray:
+    """Triangular factor (<= p, p) of one record's Fisher information of the coefficients, initial states unknown.
+
+    R'R is the information; factors of several records are stacked.  Raises as `cramer_rao`.
+    """
+    (prepared_record,) = prepared([record], model)
+    factor = _information(model, prepared_record, _symbols(noise_sd), True)[:, :-1]
+    p = len(model.coordinates)
+    nuisance = factor.shape[1] - p
+    turned = np.asarray(np.linalg.qr(np.hstack([factor[:, p:], factor[:, :p]]), mode="r"))
+    return turned[nuisance:, nuisance:]
 
 
 def _symbols(noise_sd: Mapping[str, float]) -> dict[str, float]:

@@ -87,11 +87,17 @@ def _pieces(model: Model, series: Series, state: np.ndarray, free: Sequence[int]
         yield _Piece(slice(first, first + len(inputs)), states, columns)
 
 
-def output_factors(model: Model, series: Series, state: np.ndarray, free: Sequence[int] = ()) -> list[np.ndarray]:
+def output_factors(
+    model: Model,
+    series: Series,
+    state: np.ndarray,
+    free: Sequence[int] = (),
+    weights: np.ndarray | None = None,
+) -> list[np.ndarray]:
     """For each output, the triangular factor of [derivatives | residual] over the record.
 
-    Columns: p coefficients, then the initial states `free`; rows of gaps are left out.  A factor holds nan if the
-    run diverges.
+    Columns: p coefficients, then the initial states `free`; rows of gaps are left out, the others multiplied by the
+    roots of `weights` (N, c).  A factor holds nan if the run diverges.
     """
     width = len(model.coordinates) + len(free)
     found = [factors.empty(width) for _ in series.columns]
@@ -102,7 +108,10 @@ def output_factors(model: Model, series: Series, state: np.ndarray, free: Sequen
         error, slopes = _at_samples(series, piece, within)
         for c in range(len(series.columns)):
             known = np.isfinite(series.outputs[within, c])
-            found[c] = factors.fold(found[c], np.column_stack([slopes[known, c], error[known, c]]))
+            rows = np.column_stack([slopes[known, c], error[known, c]])
+            if weights is not None:
+                rows *= np.sqrt(weights[within, c][known])[:, None]
+            found[c] = factors.fold(found[c], rows)
     return found
 
 
@@ -122,11 +131,37 @@ def _at_samples(series: Series, piece: _Piece, within: np.ndarray) -> tuple[np.n
     return series.outputs[within] - state, column
 
 
-def embed(factor: np.ndarray, p: int, place: int, width: int) -> np.ndarray:
-    """A record's factor (rows, p + f + 1) in the columns of a problem of `width` unknowns, its own f at `place`."""
+def end_state(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
+    """State (n,) at the end of the grid, with q = r_dot in the place of the hidden w."""
+    from ..models.simulate import simulate
+
+    end = simulate(model, series.inputs, series.dt, start_state(model, series, state))[-1]
+    gain = model.kernels.RATE_GAIN
+    if gain is not None:
+        end[0] += model.coefficients[gain] * series.inputs[-1, 0]
+    return end
+
+
+def end_of(model: Model, series: Series, state: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """`end_state` and its derivatives (n, p + f) with respect to the coefficients and the initial states `free`."""
+    *_, last = _pieces(model, series, state, free)
+    end, columns = last.states[-1].copy(), last.columns[-1].copy()
+    gain = model.kernels.RATE_GAIN
+    if gain is not None:
+        end[0] += model.coefficients[gain] * series.inputs[-1, 0]
+        columns[0, gain] += series.inputs[-1, 0]
+    return end, columns
+
+
+def embed(factor: np.ndarray, chart: np.ndarray | None, own: int, place: int, width: int) -> np.ndarray:
+    """A record's factor (rows, p + f + 1) in the columns of a problem of `width` unknowns, its own f at `place`.
+
+    `own` unknowns stand for the p coefficients, which have the derivatives `chart` (p, own) with respect to them;
+    None: they are the coefficients.
+    """
     wide = np.zeros((len(factor), width + 1))
-    own = factor.shape[1] - 1 - p
-    wide[:, :p] = factor[:, :p]
-    wide[:, place : place + own] = factor[:, p:-1]
+    p = own if chart is None else len(chart)
+    wide[:, :own] = factor[:, :p] if chart is None else factor[:, :p] @ chart
+    wide[:, place : place + factor.shape[1] - 1 - p] = factor[:, p:-1]
     wide[:, -1] = factor[:, -1]
     return wide

@@ -78,10 +78,11 @@ _LEGEND = """## How to read the pages
 
 Where a paper has noise we repeat its experiment with other noise. The number given is the median of the runs, and the
 interval behind it is the one in which a single further run, like the one that the authors made, would lie with a
-probability of 95 % (order statistics from 39 runs on; below, Student's t, for errors of their logarithms). The published value counts as equal where it lies in the interval, widened by a tolerance that each claim states
-and that covers rounding in print. Bounds ("at most") need only a part of the interval on the right side; a statement
-counts as true where it is true in at least half of the runs. A run that diverges, or whose time constants come out
-complex, gives no number; "no finite value" stands where more than half of the runs do so."""
+probability of 95 % (order statistics from 39 runs on; below, Student's t, for errors of their logarithms). The
+published value counts as equal where it lies in the interval, widened by a tolerance that each claim states and that
+covers rounding in print. Bounds ("at most") need only a part of the interval on the right side; a statement counts as
+true where it is true in at least half of the runs. A run that diverges, or whose time constants come out complex,
+gives no number; "no finite value" stands where more than half of the runs do so."""
 
 
 def _items(judged: Sequence[Judged]) -> Iterable[str]:

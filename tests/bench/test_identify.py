@@ -30,6 +30,18 @@ def test_a_model_is_identified_and_validated(files):
     assert told["validation"]["records"] == ["other"]
 
 
+def test_what_the_records_tell_is_said_on_request(files):
+    quiet = room.identify([files / "train.csv"], "response-1", "output-error")
+    assert quiet.identifiability is None and quiet.as_dict()["identifiability"] is None
+    found = room.identify([files / "train.csv"], "response-1", "output-error,fixed=K,profile=T", report=True)
+    told = json.loads(json.dumps(found.as_dict()))
+    assert told["identifiability"]["counts"] == {"within_10_percent": 3, "within_50_percent": 0, "not_told": 0}
+    interval = told["profile"]["T"]
+    assert told["identifiability"]["candidates"]
+    assert interval["low"] < found.estimate.parameters["T"] < interval["high"]
+    assert found.estimate.parameters["K"] == pytest.approx(resolve("response-1").parameters["K"], rel=1e-12)
+
+
 def test_records_are_turned_to_the_models_rudder(files):
     record = generate(Case("mariner", "zigzag:20/20"))
     write_record(record, files / "mariner.csv")

@@ -106,7 +106,7 @@ def held_out_error(model):
 
 
 def test_mariner_rich_set_reaches_the_reference():
-    """Noise .01 m/s and .05 deg/s: held-out NRMSE about .03 on the 30 deg zigzag (median over 5 seeds), LS far off."""
+    """Noise .01 m/s and .05 deg/s: held-out NRMSE below .03 on the 30 deg zigzag (median over 5 seeds), LS far off."""
     noise = "surge=0.01m_s,sway=0.01m_s,yaw_rate=0.05deg_s"
     errors, plain = [], []
     for seed in range(5):
@@ -114,7 +114,7 @@ def test_mariner_rich_set_reaches_the_reference():
         errors.append(held_out_error(RtsLs().fit(records, resolve("mariner-model")).model))
         plain.append(held_out_error(Ls("midpoint").fit(records, resolve("mariner-model")).model))
     print(errors, plain)
-    assert np.median(errors) < 0.035
+    assert np.median(errors) < 0.03
     assert not np.median(plain) < 3.0 * np.median(errors)
 
 
