@@ -410,13 +410,6 @@ def testable(est: Estimator) -> tuple[dict[str, list[Variant]], dict[str, str]]:
 
 def starts(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> Sequence[Setting]:
     """Settings that a refit tries as its start: the one given, and the cause's scan."""
-    clock = time_scale(est)
+    clock = est.clock
     factor = clock if variant[0].unit == "s" else 1.0
     return [s, *(est.at(s, variant[0], value * factor) for value in entry.scan)]
-
-
-def time_scale(est: Estimator) -> float:
-    """Time scale against a 160 m ship: sqrt(L/160 m); 1 where there is no length."""
-    return float(np.sqrt(est.model.particulars.get("L", 160.0) / 160.0))
-
-

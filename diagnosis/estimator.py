@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -146,6 +147,24 @@ class Estimator:
         """(6,) whether any record measures the channel and the model has the state."""
         known = np.array([s in self.kernels.STATES for s in SYMBOLS])
         return known & np.any([np.isfinite(d.measured).any(axis=0) for d in self.data], axis=0)
+
+    def first(self, share: float) -> Estimator:
+        """The same with only the first part of every record."""
+        early = copy(self)
+        cut = [max(8, int(share * d.time.size)) for d in self.data]
+        series = ("time", "rudder", "other", "measured")
+        early.data = [replace(d, **{n: getattr(d, n)[:k] for n in series}) for d, k in zip(self.data, cut, strict=True)]
+        early.edges = np.concatenate([[0], np.cumsum(cut)])
+        early._steps = {}
+        return early
+
+    @property
+    def clock(self) -> float:
+        """Time scale against a 160 m ship: sqrt(L/160 m); without a length the records' duration over 600 s, at most 1."""
+        length = self.model.particulars.get("L")
+        if length is not None:
+            return float(np.sqrt(length / 160.0))
+        return float(min(np.median([d.time[-1] for d in self.data]) / 600.0, 1.0))
 
     @property
     def n_forces(self) -> int:
@@ -358,13 +377,14 @@ class Estimator:
             before = now.log_likelihood
             if before <= -1e299:
                 break
-            s, now = self._gauss_newton(s, now, parameters, prior)
+            s, now = self.gauss_newton(s, now, parameters, prior)
             s, now = self.fit_noise(s, 2 if iteration == most - 1 else 1)
             if now.log_likelihood - before < tolerance:
                 break
         return s, now
 
-    def _gauss_newton(self, s: Setting, now: Innovations, parameters: Sequence[Parameter], prior: np.ndarray | None):
+    def gauss_newton(self, s: Setting, now: Innovations, parameters: Sequence[Parameter], prior: np.ndarray | None = None):
+        """One damped step of the parameters with the noise held."""
         if not parameters:
             return s, now
         d = self.column(s, now, parameters)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from . import unknown
-from .causes import CAUSES, Cause, Variant, starts, time_scale
+from .causes import CAUSES, Cause, Variant, starts
 from .estimator import Estimator, Innovations, Parameter, Setting
 from .evidence import Projector, Score, effective_number, log_tail
 from .unknown import Feature
@@ -173,7 +173,7 @@ def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
 
 def _ring_start(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> Setting:
     """Each record's (north, east) pair at the best of several sizes and eight directions."""
-    clock = time_scale(est) if entry.id != "wave_drift" else 1.0
+    clock = est.clock if entry.id != "wave_drift" else 1.0
     trials = [(0.0, 0.0)] + [
         (ring * clock * np.cos(a), ring * clock * np.sin(a)) for ring in entry.rings for a in np.arange(8) * np.pi / 4.0
     ]
@@ -220,7 +220,7 @@ def try_waves(search: Search, before: float) -> Candidate | None:
     est, s = search.est, search.setting
     if not est.channels[:2].any():
         return None
-    clock = time_scale(est)
+    clock = est.clock
     slots = [est.index[n] for n in ("wave_frequency", "wave_damping", "wave_rms")]
     low = np.log([0.25 / clock, 0.02, 1e-5])
     high = np.log([2.2 / clock, 0.5, 0.2])
@@ -265,7 +265,7 @@ def try_waves(search: Search, before: float) -> Candidate | None:
 # ---- unknown effects
 def screen_features(search: Search, s: Setting, now: Innovations) -> tuple[list[tuple[float, tuple[Feature, ...]]], float]:
     """Log p of single features and of pulses at a setting, best first, with the number of tests taken into account."""
-    est, clock = search.est, time_scale(search.est)
+    est, clock = search.est, search.est.clock
     found = unknown.features(est, s, now, clock)
     fixed = est.column(s, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
     projector = Projector(now, fixed, search.precisions(0))
