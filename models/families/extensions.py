@@ -158,13 +158,13 @@ def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition
 
 def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
     """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; the rudder's moment goes with (U/U0)^m and
-    linear damping with U/U0 (Nomoto's scaling; m is 2 in open water and less behind a propeller at constant speed)."""
+    linear damping with U/U0 (Nomoto's scaling; m is 2 in open water and less behind a propeller at constant speed).
+    The moment of the rudder's rate is not scaled, as in `nomoto-2-quadratic-speed`."""
     gain, time, power = parameters
     (r,) = (symbol for symbol in definition.states if symbol.name == "r")
     loss, ratio = symbols("speed_loss_state speed_ratio")
     delta = definition.inputs[0]
-    rudder = {delta: delta * ratio**power} | {s: s * ratio**power for s in definition.inputs if s.name == "delta_rate"}
-    swapped = _substitute(definition, rudder)
+    swapped = _substitute(definition, {delta: delta * ratio**power})
     linear = sp.diff(swapped.forces[0], r).xreplace({r: sp.S.Zero})
     force = swapped.forces[0] + linear * r * (ratio - 1)
     return replace(
