@@ -103,8 +103,8 @@ class Case:
 class Planted:
     """The records of a case and what is in them.
 
-    truth: the effects as planted, with units; noncentrality: of them all together, on the training records, as far
-    as it was computed (nan for a case without scaled effects).
+    truth: the effects as planted, with units; noncentrality: of the weakest of the drawn effects, each on its own on
+    the training records (nan for a case without effects that have a size).
     """
 
     case: Case
@@ -128,11 +128,9 @@ def plant(case: Case, rng: np.random.Generator) -> Planted:
     case = case.settled()
     gusts = draw_gusts(case, rng)
     frames = Frames.draw(case, rng)
-    effects, power = list(case.effects), float("nan")
-    for cause in case.causes:
-        effect, power = draw_effect(case, cause, frames, gusts, rng)
-        effects.append(effect)
-    found = tuple(effects)
+    drawn = [draw_effect(case, cause, frames, gusts, rng) for cause in case.causes]
+    found = (*case.effects, *(effect for effect, _ in drawn))
+    power = min((power for _, power in drawn if not np.isnan(power)), default=float("nan"))
     runs = [frames.run(case, found, i, gusts) for i in range(frames.count)]
     records = [frames.record(case, found, i, run, rng) for i, run in enumerate(runs)]
     n = len(case.train)
