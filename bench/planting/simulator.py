@@ -133,8 +133,8 @@ def vector(dynamic: dict[str, float]) -> np.ndarray:
 
 def chain(values: dict[str, float]) -> np.ndarray:
     """The parameter vector of the rudder chain."""
-    pairs = zip(integrate.CHAIN, integrate.SOUND, strict=True)
-    return np.array([values[name] if name in values else sound for name, sound in pairs], float)
+    whole = dict(zip(integrate.CHAIN, integrate.SOUND, strict=True)) | values
+    return np.array(list(whole.values()), float)
 
 
 def steering(ship: Ship, m: Manoeuvre, h: float, n: int, rng: np.random.Generator):
