@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from ..models.families.extensions import EXTENSIONS
-from .estimator import Estimator, Parameter, Setting
 
 DEGREE = np.pi / 180.0
 GRAVITY = 9.81
@@ -50,6 +50,8 @@ class Cause:
     polar: Polar | None = None
     matters: float | None = None
     separate_by: str | None = None
+    profile: tuple[float, ...] = ()
+    """Values (s, for a 160 m ship) of the second parameter, which means nothing where the first is zero."""
 
     @property
     def physics(self) -> str:
@@ -425,26 +427,25 @@ def _public_shifts(est: Estimator) -> list[Variant]:
     ]
 
 
-@cause("s2/rad2", separate_by="record the speed through the water")
+@cause("s2/rad2", profile=(10.0, 30.0, 100.0, 300.0), separate_by="record the speed through the water")
 def speed_loss(est: Estimator) -> list[Variant] | str:
-    """Speed lost in the turn, for response models: U = U0 (1 - loss), T_u loss_dot = k r^2 - loss, linear yaw damping
-    with U/U0 and rudder moment with (U/U0)^m (m = 2 in open water, nearer 1 behind a propeller at constant speed)."""
+    """Speed lost in the turn, for response models: U = U0 (1 - loss), T_u loss_dot = k r^2 - loss, and every term of
+    the yaw equation keeps its prime value at the speed U (damping falls with U, the rudder's moment with U^2)."""
     if "loss_gain" not in est.index:
         return "surge is a state of the model already"
     gain = _term(est, "loss_gain", "s2/rad2", "loss_gain", scale=10.0)
-    time = Parameter("recovery", "s", ((est.index["loss_time"], 1.0),), scale=1.0, low=-25.0, high=500.0)
-    power = Parameter("power", "1", ((est.index["loss_power"], 1.0),), scale=0.05, low=-1.0, high=2.0)
-    return [(gain,), (gain, time, power)]
+    time = Parameter("recovery", "s", ((est.index["loss_time"], 1.0),), scale=1.0, low=-29.9, high=970.0)
+    return [(gain, time)]
 
 
-@cause("s", separate_by="rudder steps with the yaw rate sampled fast")
+@cause("s", profile=(0.5, 1.5, 5.0, 15.0, 45.0), separate_by="rudder steps with the yaw rate sampled fast")
 def second_order_lead(est: Estimator) -> list[Variant] | str:
     """Second time constant T2 and lead T3 that a first-order Nomoto model lacks: rudder through
     (1 + T3 s)/(1 + T2 s), T3 = T2 (1 - lead)."""
     if "lead" not in est.index:
         return "only for first-order response models: others have it"
     lead = Parameter("lead", "1", ((est.index["lead"], 1.0),), scale=0.02, low=-20.0, high=5.0)
-    time = Parameter("T2", "s", ((est.index["lead_T2"], 1.0),), scale=0.2, low=-9.5, high=200.0)
+    time = Parameter("T2", "s", ((est.index["lead_T2"], 1.0),), scale=0.2, low=-9.98, high=200.0)
     return [(lead, time)]
 
 

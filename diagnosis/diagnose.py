@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from ..models.errors import BadInput
 from . import gain as gains
 from . import search as selection
 from . import unknown, verdict
 from .causes import CAUSES, testable
-from .estimator import Estimator, Parameter, Setting
 from .evidence import log_tail
 from .extend import extended_model
 from .flags import Flag, put_right

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Parameter, Setting
 from .causes import Variant
-from .estimator import SYMBOLS, Estimator, Parameter, Setting
 from .result import Gain, Trace
 
 START_S = 10.0

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 from ..models.model import CHANNELS
 from . import unknown
 from .causes import CAUSES, Cause, Variant, starts
-from .estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 from .evidence import Projector, Score, effective_number, log_tail
 from .unknown import Feature
 
@@ -101,6 +101,9 @@ def screen(search: Search, s: Setting, now: Innovations, count: bool = False) ->
     for name, variants in search.bank.items():
         if name in used or name == "rudder_fault" or name in RANDOM:
             continue
+        if CAUSES[name].profile:
+            out.append(_screen_profile(search, s, now, projector, name))
+            continue
         columns = _variant_columns(est, s, now, variants)
         scores = [projector.score(c) for c in columns]
         if all(score.share < IN_SPAN for score in scores):
@@ -155,6 +158,20 @@ def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Proje
     return best
 
 
+def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Projector, name: str) -> Screened:
+    """The first parameter's score over values of the second, which means nothing while the first is zero."""
+    est, (variant,) = search.est, search.bank[name]
+    first, second = variant
+    values = [x * est.clock - est.base[second.slots[0][0]] for x in CAUSES[name].profile]
+    found = []
+    for value in values:
+        column = est.column(est.at(s, second, value), now, (first,))
+        score = projector.score(column)
+        log_p = log_tail(score.statistic, 1) + np.log(len(values))
+        found.append(Screened(name, variant, log_p, score, (float(score.step[0]), value)))
+    return min(found, key=lambda f: f.log_p)
+
+
 def fault_variant(est: Estimator, record: int | None) -> Variant:
     """Effectiveness 1 + e from time t0 (s) on."""
     e = Parameter("e", "1", ((est.index["fault"], 1.0),), record, -1.0, 1.0, 0.02)
@@ -170,6 +187,12 @@ def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
     if item.cause == "rudder_fault":
         found, now = _refit_fault(search, item)
         k, tests = 2, FAULT_GRID * (1.0 + len(est.data))
+    elif entry.profile:
+        first, second = variant
+        s = est.at(est.at(s, second, item.start[1]), first, item.start[0])
+        s, _ = search.refit(s, (first,), 2)
+        found, now = search.refit(s, variant, 8)
+        k = 2
     else:
         if entry.rings:
             s = _ring_start(est, s, entry, variant)

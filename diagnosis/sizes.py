@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from .causes import CAUSES, Variant, drift_height
-from .estimator import Estimator, Parameter, Setting
 from .result import Size
 
 NORMAL_90 = 1.6448536269514722

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 
 LAGS_S = (5.0, 12.0, 30.0, 75.0)
 WINDOWS = 24

@@ -11,7 +11,7 @@ from .causes import CAUSES
 from .result import Finding, Trace
 
 if TYPE_CHECKING:
-    from .estimator import Estimator
+    from ..methods.innovations.estimator import Estimator
     from .search import Candidate, Search
 
 EXCITED = 8.0

@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..methods.base import CannotFit
-from ..methods.series import initial_state_of, inputs_of, samples, sensor_sd
-from ..models import kernels as kernel_store
+from ...models import kernels as kernel_store
+from ..base import CannotFit
+from ..series import initial_state_of, inputs_of, samples, sensor_sd
 from . import _filter
 from ._filter import CHANNELS, OUTER
 
 if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
+    from ...datasets.record import Record
+    from ...models.model import Model
 
 SYMBOLS = ("psi", "r", "u", "v", "x", "y")
 QUANTUM = 1e-5
@@ -32,7 +32,7 @@ SHORTEST_TAU_S, LONGEST_TAU_S = 1.0, 60.0
 SPIKE, NEAR = 6.5, 4.5
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
-BANK_DEFAULTS = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 1.0}
+BANK_DEFAULTS = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
 """Parameters of the bank that mean nothing while their effect is absent, and must not be zero."""
 DEFAULT_WINDAGE = {
     **{"rho_air": 1.225, "A_F": 450.0 / 160.93**2, "A_L": 1800.0 / 160.93**2},

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, types
 
-from ..models.drivers import A1, A2, JIT, RHS, f8, i8
+from ...models.drivers import A1, A2, JIT, RHS, f8, i8
 
 I1 = types.Array(types.int64, 1, "C")
 JACOBIAN = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
