@@ -126,9 +126,19 @@ class Estimator:
         self.rudder_sd = max(min(quiet), 1e-7)
         self.unit = force_units(model, self.data) if unit is None else unit
         self.base = base_vector(model, self.kernels)
+        if "speed_loss_state" in self.kernels.STATES:
+            self._read_speed()
         self.commanded = all(not r.has("rudder_rad") for r in records)
+        self.free_s: float | None = None
         self._pool = ThreadPoolExecutor(2)
         self._steps: dict = {}
+
+    def _read_speed(self) -> None:
+        """The surge channel of a response model: U0 (1 - loss), U0 from the first part of the records."""
+        firsts = [d.measured[: max(5, d.time.size // 50), 2] for d in self.data]
+        firsts = [x[np.isfinite(x)] for x in firsts]
+        speed = float(np.median(np.concatenate(firsts))) if any(x.size for x in firsts) else 1.0
+        self.base[self.index["scale_u"]], self.base[self.index["bias_u"]] = -speed - 1.0, speed
 
     @cached_property
     def layout(self) -> np.ndarray:
@@ -139,7 +149,8 @@ class Estimator:
         dt = float(np.median(np.diff(self.data[0].time)))
         steps = max(1, int(np.ceil(dt / (4.0 * self.model.max_step_s) - 1e-9)))
         size = len(self.names) - len(OUTER)
-        places = [states.index(s) if s in states else -1 for s in SYMBOLS]
+        seen = [state_seen(s, states) for s in SYMBOLS]
+        places = [-1 if s is None else states.index(s) for s in seen]
         used = self.channels
         places = [
             i if used[c] or s in ("psi", "u", "v", "r") else -1
@@ -150,7 +161,7 @@ class Estimator:
     @cached_property
     def channels(self) -> np.ndarray:
         """(6,) whether any record measures the channel and the model has the state."""
-        known = np.array([s in self.kernels.STATES for s in SYMBOLS])
+        known = np.array([state_seen(s, self.kernels.STATES) is not None for s in SYMBOLS])
         return known & np.any([np.isfinite(d.measured).any(axis=0) for d in self.data], axis=0)
 
     def first(self, share: float) -> Estimator:
@@ -162,6 +173,12 @@ class Estimator:
         early.edges = np.concatenate([[0], np.cumsum(cut)])
         early._steps = {}
         return early
+
+    def simulating(self, seconds: float) -> Estimator:
+        """The same, but run freely after the first seconds: innovations are then output errors over sensor noise."""
+        free = copy(self)
+        free.free_s, free._steps = seconds, {}
+        return free
 
     @property
     def clock(self) -> float:
@@ -210,6 +227,8 @@ class Estimator:
         model = (self.kernels.rhs, self.kernels.jacobian)
         record = (d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]))
         fixed = (self.layout, self.unit, s.noise, self.rudder_sd, added, d.start, d.start_var)
+        if free is None and self.free_s is not None:
+            free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
         last = size if free is None else free
         out = (e, log_s, states, predicted, columns)
         _filter.run_filter(*model, *record, *fixed, last, axes, forcing, *out)
@@ -452,6 +471,13 @@ def _bounded_step(gradient: np.ndarray, fisher: np.ndarray, q: np.ndarray) -> np
     return np.zeros(nf + 1)
 
 
+def state_seen(symbol: str, states: Sequence[str]) -> str | None:
+    """The state that a channel measures: its own, or for the surge of a response model the speed loss."""
+    if symbol in states:
+        return symbol
+    return "speed_loss_state" if symbol == "u" and "speed_loss_state" in states else None
+
+
 def sensor_sd_of_rudder(rudder: np.ndarray) -> float:
     """Sensor noise of a rudder series, from its second differences (its motion has kinks)."""
     second = np.diff(rudder, 2)
@@ -518,7 +544,7 @@ def _data(record: Record, model: Model, kernels: kernel_store.Kernels) -> Data:
     spikes, near = 0, 0
     for c, symbol in enumerate(SYMBOLS):
         values = samples(record, symbol)
-        if values is not None and symbol in kernels.STATES:
+        if values is not None and state_seen(symbol, kernels.STATES) is not None:
             measured[:, c], found, close = without_spikes(values)
             spikes, near = spikes + found, near + close
     if not np.isfinite(measured[:, :2]).any():

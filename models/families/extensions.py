@@ -306,7 +306,8 @@ def carries(definition: Definition, name: str) -> bool:
     extension = EXTENSIONS[name]
     taken = {symbol.name for symbol in definition.coefficients}
     fits = extension.three_dof is None or extension.three_dof == (definition.force_scale is not None)
-    first_order = len(definition.states) == 2
+    states = {symbol.name for symbol in definition.states}
+    first_order = definition.states[0].name == "r" and "lead_state" not in states
     return fits and not taken & set(extension.units) and (name != "second_order_lead" or first_order)
 
 
