@@ -166,9 +166,7 @@ def rudder_rate_limit(est: Estimator) -> list[Variant] | str:
     """The rudder cannot turn faster than a rate (rad/s); only where the rudder column is a command."""
     if not est.commanded:
         return "the rudder column is the angle itself, which already shows its limits"
-    moved = np.concatenate([np.abs(np.diff(d.rudder) / np.diff(d.time)) for d in est.data])
-    fastest = float(np.quantile(moved, 0.999))
-    return [_inverse(est, "rate", "rad/s", "rudder_rate", fastest)]
+    return [()]
 
 
 @cause("rad", matters=None, separate_by="record the rudder angle itself beside the command")
@@ -176,14 +174,7 @@ def rudder_saturation(est: Estimator) -> list[Variant] | str:
     """The rudder stops at an angle (rad) short of the command; only where the rudder column is a command."""
     if not est.commanded:
         return "the rudder column is the angle itself, which already shows its limits"
-    largest = float(np.max([np.quantile(np.abs(d.rudder), 0.98) for d in est.data]))
-    return [_inverse(est, "limit", "rad", "rudder_limit", largest)]
-
-
-def _inverse(est: Estimator, name: str, unit: str, slot: str, largest: float) -> Variant:
-    """A limit as the share s by which it lies below the largest value seen: limit = largest (1 - s), s in 0 .. 1."""
-    law = lambda share: np.array([largest * (1.0 - share) if share > 0.0 else 0.0])  # noqa: E731
-    return (Parameter(name, unit, ((est.index[slot], 1.0),), law=law, low=0.0, high=0.98, scale=0.02),)
+    return [()]
 
 
 @cause("rad/s", matters=0.003 * DEGREE, separate_by="a gyro zero reading at rest")

@@ -321,9 +321,7 @@ def _gain(search: Search, final: Setting, records: Sequence[Record], rng: np.ran
         return {}, ()
     held = Estimator(est.model, records, est.unit)
     held.rudder_sd, held.base = est.rudder_sd, est.base
-    after = gains.transferred(
-        held, final, [p for a in search.accepted for p in a.variant if p.record is not None]
-    )
+    after = gains.transferred(held, final, [p for a in search.accepted for p in a.variant if p.record is not None])
     after = gains.adapted(held, after, tuple(per_record))
     before = gains.transferred(held, base, ())
     starts = gains.scored_from(held, bool(per_record))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -23,8 +23,6 @@ TIE_NATS = 4.6
 MOST_TIED = 2
 FAULT_GRID = 12
 SHARE_FIRST, SHARE_LATER = 0.6, 0.3
-RANDOM = ("wave_motion", "clock_jitter")
-"""Causes that add variance, which scores of the mean do not see."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
 DEGREE = np.pi / 180.0
@@ -99,7 +97,7 @@ def screen(search: Search, s: Setting, now: Innovations, count: bool = False) ->
     used = {a.cause for a in search.accepted}
     out, families = [], []
     for name, variants in search.bank.items():
-        if name in used or name == "rudder_fault" or name in RANDOM:
+        if name in used or name == "rudder_fault" or name in ATTEMPTS:
             continue
         if CAUSES[name].profile:
             out.append(_screen_profile(search, s, now, projector, name))
@@ -302,33 +300,47 @@ def try_waves(search: Search, before: float) -> Candidate | None:
 
 def try_jitter(search: Search, before: float) -> Candidate | None:
     """Errors of the sampling instants: scanned if squared innovations grow with the channels' rates of change."""
+    if unknown.rate_statistic(search.est, search.now) < 2.5:
+        return None
+    step = float(np.median(np.diff(search.est.data[0].time)))
+    return _scanned(search, "clock_jitter", "clock", [share * step for share in (0.03, 0.1, 0.3)], before)
+
+
+def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate | None:
+    """A limit on the command's rate or angle: scanned below the largest value seen."""
+    d = search.est.data
+    quiet = [unknown.lagged(x.rudder, x.time, 1.5 * float(np.median(np.diff(x.time)))) for x in d]
+    if slot == "rudder_rate":
+        seen = max(float(np.max(np.abs(np.diff(q) / np.diff(x.time)))) for q, x in zip(quiet, d, strict=True))
+    else:
+        seen = max(float(np.max(np.abs(q))) for q in quiet)
+    return _scanned(search, cause, slot, [share * seen for share in (0.97, 0.9, 0.8, 0.6, 0.4, 0.2)], before)
+
+
+def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], before: float) -> Candidate | None:
+    """The best value of one entry of the parameter vector, scanned and then refined in its logarithm."""
     from scipy.optimize import minimize_scalar
 
     est, s = search.est, search.setting
-    slot = est.index["clock"]
+    index = est.index[slot]
 
-    def at(sd: float) -> tuple[Setting, Innovations]:
+    def at(value: float) -> tuple[Setting, Innovations]:
         p = s.p.copy()
-        p[:, slot] = sd
-        return est.fit_noise(replace(s, p=p), 3)
+        p[:, index] = value
+        return est.fit_noise(replace(s, p=p), 2)
 
-    z = unknown.rate_statistic(est, search.now)
-    if z < 2.5:
+    gains = [at(value)[1].log_likelihood for value in values]
+    best = int(np.argmax(gains))
+    if gains[best] < before + 2.0:
         return None
-    step = float(np.median(np.diff(est.data[0].time)))
-    trials = [at(share * step) for share in (0.03, 0.1, 0.3)]
-    best = int(np.argmax([now.log_likelihood for _, now in trials]))
-    if trials[best][1].log_likelihood < before + 2.0:
-        return None
-    middle = np.log((0.03, 0.1, 0.3)[best] * step)
+    ends = np.log([values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)]])
+    low, high = min(ends) - 0.3 * (best == 0), max(ends) + 0.3 * (best == len(values) - 1)
     found = minimize_scalar(
-        lambda x: -at(float(np.exp(x)))[1].log_likelihood,
-        bounds=(middle - 1.3, middle + 1.3),
-        options={"xatol": 0.02, "maxiter": 14},
+        lambda x: -at(float(np.exp(x)))[1].log_likelihood, bounds=(low, high), options={"xatol": 0.01, "maxiter": 14}
     )
-    s, now = at(float(np.exp(found.x)))
+    setting, now = search.refit(at(float(np.exp(found.x)))[0], (), 2)
     statistic = 2.0 * (now.log_likelihood - before)
-    return Candidate("clock_jitter", (), log_tail(statistic, 1), statistic, s, now)
+    return Candidate(cause, (), log_tail(statistic, 1) + np.log(2.0), statistic, setting, now)
 
 
 # ---- unknown effects
@@ -467,10 +479,19 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
             chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
     found = [refit_cause(search, item, before) for item in chosen]
     named = {a.cause for a in search.accepted}
-    for name, attempt in (("wave_motion", try_waves), ("clock_jitter", try_jitter)):
+    for name, attempt in ATTEMPTS.items():
         candidate = attempt(search, before) if name in search.bank and name not in named else None
         found += [candidate] if candidate is not None else []
     return found
+
+
+ATTEMPTS: dict[str, Callable[[Search, float], Candidate | None]] = {
+    "wave_motion": try_waves,
+    "clock_jitter": try_jitter,
+    "rudder_rate_limit": lambda search, before: try_limit(search, "rudder_rate_limit", "rudder_rate", before),
+    "rudder_saturation": lambda search, before: try_limit(search, "rudder_saturation", "rudder_limit", before),
+}
+"""Causes that are scanned instead of scored: their derivative at the null says nothing."""
 
 
 def accept(search: Search, passed: Sequence[Candidate]) -> None:

@@ -12,6 +12,12 @@ from .result import Size
 
 NORMAL_90 = 1.6448536269514722
 DRAWS = 2000
+SCANNED = {
+    "clock_jitter": ("clock", "sd", "s"),
+    "rudder_rate_limit": ("rudder_rate", "rate", "rad/s"),
+    "rudder_saturation": ("rudder_limit", "limit", "rad"),
+}
+"""Causes of one positive number: its entry in the parameter vector, its name and unit."""
 
 
 def sizes_of(
@@ -25,8 +31,8 @@ def sizes_of(
     values = np.array([est.value(s, p) for p in variant])
     if cause == "wave_motion":
         return _waves(est, s)
-    if cause == "clock_jitter":
-        return _jitter(est, s)
+    if cause in SCANNED:
+        return _scanned(est, s, *SCANNED[cause])
     if entry.polar is not None:
         return _polar(est, entry.polar, cause, variant, values, covariance, rng)
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -41,9 +47,6 @@ def _plain(est: Estimator, p: Parameter, value: float, half: float) -> Size:
     shift |= {"T2": est.base[est.index["lead_T2"]] if "lead_T2" in est.index else 0.0}
     shift |= {"power": est.base[est.index["loss_power"]] if "loss_power" in est.index else 0.0}
     add = shift.get(own, 0.0)
-    if own in ("rate", "limit") and p.law is not None:
-        ends = [float(p.law(x)[0]) for x in (high, low)]
-        return Size(own, float(p.law(value)[0]), min(ends), max(ends) or np.inf, unit, name)
     if own == "draught_over_depth":
         ratio = [1.0 / max(x, 1e-3) for x in (value, high, low)]
         return Size("depth_ratio", ratio[0], ratio[1], ratio[2], "1", name)
@@ -73,18 +76,18 @@ def _polar(est, polar, cause, variant, values, covariance, rng) -> tuple[Size, .
     return tuple(out)
 
 
-def _jitter(est: Estimator, s: Setting) -> tuple[Size, ...]:
-    """Standard deviation of the sampling instants; its interval from the curvature of the log likelihood in log sd."""
-    slot, h = est.index["clock"], 0.1
-    sd = float(s.p[0, slot])
+def _scanned(est: Estimator, s: Setting, slot: str, name: str, unit: str) -> tuple[Size, ...]:
+    """A positive number with the interval that the curvature of the log likelihood in its logarithm gives."""
+    index, h = est.index[slot], 0.05
+    value = float(s.p[0, index])
     ll = []
     for factor in (np.exp(-h), 1.0, np.exp(h)):
         p = s.p.copy()
-        p[:, slot] = sd * factor
+        p[:, index] = value * factor
         ll.append(est.evaluate(replace(s, p=p)).log_likelihood)
     curvature = max(-(ll[0] - 2.0 * ll[1] + ll[2]) / h**2, 1.0)
     half = NORMAL_90 / np.sqrt(curvature)
-    return (Size("sd", sd, sd * float(np.exp(-half)), sd * float(np.exp(half)), "s"),)
+    return (Size(name, value, value * float(np.exp(-half)), value * float(np.exp(half)), unit),)
 
 
 def _waves(est: Estimator, s: Setting) -> tuple[Size, ...]:

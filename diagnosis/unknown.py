@@ -97,10 +97,10 @@ def _basis(est: Estimator, states: np.ndarray, time: np.ndarray, rudder: np.ndar
             out[f"{a}{b}^2"] = ("product", x * y**2)
     for a, x in signals.items():
         for lag in LAGS_S:
-            late = _lagged(x, time, lag * clock)
+            late = lagged(x, time, lag * clock)
             out[f"{a} late {lag:g}"] = ("memory", late)
-        out[f"sign {a} late"] = ("memory", np.sign(_lagged(x, time, 12.0 * clock)))
-        rate = np.gradient(_lagged(x, time, 2.0 * clock), time)
+        out[f"sign {a} late"] = ("memory", np.sign(lagged(x, time, 12.0 * clock)))
+        rate = np.gradient(lagged(x, time, 2.0 * clock), time)
         rate /= max(np.std(rate), 1e-12)
         out[f"rate {a}"] = ("rate", rate)
         out[f"|rate {a}|"] = ("rate", np.abs(rate))
@@ -127,7 +127,7 @@ def _basis(est: Estimator, states: np.ndarray, time: np.ndarray, rudder: np.ndar
     return out
 
 
-def _lagged(x: np.ndarray, time: np.ndarray, lag: float) -> np.ndarray:
+def lagged(x: np.ndarray, time: np.ndarray, lag: float) -> np.ndarray:
     """First-order lag of a series (T,)."""
     from scipy.signal import lfilter
 
