@@ -84,7 +84,7 @@ def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[s
     if instruments.get("rudder_backlash", 0.0) > 0.0:
         series = quietened(series)
     felt = np.empty(series.size)
-    drivers.link(np.ascontiguousarray(time_s, float), series, numbers, felt)
+    drivers.link(np.array(time_s, float), series, numbers, felt)
     return np.where(known, felt, np.nan)
 
 

@@ -117,7 +117,7 @@ def _absorbed(inputs: str) -> Apply:
     """Some inputs of the environment variant as constant parameters, the others absent."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        whole = with_environment(definition)
+        whole = with_environment(definition, wind=inputs.startswith("wind"))
         kept = dict(zip(symbols(inputs), parameters, strict=True))
         swap = {s: kept.get(s, sp.S.Zero) for s in symbols(ENVIRONMENT_INPUTS)}
         tag = {s: sp.Symbol(s.name.replace("env_", f"{inputs[:4]}_"), real=True) for s in whole.helpers}
