@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 
 from ..models.errors import BadInput
 from ..models.model import CHANNELS, model_to_json, resolve
-from .identify import read_for, sign_doubt
+from .identify import sign_doubt
 
 if TYPE_CHECKING:
-    from ..datasets.record import Record
     from ..diagnosis.diagnose import Options
     from ..diagnosis.result import Diagnosis
 
@@ -35,20 +34,21 @@ def diagnose_files(
     ------
     BadInput : a file or model cannot be used, a file stands on both sides, or the records lack what a diagnosis needs.
     """
+    from ..datasets.io import read_record
     from ..diagnosis.diagnose import diagnose
     from ..methods.base import CannotFit
 
     base = resolve(model)
     _check_sides(train, held_out)
-    _check_known(base.known, model, options.base_parameters)
-    records = [read_for(path, positive_rudder, base) for path in train]
-    others = [read_for(path, positive_rudder, base) for path in held_out]
+    options.checked(base)
+    records = [read_record(path, positive_rudder).turned(base.positive_rudder) for path in train]
+    others = [read_record(path, positive_rudder).turned(base.positive_rudder) for path in held_out]
     try:
         found = diagnose(base, records, others, options)
     except CannotFit as reason:
         raise BadInput(f"{model} cannot be diagnosed: {reason}") from None
     doubts = tuple(doubt for record in [*records, *others] if (doubt := sign_doubt(record)))
-    return _with_files(found, [*train, *held_out], [*records, *others]), doubts
+    return _with_files(found, [*train, *held_out]), doubts
 
 
 def channel_columns(text: str | None) -> tuple[str, ...] | None:
@@ -114,15 +114,7 @@ def _check_sides(train: Sequence[str | Path], held_out: Sequence[str | Path]) ->
         raise BadInput("stands under --train and --held-out", file=sorted(both)[0], hint=hint)
 
 
-def _check_known(known: bool, model: str, base_parameters: str | None) -> None:
-    if base_parameters == "file" and not known:
-        hint = "give a vessel or a model.json, or leave --base-parameters to identify"
-        raise BadInput(f"--base-parameters file: {model} has no coefficients", hint=hint)
-
-
-def _with_files(found: Diagnosis, paths: Sequence[str | Path], records: Sequence[Record]) -> Diagnosis:
+def _with_files(found: Diagnosis, paths: Sequence[str | Path]) -> Diagnosis:
     """The diagnosis with the files as the user named them in the place of the records' names."""
-    if len(found.records) != len(paths):
-        return found
     roles = [role for _, role in found.records]
     return replace(found, records=tuple((str(path), role) for path, role in zip(paths, roles, strict=True)))

@@ -4,6 +4,7 @@ model's equations, before and after on held-out records."""
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,9 +47,9 @@ def html(found: Diagnosis) -> str:
         found=found,
         words=words,
         verdict=words.verdict(found),
-        panels=[_panel(trace, after=False) for trace in found.traces if trace.role == "train"],
+        panels=[_panel(trace, after=False) for trace in _shown_first(found)],
         held_out=[_panel(trace, after=extended) for trace in found.traces if trace.role != "train"],
-        where=[_where(entry) for entry in found.where],
+        where=[where_row(entry) for entry in found.where],
         bank=[_bank_row(entry, found) for entry in words.ordered_bank(found)],
         alpha_mark=bar_width(found.alpha),
         equations=equations(found.extended, found.model) if extended else None,
@@ -57,6 +58,11 @@ def html(found: Diagnosis) -> str:
         facts=facts(found),
         colours={"measured": MEASURED, "before": BEFORE, "after": AFTER},
     )
+
+
+def _shown_first(found: Diagnosis) -> list[Trace]:
+    """The traces that show what is wrong: those of training, or else all."""
+    return [trace for trace in found.traces if trace.role == "train"] or list(found.traces)
 
 
 def facts(found: Diagnosis) -> list[tuple[str, str]]:
@@ -77,17 +83,22 @@ def facts(found: Diagnosis) -> list[tuple[str, str]]:
 
 def noise_rows(found: Diagnosis) -> list[tuple[str, str]]:
     """The estimated noise model, as pairs of texts."""
-    rows = []
-    for name, value in found.noise.items():
-        if isinstance(value, dict):
-            told = [_noise_text(str(key), item) for key, item in value.items() if isinstance(item, int | float)]
-            rows.append((name.replace("_", " "), ", ".join(told)))
-        elif isinstance(value, int | float):
-            rows.append((name.replace("_", " "), words.number(float(value))))
-    return [row for row in rows if row[1]]
+    noise, rows = found.noise, []
+    sd = [_with_unit(name, value) for name, value in noise.get("sensor_sd", {}).items()]
+    if "rudder_sd" in noise:
+        sd.append(f"rudder {words.number(words.DEG * noise['rudder_sd'])} deg")
+    if sd:
+        rows.append(("sensor noise (sd)", ", ".join(sd)))
+    forces = noise.get("force_sd", [])
+    if len(forces):
+        names = (("X", "N"), ("Y", "N"), ("N", "N m")) if len(forces) == 3 else [("yaw", "")] * len(forces)
+        told = [f"{name} {words.number(value)} {unit}".rstrip() for (name, unit), value in zip(names, forces, strict=True)]
+        time = f", correlation time {words.number(noise.get('correlation_time_s'))} s" if max(forces) > 0.0 else ""
+        rows.append(("gusts (sd)", ", ".join(told) + time if max(forces) > 0.0 else "none"))
+    return rows
 
 
-def _noise_text(name: str, value: float) -> str:
+def _with_unit(name: str, value: float) -> str:
     word, unit, factor = words.channel(name)
     return f"{word} {words.number(factor * float(value))} {unit}".rstrip()
 
@@ -103,14 +114,17 @@ def _panel(trace: Trace, after: bool) -> Panel:
 
 
 def _charts(trace: Trace, after: bool) -> list[tuple[str, str]]:
-    rudder = [Curve("rudder", words.DEG * trace.rudder, SOFT)]
-    charts = [("rudder", series(trace.time, rudder, "deg", "rudder", 110))]
+    """A chart a channel, overlay above residual; the first stands under the rudder; the track last."""
+    charts = []
     for name in [c for c in CHANNELS if c in trace.measured]:
         word, unit, factor = words.channel(name)
-        charts.append((word, series(trace.time, _overlay(trace, name, factor, after), unit, word)))
-        residual = _residuals(trace, name, factor, after)
-        charts.append((f"{word}: measured − simulated", series(trace.time, residual, unit, f"{word} error", 130, True)))
-    return [*charts, ("track", track(_tracks(trace, after), "track"))]
+        overlay = series(trace.time, _overlay(trace, name, factor, after), word)
+        residual = series(trace.time, _residuals(trace, name, factor, after), f"{word} error", 110, zero=True)
+        charts.append((f"{word} ({unit}), and measured − simulated", overlay + residual))
+    if not charts:
+        return []
+    rudder = series(trace.time, [Curve("rudder", words.DEG * trace.rudder, SOFT)], "rudder", 90)
+    return [("rudder (deg)", rudder), *charts, ("track (m)", track(_tracks(trace, after), "track"))]
 
 
 def _overlay(trace: Trace, name: str, factor: float, after: bool) -> list[Curve]:
@@ -121,7 +135,7 @@ def _overlay(trace: Trace, name: str, factor: float, after: bool) -> list[Curve]
 
 
 def _residuals(trace: Trace, name: str, factor: float, after: bool) -> list[Curve]:
-    curves = [Curve("before", factor * residual(trace, name, "before"), BEFORE, "5 3")]
+    curves = [Curve("before", factor * residual(trace, name, "before"), BEFORE)]
     return [*curves, Curve("after", factor * residual(trace, name, "after"), AFTER)] if after else curves
 
 
@@ -177,11 +191,13 @@ def rms(values: np.ndarray) -> float:
 # ---- tables
 
 
-def _where(entry: dict[str, Any]) -> dict[str, Any]:
-    share = entry.get("share")
-    known = isinstance(share, int | float) and math.isfinite(share)
-    width = min(max(100.0 * float(share), 0.0), 100.0) if known and share is not None else 0.0
-    return {"condition": str(entry.get("condition", "")), "width": width, "sentence": str(entry.get("sentence", ""))}
+def where_row(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """One condition: its text, its share of the squared error as a bar and against its share of the time."""
+    share, time = (float(entry.get(key) or 0.0) for key in ("share_of_error", "share_of_time"))
+    where = words.channel(str(entry.get("channel", "")))[0]
+    shares = f"{100.0 * share:.0f} % of the squared error in {100.0 * time:.0f} % of the time"
+    condition = f"{where}: {entry.get('condition', '')}"
+    return {"condition": condition, "width": 100.0 * min(max(share, 0.0), 1.0), "mark": 100.0 * time, "shares": shares}
 
 
 def bar_width(p: float | None) -> float:

@@ -132,6 +132,18 @@ def gain_rows(found: Diagnosis) -> list[tuple[str, ...]]:
     return rows
 
 
+def hypothesis(found: Diagnosis) -> list[tuple[str, str]]:
+    """The term that fits an unexplained effect best, as pairs of texts."""
+    facts = found.hypothesis or {}
+    rows = [("kind", cause(str(facts.get("hypothesis", ""))))]
+    rows += [
+        (f"{term['term']} on {term['acts_on']}", number(float(term["size"]))) for term in facts.get("terms", ())
+    ]
+    told = {True: "confirmed", False: "rejected", None: "not tested"}
+    confirmed = facts.get("confirmed_on_held_out")
+    return [*rows, ("on held-out records", told[None if confirmed is None else bool(confirmed)])]
+
+
 GAIN_COLUMNS = ("channel", "RMSE before", "RMSE after", "after/before [90 %]", "R² before", "R² after", "gap closed")
 
 

@@ -9,7 +9,7 @@ from html import escape
 
 import numpy as np
 
-WIDTH, LEFT, RIGHT, TOP, BOTTOM = 640, 62, 12, 12, 30
+WIDTH, LEFT, RIGHT, TOP, BOTTOM = 640, 56, 16, 8, 22
 MEASURED, BEFORE, AFTER, SOFT, GRID = "#1d2733", "#c8553d", "#1b6ca8", "#5b6b7b", "#e3e8ee"
 FONT = 'font-family="system-ui, sans-serif" font-size="11"'
 POINTS = 320
@@ -41,38 +41,56 @@ class Axis:
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
 
-def series(time: np.ndarray, curves: Sequence[Curve], unit: str, title: str, height: int = 190, zero: bool = False):
+def series(time: np.ndarray, curves: Sequence[Curve], title: str, height: int = 190, zero: bool = False) -> str:
     """Values over time; an empty text where nothing is finite."""
     low, high = _range([c.values for c in curves], zero)
     if low is None or high is None:
         return ""
     across = Axis(float(time[0]), float(time[-1]), LEFT, WIDTH - RIGHT)
     up = Axis(low, high, height - BOTTOM, TOP)
-    parts = [*_open(height, title), *_grid(across, up, height, "s", unit)]
+    parts = [*_open(height, title), *_grid(across, up, height, " s")]
     if zero:
         parts.append(f'<path d="M{LEFT} {up.place(0.0):.1f}H{WIDTH - RIGHT}" stroke="{SOFT}" stroke-width=".8"/>')
     parts += [_path(across.place(time), up.place(c.values), c) for c in curves]
     return "\n".join([*parts, "</svg>"])
 
 
-def track(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: str, height: int = 420) -> str:
-    """Positions (north, east) in metres, to equal scales; an empty text where nothing is finite."""
+def track(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: str) -> str:
+    """Positions (north, east) in metres, to equal scales; an empty text where nothing is finite.
+
+    North points up, or to the left where the track is longer than wide, so that it fills the chart.
+    """
     known = [(n, e) for n, e, _ in curves if np.isfinite(n + e).any()]
     if not known:
         return ""
-    north, east = (_range([pair[i] for pair in known], False) for i in (0, 1))
-    assert north[0] is not None and north[1] is not None and east[0] is not None and east[1] is not None
-    wide, tall = WIDTH - LEFT - RIGHT, height - TOP - BOTTOM
-    metres = max((east[1] - east[0]) / wide, (north[1] - north[0]) / tall)
-    middle_n, middle_e = (north[0] + north[1]) / 2.0, (east[0] + east[1]) / 2.0
-    across = Axis(middle_e - metres * wide / 2, middle_e + metres * wide / 2, LEFT, WIDTH - RIGHT)
-    up = Axis(middle_n - metres * tall / 2, middle_n + metres * tall / 2, height - BOTTOM, TOP)
-    parts = [*_open(height, title), *_grid(across, up, height, "m east", "m north")]
-    parts += [_path(across.place(e), up.place(n), curve, thin=False) for n, e, curve in curves]
-    first = next((k for k in range(known[0][0].size) if np.isfinite(known[0][0][k] + known[0][1][k])), 0)
-    x, y = across.place(known[0][1][first]), up.place(known[0][0][first])
-    parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{MEASURED}"/>')
-    return "\n".join([*parts, "</svg>"])
+    north, east = (_span([pair[i] for pair in known]) for i in (0, 1))
+    lying = north[1] - north[0] > 1.3 * (east[1] - east[0])
+    flat, steep = (north, east) if lying else (east, north)
+    wide = WIDTH - LEFT - RIGHT
+    height = TOP + BOTTOM + min(max(wide * (steep[1] - steep[0]) / (flat[1] - flat[0]), 120.0), 420.0)
+    metres = max((flat[1] - flat[0]) / wide, (steep[1] - steep[0]) / (height - TOP - BOTTOM))
+    across = _centred(flat, metres, (WIDTH - RIGHT, LEFT) if lying else (LEFT, WIDTH - RIGHT))
+    up = _centred(steep, metres, (height - BOTTOM, TOP))
+    parts = [*_open(height, title), *_grid(across, up, height, " N" if lying else " E")]
+    places = [(across.place(n), up.place(e)) if lying else (across.place(e), up.place(n)) for n, e, _ in curves]
+    parts += [_path(x, y, curve, thin=False) for (x, y), (_, _, curve) in zip(places, curves, strict=True)]
+    first = int(np.argmax(np.isfinite(places[0][0] + places[0][1])))
+    x, y = (float(np.asarray(pixels)[first]) for pixels in places[0])
+    if math.isfinite(x + y):
+        parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{MEASURED}"/>')
+    side = "east up, north to the left" if lying else "north up"
+    return "\n".join([*parts, _note(WIDTH - RIGHT, TOP + 10, side, "end"), "</svg>"])
+
+
+def _span(arrays: Sequence[np.ndarray]) -> tuple[float, float]:
+    low, high = _range(arrays, False)
+    return (0.0, 1.0) if low is None or high is None else (low, high)
+
+
+def _centred(span: tuple[float, float], metres: float, pixels: tuple[float, float]) -> Axis:
+    """The axis through the middle of a span, at so many metres a pixel."""
+    middle, half = (span[0] + span[1]) / 2.0, metres * abs(pixels[1] - pixels[0]) / 2.0
+    return Axis(middle - half, middle + half, *pixels)
 
 
 def spectra(frequency: np.ndarray, curves: Sequence[Curve], unit: str, title: str, height: int = 220) -> str:
@@ -89,7 +107,7 @@ def spectra(frequency: np.ndarray, curves: Sequence[Curve], unit: str, title: st
         parts += _tick_y(up.place(float(exponent)), f"1e{exponent}")
     for exponent in range(math.ceil(across.low), math.floor(across.high) + 1):
         parts += _tick_x(across.place(float(exponent)), height, f"{10.0**exponent:g}")
-    parts.append(_note(WIDTH - RIGHT, height - 4, f"Hz; {unit}", "end"))
+    parts.append(_note(WIDTH - RIGHT, TOP + 12, f"{unit} over Hz", "end"))
     with np.errstate(all="ignore"):
         parts += [_path(across.place(np.log10(frequency)), up.place(np.log10(c.values)), c, thin=False) for c in curves]
     return "\n".join([*parts, "</svg>"])
@@ -141,13 +159,14 @@ def _range(arrays: Sequence[np.ndarray], zero: bool) -> tuple[float | None, floa
     return low - pad, high + pad
 
 
-def _grid(across: Axis, up: Axis, height: float, x_unit: str, y_unit: str) -> list[str]:
+def _grid(across: Axis, up: Axis, height: float, unit: str) -> list[str]:
+    """Lines and numbers; the unit stands behind the numbers along the bottom."""
     parts: list[str] = []
-    for value in nice(up.low, up.high, 4):
+    for value in nice(up.low, up.high, 3 if height < 150 else 4):
         parts += _tick_y(up.place(value), f"{value:.6g}")
     for value in nice(across.low, across.high, 6):
-        parts += _tick_x(across.place(value), height, f"{value:.6g}")
-    return [*parts, _note(WIDTH - RIGHT, height - 4, x_unit, "end"), _note(LEFT + 4, TOP + 8, y_unit, "start")]
+        parts += _tick_x(across.place(value), height, f"{value:.6g}{unit}")
+    return parts
 
 
 def _tick_y(y: float | np.ndarray, text: str) -> list[str]:

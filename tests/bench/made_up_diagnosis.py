@@ -89,11 +89,20 @@ def made_up(vessel="mariner", extension="yaw_damping_quadratic", values=None, in
         bank=bank,
         gain=gains(traces),
         hypothesis=None,
-        noise={"sensor_sd": {"heading_rad": 0.1 * DEGREE, "yaw_rate_rad_s": 0.05 * DEGREE}, "correlation_s": 15.0},
+        noise={
+            "sensor_sd": {"heading_rad": 0.1 * DEGREE, "yaw_rate_rad_s": 0.05 * DEGREE},
+            "force_sd": [10.0, 20.0, 300.0],
+            "correlation_time_s": 15.0,
+            "rudder_sd": 0.05 * DEGREE,
+        },
         traces=traces,
         where=(
-            {"condition": "rudder beyond 15 deg", "share": 0.71, "sentence": "The yaw rate comes out too high."},
-            {"condition": "turn to starboard", "share": 0.52, "sentence": "Both sides alike."},
+            {
+                "channel": "yaw_rate_rad_s",
+                "condition": "turns to starboard",
+                "share_of_error": 0.71,
+                "share_of_time": 0.4,
+            },
         ),
         next_manoeuvre=None if named else "a 20/20 zigzag",
         wall_s=7.1,
