@@ -97,25 +97,41 @@ def _three(est: Estimator) -> str | None:
 STEADY = "a steady turn to each side and a straight run at zero rudder"
 
 
-@cause("rad", matters=0.1 * DEGREE, separate_by="straight runs at zero rudder and at two speeds: an offset grows with the speed squared, a constant force does not")
+@cause(
+    "rad",
+    matters=0.1 * DEGREE,
+    separate_by="straight runs at zero rudder and at two speeds: an offset grows with the speed squared, a constant force does not",
+)
 def rudder_offset(est: Estimator) -> list[Variant] | str:
     """The rudder's neutral angle: delta_hull = delta_recorded + delta0, delta0 in rad."""
     return [_one(est, "delta0", "rad", "rudder_offset", scale=0.05 * DEGREE)]
 
 
-@cause("1", matters=0.02, separate_by="a bollard or captive rudder-force test, or rudder angles from small to hard over")
+@cause(
+    "1", matters=0.02, separate_by="a bollard or captive rudder-force test, or rudder angles from small to hard over"
+)
 def rudder_effectiveness(est: Estimator) -> list[Variant] | str:
     """Share by which the rudder gives more force than modelled: delta_hull = (1 + e) delta_recorded (-0.2: 20 % lost)."""
     return [_one(est, "e", "1", "rudder_effectiveness", scale=0.01, low=-0.95, high=2.0)]
 
 
-@cause("s", scan=(0.3, 1.0, 2.0, 3.5), matters=0.2, separate_by="rudder steps with the rudder angle recorded at the stock and on the bridge at once")
+@cause(
+    "s",
+    scan=(0.3, 1.0, 2.0, 3.5),
+    matters=0.2,
+    separate_by="rudder steps with the rudder angle recorded at the stock and on the bridge at once",
+)
 def rudder_delay(est: Estimator) -> list[Variant] | str:
     """The hull feels the rudder late: delta_hull(t) = delta_recorded(t - tau), tau in s."""
     return [_one(est, "tau", "s", "rudder_delay", scale=0.05, low=0.0, high=8.0)]
 
 
-@cause("rad", scan=(0.15 * DEGREE, 0.4 * DEGREE, DEGREE, 2 * DEGREE), matters=0.3 * DEGREE, separate_by="slow small-angle rudder sweeps in both directions")
+@cause(
+    "rad",
+    scan=(0.15 * DEGREE, 0.4 * DEGREE, DEGREE, 2 * DEGREE),
+    matters=0.3 * DEGREE,
+    separate_by="slow small-angle rudder sweeps in both directions",
+)
 def rudder_backlash(est: Estimator) -> list[Variant] | str:
     """Play of +- b rad between the recorded and the acting rudder (linkage wear): the hull's rudder follows only
     once the recorded one has moved through it."""
@@ -191,7 +207,12 @@ def sway_offset(est: Estimator) -> list[Variant] | str:
     return _lacks(est, "v") or [_one(est, "b", "m/s", "bias_v", scale=0.005)]
 
 
-@cause("s", scan=(0.1, 0.4, 1.0, 2.0), matters=0.2, separate_by="yaw rate and heading of instruments with known time stamps")
+@cause(
+    "s",
+    scan=(0.1, 0.4, 1.0, 2.0),
+    matters=0.2,
+    separate_by="yaw rate and heading of instruments with known time stamps",
+)
 def heading_delay(est: Estimator) -> list[Variant] | str:
     """Late heading: recorded(t) = true(t - tau), tau in s."""
     return _lacks(est, "psi") or [_one(est, "tau", "s", "delay_psi", scale=0.05, low=0.0, high=5.0)]
@@ -208,26 +229,45 @@ def velocity_delay(est: Estimator) -> list[Variant] | str:
     ]  # fmt: skip
 
 
-@cause("rad", matters=0.1 * DEGREE, separate_by="positions on a straight course: the track's direction against heading and log")
+@cause(
+    "rad",
+    matters=0.1 * DEGREE,
+    separate_by="positions on a straight course: the track's direction against heading and log",
+)
 def axis_misalignment(est: Estimator) -> list[Variant] | str:
     """Speed log turned on its mount: recorded surge = u cos a + v sin a, sway = -u sin a + v cos a, a in rad."""
     return _lacks(est, "u", "v") or [_one(est, "angle", "rad", "misalignment", scale=0.05 * DEGREE, low=-0.8, high=0.8)]
 
 
-@cause("m/s, rad", rings=(0.02, 0.1, 0.4), polar=Polar("speed", "towards", False), separate_by="the same manoeuvre on two headings, or a log that measures speed through the water")
+@cause(
+    "m/s, rad",
+    rings=(0.02, 0.1, 0.4),
+    polar=Polar("speed", "towards", False),
+    separate_by="the same manoeuvre on two headings, or a log that measures speed through the water",
+)
 def current(est: Estimator) -> list[Variant] | str:
     """Steady uniform current, earth-fixed and per record: the hull's forces depend on velocities through the water;
     speed m/s and the direction (rad) it flows towards."""
     return _three(est) or [_pairs(est, ("speed", "towards"), "m/s", ("current_n", "current_e"), 0.01)]
 
 
-@cause("m/s, rad", rings=(3.0, 7.0, 13.0), polar=Polar("speed", "from", True), separate_by="an anemometer, or the same manoeuvre on two headings and at two speeds")
+@cause(
+    "m/s, rad",
+    rings=(3.0, 7.0, 13.0),
+    polar=Polar("speed", "from", True),
+    separate_by="an anemometer, or the same manoeuvre on two headings and at two speeds",
+)
 def wind(est: Estimator) -> list[Variant] | str:
     """Mean wind, earth-fixed and per record, on the vessel's windage; speed m/s and the direction (rad) it blows from."""
     return _three(est) or [_pairs(est, ("speed", "from"), "m/s", ("wind_n", "wind_e"), 1.0)]
 
 
-@cause("m, rad", rings=(1e-5, 1e-4, 1e-3), polar=Polar("Hs", "from", True), separate_by="a wave buoy, or the same manoeuvre on two headings")
+@cause(
+    "m, rad",
+    rings=(1e-5, 1e-4, 1e-3),
+    polar=Polar("Hs", "from", True),
+    separate_by="a wave buoy, or the same manoeuvre on two headings",
+)
 def wave_drift(est: Estimator) -> list[Variant] | str:
     """Mean second-order wave force, per record: rho g Hs^2 L times coefficients of the encounter angle chi,
     CX = -.010 cos chi (times .3 in following seas), CY = -.020 sin chi |sin chi|, CN = -.002 sin 2 chi."""
@@ -345,7 +385,8 @@ def coefficient_shift(est: Estimator) -> list[Variant] | str:
     names = [n for n, c in zip(est.model.coordinates, est.model.coefficients, strict=True) if c != 0.0 and n[1:] != "0"]
     public = _public_shifts(est) if est.model.kernels.PUBLISHED else []
     return public or [
-        (Parameter(f"fraction:{n}", "1", ((est.index[n], est.base[est.index[n]]),), scale=0.01, low=-0.95),) for n in names
+        (Parameter(f"fraction:{n}", "1", ((est.index[n], est.base[est.index[n]]),), scale=0.01, low=-0.95),)
+        for n in names
     ]
 
 

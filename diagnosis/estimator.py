@@ -139,7 +139,10 @@ class Estimator:
         size = len(self.names) - len(OUTER)
         places = [states.index(s) if s in states else -1 for s in SYMBOLS]
         used = self.channels
-        places = [i if used[c] or s in ("psi", "u", "v", "r") else -1 for c, (s, i) in enumerate(zip(SYMBOLS, places, strict=True))]
+        places = [
+            i if used[c] or s in ("psi", "u", "v", "r") else -1
+            for c, (s, i) in enumerate(zip(SYMBOLS, places, strict=True))
+        ]
         return np.array([len(states), size, len(inputs), first, env, steps, *places], dtype=np.int64)
 
     @cached_property
@@ -209,11 +212,15 @@ class Estimator:
         )  # fmt: skip
         return e, log_s, states[:, : len(self.kernels.STATES) + nf], predicted, columns
 
-    def many(self, settings: Sequence[Setting], records: Sequence[Sequence[int] | None] | None = None) -> list[Innovations]:
+    def many(
+        self, settings: Sequence[Setting], records: Sequence[Sequence[int] | None] | None = None
+    ) -> list[Innovations]:
         """Innovations at several settings; records: for each, those that are run (None: all)."""
         which = [None] * len(settings) if records is None else records
         everyone = range(len(self.data))
-        jobs = [(s, i) for s, chosen in zip(settings, which, strict=True) for i in (everyone if chosen is None else chosen)]
+        jobs = [
+            (s, i) for s, chosen in zip(settings, which, strict=True) for i in (everyone if chosen is None else chosen)
+        ]
         parts = iter(list(self._pool.map(lambda job: self._run(*job)[:3], jobs)))
         out = []
         for chosen in which:
@@ -283,7 +290,9 @@ class Estimator:
         first[~np.isfinite(first).all(axis=1)] = 0.0
         return first
 
-    def _columns(self, s: Setting, now: Innovations, parameters: Sequence[Parameter], steps: Sequence[float]) -> np.ndarray:
+    def _columns(
+        self, s: Setting, now: Innovations, parameters: Sequence[Parameter], steps: Sequence[float]
+    ) -> np.ndarray:
         signs = [-1.0 if self.value(s, p) + h > p.high else 1.0 for p, h in zip(parameters, steps, strict=True)]
         settings = [self.moved(s, p, g * h) for p, h, g in zip(parameters, steps, signs, strict=True)]
         which = [None if p.record is None else [p.record] for p in parameters]
@@ -369,7 +378,12 @@ class Estimator:
 
     # ---- parameters of largest likelihood
     def refit(
-        self, s: Setting, parameters: Sequence[Parameter], most: int = 6, prior: np.ndarray | None = None, tolerance: float = 0.05
+        self,
+        s: Setting,
+        parameters: Sequence[Parameter],
+        most: int = 6,
+        prior: np.ndarray | None = None,
+        tolerance: float = 0.05,
     ) -> tuple[Setting, Innovations]:
         """Parameters and noise of largest likelihood near a setting: Gauss-Newton steps between noise steps."""
         s, now = self.fit_noise(s, 2)
@@ -383,7 +397,9 @@ class Estimator:
                 break
         return s, now
 
-    def gauss_newton(self, s: Setting, now: Innovations, parameters: Sequence[Parameter], prior: np.ndarray | None = None):
+    def gauss_newton(
+        self, s: Setting, now: Innovations, parameters: Sequence[Parameter], prior: np.ndarray | None = None
+    ):
         """One damped step of the parameters with the noise held."""
         if not parameters:
             return s, now
@@ -394,7 +410,12 @@ class Estimator:
             fisher = fisher + np.diag(prior)
             gradient = gradient - prior * values
         scale = np.sqrt(np.diag(fisher)) + 1e-30
-        change = np.linalg.lstsq(fisher / np.outer(scale, scale) + 1e-9 * np.eye(scale.size), gradient / scale, rcond=None)[0] / scale
+        change = (
+            np.linalg.lstsq(fisher / np.outer(scale, scale) + 1e-9 * np.eye(scale.size), gradient / scale, rcond=None)[
+                0
+            ]
+            / scale
+        )
         penalty = 0.0 if prior is None else 0.5 * np.sum(prior * values**2)
         for power in range(6):
             trial, moved = s, []

@@ -46,7 +46,9 @@ class Projector:
             fisher = nuisance @ nuisance.T
             fisher += np.diag(prior) if prior is not None else 0.0
             scale = np.sqrt(np.diag(fisher)) + 1e-300
-            self.inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-11, hermitian=True) / np.outer(scale, scale)
+            self.inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-11, hermitian=True) / np.outer(
+                scale, scale
+            )
 
     def project(self, columns: np.ndarray) -> np.ndarray:
         """Columns (m, n) less their regression on the nuisance."""

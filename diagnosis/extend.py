@@ -9,9 +9,11 @@ import numpy as np
 
 from ..models import kernels as kernel_store
 from ..models.families.extensions import EXTENSIONS, carries
+from ..models.instruments import SENSORS, SWAPS, combined
 from ..models.model import Model
 from ._filter import OUTER
 from .estimator import Estimator, Setting
+from .flags import Flag
 
 TERMS = {
     "yaw_damping_quadratic": ("added_Nr_absr",),
@@ -29,9 +31,28 @@ TERMS = {
 }
 """Entries of the parameter vector that become coefficients of an extension."""
 RESPONSE = {"constant_force": "constant_yaw"}
+SENSOR_NAMES = dict(
+    zip(("psi", "r", "u", "v", "x", "y"), ("heading", "yaw_rate", "surge", "sway", "north", "east"), strict=True)
+)
+INSTRUMENT_OF = {
+    "rudder_effectiveness": "rudder_effectiveness",
+    "rudder_offset": "rudder_offset",
+    "rudder_delay": "rudder_delay",
+    "rudder_play": "rudder_backlash",
+    "fault": "rudder_fault",
+    "fault_time": "rudder_fault_time",
+    "rudder_rate": "rudder_rate_limit",
+    "rudder_limit": "rudder_saturation",
+    "misalignment": "axis_misalignment",
+    "wave_frequency": "wave_frequency",
+    "wave_damping": "wave_damping",
+    "wave_rms": "wave_rms",
+    **{f"{kind}_{c}": f"{name}_{kind}" for c, name in SENSOR_NAMES.items() for kind in ("scale", "bias", "delay")},
+}
+"""Entry of the filter's parameter vector -> instrument of a model."""
 
 
-def extended_model(est: Estimator, s: Setting, causes: Sequence[str]) -> Model:
+def extended_model(est: Estimator, s: Setting, causes: Sequence[str], flags: Sequence[Flag] = ()) -> Model:
     """The model at a setting with the causes as extensions of its family, else as instruments.
 
     A quantity per record enters as its mean over the training records.
@@ -55,7 +76,7 @@ def extended_model(est: Estimator, s: Setting, causes: Sequence[str]) -> Model:
     return replace(
         extended,
         constants=_constants(extended, est),
-        instruments={**model.instruments, **_instruments(est, row, taken)},
+        instruments=combined(model.instruments, {**_instruments(est, row, taken), **_switches(flags)}),
     )
 
 
@@ -72,14 +93,26 @@ def _constants(extended: Model, est: Estimator) -> np.ndarray:
 
 
 def _instruments(est: Estimator, row: np.ndarray, taken: set[int]) -> dict[str, float]:
-    """What the equations do not hold: rudder, sensors and environment that differ from the base."""
-    outer = [(name, est.index[name]) for name in OUTER]
-    wave = ("wave_frequency", "wave_damping")
+    """Rudder linkage, sensors and waves that differ from the ideal and are not in the equations."""
     waves = row[est.index["wave_rms"]] > 0.0
-    return {
-        name: float(row[i])
-        for name, i in outer
-        if i not in taken and (row[i] != est.base[i] or (waves and name in wave))
-    }
+    found = {}
+    for slot, name in INSTRUMENT_OF.items():
+        i = est.index[slot]
+        if i not in taken and (row[i] != est.base[i] or (waves and name.startswith("wave_"))):
+            found[name] = float(row[i])
+    return found
 
 
+def _switches(flags: Sequence[Flag]) -> dict[str, float]:
+    """Gross faults as instruments."""
+    columns = {column: name for name, (column, _) in SENSORS.items()}
+    found = {}
+    for flag in flags:
+        if flag.cause == "rudder_sign":
+            found["rudder_reversed"] = 1.0
+        elif flag.cause == "earth_frame_velocity":
+            found["earth_frame_velocity"] = 1.0
+        else:
+            pair = {columns[name] for name in flag.details["channels"]}
+            found |= {key: 1.0 for key, swap in SWAPS.items() if {columns[c] for c in swap} == pair}
+    return found

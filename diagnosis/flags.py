@@ -95,7 +95,9 @@ def _velocity_reading(records: list[Record]) -> tuple[Flag | None, list[Record]]
         return None, records
     fixed = [readings[best](r) if r.has(*need) else r for r in records]
     statistic = float((present / max(errors[best], 1e-6)) ** 2)
-    said = f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} when read so"
+    said = (
+        f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} when read so"
+    )
     if best == "earth_frame_velocity":
         return Flag(best, {}, said, statistic), fixed
     return Flag("channel_swap", {"channels": best.split()}, said, statistic), fixed
@@ -145,7 +147,9 @@ def _sign(records: list[Record], model: Model) -> tuple[Flag | None, list[Record
         known = np.isfinite(rate) & np.isfinite(rudder)
         if known.sum() < 20:
             continue
-        fill = [np.interp(time, time[known], a[known])[: n * step].reshape(n, step).mean(axis=1) for a in (rate, rudder)]
+        fill = [
+            np.interp(time, time[known], a[known])[: n * step].reshape(n, step).mean(axis=1) for a in (rate, rudder)
+        ]
         middle = time[: n * step].reshape(n, step).mean(axis=1)
         slope = np.diff(fill[0]) / np.diff(middle)
         mean = [0.5 * (a[1:] + a[:-1]) for a in fill]

@@ -21,12 +21,12 @@ BLOCK_S = 20.0
 DRAWS = 1000
 
 
-def transferred(est: Estimator, held: Estimator, s: Setting, per_record: Sequence[Parameter]) -> Setting:
+def transferred(held: Estimator, s: Setting, per_record: Sequence[Parameter]) -> Setting:
     """A training setting on the held-out records: shared parameters as they are, those of a record at zero."""
     row = s.p[0].copy()
     for p in per_record:
         for index, _ in p.slots:
-            row[index] = est.base[index]
+            row[index] = held.base[index]
     return Setting(np.tile(row, (len(held.data), 1)), s.noise.copy())
 
 
@@ -106,7 +106,9 @@ def _gain(old: np.ndarray, new: np.ndarray, spread: float, floor: float, rng: np
     gap = max(a**2 - floor**2, 1e-300)
     closed = (a**2 - b**2) / gap if a > 1.05 * floor else 0.0
     r2 = [1.0 - x[:, 0].sum() / max(spread, 1e-300) for x in (old, new)]
-    return Gain(float(a), float(b), float(low), float(high), float(r2[0]), float(r2[1]), float(np.clip(closed, -9.0, 1.0)))
+    return Gain(
+        float(a), float(b), float(low), float(high), float(r2[0]), float(r2[1]), float(np.clip(closed, -9.0, 1.0))
+    )
 
 
 def traces(
@@ -120,5 +122,7 @@ def traces(
         names = {c: CHANNELS[SYMBOLS[c]] for c in np.flatnonzero(est.channels)}
         cut = np.arange(d.time.size) < k
         runs = [{n: np.where(cut, np.nan, x[:, c]) for c, n in names.items()} for x in (a, b)]
-        out.append(Trace(d.name, role, d.time, d.rudder, {n: d.measured[:, c] for c, n in names.items()}, runs[0], runs[1]))
+        out.append(
+            Trace(d.name, role, d.time, d.rudder, {n: d.measured[:, c] for c, n in names.items()}, runs[0], runs[1])
+        )
     return tuple(out)

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..models.model import CHANNELS
 from . import unknown
 from .causes import CAUSES, Cause, Variant, starts
-from .estimator import Estimator, Innovations, Parameter, Setting
+from .estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 from .evidence import Projector, Score, effective_number, log_tail
 from .unknown import Feature
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
 
 LEADERS = 6
 TIE_NATS = 4.6
@@ -100,7 +105,9 @@ def screen(search: Search, s: Setting, now: Innovations, count: bool = False) ->
             search.in_span.add(name)
             continue
         families.append(columns)
-        ranked = [log_tail(score.statistic, len(v)) + np.log(len(variants)) for score, v in zip(scores, variants, strict=True)]
+        ranked = [
+            log_tail(score.statistic, len(v)) + np.log(len(variants)) for score, v in zip(scores, variants, strict=True)
+        ]
         best = int(np.argmin(ranked))
         out.append(Screened(name, variants[best], float(ranked[best]), scores[best]))
     if "rudder_fault" in search.bank and "rudder_fault" not in used:
@@ -139,7 +146,9 @@ def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Proje
             score = projector.score(part.reshape(1, -1))
             log_p = log_tail(score.statistic, 1) + tests
             if best is None or log_p < best.log_p:
-                best = Screened("rudder_fault", fault_variant(est, record), log_p, score, (float(score.step[0]), float(t)))
+                best = Screened(
+                    "rudder_fault", fault_variant(est, record), log_p, score, (float(score.step[0]), float(t))
+                )
     assert best is not None
     return best
 
@@ -210,7 +219,9 @@ def refit_features(search: Search, features: Sequence[Feature], before: float, t
     statistic = 2.0 * (now.log_likelihood - before)
     k = len(variant)
     name = " + ".join(f"{f.name}" for f in features)
-    return Candidate(f"unknown:{name}", variant, log_tail(statistic, k) + k * np.log(tests), statistic, found, now, True)
+    return Candidate(
+        f"unknown:{name}", variant, log_tail(statistic, k) + k * np.log(tests), statistic, found, now, True
+    )
 
 
 def try_waves(search: Search, before: float) -> Candidate | None:
@@ -255,7 +266,9 @@ def try_waves(search: Search, before: float) -> Candidate | None:
             return -est.evaluate(at(base, np.exp(inside))).log_likelihood + 10.0 * float(np.sum((y - inside) ** 2))
 
         simplex = x + np.vstack([np.zeros(3), 0.15 * np.eye(3)])
-        x = np.clip(minimize(cost, x, method="Nelder-Mead", options={"maxfev": 35, "initial_simplex": simplex}).x, low, high)
+        x = np.clip(
+            minimize(cost, x, method="Nelder-Mead", options={"maxfev": 35, "initial_simplex": simplex}).x, low, high
+        )
         s = at(s, np.exp(x))
     s, now = search.refit(s, (), 3)
     statistic = 2.0 * (now.log_likelihood - before)
@@ -263,7 +276,9 @@ def try_waves(search: Search, before: float) -> Candidate | None:
 
 
 # ---- unknown effects
-def screen_features(search: Search, s: Setting, now: Innovations) -> tuple[list[tuple[float, tuple[Feature, ...]]], float]:
+def screen_features(
+    search: Search, s: Setting, now: Innovations
+) -> tuple[list[tuple[float, tuple[Feature, ...]]], float]:
     """Log p of single features and of pulses at a setting, best first, with the number of tests taken into account."""
     est, clock = search.est, search.est.clock
     found = unknown.features(est, s, now, clock)
@@ -440,3 +455,25 @@ def covariance(search: Search) -> np.ndarray:
     return np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
 
 
+def channel_name(c: int) -> str:
+    """Record channel of one of the filter's six."""
+    return CHANNELS[SYMBOLS[c]]
+
+
+def confirmed(search: Search, left: Candidate, records: Sequence[Record]) -> bool | None:
+    """Whether unexplained terms, at the size found in training, raise the likelihood of held-out records too.
+
+    None where a term belongs to one training record (a pulse) and says nothing about others.
+    """
+    est = search.est
+    held = Estimator(est.model, records, est.unit)
+    s = Setting(np.tile(search.setting.p[0], (len(held.data), 1)), search.setting.noise)
+    now = held.evaluate(s)
+    found = {(f.name, f.axis): f for f in unknown.features(held, s, now, held.clock)}
+    for p in left.variant:
+        name, _, axis = p.name.rpartition(":")
+        feature = found.get((name, int(axis)))
+        if feature is None:
+            return None
+        s = held.moved(s, feature.parameter(held), est.value(left.setting, p))
+    return bool(held.evaluate(s).log_likelihood > now.log_likelihood + 2.0)

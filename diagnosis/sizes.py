@@ -74,11 +74,13 @@ def _waves(est: Estimator, s: Setting) -> tuple[Size, ...]:
     duration = sum(d.time[-1] for d in est.data)
     values = {name: float(s.p[0, est.index[slot]]) for name, (slot, _) in names.items()}
     cycles = max(duration * values["damping"] * values["omega"], 4.0)
-    relative = {"omega": values["damping"] / np.sqrt(cycles), "damping": 1.0 / np.sqrt(cycles), "rms": 0.5 / np.sqrt(cycles) + 0.02}
+    relative = {
+        "omega": values["damping"] / np.sqrt(cycles),
+        "damping": 1.0 / np.sqrt(cycles),
+        "rms": 0.5 / np.sqrt(cycles) + 0.02,
+    }
     out = []
     for name, (_, unit) in names.items():
         half = NORMAL_90 * 1.5 * relative[name] * values[name]
         out.append(Size(name, values[name], max(values[name] - half, 0.0), values[name] + half, unit))
     return tuple(out)
-
-

@@ -179,8 +179,15 @@ def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
     rate = np.concatenate([np.abs(np.gradient(d.rudder, d.time)) for d in est.data])
     owner = np.concatenate([np.full(d.time.size, i) for i, d in enumerate(est.data)])
     part = np.concatenate([d.time / d.time[-1] for d in est.data])
-    conditions = {"yaw rate": r, "rudder angle": rudder, "rudder rate": np.minimum(rate, np.quantile(rate, 0.95)), "time": part}
-    conditions |= {f"record {d.name}": (owner == i).astype(float) for i, d in enumerate(est.data)} if len(est.data) > 1 else {}
+    conditions = {
+        "yaw rate": r,
+        "rudder angle": rudder,
+        "rudder rate": np.minimum(rate, np.quantile(rate, 0.95)),
+        "time": part,
+    }
+    conditions |= (
+        {f"record {d.name}": (owner == i).astype(float) for i, d in enumerate(est.data)} if len(est.data) > 1 else {}
+    )
     out = []
     for label, g in conditions.items():
         for c in np.flatnonzero(est.channels):
@@ -245,5 +252,3 @@ def _background(power: np.ndarray, k: int, runs: int) -> float:
 
     around = power[max(3, k - 80) : k + 80]
     return max(float(np.median(around)) / (chi2.median(2 * runs) / (2.0 * runs)) / runs, 0.9)
-
-
