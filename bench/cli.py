@@ -259,9 +259,7 @@ def diagnose(
 
     check_target(output)
     options = Options(base_parameters, coefficient_sd, channel_columns(channels), max_effects, alpha, seed)
-    found, doubts = diagnose_files(model, train, held_out, options, positive_rudder)
-    for doubt in doubts:
-        click.echo(f"helmbench: warning: {doubt}", err=True)
+    found = diagnose_files(model, train, held_out, options, positive_rudder)
     paths = write_diagnosis(found, output)
     if as_json:
         _print_json(found.to_json())

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from ..models.errors import BadInput
 from ..models.model import CHANNELS, model_to_json, resolve
-from .identify import sign_doubt
 
 if TYPE_CHECKING:
     from ..diagnosis.diagnose import Options
@@ -27,8 +26,8 @@ def diagnose_files(
     held_out: Sequence[str | Path],
     options: Options,
     positive_rudder: str | None = None,
-) -> tuple[Diagnosis, tuple[str, ...]]:
-    """Read the records and diagnose the model; the diagnosis and what the user should know besides.
+) -> Diagnosis:
+    """Read the records and diagnose the model.
 
     Raises
     ------
@@ -47,8 +46,7 @@ def diagnose_files(
         found = diagnose(base, records, others, options)
     except CannotFit as reason:
         raise BadInput(f"{model} cannot be diagnosed: {reason}") from None
-    doubts = tuple(doubt for record in [*records, *others] if (doubt := sign_doubt(record)))
-    return _with_files(found, [*train, *held_out]), doubts
+    return _with_files(found, [*train, *held_out])
 
 
 def channel_columns(text: str | None) -> tuple[str, ...] | None:

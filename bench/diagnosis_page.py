@@ -92,7 +92,9 @@ def noise_rows(found: Diagnosis) -> list[tuple[str, str]]:
     forces = noise.get("force_sd", [])
     if len(forces):
         names = (("X", "N"), ("Y", "N"), ("N", "N m")) if len(forces) == 3 else [("yaw", "")] * len(forces)
-        told = [f"{name} {words.number(value)} {unit}".rstrip() for (name, unit), value in zip(names, forces, strict=True)]
+        told = [
+            f"{name} {words.number(value)} {unit}".rstrip() for (name, unit), value in zip(names, forces, strict=True)
+        ]
         time = f", correlation time {words.number(noise.get('correlation_time_s'))} s" if max(forces) > 0.0 else ""
         rows.append(("gusts (sd)", ", ".join(told) + time if max(forces) > 0.0 else "none"))
     return rows
@@ -119,7 +121,8 @@ def _charts(trace: Trace, after: bool) -> list[tuple[str, str]]:
     for name in [c for c in CHANNELS if c in trace.measured]:
         word, unit, factor = words.channel(name)
         overlay = series(trace.time, _overlay(trace, name, factor, after), word)
-        residual = series(trace.time, _residuals(trace, name, factor, after), f"{word} error", 110, zero=True)
+        curves, limit = _residuals(trace, name, factor, after), 2.0 * factor * _extent(trace.measured[name])
+        residual = series(trace.time, curves, f"{word} error", 110, zero=True, limit=limit)
         charts.append((f"{word} ({unit}), and measured − simulated", overlay + residual))
     if not charts:
         return []
@@ -137,6 +140,12 @@ def _overlay(trace: Trace, name: str, factor: float, after: bool) -> list[Curve]
 def _residuals(trace: Trace, name: str, factor: float, after: bool) -> list[Curve]:
     curves = [Curve("before", factor * residual(trace, name, "before"), BEFORE)]
     return [*curves, Curve("after", factor * residual(trace, name, "after"), AFTER)] if after else curves
+
+
+def _extent(values: np.ndarray) -> float:
+    """Largest less smallest of what is finite; infinite where nothing varies."""
+    known = values[np.isfinite(values)]
+    return float(np.ptp(known)) if known.size and np.ptp(known) > 0.0 else math.inf
 
 
 def residual(trace: Trace, name: str, run: str) -> np.ndarray:
@@ -233,7 +242,7 @@ def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
         unit = words.IN_DEGREES.get(INSTRUMENTS[name], INSTRUMENTS[name])
         factor = words.DEG if INSTRUMENTS[name] in words.IN_DEGREES else 1.0
         switch = name in (*SWAPS, "earth_frame_velocity", "rudder_reversed")
-        rows.append((words.cause(name), "yes" if switch else f"{words.number(factor * value)} {unit}".removesuffix(" 1")))
+        rows.append(
+            (words.cause(name), "yes" if switch else f"{words.number(factor * value)} {unit}".removesuffix(" 1"))
+        )
     return rows
-
-

@@ -44,9 +44,19 @@ def number(value: float | None, digits: int = 3) -> str:
 def size(item: Size) -> str:
     """`delta0 0.31 deg [0.28, 0.34]`, in degrees or per cent where people think in them."""
     factor, unit = scale(item)
-    low, high = number(factor * item.low), number(factor * item.high)
+    value, low, high = (factor * x for x in (item.value, item.low, item.high))
+    digits = _digits(value, low, high)
     where = f" in {item.record}" if item.record else ""
-    return f"{item.parameter} {number(factor * item.value)} {unit}".rstrip() + f" [{low}, {high}]{where}"
+    told = f"{item.parameter} {number(value, digits)} {unit}".rstrip()
+    return f"{told} [{number(low, digits)}, {number(high, digits)}]{where}"
+
+
+def _digits(value: float, low: float, high: float) -> int:
+    """Significant digits that show the interval's width with two of them."""
+    width, largest = abs(high - low), max(abs(value), abs(low), abs(high))
+    if not (math.isfinite(width) and math.isfinite(largest)) or width <= 0.0:
+        return 3
+    return min(max(2 + math.ceil(math.log10(largest / width)), 2), 8)
 
 
 def scale(item: Size) -> tuple[float, str]:
@@ -126,8 +136,8 @@ def gain_rows(found: Diagnosis) -> list[tuple[str, ...]]:
     for name, gain in found.gain.items():
         word, unit, factor = channel(name)
         rmse = [f"{number(factor * value)} {unit}".rstrip() for value in (gain.rmse_before, gain.rmse_after)]
-        r2 = [NOTHING if math.isnan(value) else f"{value:.3f}" for value in (gain.r2_before, gain.r2_after)]
-        closed = NOTHING if math.isnan(gain.closed) else f"{100.0 * gain.closed:.0f} %"
+        r2 = [_fixed(value, 3) for value in (gain.r2_before, gain.r2_after)]
+        closed = NOTHING if math.isnan(gain.closed) else f"{_fixed(100.0 * gain.closed, 0)} %"
         rows.append((word, *rmse, ratio(gain), *r2, closed))
     return rows
 
@@ -136,12 +146,14 @@ def hypothesis(found: Diagnosis) -> list[tuple[str, str]]:
     """The term that fits an unexplained effect best, as pairs of texts."""
     facts = found.hypothesis or {}
     rows = [("kind", cause(str(facts.get("hypothesis", ""))))]
-    rows += [
-        (f"{term['term']} on {term['acts_on']}", number(float(term["size"]))) for term in facts.get("terms", ())
-    ]
+    rows += [(f"{term['term']} on {term['acts_on']}", number(float(term["size"]))) for term in facts.get("terms", ())]
     told = {True: "confirmed", False: "rejected", None: "not tested"}
     confirmed = facts.get("confirmed_on_held_out")
     return [*rows, ("on held-out records", told[None if confirmed is None else bool(confirmed)])]
+
+
+def _fixed(value: float, decimals: int) -> str:
+    return NOTHING if math.isnan(value) else f"{value:.{decimals}f}".replace("-", "−")
 
 
 GAIN_COLUMNS = ("channel", "RMSE before", "RMSE after", "after/before [90 %]", "R² before", "R² after", "gap closed")
@@ -169,4 +181,6 @@ def _separate(finding: Finding) -> str:
 def table(rows: list[tuple[str, ...]], pad: Callable[[str, int], str] = str.ljust) -> list[str]:
     """Rows of texts in columns."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return ["  " + "  ".join(pad(text, width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return [
+        "  " + "  ".join(pad(text, width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]

@@ -12,8 +12,6 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from ..models.definition import Definition
     from ..models.model import Model
 
@@ -46,7 +44,7 @@ SHOWN = {
     "loss_gain": "k_U",
     "loss_time": "T_U",
     "loss_power": "m_U",
-    "speed_loss_state": "ℓ",
+    "speed_loss_state": "l_U",
     "speed_ratio": "η_U",
     "loading_fraction": "f_m",
     "rigid_mass": "m_0",
@@ -116,7 +114,9 @@ def _dynamics(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) 
 
     size = len(definition.forces)
     for row, force in enumerate(definition.forces):
-        left = [(definition.mass[row, j], definition.states[j].name) for j in range(size) if definition.mass[row, j] != 0]
+        left = [
+            (definition.mass[row, j], definition.states[j].name) for j in range(size) if definition.mass[row, j] != 0
+        ]
         shown = force.xreplace(dict(zero))
         yield _equation(left, shown if definition.force_scale is not None else sp.expand(shown), marks)
     for state, rate in zip(definition.states[size:], definition.kinematics, strict=True):
@@ -151,10 +151,12 @@ def _relations(model: Model, base: Model, told: Sequence[str]) -> Iterable[Line]
         felt = sign * gain * sp.Function("delta")(time - late)
         felt += sp.Symbol("rudder_offset") if "rudder_offset" in rudder else 0
         yield _with_note(_equation([(sp.Symbol("delta_hull"), None)], felt, {}, True), _limits(rudder))
-    for short, (column, _) in SENSORS.items():
+    for short in SENSORS:
         own = {kind: new[f"{short}_{kind}"] for kind in ("scale", "bias", "delay") if f"{short}_{kind}" in new}
         if own:
-            true = sp.Function(f"{short.replace('_', ' ')}_true")(time - (sp.Symbol(f"tau_{short}") if "delay" in own else 0))
+            true = sp.Function(f"{short.replace('_', ' ')}_true")(
+                time - (sp.Symbol(f"tau_{short}") if "delay" in own else 0)
+            )
             shown = true * (1 + (sp.Symbol("s") if "scale" in own else 0)) + (sp.Symbol("b") if "bias" in own else 0)
             yield _equation([(sp.Symbol(f"{short.replace('_', ' ')}_recorded"), None)], shown, {}, True)
     yield from (_text(f"columns {a} and {b} are exchanged") for name, (a, b) in SWAPS.items() if name in new)
@@ -202,13 +204,17 @@ def _marks(definition: Definition, fresh: set[str], known: set[str]) -> dict[str
 
     marks = dict.fromkeys(fresh, True)
     for symbol, expression in definition.helpers.items():
-        if {s.name for s in expression.free_symbols} & marks.keys() and symbol.name not in known:
-            null = {s: sp.S.Zero for s in expression.free_symbols if marks.get(s.name)}
+        if _names(expression) & marks.keys() and symbol.name not in known:
+            null = {s: sp.S.Zero for s in expression.free_symbols if marks.get(str(s))}
             marks[symbol.name] = expression.xreplace(null) == 0
     for state, rate in zip(definition.states[len(definition.forces) :], definition.kinematics, strict=True):
-        if {s.name for s in rate.free_symbols} & fresh:
+        if _names(rate) & fresh:
             marks[state.name] = False
     return marks
+
+
+def _names(expression: Any) -> set[str]:
+    return {symbol.name for symbol in expression.free_symbols}
 
 
 def _without_floor(expression: Any) -> Any:
@@ -221,9 +227,11 @@ def _without_floor(expression: Any) -> Any:
 # ---- lines
 
 
-def _equation(left: Sequence[tuple[Any, str | None]], right: Any, marks: Mapping[str, bool], whole: bool = False) -> Line:
+def _equation(
+    left: Sequence[tuple[Any, str | None]], right: Any, marks: Mapping[str, bool], whole: bool = False
+) -> Line:
     parts = [_rendered(left, right, marks, style) for style in (_html, _latex)]
-    new = whole or bool({s.name for s in right.free_symbols} & marks.keys())
+    new = whole or bool(_names(right) & marks.keys())
     return Line(parts[0], parts[1], new)
 
 
@@ -234,7 +242,9 @@ def _text(words: str) -> Line:
 def _with_note(line: Line, note: str) -> Line:
     if not note:
         return line
-    return Line(f"{line.html} <span class='sub'>({escape(note)})</span>", f"{line.latex}\\quad\\text{{({note})}}", line.new)
+    return Line(
+        f"{line.html} <span class='sub'>({escape(note)})</span>", f"{line.latex}\\quad\\text{{({note})}}", line.new
+    )
 
 
 def _rendered(left: Sequence[tuple[Any, str | None]], right: Any, marks: Mapping[str, bool], style: Callable) -> str:
@@ -398,7 +408,7 @@ def written(name: str) -> tuple[str, str]:
     text = SHOWN.get(name) or GREEK.get(name) or name
     if "_" in text:
         letter, _, index = text.partition("_")
-        return GREEK.get(letter, letter), index.replace("_", " ")
+        return GREEK.get(letter, letter), GREEK.get(index, index.replace("_", " "))
     if text == name and len(name) > 1 and name[0].isalpha():
         indexed = re.fullmatch(r"([A-Z](?=[0-9a-z])|[a-z](?=[0-9]))([0-9a-z]+)", name)
         return (indexed[1], indexed[2]) if indexed else (name, "")
@@ -425,13 +435,19 @@ def _symbol_latex(name: str, new: bool = False) -> str:
     text = f"\\dot{{{text}}}" if "̇" in letter else text
     text += "'" if letter.endswith("′") else ""
     if index:
-        text += f"_{{{index}}}" if len(index) == 1 or "|" in index else f"_{{\\mathrm{{{index}}}}}"
+        index = LATEX_GREEK.get(index, index)
+        text += (
+            f"_{{{index}}}"
+            if index.startswith("\\") or len(index) == 1 or "|" in index
+            else f"_{{\\mathrm{{{index}}}}}"
+        )
     text += f"^{{{power.replace('−', '-')}}}" if power else ""
     return f"\\boxed{{{text}}}" if new else text
 
 
 def _call_html(name: str, arguments: str) -> str:
-    return f"{_symbol_html(name, False) if '_' in name else f'<mi>{GREEK.get(name, name)}</mi>'}<mo>(</mo>{arguments}<mo>)</mo>"
+    known = _symbol_html(name, False) if "_" in name else f"<mi>{GREEK.get(name, name)}</mi>"
+    return f"{known}<mo>(</mo>{arguments}<mo>)</mo>"
 
 
 def _call_latex(name: str, arguments: str) -> str:

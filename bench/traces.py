@@ -1,4 +1,4 @@
-"""Charts of a diagnosis as hand-written SVG: time series, track, spectra.  Self-contained: they carry their own style."""
+"""Charts of a diagnosis as hand-written SVG, each with its own style: time series, track, spectra, bars."""
 
 from __future__ import annotations
 
@@ -41,9 +41,16 @@ class Axis:
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
 
-def series(time: np.ndarray, curves: Sequence[Curve], title: str, height: int = 190, zero: bool = False) -> str:
-    """Values over time; an empty text where nothing is finite."""
-    low, high = _range([c.values for c in curves], zero)
+def series(
+    time: np.ndarray,
+    curves: Sequence[Curve],
+    title: str,
+    height: int = 190,
+    zero: bool = False,
+    limit: float = math.inf,
+) -> str:
+    """Values over time; an empty text where nothing is finite.  What lies beyond +- limit does not stretch it."""
+    low, high = _range([c.values for c in curves], zero, limit)
     if low is None or high is None:
         return ""
     across = Axis(float(time[0]), float(time[-1]), LEFT, WIDTH - RIGHT)
@@ -143,18 +150,19 @@ def _open(height: float, title: str) -> list[str]:
     return [head + f'aria-label="{escape(title)}">', f'<rect width="{WIDTH}" height="{height}" fill="#fff"/>']
 
 
-def _range(arrays: Sequence[np.ndarray], zero: bool) -> tuple[float | None, float | None]:
-    """Padded range of what is finite; runs that diverged do not stretch it beyond 4 times the first array's."""
-    first = arrays[0][np.isfinite(arrays[0])] if arrays else np.zeros(0)
-    known = np.concatenate([a[np.isfinite(a)] for a in arrays]) if arrays else np.zeros(0)
-    if not known.size:
+def _range(arrays: Sequence[np.ndarray], zero: bool, limit: float = math.inf) -> tuple[float | None, float | None]:
+    """Padded range of what is finite; curves do not stretch it far beyond the first of several."""
+    known = [a[np.isfinite(a)] for a in arrays]
+    if not any(a.size for a in known):
         return None, None
-    if first.size and first.max() > first.min() and not zero:
-        reach = 4.0 * (first.max() - first.min())
-        known = known[(known > first.min() - reach) & (known < first.max() + reach)]
-    elif zero:
-        known = np.append(known[np.abs(known) <= 20.0 * np.median(np.abs(known)) + 1e-300], 0.0)
-    low, high = float(known.min()), float(known.max())
+    values = np.concatenate([np.clip(a, -limit, limit) for a in known])
+    first = known[0]
+    if zero:
+        values = np.append(values, 0.0)
+    elif first.size and first.max() > first.min():
+        reach = 2.0 * (first.max() - first.min())
+        values = np.clip(values, first.min() - reach, first.max() + reach)
+    low, high = float(values.min()), float(values.max())
     pad = 0.06 * (high - low) or max(abs(low), 1.0) * 0.1
     return low - pad, high + pad
 
@@ -194,14 +202,16 @@ def nice(low: float, high: float, count: int) -> list[float]:
 
 def _path(x, y, curve: Curve, thin: bool = True) -> str:
     """A polyline broken at gaps and where it leaves the chart by far."""
-    x, y = (thinned(np.asarray(x), np.asarray(y)) if thin else (np.asarray(x), np.asarray(y)))
+    x, y = thinned(np.asarray(x), np.asarray(y)) if thin else (np.asarray(x), np.asarray(y))
     known = np.isfinite(x) & np.isfinite(y) & (np.abs(y) < 5000.0)
     pen, words = "M", []
     for px, py, fine in zip(x, y, known, strict=True):
         if fine:
             words.append(f"{pen}{px:.1f} {py:.1f}")
         pen = "L" if fine else "M"
-    style = f'stroke="{curve.colour}" stroke-width="{curve.width}"' + (f' stroke-dasharray="{curve.dash}"' if curve.dash else "")
+    style = f'stroke="{curve.colour}" stroke-width="{curve.width}"' + (
+        f' stroke-dasharray="{curve.dash}"' if curve.dash else ""
+    )
     return f'<path d="{"".join(words)}" fill="none" stroke-linejoin="round" {style}/>'
 
 

@@ -10,6 +10,8 @@ from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import parse_noise
 from helmbench.diagnosis.result import Diagnosis, Entry, Finding, Gain, Size, Trace
 from helmbench.models.extend import extended
+from helmbench.models.families.extensions import EXTENSIONS
+from helmbench.models.instruments import INSTRUMENTS
 from helmbench.models.model import CHANNELS, resolve
 from helmbench.models.simulate import initial_state, simulate
 
@@ -37,14 +39,16 @@ def gains(traces):
     held_out = [t for t in traces if t.role == "held_out"]
     for name in held_out[0].measured if held_out else ():
         pairs = [(t.measured[name] - getattr(t, run)[name]) for run in ("before", "after") for t in held_out]
-        before, after = (np.concatenate(pairs[i :: 1][: len(held_out)]) for i in (0, len(held_out)))
+        before, after = (np.concatenate(pairs[i::1][: len(held_out)]) for i in (0, len(held_out)))
         a, b = (float(np.sqrt(np.nanmean(e**2))) for e in (before, after))
         spread = np.nanvar(np.concatenate([t.measured[name] for t in held_out]))
         found[name] = Gain(a, b, 0.8 * b / a, 1.2 * b / a, 1 - a * a / spread, 1 - b * b / spread, 1 - b / a)
     return found
 
 
-def made_up(vessel="mariner", extension="yaw_damping_quadratic", values=None, instruments=None, verdict="named", held=2):
+def made_up(
+    vessel="mariner", extension="yaw_damping_quadratic", values=None, instruments=None, verdict="named", held=2
+):
     """A diagnosis of records in which one extension was planted."""
     base = resolve(vessel)
     truth = extended(base, extension, values) if extension else base
@@ -59,13 +63,14 @@ def made_up(vessel="mariner", extension="yaw_damping_quadratic", values=None, in
     traces = tuple(trace(base, truth, record, role) for record, role in zip(records, roles, strict=True))
     cause = extension or next(iter(instruments or {}), "rudder_offset")
     size = next(iter((values or instruments or {"b": 0.01}).items()))
+    units = INSTRUMENTS | (EXTENSIONS[extension].units if extension else {})
     finding = Finding(
         cause,
         ("constant_force",) if verdict == "tied" else (),
         "dynamics",
         212.0,
         3e-9,
-        (Size(size[0], size[1], 0.9 * size[1], 1.1 * size[1], "1"),),
+        (Size(size[0], size[1], 0.9 * size[1], 1.1 * size[1], units.get(size[0], "1")),),
         evidence="The innovations of the yaw rate follow the term in both turning directions.",
         separate_by="straight runs at two speeds",
     )
