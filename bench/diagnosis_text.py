@@ -88,7 +88,7 @@ def p_value(value: float | None) -> str:
 def verdict(found: Diagnosis) -> str:
     """The sentence that stands first."""
     named = [f"{tie(f)} ({'; '.join(map(size, f.sizes[:3]))})" if f.sizes else tie(f) for f in found.causes]
-    causes = ", and ".join(named)
+    causes = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
     opening = {
         "adequate": "The simulation agrees with the records: no cause of the bank is needed.",
         "inconclusive": "The records decide nothing.",

@@ -100,7 +100,7 @@ STEADY = "a steady turn to each side and a straight run at zero rudder"
 @cause(
     "rad",
     matters=0.1 * DEGREE,
-    separate_by="straight runs at zero rudder and at two speeds: an offset grows with the speed squared, a constant force does not",
+    separate_by="straight runs at two speeds: what an offset does grows with the speed squared",
 )
 def rudder_offset(est: Estimator) -> list[Variant] | str:
     """The rudder's neutral angle: delta_hull = delta_recorded + delta0, delta0 in rad."""
@@ -111,7 +111,7 @@ def rudder_offset(est: Estimator) -> list[Variant] | str:
     "1", matters=0.02, separate_by="a bollard or captive rudder-force test, or rudder angles from small to hard over"
 )
 def rudder_effectiveness(est: Estimator) -> list[Variant] | str:
-    """Share by which the rudder gives more force than modelled: delta_hull = (1 + e) delta_recorded (-0.2: 20 % lost)."""
+    """Rudder force over what is modelled, as a share more: delta_hull = (1 + e) delta_recorded (-0.2: 20 % lost)."""
     return [_one(est, "e", "1", "rudder_effectiveness", scale=0.01, low=-0.95, high=2.0)]
 
 
@@ -149,6 +149,13 @@ def rudder_fault(est: Estimator) -> list[Variant] | str:
 def wave_motion(est: Estimator) -> list[Variant] | str:
     """First-order wave motion on heading and yaw rate: second-order narrow-band noise, peak frequency omega (rad/s),
     damping ratio and rms (rad)."""
+    return [()]
+
+
+@cause("s", separate_by="time stamps taken by the instruments")
+def clock_jitter(est: Estimator) -> list[Variant] | str:
+    """Samples taken at t + error while the time column says t: error of standard deviation sd (s), independent from
+    sample to sample; channels are noisier where they change fast."""
     return [()]
 
 
@@ -258,7 +265,7 @@ def current(est: Estimator) -> list[Variant] | str:
     separate_by="an anemometer, or the same manoeuvre on two headings and at two speeds",
 )
 def wind(est: Estimator) -> list[Variant] | str:
-    """Mean wind, earth-fixed and per record, on the vessel's windage; speed m/s and the direction (rad) it blows from."""
+    """Mean wind, earth-fixed and per record, on the vessel's windage; speed m/s and direction (rad) it blows from."""
     return _three(est) or [_pairs(est, ("speed", "from"), "m/s", ("wind_n", "wind_e"), 1.0)]
 
 
@@ -282,10 +289,9 @@ def drift_height(est: Estimator, amount: float) -> float:
 
 @cause("N, N m", matters=None, separate_by="straight runs at two speeds: a constant force does not grow with the speed")
 def constant_force(est: Estimator) -> list[Variant] | str:
-    """Constant force in body axes, X and Y in N and N in N m (a towed sonar, a bent fin, asymmetric thrust); for a
-    response model a constant yaw acceleration."""
+    """Constant force in body axes, X and Y in N and N in N m (a towed sonar, a bent fin, asymmetric thrust)."""
     if not est.model.is_3dof:
-        return [(Parameter("N", "rad/s2", ((est.index["force_0"], 1.0),), scale=1e-6),)]
+        return "in a response model a constant moment is a rudder offset"
     single = [
         Parameter(name, unit, ((est.index[f"force_{i}"], 1.0 / est.unit[i]),), scale=1e-6 * est.unit[i])
         for i, (name, unit) in enumerate((("X", "N"), ("Y", "N"), ("N", "N m")))
@@ -406,7 +412,12 @@ def _public_shifts(est: Estimator) -> list[Variant]:
 
         return moved
 
-    own = [n for n in model.parameter_names if n not in {x for e in EXTENSIONS.values() for x in e.units}]
+    taken = {"K"}  # the rudder's effectiveness
+    own = [
+        n
+        for n in model.parameter_names
+        if n not in taken and n not in {x for e in EXTENSIONS.values() for x in e.units}
+    ]
     return [
         (Parameter(f"fraction:{n}", "1", slots, law=law(j), scale=0.01, low=-0.9, high=5.0),)
         for j, n in enumerate(own)

@@ -216,7 +216,7 @@ def _flag_findings(flags: Sequence[Flag]) -> list[Finding]:
 def _spike_findings(est: Estimator) -> list[Finding]:
     """Outliers: more isolated samples far from their neighbours than sensors' noise gives."""
     spikes, count = sum(d.spikes for d in est.data), est.n_values
-    if spikes <= MOST_SPIKES:
+    if spikes <= MOST_SPIKES or spikes <= sum(d.near_spikes for d in est.data):
         return []
     from .result import Size
 
@@ -250,7 +250,7 @@ def _findings(search: Search, rng: np.random.Generator) -> list[Finding]:
                 details=details,
                 evidence=_evidence(a, search.n_effective),
                 separate_by=CAUSES[a.cause].separate_by if ties else None,
-            )  # fmt: skip
+            )
         )
     return sorted(found, key=lambda f: -f.statistic)
 

@@ -29,6 +29,7 @@ SYMBOLS = ("psi", "r", "u", "v", "x", "y")
 QUANTUM = 1e-5
 """Force that the noise fit counts in, as a share of the force unit."""
 SHORTEST_TAU_S, LONGEST_TAU_S = 1.0, 60.0
+SPIKE, NEAR = 6.5, 4.5
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
 BANK_DEFAULTS = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 1.0}
@@ -52,6 +53,7 @@ class Data:
     start: np.ndarray
     start_var: np.ndarray
     spikes: int
+    near_spikes: int
 
 
 @dataclass(frozen=True)
@@ -163,7 +165,7 @@ class Estimator:
 
     @property
     def clock(self) -> float:
-        """Time scale against a 160 m ship: sqrt(L/160 m); without a length the records' duration over 600 s, at most 1."""
+        """Time scale against a 160 m ship: sqrt(L/160 m), or the records' duration over 600 s (at most 1)."""
         length = self.model.particulars.get("L")
         if length is not None:
             return float(np.sqrt(length / 160.0))
@@ -205,11 +207,12 @@ class Estimator:
         forcing = np.zeros((0, size)) if forcing is None else forcing
         columns = np.zeros((axes.size, size * CHANNELS))
         added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
-        _filter.run_filter(
-            self.kernels.rhs, self.kernels.jacobian, d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]),
-            self.layout, self.unit, s.noise, self.rudder_sd, added, d.start, d.start_var, size if free is None else free,
-            axes, forcing, e, log_s, states, predicted, columns,
-        )  # fmt: skip
+        model = (self.kernels.rhs, self.kernels.jacobian)
+        record = (d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]))
+        fixed = (self.layout, self.unit, s.noise, self.rudder_sd, added, d.start, d.start_var)
+        last = size if free is None else free
+        out = (e, log_s, states, predicted, columns)
+        _filter.run_filter(*model, *record, *fixed, last, axes, forcing, *out)
         return e, log_s, states[:, : len(self.kernels.STATES) + nf], predicted, columns
 
     def many(
@@ -512,19 +515,18 @@ def _data(record: Record, model: Model, kernels: kernel_store.Kernels) -> Data:
     rudder = np.interp(time, time[known], rudder[known])
     other = [given[name] for name in model.inputs[1:]]
     measured = np.full((time.size, CHANNELS), np.nan)
-    spikes = 0
+    spikes, near = 0, 0
     for c, symbol in enumerate(SYMBOLS):
         values = samples(record, symbol)
         if values is not None and symbol in kernels.STATES:
-            measured[:, c], found = without_spikes(values)
-            spikes += found
+            measured[:, c], found, close = without_spikes(values)
+            spikes, near = spikes + found, near + close
     if not np.isfinite(measured[:, :2]).any():
         raise CannotFit(f"record {record.name} has neither heading nor yaw rate")
     start, spread = _start(record, model, kernels, rudder[0])
-    return Data(
-        record.name, time, np.ascontiguousarray(rudder), np.ascontiguousarray(np.column_stack([*other, np.zeros((time.size, 0))])),
-        measured, start, spread**2, spikes,
-    )  # fmt: skip
+    inputs = np.column_stack([*other, np.zeros((time.size, 0))])
+    rudder, inputs = np.ascontiguousarray(rudder), np.ascontiguousarray(inputs)
+    return Data(record.name, time, rudder, inputs, measured, start, spread**2, spikes, near)
 
 
 def _start(record: Record, model: Model, kernels: kernel_store.Kernels, rudder: float) -> tuple[np.ndarray, np.ndarray]:
@@ -536,21 +538,23 @@ def _start(record: Record, model: Model, kernels: kernel_store.Kernels, rudder: 
     return np.concatenate([start, extra]), np.concatenate([spread, np.zeros(len(extra))])
 
 
-def without_spikes(values: np.ndarray, threshold: float = 6.5) -> tuple[np.ndarray, int]:
-    """Series (T,) with single-sample spikes as gaps, and their number.
+def without_spikes(values: np.ndarray) -> tuple[np.ndarray, int, int]:
+    """Series (T,) with single-sample spikes as gaps, their number, and the number of samples that nearly are.
 
-    A spike departs from the cubic through its four neighbours by more than `threshold` robust standard deviations and
-    more than they do.
+    A spike departs from the cubic through its four neighbours by more than SPIKE robust standard deviations and
+    more than they do; near misses lie between NEAR and SPIKE (many of them: a heavy tail, not outliers).
     """
     y = values.copy()
     if y.size < 12:
-        return y, 0
+        return y, 0, 0
     departure = np.abs(y[2:-2] - (-y[:-4] + 4.0 * y[1:-3] + 4.0 * y[3:-1] - y[4:]) / 6.0)
     known = np.isfinite(departure)
-    if known.sum() < 8:
-        return y, 0
-    spread = 1.4826 * np.median(departure[known])
+    spread = 1.4826 * np.median(departure[known]) if known.sum() >= 8 else 0.0
+    if not spread > 0.0:
+        return y, 0, 0
     padded = np.concatenate([[0.0], np.where(known, departure, 0.0), [0.0]])
-    spike = (padded[1:-1] > threshold * spread) & (padded[1:-1] >= np.maximum(padded[:-2], padded[2:])) & (spread > 0)
+    peak = (padded[1:-1] >= np.maximum(padded[:-2], padded[2:])) & known
+    spike = peak & (departure > SPIKE * spread)
+    near = peak & ~spike & (departure > NEAR * spread)
     y[2:-2][spike] = np.nan
-    return y, int(spike.sum())
+    return y, int(spike.sum()), int(near.sum())

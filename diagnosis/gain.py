@@ -77,7 +77,7 @@ def gains(
         old, new, spread = [], [], []
         for d, a, b, k in zip(held.data, before, after, starts, strict=True):
             y = d.measured[k:, c]
-            block = max(1, int(round(BLOCK_S * held.clock / float(np.median(np.diff(d.time))))))
+            block = max(1, round(BLOCK_S * held.clock / float(np.median(np.diff(d.time)))))
             old += _blocks(_error(y, a[k:, c], c), block)
             new += _blocks(_error(y, b[k:, c], c), block)
             spread += [np.nansum((y - np.nanmean(y)) ** 2)]

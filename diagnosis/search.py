@@ -23,6 +23,8 @@ TIE_NATS = 4.6
 MOST_TIED = 2
 FAULT_GRID = 12
 SHARE_FIRST, SHARE_LATER = 0.6, 0.3
+RANDOM = ("wave_motion", "clock_jitter")
+"""Causes that add variance, which scores of the mean do not see."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
 DEGREE = np.pi / 180.0
@@ -97,7 +99,7 @@ def screen(search: Search, s: Setting, now: Innovations, count: bool = False) ->
     used = {a.cause for a in search.accepted}
     out, families = [], []
     for name, variants in search.bank.items():
-        if name in used or name in ("rudder_fault", "wave_motion"):
+        if name in used or name == "rudder_fault" or name in RANDOM:
             continue
         columns = _variant_columns(est, s, now, variants)
         scores = [projector.score(c) for c in columns]
@@ -275,6 +277,37 @@ def try_waves(search: Search, before: float) -> Candidate | None:
     return Candidate("wave_motion", (), log_tail(statistic, 3) + np.log(4.0), statistic, s, now)
 
 
+def try_jitter(search: Search, before: float) -> Candidate | None:
+    """Errors of the sampling instants: scanned if squared innovations grow with the channels' rates of change."""
+    from scipy.optimize import minimize_scalar
+
+    est, s = search.est, search.setting
+    slot = est.index["clock"]
+
+    def at(sd: float) -> tuple[Setting, Innovations]:
+        p = s.p.copy()
+        p[:, slot] = sd
+        return est.fit_noise(replace(s, p=p), 3)
+
+    z = unknown.rate_statistic(est, search.now)
+    if z < 2.5:
+        return None
+    step = float(np.median(np.diff(est.data[0].time)))
+    trials = [at(share * step) for share in (0.03, 0.1, 0.3)]
+    best = int(np.argmax([now.log_likelihood for _, now in trials]))
+    if trials[best][1].log_likelihood < before + 2.0:
+        return None
+    middle = np.log((0.03, 0.1, 0.3)[best] * step)
+    found = minimize_scalar(
+        lambda x: -at(float(np.exp(x)))[1].log_likelihood,
+        bounds=(middle - 1.3, middle + 1.3),
+        options={"xatol": 0.02, "maxiter": 14},
+    )
+    s, now = at(float(np.exp(found.x)))
+    statistic = 2.0 * (now.log_likelihood - before)
+    return Candidate("clock_jitter", (), log_tail(statistic, 1), statistic, s, now)
+
+
 # ---- unknown effects
 def screen_features(
     search: Search, s: Setting, now: Innovations
@@ -410,9 +443,10 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
             have = {i.cause for i in chosen}
             chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
     found = [refit_cause(search, item, before) for item in chosen]
-    if "wave_motion" in search.bank and all(a.cause != "wave_motion" for a in search.accepted):
-        waves = try_waves(search, before)
-        found += [waves] if waves is not None else []
+    named = {a.cause for a in search.accepted}
+    for name, attempt in (("wave_motion", try_waves), ("clock_jitter", try_jitter)):
+        candidate = attempt(search, before) if name in search.bank and name not in named else None
+        found += [candidate] if candidate is not None else []
     return found
 
 

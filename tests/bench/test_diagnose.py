@@ -215,9 +215,7 @@ def test_an_added_term_is_marked_in_its_equation_alone():
 
 def test_rudder_and_sensors_are_told_as_relations():
     told = lines("mariner", "rudder_offset", rudder_delay=1.0, yaw_rate_bias=0.01)
-    assert (
-        told.relations[0].latex == r"\delta_{\mathrm{hull}} = \delta\left(t - \tau_{\delta}\right) + \delta_{0}"
-    )
+    assert told.relations[0].latex == r"\delta_{\mathrm{hull}} = \delta\left(t - \tau_{\delta}\right) + \delta_{0}"
     assert len(told.relations) == 2 and not any(line.new for line in told.dynamics)
     assert "hull" in told.dynamics[1].latex
 
