@@ -23,7 +23,7 @@ from helmbench.diagnosis import diagnose as engine
 from helmbench.diagnosis.result import Size
 from helmbench.models.errors import BadInput
 from helmbench.models.extend import extended
-from helmbench.models.model import resolve
+from helmbench.models.model import model_to_json, resolve
 
 SPEC = importlib.util.spec_from_file_location("made_up_diagnosis", Path(__file__).with_name("made_up_diagnosis.py"))
 assert SPEC and SPEC.loader
@@ -239,3 +239,33 @@ def test_headings_are_compared_the_short_way_round(found):
     np.testing.assert_allclose(
         residual(turned, "heading_rad", "before"), residual(trace, "heading_rad", "before"), atol=1e-12
     )
+
+
+def test_simulate_identify_and_diagnose_take_an_extended_model(tmp_path, capsys):
+    """The chain with the engine: a record that an extended model wrote holds nothing that this model lacks."""
+    truth = replace(
+        extended(resolve("response-1"), "rudder_offset", {"rudder_offset": 0.02}),
+        instruments={"yaw_rate_bias": 0.002, "rudder_delay": 1.0},
+    )
+    model_to_json(truth, tmp_path / "truth.json")
+
+    def call(*arguments):
+        assert status_of([str(a) for a in arguments]) == 0, capsys.readouterr().err
+        return capsys.readouterr().out
+
+    for seed, manoeuvre in enumerate(("zigzag:20/20", "sine:20deg/90s", "zigzag:10/10")):
+        out = ["-o", tmp_path / f"{seed}.csv", "--seed", seed, "--quiet"]
+        duration = ["--duration", 300, "--dt", 0.5, "--noise", "low"]
+        call("simulate", tmp_path / "truth.json", "--manoeuvre", manoeuvre, *duration, *out)
+    records = [tmp_path / f"{seed}.csv" for seed in range(3)]
+    given = ["--model", tmp_path / "truth.json", "--method", "output-error", "-o", tmp_path / "fit.json"]
+    told = json.loads(call("identify", *records[:2], *given, "--validate", records[2], "--json"))
+    fitted = {entry["parameter"]: entry["estimate"] for entry in told["parameters"]}
+    assert fitted["rudder_offset"] == pytest.approx(0.02, rel=0.05)
+    assert fitted["K"] == pytest.approx(truth.parameters["K"], rel=0.02)
+    assert told["validation"]["r2_free_heading_rad"] > 0.999
+    assert resolve(tmp_path / "fit.json").instruments == truth.instruments
+    given = ["--train", *records[:2], "--held-out", records[2], "-o", tmp_path / "out", "--json"]
+    told = json.loads(call("diagnose", "--model", tmp_path / "truth.json", *given))
+    assert told["verdict"] == "adequate" and told["causes"] == []
+    call("simulate", tmp_path / "out" / "extended_model.json", "--manoeuvre", "zigzag:20/20", *duration, *out)
