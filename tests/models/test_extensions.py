@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from helmbench.datasets.disturbances import GRAVITY, parse_disturbance
 from helmbench.models import kernels
 from helmbench.models.errors import BadInput
 from helmbench.models.extend import NEUTRAL, extended
@@ -82,6 +83,22 @@ def test_wind_and_forces_are_those_of_the_environment_variant(rng):
     ):
         found = evaluate(kernels.definition_of(f"abkowitz+{name}"), numbers)
         np.testing.assert_allclose(found, evaluate(variant, numbers | inputs), rtol=1e-12)
+
+
+def test_wave_drift_is_that_of_the_disturbances(rng):
+    model, waves = resolve("mariner"), parse_disturbance("waves:3/9@50")
+    particulars = model.particulars
+    amount = particulars["rho"] * GRAVITY * 3.0**2 * particulars["L"]
+    towards = {"wave_drift_north": amount * np.cos(np.deg2rad(50)), "wave_drift_east": amount * np.sin(np.deg2rad(50))}
+    definition = kernels.definition_of("abkowitz+wave_drift")
+    variant = with_environment(kernels.definition_of("abkowitz"))
+    numbers = draw(variant, rng) | {s.name: 0.0 for s in variant.inputs[1:]} | model.environment_numbers()
+    for psi in rng.uniform(-np.pi, np.pi, 4):
+        force = waves.drift(model, np.array([psi]))[0]
+        felt = numbers | {"psi": psi} | dict(zip(("force_x", "force_y", "moment_n"), force, strict=True))
+        np.testing.assert_allclose(
+            evaluate(definition, numbers | {"psi": psi} | towards), evaluate(variant, felt), rtol=1e-9, atol=1e-12
+        )
 
 
 def test_a_first_order_model_with_lead_is_the_second_order_one(rng):
