@@ -167,8 +167,9 @@ def _drift(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definitio
 
 
 def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Rudder through (1 + T3 s)/(1 + T2 s), T3 = T2 (1 - lead): delta_hull = delta + lead (z - delta), T2 z_dot = delta - z.
+    """Rudder through (1 + T3 s)/(1 + T2 s), T3 = T2 (1 - lead).
 
+    delta_hull = delta + lead (z - delta) with the state T2 z_dot = delta - z.
     With a first-order Nomoto model behind it this is the second-order one.
     """
     lead, time = parameters
