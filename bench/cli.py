@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .store import Store
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-KINDS = ("models", "vessels", "manoeuvres", "methods", "suites")
+KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "suites")
 SIDES = click.Choice(["port", "starboard"])
 TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
 
@@ -89,6 +89,12 @@ class Identify(Greedy):
     """`identify RECORD... --validate RECORD...`"""
 
     greedy = ("--validate",)
+
+
+class Diagnose(Greedy):
+    """`diagnose --train RECORD... --held-out RECORD...`"""
+
+    greedy = ("--train", "--held-out")
 
 
 def _tuning_options(function: Callable) -> Callable:
@@ -207,6 +213,61 @@ def identify(
     return OK
 
 
+@cli.command(cls=Diagnose)
+@click.option("--model", required=True, help="Vessel id, family id or model.json.")
+@click.option(
+    "--train", multiple=True, required=True, metavar="RECORD...", type=click.Path(path_type=Path), help="Records."
+)
+@click.option(
+    "--held-out", multiple=True, metavar="RECORD...", type=click.Path(path_type=Path), help="Records for the gain."
+)
+@click.option(
+    "--base-parameters",
+    type=click.Choice(["file", "identify"]),
+    help="Take the model's coefficients as known, or identify them along.  [default: file where it has any]",
+)
+@click.option("--coefficient-sd", default=0.0, show_default=True, help="Relative uncertainty of known coefficients.")
+@click.option("--channels", help="Use these only: heading,yaw_rate,surge,sway,north,east.  [default: all there are]")
+@click.option("--max-effects", type=click.IntRange(min=1), default=3, show_default=True, help="Most causes to name.")
+@click.option("--alpha", default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="directory of the results")
+@_output_options
+def diagnose(
+    model: str,
+    train: tuple[Path, ...],
+    held_out: tuple[Path, ...],
+    base_parameters: str | None,
+    coefficient_sd: float,
+    channels: str | None,
+    max_effects: int,
+    alpha: float,
+    seed: int,
+    positive_rudder: str | None,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Show what a simulation gets wrong about records, name the cause, extend the model, measure the gain.
+
+    Writes diagnosis.json, diagnosis.html and extended_model.json.
+    """
+    from ..diagnosis.diagnose import Options
+    from .diagnose import channel_columns, check_target, diagnose_files, write_diagnosis
+    from .diagnosis_text import terminal
+
+    check_target(output)
+    options = Options(base_parameters, coefficient_sd, channel_columns(channels), max_effects, alpha, seed)
+    found = diagnose_files(model, train, held_out, options, positive_rudder)
+    paths = write_diagnosis(found, output)
+    if as_json:
+        _print_json(found.to_json())
+    elif not quiet:
+        click.echo(terminal(found))
+        click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+
+
 @cli.command()
 @click.option("--suite", "suite", help="quick, default, measured, or the path of a suite file.  [default: quick]")
 @click.option("--method", "methods", multiple=True, help="Only these methods (repeatable); also path.py:Class.")
@@ -293,6 +354,10 @@ def _catalogue(kind: str) -> dict[str, str]:
 
         families = {f"{prefix}:NAME": title for prefix, (_, _, title) in FAMILIES.items()}
         return {name: cls.title for name, cls in methods().items()} | families
+    if kind == "causes":
+        from ..diagnosis.causes import CAUSES
+
+        return {name: " ".join(entry.physics.split()) for name, entry in CAUSES.items()}
     from .suites import load_suite, suite_names
 
     return {name: load_suite(name).title for name in suite_names()}

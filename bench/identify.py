@@ -76,8 +76,8 @@ def identify(
     from .scores import prediction_scores
 
     structure, fitter = resolve(model), make(method)
-    records = [read_for(path, positive_rudder, structure) for path in train]
-    others = [read_for(path, positive_rudder, structure) for path in validate]
+    records = [_read(path, positive_rudder, structure) for path in train]
+    others = [_read(path, positive_rudder, structure) for path in validate]
     try:
         estimate = fitter.fit(records, structure.blanked())
         scores = prediction_scores(estimate.model, others, estimate.predictor) if others else {}
@@ -114,7 +114,7 @@ def sign_doubt(record: Record) -> str | None:
     )
 
 
-def read_for(path: str | Path, positive_rudder: str | None, model: Model) -> Record:
+def _read(path: str | Path, positive_rudder: str | None, model: Model) -> Record:
     """A record whose rudder has the model's sign, freed of what the model knows of its instruments.
 
     One that does not say its sign is taken to have the model's.

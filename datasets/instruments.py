@@ -84,7 +84,7 @@ def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[s
     if instruments.get("rudder_backlash", 0.0) > 0.0:
         series = quietened(series)
     felt = np.empty(series.size)
-    drivers.link(np.ascontiguousarray(time_s, float), series, numbers, felt)
+    drivers.link(np.array(time_s, float), series, numbers, felt)
     return np.where(known, felt, np.nan)
 
 
@@ -153,9 +153,7 @@ def _turned(channels: dict[str, np.ndarray], q: Mapping[str, float], record: str
     return {**channels, SURGE: along * cosine + across * sine, SWAY: -along * sine + across * cosine}
 
 
-def _moved(
-    time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = False, hold: bool = False
-) -> np.ndarray:
+def _moved(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = False, hold: bool = False) -> np.ndarray:
     """values(time + ahead) by a cubic spline; nan in gaps, and at the ends unless they are held."""
     known = np.isfinite(values)
     if ahead == 0.0 or known.sum() < 4:

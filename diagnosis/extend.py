@@ -28,6 +28,7 @@ TERMS = {
     "current": ("current_n", "current_e"),
     "wind": ("wind_n", "wind_e"),
     "constant_force": ("force_0", "force_1", "force_2"),
+    "wave_drift": ("drift_n", "drift_e"),
 }
 """Entries of the parameter vector that become coefficients of an extension."""
 RESPONSE = {"constant_force": "constant_yaw"}
@@ -70,6 +71,8 @@ def extended_model(est: Estimator, s: Setting, causes: Sequence[str], flags: Seq
         own = [row[est.index[slot]] for slot in slots[: len(EXTENSIONS[name].units)]]
         if cause == "constant_force":
             own = [x * unit for x, unit in zip(own, est.unit, strict=False)]
+        if cause == "wave_drift":
+            own = [x * est.unit[0] for x in own]
         values += own
         taken |= {est.index[slot] for slot in slots}
     extended = replace(model, id=_named(model, causes), family=family, coefficients=np.array(values, float))

@@ -25,7 +25,8 @@ def extended(model: Model, extension: str, values: Mapping[str, float] | None = 
 
     Raises
     ------
-    BadInput : if the family cannot carry the extension, or has no parameter of a name in `values`.
+    BadInput : if the family cannot carry the extension, has no parameter of a name in `values`, or the model lacks a
+        constant that the extension needs.
     """
     family = f"{model.family}+{extension}"
     kernels = kernel_store.load(family)
@@ -36,6 +37,9 @@ def extended(model: Model, extension: str, values: Mapping[str, float] | None = 
         raise BadInput(f"extension {extension} has no parameter {unknown[0]!r}", hint=f"it has {', '.join(added)}")
     numbers |= added | dict(values or {})
     constants = model.environment_numbers()
+    lacking = [name for name in kernels.CONSTANTS if name not in constants]
+    if lacking:
+        raise BadInput(f"extension {extension} of {model.id} needs {', '.join(lacking)}")
     return replace(
         model,
         id=f"{model.id}+{extension}",

@@ -18,7 +18,7 @@ from typing import cast
 import sympy as sp
 
 from ..definition import Definition, symbols
-from ..primitives import absv
+from ..primitives import absv, step
 from .environment import INPUTS as ENVIRONMENT_INPUTS
 from .environment import with_environment
 
@@ -117,7 +117,7 @@ def _absorbed(inputs: str) -> Apply:
     """Some inputs of the environment variant as constant parameters, the others absent."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        whole = with_environment(definition)
+        whole = with_environment(definition, wind=inputs.startswith("wind"))
         kept = dict(zip(symbols(inputs), parameters, strict=True))
         swap = {s: kept.get(s, sp.S.Zero) for s in symbols(ENVIRONMENT_INPUTS)}
         tag = {s: sp.Symbol(s.name.replace("env_", f"{inputs[:4]}_"), real=True) for s in whole.helpers}
@@ -141,10 +141,36 @@ def _pruned(definition: Definition, own: set[str]) -> Definition:
     return replace(definition, helpers=dict(reversed(list(helpers.items()))), constants=constants)
 
 
-def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Rudder through (1 + T3 s)/(1 + T2 s): delta_hull = delta + lead (z - delta), T2 z_dot = delta - z.
+DRIFT = (0.010, 0.020, 0.002)
+"""Mean wave drift coefficients in surge, sway and yaw (times the length), those of `datasets.disturbances`."""
 
-    T3 = T2 (1 - lead).  With a first-order Nomoto model behind it this is the second-order one.
+
+def _drift(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Mean wave drift rho g Hs^2 L as an earth-fixed vector towards where the waves come from, on the hull:
+    X = -.010 along (times .3 in following seas), Y = -.020 across |across|/size, N = -.002 L 2 along across/size."""
+    psi = next(s for s in definition.states if s.name == "psi")
+    length = next((s for s in definition.constants if s.name == "L"), sp.Symbol("wind_L", real=True))
+    along, across, size = symbols("drift_along drift_across drift_size")
+    north, east = parameters
+    helpers = {
+        along: north * sp.cos(psi) + east * sp.sin(psi),
+        across: -north * sp.sin(psi) + east * sp.cos(psi),
+        size: sp.sqrt(north**2 + east**2 + sp.Float(1e-12)),
+    }
+    scale = definition.force_scale
+    assert scale is not None
+    surge = -sp.Float(DRIFT[0]) * along * (sp.Float(0.3) + sp.Float(0.7) * step(along))
+    sway = -sp.Float(DRIFT[1]) * across * absv(across) / size
+    yaw = -sp.Float(2 * DRIFT[2]) * length * across * along / size
+    forces = [f + k * d for f, k, d in zip(definition.forces, scale, (surge, sway, yaw), strict=True)]
+    return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
+
+
+def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Rudder through (1 + T3 s)/(1 + T2 s), T3 = T2 (1 - lead).
+
+    delta_hull = delta + lead (z - delta) with the state T2 z_dot = delta - z.
+    With a first-order Nomoto model behind it this is the second-order one.
     """
     lead, time = parameters
     delta, z = definition.inputs[0], sp.Symbol("lead_state", real=True)
@@ -242,6 +268,12 @@ EXTENSIONS: dict[str, Extension] = {
         {"constant_X": "N", "constant_Y": "N", "constant_N": "N m"},
         _absorbed("force_x force_y moment_n"),
         three_dof=True,
+    ),
+    "wave_drift": Extension(
+        {"wave_drift_north": "N", "wave_drift_east": "N"},
+        _drift,
+        three_dof=True,
+        held=("wave_drift_north", "wave_drift_east"),
     ),
     "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
     "constant_yaw": Extension(

@@ -132,13 +132,14 @@ def test_without_arguments_the_help_is_shown(call):
     assert status == 2 and "Commands:" in err
 
 
-@pytest.mark.parametrize("kind", ["models", "vessels", "manoeuvres", "methods", "suites"])
+@pytest.mark.parametrize("kind", ["models", "vessels", "manoeuvres", "methods", "causes", "suites"])
 def test_lists_name_everything(call, kind):
     expected = {
         "models": {"nomoto-1", "nomoto-2-quadratic", "kt", "integrator", "abkowitz", "mmg"},
         "vessels": set(list_vessels()),
         "manoeuvres": set(),
         "methods": set(methods()),
+        "causes": {"rudder_offset", "wave_motion", "shallow_water", "coefficient_shift"},
         "suites": {"quick", "default", "measured"},
     }[kind]
     status, out, _ = call("list", kind, "--json")
