@@ -317,8 +317,10 @@ def _gain(search: Search, final: Setting, records: Sequence[Record], rng: np.ran
     est = search.est
     base = _base_setting(search)
     per_record = [p for a in search.accepted for p in a.variant if p.record is not None and a.cause != "rudder_fault"]
+    fitted = [gains.free_runs(est, s) for s in (base, final)]
+    shown = gains.traces(est, "train", *fitted, gains.scored_from(est, False))
     if not records:
-        return {}, ()
+        return {}, shown
     held = Estimator(est.model, records, est.unit)
     held.rudder_sd, held.base = est.rudder_sd, est.base
     after = gains.transferred(held, final, [p for a in search.accepted for p in a.variant if p.record is not None])
@@ -327,7 +329,7 @@ def _gain(search: Search, final: Setting, records: Sequence[Record], rng: np.ran
     starts = gains.scored_from(held, bool(per_record))
     old, new = gains.free_runs(held, before), gains.free_runs(held, after)
     noise = search.setting.noise
-    return gains.gains(held, old, new, starts, noise, rng), gains.traces(held, "held_out", old, new, starts)
+    return gains.gains(held, old, new, starts, noise, rng), (*shown, *gains.traces(held, "held_out", old, new, starts))
 
 
 def _base_setting(search: Search) -> Setting:

@@ -59,7 +59,7 @@ def extended_model(est: Estimator, s: Setting, causes: Sequence[str], flags: Seq
     A quantity per record enters as its mean over the training records.
     """
     model = est.model
-    row = s.p.mean(axis=0)
+    row = np.where(np.all(s.p == s.p[0], axis=0), s.p[0], s.p.mean(axis=0))
     n = len(model.coordinates)
     family, values, taken = model.family, list(row[:n]), set()
     for cause in causes:

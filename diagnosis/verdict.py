@@ -53,8 +53,17 @@ def decide(poor: str | None, left: Candidate | None, findings: Sequence[Finding]
         said = "; ".join(f"{f.cause} cannot be told from {' or '.join(f.tied_with)}" for f in ties)
         return "tied", said
     if findings:
-        return "named", "; ".join(f.cause for f in findings)
+        return "named", "; ".join(_spoken(f) for f in findings)
     return "adequate", "the innovations are what the model and its sensors' noise (and zero-mean gusts) would give"
+
+
+def _spoken(f: Finding) -> str:
+    """A cause with its first size."""
+    if not f.sizes:
+        return f.cause
+    size = f.sizes[0]
+    unit = "" if size.unit == "1" else f" {size.unit}"
+    return f"{f.cause} ({size.parameter} = {size.value:.3g}{unit}, 90 % interval {size.low:.3g} to {size.high:.3g})"
 
 
 def next_manoeuvre(poor: str | None, findings: Sequence[Finding]) -> str | None:

@@ -30,6 +30,7 @@ QUANTUM = 1e-5
 """Force that the noise fit counts in, as a share of the force unit."""
 SHORTEST_TAU_S, LONGEST_TAU_S = 1.0, 60.0
 SPIKE, NEAR = 6.5, 4.5
+FLOOR = (3e-4, 3e-4, 3e-4, 3e-4, 1e-5, 1e-5)
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
 BANK_DEFAULTS = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
@@ -159,6 +160,16 @@ class Estimator:
         return np.array([len(states), size, len(inputs), first, env, steps, *places], dtype=np.int64)
 
     @cached_property
+    def floors(self) -> np.ndarray:
+        """(6,) smallest sensor sd that is believed: FLOOR of each channel's own spread (interpolated records are
+        smoother than any sensor, and no model is better than that)."""
+        out = np.full(CHANNELS, 1e-9)
+        for c in np.flatnonzero(self.channels):
+            spread = max(float(np.nanstd(d.measured[:, c])) for d in self.data if np.isfinite(d.measured[:, c]).any())
+            out[c] = max(FLOOR[c] * spread, 1e-9)
+        return out
+
+    @cached_property
     def channels(self) -> np.ndarray:
         """(6,) whether any record measures the channel and the model has the state."""
         known = np.array([state_seen(s, self.kernels.STATES) is not None for s in SYMBOLS])
@@ -202,7 +213,7 @@ class Estimator:
         sd = np.zeros(CHANNELS)
         for c in range(CHANNELS):
             found = [sensor_sd(d.measured[:, c]) for d in self.data if np.isfinite(d.measured[:, c]).any()]
-            sd[c] = max(float(np.median(found)) if found else 1.0, 1e-7)
+            sd[c] = max(float(np.median(found)), self.floors[c]) if found else 1.0
         noise = np.concatenate([sd, np.zeros(self.n_forces), [15.0]])
         return Setting(np.tile(self.base, (len(self.data), 1)), noise)
 
@@ -361,7 +372,7 @@ class Estimator:
         used = now.e != 0.0
         excess = np.sum((np.clip(now.e, -CLIP, CLIP) ** 2 - 1.0) * share * used, axis=0)
         weight = np.maximum(np.sum(share**2 * used, axis=0), 1e-9)
-        return np.maximum(noise[:CHANNELS] * np.exp(np.clip(0.5 * excess / weight, -0.4, 0.4)), 1e-9)
+        return np.maximum(noise[:CHANNELS] * np.exp(np.clip(0.5 * excess / weight, -0.4, 0.4)), self.floors)
 
     def _force_scores(self, s: Setting, now: Innovations, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         nf = self.n_forces
