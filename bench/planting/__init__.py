@@ -9,9 +9,10 @@ moves inside the integration step (`integrate`), and only the numbers of the ves
 
 from .case import GUSTS, SIZED, STRENGTHS, Case, Planted, draw_effect, noncentrality, plant
 from .effects import ANTICIPATED, CAUSES, UNFORESEEN, Effect, carries
+from .measured import SPOILERS, spoil
 from .ships import VESSELS
 
 __all__ = [
-    "ANTICIPATED", "CAUSES", "GUSTS", "SIZED", "STRENGTHS", "UNFORESEEN", "VESSELS",
-    "Case", "Effect", "Planted", "carries", "draw_effect", "noncentrality", "plant",
+    "ANTICIPATED", "CAUSES", "GUSTS", "SIZED", "SPOILERS", "STRENGTHS", "UNFORESEEN", "VESSELS",
+    "Case", "Effect", "Planted", "carries", "draw_effect", "noncentrality", "plant", "spoil",
 ]  # fmt: skip

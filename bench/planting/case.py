@@ -27,6 +27,7 @@ STRENGTHS = {
 #: this, more if they would not be detectable
 SIZED = {"small": 1.0, "moderate": 3.0, "large": 10.0}
 DETECTABLE = 60.0
+DRAWS = 4
 #: Correlation times of zero-mean gusts on a full-scale ship, s
 GUSTS = {"none": None, "fast": (3.0, 10.0), "slow": (30.0, 60.0)}
 GUST_LEVEL = np.deg2rad(0.4)
@@ -92,7 +93,8 @@ class Case:
             "duration_s": self.duration_s or (600.0 if clock > 0.5 else 150.0),
             "dt_s": self.dt_s or (0.5 if clock > 0.5 else 0.1),
             "channels": self.channels or (sensing.CHANNELS if self.ship.is_3dof else sensing.RESPONSE_CHANNELS),
-            "command": self.command or any(CATALOGUE[cause].command for cause in self.causes),
+            "command": self.command
+            or any(CATALOGUE[c].command for c in (*self.causes, *(e.cause for e in self.effects))),
         }
         return replace(self, **facts)
 
@@ -188,19 +190,47 @@ class Frames:
 def draw_effect(
     case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator
 ) -> tuple[Effect, float]:
-    """An effect of the case's strength, and its non-centrality on the training records."""
-    setting = Setting(case.ship, case.duration_s or 0.0, len(case.train), len(case.held_out))
+    """An effect of the case's strength, and its non-centrality on the training records.
+
+    Drawn again, up to `DRAWS` times, when what was drawn cannot be made that strong.
+    """
+    best: tuple[Effect, float] | None = None
+    for _ in range(DRAWS):
+        found = _draw_once(case, cause, frames, gusts, rng)
+        if not found[2]:
+            return found[:2]
+        best = best or found[:2]
+    assert best is not None
+    return best
+
+
+def _draw_once(case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator):
+    """Effect, non-centrality, and whether that fell short of the strength."""
+    setting = Setting(
+        case.ship, case.duration_s or 0.0, len(case.train), len(case.held_out), lambda: passed(case, frames, rng)
+    )
     facts = CATALOGUE[cause]
     shape = Effect(cause, facts.draw(setting, rng))
     if not facts.sized:
-        return shape, float("nan")
+        return shape, float("nan"), False
     if case.strength in SIZED:
         effect = shape.scaled(SIZED[case.strength])
         power = noncentrality(case, (effect,), frames, gusts)
-        return (effect, power) if power >= DETECTABLE else scaled_to(case, shape, DETECTABLE, frames, gusts)
-    span = STRENGTHS[case.strength] if isinstance(case.strength, str) else (case.strength,) * 2
+        if DETECTABLE <= power < np.inf:
+            return effect, power, False
+        span = (DETECTABLE, 2.0 * DETECTABLE)
+    else:
+        span = STRENGTHS[case.strength] if isinstance(case.strength, str) else (case.strength,) * 2
     target = float(np.exp(rng.uniform(*np.log(span))))
-    return scaled_to(case, shape, target, frames, gusts)
+    effect, power = scaled_to(case, shape, target, frames, gusts)
+    return effect, power, not 0.5 < power / target < 2.0
+
+
+def passed(case: Case, frames: Frames, rng: np.random.Generator) -> tuple[float, float]:
+    """Where (north, east, in ship lengths) a training record is at some time between .2 and .7 of it."""
+    run = frames.run(case, (), int(rng.integers(len(case.train))), None)
+    north, east = run.states[int(rng.uniform(0.2, 0.7) * len(run.states)), 3:5] / case.ship.length_m
+    return float(north), float(east)
 
 
 def scaled_to(
@@ -253,7 +283,9 @@ def whitened(case: Case, record: Record, run: Run, gusts: Gusts | None) -> np.nd
     x0 = straight(base, float(run.states[0, 5]))
     steps = max(1, round(dt / run.step_s))
     spread = next(k for k in (5, 4, 3, 2, 1) if steps % k == 0)
-    start = 30.0 * np.array([sd["surge_m_s"], sd["sway_m_s"], sd["yaw_rate_rad_s"], sd["north_m"], sd["east_m"], sd["heading_rad"]])
+    start = 30.0 * np.array(
+        [sd["surge_m_s"], sd["sway_m_s"], sd["yaw_rate_rad_s"], sd["north_m"], sd["east_m"], sd["heading_rad"]]
+    )
     if not base.is_3dof:
         start[[0, 3, 4]] = 1e-9
         start[1] = 1e-4
@@ -271,5 +303,7 @@ def whitened(case: Case, record: Record, run: Run, gusts: Gusts | None) -> np.nd
 def rudder_seen(case: Case, record: Record, run: Run) -> np.ndarray:
     """The recorded rudder angle between the samples too, with the sign that the record gives it."""
     column = "rudder_command_rad" if case.command else "rudder_rad"
-    flipped = float(np.dot(record.column(column), run.rudder[:: 2 * round((case.dt_s or 0.0) / run.step_s)][: record.n]))
+    flipped = float(
+        np.dot(record.column(column), run.rudder[:: 2 * round((case.dt_s or 0.0) / run.step_s)][: record.n])
+    )
     return -run.rudder if flipped < 0.0 else run.rudder

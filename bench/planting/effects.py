@@ -36,6 +36,8 @@ class Setting:
     duration_s: float
     train: int
     held_out: int
+    places: Callable[[], tuple[float, float]]
+    """A place (north, east) in ship lengths that a training record passes without effects."""
 
     @property
     def records(self) -> int:
@@ -80,16 +82,12 @@ class Effect:
                 return max(value / factor, facts.cap)
             return float(np.clip(value * factor, -facts.cap, facts.cap))
 
-        return Effect(
-            self.cause, {k: grown(v) if k in facts.sized else v for k, v in self.parameters.items()}
-        )
+        return Effect(self.cause, {k: grown(v) if k in facts.sized else v for k, v in self.parameters.items()})
 
     def at(self, record: int) -> dict[str, Any]:
         """The parameters in one record."""
         whole = ("channels", "row")
-        return {
-            k: v[record] if isinstance(v, tuple) and k not in whole else v for k, v in self.parameters.items()
-        }
+        return {k: v[record] if isinstance(v, tuple) and k not in whole else v for k, v in self.parameters.items()}
 
 
 def sign(rng: np.random.Generator, negative: float = 0.5) -> float:
@@ -122,7 +120,7 @@ def per_record(size: str, direction: str, unit: str, value: Callable[[Ship], flo
 
 
 def _fault(s: Setting, rng):
-    return {"e": -0.1 * rng.uniform(0.6, 1.4), "t0": float(rng.uniform(0.25, 0.65) * s.duration_s)}
+    return {"e": -0.03 * float(rng.uniform(0.6, 1.4)), "t0": float(rng.uniform(0.25, 0.65) * s.duration_s)}
 
 
 def _delay_velocity(s: Setting, rng):
@@ -152,7 +150,7 @@ def _force(s: Setting, rng):
     side, yaw = rudder_force(s.ship)
     direction = rng.standard_normal(3)
     direction /= np.linalg.norm(direction)
-    return dict(zip("XYN", map(float, 0.02 * direction * np.array([side, side, yaw])), strict=True))
+    return dict(zip("XYN", map(float, 0.005 * direction * np.array([side, side, yaw])), strict=True))
 
 
 def _crossflow(s: Setting, rng):
@@ -163,35 +161,41 @@ def _crossflow(s: Setting, rng):
 
 def _prime(ship: Ship) -> float:
     """Size of a damping term in the ship's own prime system (0.5 rho L d is some 20 times smaller than 0.5 rho L^2)."""
-    return {"mariner": 3e-4, "s175": 3e-4, "kvlcc2-l7": 5e-3, "cargo": 20.0}.get(ship.id, 1.0)
+    return {"mariner": 3e-5, "s175": 3e-5, "kvlcc2-l7": 5e-4, "cargo": 1.0}.get(ship.id, 0.1)
 
 
 def _coefficient(s: Setting, rng):
-    return {"name": str(rng.choice(HULL[s.ship.id])), "fraction": 0.1 * sign(rng) * rng.uniform(0.7, 1.4)}
+    return {"name": str(rng.choice(HULL[s.ship.id])), "fraction": 0.02 * sign(rng) * rng.uniform(0.7, 1.4)}
 
 
 def _loss(s: Setting, rng):
     time = s.ship.coefficient("T") if s.ship.kind == FIRST else s.ship.coefficient("g")
-    return {"drop": 0.1, "recovery": float(time * rng.uniform(1.0, 3.0))}
+    return {"drop": 0.03, "recovery": float(time * rng.uniform(1.0, 3.0))}
 
 
 def _lead(s: Setting, rng):
-    t2 = 0.03 * s.ship.coefficient("T") * rng.uniform(0.7, 1.4)
+    t2 = 0.02 * s.ship.coefficient("T") * rng.uniform(0.7, 1.4)
     return {"T2": float(t2), "T3": float(t2 * rng.uniform(0.1, 0.6))}
 
 
 BOTH = {"response": True}
 CAUSES: dict[str, Cause] = {
     "rudder_offset": scalar("delta0", "rad", fixed(0.1 * DEGREE), **BOTH),
-    "rudder_effectiveness": scalar("e", "1", fixed(0.02), 0.8, cap=0.8, **BOTH),
+    "rudder_effectiveness": scalar("e", "1", fixed(0.01), 0.8, cap=0.8, **BOTH),
     "rudder_delay": scalar("tau", "s", lambda s: 0.2 * s.clock, 0.0, **BOTH),
     "rudder_fault": Cause({"e": "1", "t0": "s"}, ("e",), _fault, cap=0.95, **BOTH),
     "rudder_backlash": scalar("b", "rad", fixed(0.3 * DEGREE), 0.0, cap=10 * DEGREE, **BOTH),
     "rudder_rate_limit": scalar(
-        "rate", "rad/s", lambda s: min(s.rate_rad_s, 20 * DEGREE / s.lag_s), 0.0,
-        cap=1e-4, inverse=True, command=True, **BOTH,
-    ),  # fmt: skip
-    "rudder_saturation": scalar("limit", "rad", fixed(20 * DEGREE), 0.0, cap=0.02, inverse=True, command=True, **BOTH),
+        "rate",
+        "rad/s",
+        lambda s: min(s.rate_rad_s, 20 * DEGREE / s.lag_s),
+        0.0,
+        cap=1e-4,
+        inverse=True,
+        command=True,
+        **BOTH,
+    ),
+    "rudder_saturation": scalar("limit", "rad", fixed(24 * DEGREE), 0.0, cap=0.02, inverse=True, command=True, **BOTH),
     "rudder_sign": Cause({}, (), lambda s, rng: {}, **BOTH),
     "yaw_rate_bias": scalar("b", "rad/s", lambda s: 0.003 * DEGREE / s.clock, **BOTH),
     "yaw_rate_scale": scalar("s", "1", fixed(0.01), cap=0.6, **BOTH),
@@ -206,10 +210,8 @@ CAUSES: dict[str, Cause] = {
     "outliers": scalar("share", "1", fixed(0.005), 0.0, cap=0.1, random=True, **BOTH),
     "clock_jitter": scalar("sd", "s", lambda s: 0.05 * s.clock, 0.0, random=True, **BOTH),
     "current": per_record("speed", "towards", "m/s", lambda s: 0.03 * s.clock),
-    "wind": per_record("speed", "from", "m/s", lambda s: 2.0 * s.clock),
-    "wave_motion": Cause(
-        {"rms": "rad", "omega": "rad/s", "damping": "1"}, ("rms",), _waves, random=True, **BOTH
-    ),
+    "wind": per_record("speed", "from", "m/s", lambda s: 0.7 * s.clock),
+    "wave_motion": Cause({"rms": "rad", "omega": "rad/s", "damping": "1"}, ("rms",), _waves, random=True, **BOTH),
     "wave_drift": per_record("Hs", "from", "m", lambda s: 0.3 * s.clock**2),
     "constant_force": Cause({"X": "N", "Y": "N", "N": "N m"}, ("X", "Y", "N"), _force),
     "yaw_damping_quadratic": scalar("Nrr", "1", _prime, 0.75),
@@ -220,8 +222,8 @@ CAUSES: dict[str, Cause] = {
     ),
     "speed_loss": Cause({"drop": "1", "recovery": "s"}, ("drop",), _loss, response=True, three_dof=False),
     "second_order_lead": Cause({"T2": "s", "T3": "s"}, ("T2", "T3"), _lead, response=True, three_dof=False),
-    "loading_change": scalar("fraction", "1", fixed(0.03), cap=0.6),
-    "shallow_water": scalar("depth_ratio", "1", fixed(6.0), 0.0, cap=1.15, inverse=True),
+    "loading_change": scalar("fraction", "1", fixed(0.01), cap=0.6),
+    "shallow_water": scalar("depth_ratio", "1", fixed(12.0), 0.0, cap=1.15, inverse=True),
     "coefficient_shift": Cause({"name": "", "fraction": "1"}, ("fraction",), _coefficient, cap=0.9, **BOTH),
 }
 #: Further terms of a response ship: alpha r|r| (s/rad) and alpha r^3 (s2/rad2) beside what it has
@@ -236,13 +238,12 @@ def _unknown(kind: str) -> Cause:
         ship = s.ship
         if kind == "sensor_ramp":
             channel = str(rng.choice(anticipated.RAMPED))
-            return {"channel": channel, "size": sign(rng) * 0.05 * DEGREE * (1.0 if "heading" in channel else 1.0)}
+            return {"channel": channel, "size": sign(rng) * 0.05 * DEGREE}
         if kind in unforeseen.IDS:
-            track = (0.3 * ship.speed_m_s * s.duration_s / ship.length_m * rng.uniform(-1, 1), rng.uniform(-3.0, 3.0))
-            row = unforeseen.draw(kind, ship.starboard, ship.clock, s.duration_s, track, rng)
+            row = unforeseen.draw(kind, ship.starboard, ship.clock, s.duration_s, s.places(), rng)
         else:
             row = anticipated.draw(kind, ship.is_3dof, ship.clock, s.duration_s, rng)
-        return {"row": tuple(map(float, row)), "size": 0.02}
+        return {"row": tuple(map(float, row)), "size": 0.005}
 
     response = kind in anticipated.KINDS or kind in unforeseen.RESPONSE
     return Cause({"size": "rudder force at 10 deg"}, ("size",), draw, response=response)

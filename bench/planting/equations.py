@@ -19,16 +19,18 @@ JIT = {"cache": True, "error_model": "numpy"}
 GRAVITY = 9.81
 
 #: Names of the effect parameters that act inside the equations; units as in `effects.CAUSES`.
-DYNAMIC = (
-    "current_north current_east wind_north wind_east X Y N Nrr Nrrr Yvv Yrv Yvr Nvr Nrv mass_fraction "
-    "Hs wave_from drop recovery r_quadratic r_cubic"
-).split()
+DYNAMIC_TEXT = (
+    "current_north current_east wind_north wind_east X Y N Nrr Nrrr Yvv Yrv Yvr Nvr Nrv mass_fraction Hs "
+    "wave_from drop recovery r_quadratic r_cubic"
+)
+DYNAMIC = DYNAMIC_TEXT.split()
 (
     I_CN, I_CE, I_WN, I_WE, I_X, I_Y, I_N, I_NRR, I_NRRR, I_YVV, I_YRV, I_YVR, I_NVR, I_NRV, I_MASS,
     I_HS, I_WF, I_DROP, I_REC, I_R2, I_R3,
 ) = range(len(DYNAMIC))  # fmt: skip
 #: What the equations know of a ship besides its coefficients.
-SHIP = "rho S L U0 n m mxg iz m11 m22 m23 m32 m33 af al cx cy cn kn dw rho_air force moment".split()
+SHIP_TEXT = "rho S L U0 n m mxg iz m11 m22 m23 m32 m33 af al cx cy cn kn dw rho_air force moment"
+SHIP = SHIP_TEXT.split()
 (
     S_RHO, S_S, S_L, S_U0, S_PROP, S_M, S_MXG, S_IZ, S_11, S_22, S_23, S_32, S_33, S_AF, S_AL, S_CX, S_CY, S_CN,
     S_KN, S_DW, S_RHOA, S_FORCE, S_MOMENT,

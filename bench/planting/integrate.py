@@ -14,7 +14,8 @@ from numba import njit
 from .equations import JIT, derivative
 
 #: Rudder chain between the recorded angle and the hull.
-CHAIN = "rate_limit saturation delay play effectiveness offset fault fault_time".split()
+CHAIN_TEXT = "rate_limit saturation delay play effectiveness offset fault fault_time"
+CHAIN = CHAIN_TEXT.split()
 R_RATE, R_SAT, R_DELAY, R_PLAY, R_EFF, R_OFF, R_FAULT, R_FAULT_T = range(len(CHAIN))
 SOUND = np.array([1e9, 1e9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 #: Closed loop: zigzag (1) or not (0), rudder order to starboard, heading change, execute time, first side.

@@ -55,7 +55,7 @@ def observe(
     column is `rudder_command_rad`, what the steering gear was told.
     """
     sensors = plan.sensors
-    time = dt_s * np.arange(int(round((len(run.states) - 1) * run.step_s / dt_s)) + 1)
+    time = dt_s * np.arange(round((len(run.states) - 1) * run.step_s / dt_s) + 1)
     jitter = sensors.get("clock_jitter", {}).get("sd", 0.0)
     taken = np.clip(time + jitter * rng.standard_normal(time.size), 0.0, time[-1])
     rows = {c: sampled(run, c, taken - delay(sensors, c)) for c in CHANNELS}
@@ -112,7 +112,11 @@ def calibrated(rows: dict[str, np.ndarray], sensors: dict[str, dict], time: np.n
     for cause, channels in {"yaw_rate_scale": ATTITUDE[1:], "speed_scale": VELOCITY}.items():
         for channel in channels if cause in sensors else ():
             rows[channel] = (1.0 + sensors[cause]["s"]) * rows[channel]
-    for cause, channel in {"yaw_rate_bias": ATTITUDE[1], "heading_offset": ATTITUDE[0], "sway_offset": VELOCITY[1]}.items():
+    for cause, channel in {
+        "yaw_rate_bias": ATTITUDE[1],
+        "heading_offset": ATTITUDE[0],
+        "sway_offset": VELOCITY[1],
+    }.items():
         if cause in sensors:
             rows[channel] = rows[channel] + sensors[cause]["b"]
     if "sensor_ramp" in sensors:
