@@ -7,7 +7,7 @@ from helmbench.models.errors import BadInput
 
 
 def test_the_three_suites_are_there():
-    assert suite_names() == ["default", "measured", "quick"]
+    assert suite_names() == ["default", "diagnosis", "measured", "quick"]
     for name in suite_names():
         suite = load_suite(name)
         assert suite.name == name and suite.title and suite.entries
