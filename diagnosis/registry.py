@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 GROUP = "helmbench.diagnosers"
 """Entry-point group by which other packages add diagnosers."""
-OWN = ("engine", "naive")
+OWN = ("engine", "naive", "sparse")
 """Files of this package that define diagnosers."""
 
 
