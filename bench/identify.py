@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..datasets.instruments import corrected
 from ..datasets.io import read_record
 from ..models.errors import BadInput
 from ..models.model import CHANNELS, Model, resolve
@@ -75,8 +76,8 @@ def identify(
     from .scores import prediction_scores
 
     structure, fitter = resolve(model), make(method)
-    records = [_read(path, positive_rudder, structure) for path in train]
-    others = [_read(path, positive_rudder, structure) for path in validate]
+    records = [read_for(path, positive_rudder, structure) for path in train]
+    others = [read_for(path, positive_rudder, structure) for path in validate]
     try:
         estimate = fitter.fit(records, structure.blanked())
         scores = prediction_scores(estimate.model, others, estimate.predictor) if others else {}
@@ -113,9 +114,12 @@ def sign_doubt(record: Record) -> str | None:
     )
 
 
-def _read(path: str | Path, positive_rudder: str | None, model: Model) -> Record:
-    """A record whose rudder has the model's sign; one that does not say its sign is taken to have the model's."""
-    return read_record(path, positive_rudder).turned(model.positive_rudder)
+def read_for(path: str | Path, positive_rudder: str | None, model: Model) -> Record:
+    """A record whose rudder has the model's sign, freed of what the model knows of its instruments.
+
+    One that does not say its sign is taken to have the model's.
+    """
+    return corrected(read_record(path, positive_rudder).turned(model.positive_rudder), model.instruments)
 
 
 def _yaw_rate(record: Record) -> np.ndarray:

@@ -38,6 +38,8 @@ MISALIGNED, EARTH, OMEGA, ZETA, RMS = (
 )
 KINK = 12.0
 """Second difference of the rudder, in its sensor's sd, from which a corner lies between samples."""
+BETWEEN = 0.12
+"""Error of the mean rudder between two samples with a corner between them, as a share of the second difference."""
 
 
 @njit(inline="always")
@@ -416,12 +418,12 @@ def run_filter(
             cov[na + 1, na] += q12
             cov[na + 1, na + 1] += q22
         corner = 0.0
-        for o in range(-1, 2):
+        for o in range(2):
             if k + o >= 1 and k + o < size - 1:
                 corner = max(corner, abs(recorded[k + o + 1] - 2.0 * recorded[k + o] + recorded[k + o - 1]))
         variance = rudder_sd * rudder_sd
         if corner > KINK * rudder_sd:
-            variance += (0.25 * corner) ** 2
+            variance += (BETWEEN * corner) ** 2
         variance *= dt * dt * (1.0 + q[E_D]) ** 2
         for i in range(n):
             for j in range(n):

@@ -6,8 +6,9 @@ shifts added as time series.  `Estimator` holds the records and evaluates settin
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -72,6 +73,8 @@ class Parameter:
     high: float = np.inf
     scale: float = 1e-3
     series: tuple[int, tuple[np.ndarray, ...]] | None = field(default=None, compare=False)
+    law: Callable[[float], np.ndarray] | None = field(default=None, compare=False)
+    """Weight of each slot at a value (instead of weight times value), zero at zero."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,7 @@ class Estimator:
         self.rudder_sd = max(min(quiet), 1e-7)
         self.unit = force_units(model, self.data) if unit is None else unit
         self.base = base_vector(model, self.kernels)
+        self.commanded = all(not r.has("rudder_rad") for r in records)
         self._pool = ThreadPoolExecutor(2)
         self._steps: dict = {}
 
@@ -135,7 +139,10 @@ class Estimator:
         size = len(self.names) - len(OUTER)
         places = [states.index(s) if s in states else -1 for s in SYMBOLS]
         used = self.channels
-        places = [i if used[c] or s in ("psi", "u", "v", "r") else -1 for c, (s, i) in enumerate(zip(SYMBOLS, places, strict=True))]
+        places = [
+            i if used[c] or s in ("psi", "u", "v", "r") else -1
+            for c, (s, i) in enumerate(zip(SYMBOLS, places, strict=True))
+        ]
         return np.array([len(states), size, len(inputs), first, env, steps, *places], dtype=np.int64)
 
     @cached_property
@@ -143,6 +150,24 @@ class Estimator:
         """(6,) whether any record measures the channel and the model has the state."""
         known = np.array([s in self.kernels.STATES for s in SYMBOLS])
         return known & np.any([np.isfinite(d.measured).any(axis=0) for d in self.data], axis=0)
+
+    def first(self, share: float) -> Estimator:
+        """The same with only the first part of every record."""
+        early = copy(self)
+        cut = [max(8, int(share * d.time.size)) for d in self.data]
+        series = ("time", "rudder", "other", "measured")
+        early.data = [replace(d, **{n: getattr(d, n)[:k] for n in series}) for d, k in zip(self.data, cut, strict=True)]
+        early.edges = np.concatenate([[0], np.cumsum(cut)])
+        early._steps = {}
+        return early
+
+    @property
+    def clock(self) -> float:
+        """Time scale against a 160 m ship: sqrt(L/160 m); without a length the records' duration over 600 s, at most 1."""
+        length = self.model.particulars.get("L")
+        if length is not None:
+            return float(np.sqrt(length / 160.0))
+        return float(min(np.median([d.time[-1] for d in self.data]) / 600.0, 1.0))
 
     @property
     def n_forces(self) -> int:
@@ -187,11 +212,15 @@ class Estimator:
         )  # fmt: skip
         return e, log_s, states[:, : len(self.kernels.STATES) + nf], predicted, columns
 
-    def many(self, settings: Sequence[Setting], records: Sequence[Sequence[int] | None] | None = None) -> list[Innovations]:
+    def many(
+        self, settings: Sequence[Setting], records: Sequence[Sequence[int] | None] | None = None
+    ) -> list[Innovations]:
         """Innovations at several settings; records: for each, those that are run (None: all)."""
         which = [None] * len(settings) if records is None else records
         everyone = range(len(self.data))
-        jobs = [(s, i) for s, chosen in zip(settings, which, strict=True) for i in (everyone if chosen is None else chosen)]
+        jobs = [
+            (s, i) for s, chosen in zip(settings, which, strict=True) for i in (everyone if chosen is None else chosen)
+        ]
         parts = iter(list(self._pool.map(lambda job: self._run(*job)[:3], jobs)))
         out = []
         for chosen in which:
@@ -225,13 +254,18 @@ class Estimator:
             return replace(s, added=tuple(new), amounts=amounts)
         p = s.p.copy()
         rows = slice(None) if parameter.record is None else parameter.record
+        if parameter.law is not None:
+            old = s.amounts.get(parameter.name, 0.0)
+            step = np.asarray(parameter.law(old + change)) - np.asarray(parameter.law(old))
+            p[:, [index for index, _ in parameter.slots]] += step * [weight for _, weight in parameter.slots]
+            return replace(s, p=p, amounts={**s.amounts, parameter.name: old + change})
         for index, weight in parameter.slots:
             p[rows, index] += change * weight
         return replace(s, p=p)
 
     def value(self, s: Setting, parameter: Parameter) -> float:
         """The parameter's present value (0 where the effect is absent)."""
-        if parameter.series is not None:
+        if parameter.series is not None or parameter.law is not None:
             return s.amounts.get(parameter.name, 0.0)
         index, weight = parameter.slots[0]
         row = 0 if parameter.record is None else parameter.record
@@ -246,7 +280,7 @@ class Estimator:
         steps = [self._steps.get(_key(p), p.scale) for p in parameters]
         first = self._columns(s, now, parameters, steps)
         size = np.linalg.norm(first, axis=1) * steps
-        odd = [j for j in range(len(parameters)) if np.isfinite(size[j]) and size[j] > 0 and not 1e-3 < size[j] < 3.0]
+        odd = [j for j in range(len(parameters)) if np.isfinite(size[j]) and size[j] > 0 and not 1e-6 < size[j] < 5.0]
         if odd:
             for j in odd:
                 steps[j] = steps[j] * 0.1 / max(size[j], 1e-9)
@@ -256,7 +290,9 @@ class Estimator:
         first[~np.isfinite(first).all(axis=1)] = 0.0
         return first
 
-    def _columns(self, s: Setting, now: Innovations, parameters: Sequence[Parameter], steps: Sequence[float]) -> np.ndarray:
+    def _columns(
+        self, s: Setting, now: Innovations, parameters: Sequence[Parameter], steps: Sequence[float]
+    ) -> np.ndarray:
         signs = [-1.0 if self.value(s, p) + h > p.high else 1.0 for p, h in zip(parameters, steps, strict=True)]
         settings = [self.moved(s, p, g * h) for p, h, g in zip(parameters, steps, signs, strict=True)]
         which = [None if p.record is None else [p.record] for p in parameters]
@@ -329,18 +365,25 @@ class Estimator:
 
     def settle(self, s: Setting, start: Setting) -> tuple[Setting, Innovations]:
         """The best noise of several starts: the present one, none, and faint gusts."""
-        best = self.fit_noise(s, 25)
+        best = self.fit_noise(s, 12)
         for amount in (0.0, 4.0):
             noise = start.noise.copy()
             noise[6 : 6 + self.n_forces] = amount * QUANTUM * np.array([1.0, 2.0, 1.0])[: self.n_forces]
-            found = self.fit_noise(replace(s, noise=noise), 25)
+            if np.array_equal(noise, s.noise):
+                continue
+            found = self.fit_noise(replace(s, noise=noise), 12)
             if found[1].log_likelihood > best[1].log_likelihood + 1e-3:
                 best = found
         return best
 
     # ---- parameters of largest likelihood
     def refit(
-        self, s: Setting, parameters: Sequence[Parameter], most: int = 6, prior: np.ndarray | None = None, tolerance: float = 0.05
+        self,
+        s: Setting,
+        parameters: Sequence[Parameter],
+        most: int = 6,
+        prior: np.ndarray | None = None,
+        tolerance: float = 0.05,
     ) -> tuple[Setting, Innovations]:
         """Parameters and noise of largest likelihood near a setting: Gauss-Newton steps between noise steps."""
         s, now = self.fit_noise(s, 2)
@@ -348,13 +391,16 @@ class Estimator:
             before = now.log_likelihood
             if before <= -1e299:
                 break
-            s, now = self._gauss_newton(s, now, parameters, prior)
+            s, now = self.gauss_newton(s, now, parameters, prior)
             s, now = self.fit_noise(s, 2 if iteration == most - 1 else 1)
             if now.log_likelihood - before < tolerance:
                 break
         return s, now
 
-    def _gauss_newton(self, s: Setting, now: Innovations, parameters: Sequence[Parameter], prior: np.ndarray | None):
+    def gauss_newton(
+        self, s: Setting, now: Innovations, parameters: Sequence[Parameter], prior: np.ndarray | None = None
+    ):
+        """One damped step of the parameters with the noise held."""
         if not parameters:
             return s, now
         d = self.column(s, now, parameters)
@@ -364,7 +410,12 @@ class Estimator:
             fisher = fisher + np.diag(prior)
             gradient = gradient - prior * values
         scale = np.sqrt(np.diag(fisher)) + 1e-30
-        change = np.linalg.lstsq(fisher / np.outer(scale, scale) + 1e-9 * np.eye(scale.size), gradient / scale, rcond=None)[0] / scale
+        change = (
+            np.linalg.lstsq(fisher / np.outer(scale, scale) + 1e-9 * np.eye(scale.size), gradient / scale, rcond=None)[
+                0
+            ]
+            / scale
+        )
         penalty = 0.0 if prior is None else 0.5 * np.sum(prior * values**2)
         for power in range(6):
             trial, moved = s, []
@@ -409,12 +460,24 @@ def base_vector(model: Model, kernels: kernel_store.Kernels) -> np.ndarray:
     length = model.particulars.get("L", 1.0)
     numbers = {name: 0.0 for name in kernels.CONSTANTS} | BANK_DEFAULTS | {"rho": 1025.0, "wind_L": length}
     numbers |= {k: v * length**2 if k.startswith("A_") else v for k, v in DEFAULT_WINDAGE.items()}
-    numbers |= dict(model.windage or {})
+    numbers |= dict(model.windage or {}) | rigid_body(model)
     numbers |= {"rho": model.particulars["rho"]} if "rho" in model.particulars else {}
     numbers |= dict(zip(model.constant_names, model.constants, strict=True))
     outer = np.zeros(len(OUTER))
     outer[_filter.OMEGA], outer[_filter.ZETA] = 0.7, 0.1
     return np.concatenate([model.coefficients, [numbers[name] for name in kernels.CONSTANTS], outer])
+
+
+def rigid_body(model: Model) -> dict[str, float]:
+    """Mass [kg], m x_G [kg m] and yaw inertia [kg m2] of the hull; a radius of gyration of L/4 where none is known."""
+    known = {**model.particulars, **dict(zip(model.constant_names, model.constants.tolist(), strict=True))}
+    if not model.is_3dof or "nabla" not in known:
+        return {}
+    mass, length = known.get("rho", 1025.0) * known["nabla"], known["L"]
+    centre, radius = known.get("x_G", 0.0), known.get("k_zz", 0.25 * length)
+    prime = 0.5 * known.get("rho", 1025.0) * length**5
+    inertia = known.get("I_zz", known["I_z"] * prime if "I_z" in known else mass * radius**2)
+    return {"rigid_mass": mass, "rigid_moment": mass * centre, "rigid_inertia": inertia}
 
 
 def force_units(model: Model, data: Sequence[Data]) -> np.ndarray:

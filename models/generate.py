@@ -7,6 +7,7 @@ inverted inside a derivative: with W = M^-1 and a = W F, d a = W d(F - M a) with
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import cast
 
 import sympy as sp
@@ -393,10 +394,10 @@ def regress_source(definition: Definition) -> str:
     ------
     ValueError : if a coefficient enters in a non-linear way.
     """
+    definition = _without_held(definition)
     size, coefficients = len(definition.forces), list(definition.coefficients)
     accelerations = [sp.Symbol(f"_a{row}") for row in range(size)]
-    at_zero = dict.fromkeys(definition.held, sp.S.Zero)
-    residuals = [cast(sp.Expr, residual.xreplace(at_zero)) for residual in _residuals(definition, accelerations)]
+    residuals = _residuals(definition, accelerations)
     rows, helper_lines = _derivatives(definition, residuals, coefficients)
     free = set().union(*(value.free_symbols for row in rows for value in row))
     if helper_lines or free & set(coefficients):
@@ -413,6 +414,16 @@ def regress_source(definition: Definition) -> str:
     lines += ["def regress(_x, _a, _u, _th, _y, _Phi):", "    _Phi[:] = 0.0"]
     lines += [f"    _a{row} = _a[{row}]" for row in range(size) if accelerations[row] in used]
     return "\n".join([*lines, *_loads(definition, used, "{array}[{index}]"), *_emit(body)]) + "\n\n\n"
+
+
+def _without_held(definition: Definition) -> Definition:
+    """The definition with the coefficients that regression holds at zero."""
+    zero = dict.fromkeys(definition.held, sp.S.Zero)
+    return replace(
+        definition,
+        helpers={name: cast(sp.Expr, expression.xreplace(zero)) for name, expression in definition.helpers.items()},
+        forces=[cast(sp.Expr, force.xreplace(zero)) for force in definition.forces],
+    )
 
 
 def public_source(definition: Definition) -> str:

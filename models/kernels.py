@@ -93,6 +93,8 @@ def _generate(name: str) -> dict[str, str]:
     if name.endswith(BANK):
         return bank_sources(with_bank(definition_of(name.removesuffix(BANK))))
     definition = definition_of(name.removesuffix(ENVIRONMENT))
+    if name.endswith(ENVIRONMENT) and definition.force_scale is None:
+        raise BadInput(f"family {definition.name!r} has no environment variant", hint="it takes a 3-DOF family")
     return sources(with_environment(definition) if name.endswith(ENVIRONMENT) else definition)
 
 
@@ -154,7 +156,12 @@ def _files(name: str) -> dict[str, str]:
 
 
 def is_family(name: str) -> bool:
-    """Whether a family has this identifier; asks SymPy only when its kernels were never generated."""
+    """Whether a family, extended or not, has this identifier; asks SymPy only for kernels never generated.
+
+    Whether the family can carry its extensions is found by `load`.
+    """
+    if name.endswith((ENVIRONMENT, BANK)):
+        return False
     return _index(name).exists() or name.split("+")[0] in definitions()
 
 

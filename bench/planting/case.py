@@ -103,8 +103,8 @@ class Case:
 class Planted:
     """The records of a case and what is in them.
 
-    truth: the effects as planted, with units; noncentrality: of them all together, on the training records, as far
-    as it was computed (nan for a case without scaled effects).
+    truth: the effects as planted, with units; noncentrality: of the weakest of the drawn effects, each on its own on
+    the training records (nan for a case without effects that have a size).
     """
 
     case: Case
@@ -128,11 +128,9 @@ def plant(case: Case, rng: np.random.Generator) -> Planted:
     case = case.settled()
     gusts = draw_gusts(case, rng)
     frames = Frames.draw(case, rng)
-    effects, power = list(case.effects), float("nan")
-    for cause in case.causes:
-        effect, power = draw_effect(case, cause, frames, gusts, rng)
-        effects.append(effect)
-    found = tuple(effects)
+    drawn = [draw_effect(case, cause, frames, gusts, rng) for cause in case.causes]
+    found = (*case.effects, *(effect for effect, _ in drawn))
+    power = min((power for _, power in drawn if not np.isnan(power)), default=float("nan"))
     runs = [frames.run(case, found, i, gusts) for i in range(frames.count)]
     records = [frames.record(case, found, i, run, rng) for i, run in enumerate(runs)]
     n = len(case.train)
@@ -237,20 +235,24 @@ def scaled_to(
     case: Case, shape: Effect, target: float, frames: Frames, gusts: Gusts | None, tolerance: float = 0.15
 ) -> tuple[Effect, float]:
     """The effect scaled until its non-centrality is `target` to within the tolerance, or its cap is reached."""
-    low, high, factor = 0.0, np.inf, 1.0
+    low, high, factor, slope = 0.0, np.inf, 1.0, 2.0
     power = noncentrality(case, (shape,), frames, gusts)
     effect = shape
     for _ in range(24):
-        if abs(np.log(max(power, 1e-12) / target)) < tolerance:
+        miss = np.log(target / np.clip(power, 1e-12, 1e12))
+        if abs(miss) < tolerance:
             break
-        low, high = (factor, high) if power < target else (low, factor)
-        guess = factor * float(np.clip(np.sqrt(target / max(power, 1e-12)), 0.1, 10.0))
-        inside = low * 1.001 < guess < high * 0.999
-        factor = guess if inside else (np.sqrt(max(low, 0.01 * high) * high) if np.isfinite(high) else 2.0 * low)
-        before, effect = effect, shape.scaled(factor)
-        if effect == before or high - low < 1e-3 * low:
+        low, high = (factor, high) if miss > 0.0 else (low, factor)
+        last, guess = factor, factor * float(np.exp(np.clip(miss / slope, -2.3, 2.3)))
+        if not low < guess < high:  # a step that leaves the bracket: halve it (in logarithms)
+            guess = float(np.sqrt(max(low, 0.01 * high) * high))
+        before, effect = effect, shape.scaled(guess)
+        if effect == before or high - low < 1e-5 * low:
             break
+        factor, was = guess, power
         power = noncentrality(case, (effect,), frames, gusts)
+        rise = np.log(np.clip(power, 1e-12, 1e12) / np.clip(was, 1e-12, 1e12)) / np.log(factor / last)
+        slope = float(np.clip(rise, 0.7, 8.0))
     return effect, power
 
 

@@ -153,7 +153,7 @@ def _force(s: Setting, rng):
     return dict(zip("XYN", map(float, 0.005 * direction * np.array([side, side, yaw])), strict=True))
 
 
-def _crossflow(s: Setting, rng):
+def _crossflow(s: Setting, rng) -> dict[str, Any]:
     size = _prime(s.ship)
     draws = -size * rng.uniform(0.3, 1.5, 4) * np.array([4.0, 4.0, 1.0, 1.0])
     return dict(zip(("Yrv", "Yvr", "Nvr", "Nrv"), map(float, draws), strict=True))

@@ -133,8 +133,8 @@ def vector(dynamic: dict[str, float]) -> np.ndarray:
 
 def chain(values: dict[str, float]) -> np.ndarray:
     """The parameter vector of the rudder chain."""
-    pairs = zip(integrate.CHAIN, integrate.SOUND, strict=True)
-    return np.array([float(values.get(name, sound)) for name, sound in pairs])
+    whole = dict(zip(integrate.CHAIN, integrate.SOUND, strict=True)) | values
+    return np.array(list(whole.values()), float)
 
 
 def steering(ship: Ship, m: Manoeuvre, h: float, n: int, rng: np.random.Generator):
@@ -184,7 +184,7 @@ def walk(correlation_s: float, h: float, n: int, rng: np.random.Generator) -> np
     decay = np.exp(-h / correlation_s)
     shocks = rng.standard_normal(n + 1)
     shocks[1:] *= np.sqrt(1.0 - decay**2)
-    return lfilter([1.0], [1.0, -decay], shocks)
+    return np.asarray(lfilter([1.0], [1.0, -decay], shocks))
 
 
 def narrow_band(wave: tuple[float, float, float] | None, h: float, n: int, rng: np.random.Generator) -> np.ndarray:

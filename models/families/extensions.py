@@ -158,13 +158,13 @@ def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition
 
 def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
     """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; the rudder's moment goes with (U/U0)^m and
-    linear damping with U/U0 (Nomoto's scaling; m is 2 in open water and less behind a propeller at constant speed)."""
+    linear damping with U/U0 (Nomoto's scaling; m is 2 in open water and less behind a propeller at constant speed).
+    The moment of the rudder's rate is not scaled, as in `nomoto-2-quadratic-speed`."""
     gain, time, power = parameters
     (r,) = (symbol for symbol in definition.states if symbol.name == "r")
     loss, ratio = symbols("speed_loss_state speed_ratio")
     delta = definition.inputs[0]
-    rudder = {delta: delta * ratio**power} | {s: s * ratio**power for s in definition.inputs if s.name == "delta_rate"}
-    swapped = _substitute(definition, rudder)
+    swapped = _substitute(definition, {delta: delta * ratio**power})
     linear = sp.diff(swapped.forces[0], r).xreplace({r: sp.S.Zero})
     force = swapped.forces[0] + linear * r * (ratio - 1)
     return replace(
@@ -174,6 +174,26 @@ def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Defi
         forces=[force, *swapped.forces[1:]],
         kinematics=[*swapped.kinematics, (gain * r**2 - loss) / time],
         linear=False,
+    )
+
+
+RIGID = "rigid_mass rigid_moment rigid_inertia"
+"""Rigid-body mass [kg], m x_G [kg m] and yaw inertia [kg m2]: constants of the loading extension."""
+
+
+def _loaded(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Rigid-body mass, moment and inertia times (1 + fraction), added masses and hydrodynamic forces as they are."""
+    (fraction,) = parameters
+    mass, moment, inertia = symbols(RIGID)
+    u, v, r = definition.states[:3]
+    scale = definition.force_scale
+    assert scale is not None
+    rigid = sp.Matrix([[mass, 0, 0], [0, mass, moment], [0, moment, inertia]])
+    carried = [mass * v * r + moment * r**2, -mass * u * r, -moment * u * r]
+    return replace(
+        definition,
+        mass=definition.mass + fraction * sp.diag(*scale) * rigid,
+        forces=[f + fraction * k * c for f, k, c in zip(definition.forces, scale, carried, strict=True)],
     )
 
 
@@ -218,6 +238,7 @@ EXTENSIONS: dict[str, Extension] = {
         _absorbed("force_x force_y moment_n"),
         three_dof=True,
     ),
+    "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
     "constant_yaw": Extension(
         {"constant_yaw": "rad/s^k"},
         lambda d, p: replace(d, forces=[d.forces[0] + p[0], *d.forces[1:]]),
@@ -235,7 +256,7 @@ EXTENSIONS: dict[str, Extension] = {
 
 BANK_TERMS = (
     *("yaw_damping_quadratic", "yaw_damping_cubic", "sway_damping_quadratic", "crossflow_coupling"),
-    *("second_order_lead", "speed_loss"),
+    *("loading_change", "second_order_lead", "speed_loss"),
 )
 """Extensions that the bank variant holds as constants; the others act through its inputs."""
 
@@ -251,12 +272,7 @@ def extended(definition: Definition, name: str) -> Definition:
     if not carries(definition, name):
         raise ValueError(f"{definition.name} cannot carry the extension {name}")
     changed = extension.apply(definition, parameters)
-    rho = sp.Symbol("rho", real=True)
-    used = set().union(*(sp.sympify(e).free_symbols for e in [*changed.forces, *changed.helpers.values()]))
-    constants = list(changed.constants)
-    for symbol in (rho, sp.Symbol("wind_L", real=True)):
-        if symbol in used and symbol not in constants:
-            constants.append(symbol)
+    constants = [*changed.constants, *_unknown(changed, parameters)]
     own = dict(extension.units)
     return replace(
         changed,
@@ -270,6 +286,14 @@ def extended(definition: Definition, name: str) -> Definition:
         held=[*definition.held, *(p for p in parameters if p.name in extension.held)],
         linear=False,
     )
+
+
+def _unknown(definition: Definition, parameters: Sequence[sp.Symbol]) -> list[sp.Symbol]:
+    """Symbols that an extension brought along: further constants, by name."""
+    expressions = [*definition.forces, *definition.kinematics, *definition.helpers.values(), *definition.mass]
+    used = set().union(*(sp.sympify(e).free_symbols for e in expressions))
+    known = {*definition.states, *definition.inputs, *definition.parameters, *definition.helpers, *parameters}
+    return sorted((s for s in used - known if isinstance(s, sp.Symbol)), key=lambda s: s.name)
 
 
 def carries(definition: Definition, name: str) -> bool:

@@ -1,0 +1,479 @@
+"""Forward selection over the bank: screen, refit the leaders, rank, accept, delete, screen again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..models.model import CHANNELS
+from . import unknown
+from .causes import CAUSES, Cause, Variant, starts
+from .estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
+from .evidence import Projector, Score, effective_number, log_tail
+from .unknown import Feature
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+
+LEADERS = 6
+TIE_NATS = 4.6
+MOST_TIED = 2
+FAULT_GRID = 12
+SHARE_FIRST, SHARE_LATER = 0.6, 0.3
+IN_SPAN = 1e-3
+"""Share of a cause's information that must survive the nuisance, else it is not testable."""
+DEGREE = np.pi / 180.0
+
+
+@dataclass(frozen=True)
+class Screened:
+    """One cause's best variant by its score."""
+
+    cause: str
+    variant: Variant
+    log_p: float
+    score: Score
+    start: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A cause after refitting it with the noise: twice the gain in log likelihood and its log p-value."""
+
+    cause: str
+    variant: Variant
+    log_p: float
+    statistic: float
+    setting: Setting
+    now: Innovations
+    feature: bool = False
+
+
+@dataclass
+class Search:
+    """The state of the selection."""
+
+    est: Estimator
+    start: Setting
+    setting: Setting
+    now: Innovations
+    bank: dict[str, list[Variant]]
+    rng: np.random.Generator
+    alpha: float
+    nuisance: tuple[Parameter, ...] = ()
+    prior: np.ndarray | None = None
+    accepted: list[Candidate] = field(default_factory=list)
+    ties: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    n_effective: float = 25.0
+    first_screen: dict[str, Screened] = field(default_factory=dict)
+    first_candidates: list[Candidate] = field(default_factory=list)
+    rival: Candidate | None = None
+    in_span: set[str] = field(default_factory=set)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All that a refit moves: free coefficients, then those of the accepted causes."""
+        return (*self.nuisance, *(p for a in self.accepted for p in a.variant))
+
+    def precisions(self, extra: int) -> np.ndarray | None:
+        """Prior precisions of the parameters followed by `extra` more, None without a prior."""
+        if self.prior is None:
+            return None
+        return np.concatenate([self.prior, np.zeros(len(self.parameters) - len(self.nuisance) + extra)])
+
+    def refit(self, s: Setting, extra: Variant = (), most: int = 6) -> tuple[Setting, Innovations]:
+        return self.est.refit(s, [*self.parameters, *extra], most, self.precisions(len(extra)))
+
+
+# ---- screening
+def screen(search: Search, s: Setting, now: Innovations, count: bool = False) -> list[Screened]:
+    """Score of every cause not accepted yet, best variant each, best first; `count`: find the effective number."""
+    est = search.est
+    fixed = est.column(s, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
+    projector = Projector(now, fixed, search.precisions(0))
+    used = {a.cause for a in search.accepted}
+    out, families = [], []
+    for name, variants in search.bank.items():
+        if name in used or name in ("rudder_fault", "wave_motion"):
+            continue
+        columns = _variant_columns(est, s, now, variants)
+        scores = [projector.score(c) for c in columns]
+        if all(score.share < IN_SPAN for score in scores):
+            search.in_span.add(name)
+            continue
+        families.append(columns)
+        ranked = [
+            log_tail(score.statistic, len(v)) + np.log(len(variants)) for score, v in zip(scores, variants, strict=True)
+        ]
+        best = int(np.argmin(ranked))
+        out.append(Screened(name, variants[best], float(ranked[best]), scores[best]))
+    if "rudder_fault" in search.bank and "rudder_fault" not in used:
+        out.append(_screen_fault(search, s, now, projector))
+    if count:
+        search.n_effective = effective_number(projector, families, search.rng) + 1.0
+    return sorted(out, key=lambda c: c.log_p)
+
+
+def _variant_columns(est: Estimator, s: Setting, now: Innovations, variants: Sequence[Variant]) -> list[np.ndarray]:
+    """Columns (k, n) of each variant; a parameter that stands in several is run once."""
+    unique: dict[tuple, Parameter] = {}
+    for variant in variants:
+        for p in variant:
+            unique.setdefault((p.name, p.slots, p.record), p)
+    rows = dict(zip(unique, est.column(s, now, list(unique.values())), strict=True))
+    return [np.stack([rows[p.name, p.slots, p.record] for p in variant]) for variant in variants]
+
+
+def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Projector) -> Screened:
+    """Loss of effectiveness from a change time on, over a grid of times, in all records or one."""
+    est, best = search.est, None
+    longest = max(d.time[-1] for d in est.data)
+    times = np.linspace(0.0, longest, FAULT_GRID + 2)[1:-1]
+    at = est.index["fault_time"]
+    tests = np.log(len(times) * (1.0 + len(est.data)))
+    for t in times:
+        p = s.p.copy()
+        p[:, at] = t
+        variant = fault_variant(est, None)
+        column = est.column(replace(s, p=p), now, variant[:1])[0].reshape(-1, 6)
+        for record in [None, *range(len(est.data))]:
+            rows = slice(None) if record is None else slice(est.edges[record], est.edges[record + 1])
+            part = np.zeros_like(column)
+            part[rows] = column[rows]
+            score = projector.score(part.reshape(1, -1))
+            log_p = log_tail(score.statistic, 1) + tests
+            if best is None or log_p < best.log_p:
+                best = Screened(
+                    "rudder_fault", fault_variant(est, record), log_p, score, (float(score.step[0]), float(t))
+                )
+    assert best is not None
+    return best
+
+
+def fault_variant(est: Estimator, record: int | None) -> Variant:
+    """Effectiveness 1 + e from time t0 (s) on."""
+    e = Parameter("e", "1", ((est.index["fault"], 1.0),), record, -1.0, 1.0, 0.02)
+    return (e, Parameter("t0", "s", ((est.index["fault_time"], 1.0),), record, 0.0, float(est.data[0].time[-1]), 1.0))
+
+
+# ---- refitting
+def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
+    """The cause with parameters and noise refitted from the best of its starts."""
+    est, s = search.est, search.setting
+    entry, variant = CAUSES[item.cause], item.variant
+    tests = float(len(search.bank[item.cause]))
+    if item.cause == "rudder_fault":
+        found, now = _refit_fault(search, item)
+        k, tests = 2, FAULT_GRID * (1.0 + len(est.data))
+    else:
+        if entry.rings:
+            s = _ring_start(est, s, entry, variant)
+        elif entry.scan:
+            options = list(starts(est, s, entry, variant))
+            s = options[int(np.argmax([n.log_likelihood for n in est.many(options)]))]
+        found, now = search.refit(s, variant)
+        k = len(variant)
+    statistic = 2.0 * (now.log_likelihood - before)
+    return Candidate(item.cause, variant, log_tail(statistic, k) + np.log(tests), statistic, found, now)
+
+
+def _ring_start(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> Setting:
+    """Each record's (north, east) pair at the best of several sizes and eight directions."""
+    clock = est.clock if entry.id != "wave_drift" else 1.0
+    trials = [(0.0, 0.0)] + [
+        (ring * clock * np.cos(a), ring * clock * np.sin(a)) for ring in entry.rings for a in np.arange(8) * np.pi / 4.0
+    ]
+    settings = []
+    for north, east in trials:
+        moved = s
+        for j, p in enumerate(variant):
+            moved = est.at(moved, p, north if j % 2 == 0 else east)
+        settings.append(moved)
+    found = est.many(settings)
+    for i in range(len(est.data)):
+        rows = slice(est.edges[i], est.edges[i + 1])
+        gains = [-np.sum(n.log_s[rows]) - 0.5 * np.sum(n.e[rows] ** 2) for n in found]
+        north, east = trials[int(np.nanargmax(gains))]
+        own = [p for p in variant if p.record == i]
+        s = est.at(est.at(s, own[0], north), own[1], east)
+    return s
+
+
+def _refit_fault(search: Search, item: Screened) -> tuple[Setting, Innovations]:
+    est, (e, t0) = search.est, item.variant
+    s = est.at(est.at(search.setting, t0, item.start[1]), e, float(np.clip(item.start[0], -0.8, 0.8)))
+    s, _ = search.refit(s, (e,), 2)
+    width = est.data[0].time[-1] / FAULT_GRID
+    shifts = [est.at(s, t0, item.start[1] + share * width) for share in (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)]
+    s = shifts[int(np.argmax([n.log_likelihood for n in est.many(shifts)]))]
+    return search.refit(s, (e, t0), 5)
+
+
+def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:
+    """Unknown forces or sensor shifts, refitted with the noise."""
+    variant = tuple(f.parameter(search.est) for f in features)
+    found, now = search.refit(search.setting, variant, 3)
+    statistic = 2.0 * (now.log_likelihood - before)
+    k = len(variant)
+    name = " + ".join(f"{f.name}" for f in features)
+    return Candidate(
+        f"unknown:{name}", variant, log_tail(statistic, k) + k * np.log(tests), statistic, found, now, True
+    )
+
+
+def try_waves(search: Search, before: float) -> Candidate | None:
+    """Narrow-band motion on heading and yaw rate: scanned, then refined by a bounded simplex search."""
+    from scipy.optimize import minimize
+
+    est, s = search.est, search.setting
+    if not est.channels[:2].any():
+        return None
+    clock = est.clock
+    slots = [est.index[n] for n in ("wave_frequency", "wave_damping", "wave_rms")]
+    low = np.log([0.25 / clock, 0.02, 1e-5])
+    high = np.log([2.2 / clock, 0.5, 0.2])
+
+    def at(base: Setting, values: Sequence[float]) -> Setting:
+        p = base.p.copy()
+        p[:, slots] = values
+        return replace(base, p=p)
+
+    quiet = s.noise.copy()
+    quiet[:6] = np.minimum(quiet[:6], 1.05 * search.start.noise[:6])
+    options = []
+    for gusts in (1.0, 0.0):
+        noise = quiet.copy()
+        noise[6 : 6 + est.n_forces] *= gusts
+        for omega in (0.4, 0.55, 0.75, 1.0):
+            for rms in (0.03 * DEGREE, 0.12 * DEGREE, 0.5 * DEGREE):
+                options.append(at(replace(s, noise=noise), (omega / clock, 0.1, rms)))
+        if not s.noise[6 : 6 + est.n_forces].any():
+            break
+    gains = [n.log_likelihood for n in est.many(options)]
+    best = int(np.argmax(gains))
+    if gains[best] < before + 4.0:
+        return None
+    s = options[best]
+    x = np.log(s.p[0, slots])
+    for _ in range(3):
+        s, _ = est.fit_noise(s, 3)
+
+        def cost(y: np.ndarray, base: Setting = s) -> float:
+            inside = np.clip(y, low, high)
+            return -est.evaluate(at(base, np.exp(inside))).log_likelihood + 10.0 * float(np.sum((y - inside) ** 2))
+
+        simplex = x + np.vstack([np.zeros(3), 0.15 * np.eye(3)])
+        x = np.clip(
+            minimize(cost, x, method="Nelder-Mead", options={"maxfev": 35, "initial_simplex": simplex}).x, low, high
+        )
+        s = at(s, np.exp(x))
+    s, now = search.refit(s, (), 3)
+    statistic = 2.0 * (now.log_likelihood - before)
+    return Candidate("wave_motion", (), log_tail(statistic, 3) + np.log(4.0), statistic, s, now)
+
+
+# ---- unknown effects
+def screen_features(
+    search: Search, s: Setting, now: Innovations
+) -> tuple[list[tuple[float, tuple[Feature, ...]]], float]:
+    """Log p of single features and of pulses at a setting, best first, with the number of tests taken into account."""
+    est, clock = search.est, search.est.clock
+    found = unknown.features(est, s, now, clock)
+    fixed = est.column(s, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
+    projector = Projector(now, fixed, search.precisions(0))
+    columns = est.responses(s, [f.axis for f in found], [f.series for f in found])
+    left = projector.project(columns)
+    information = np.einsum("ij,ij->i", left, left)
+    whole = np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-300)
+    gradient = -left @ projector.residual
+    usable = information > IN_SPAN * whole
+    statistic = np.where(usable, gradient**2 / np.maximum(information, 1e-300), 0.0)
+    tests = float(max(usable.sum(), 1))
+    ranked = [(log_tail(statistic[j], 1) + np.log(tests), (found[j],)) for j in np.argsort(-statistic)[:6]]
+    ranked += _greedy(found, left, projector.residual, usable, tests)
+    ranked += _screen_pulses(search, s, projector)
+    return sorted(ranked, key=lambda z: z[0]), tests
+
+
+def _greedy(found, left, residual, usable, tests, most: int = 3) -> list[tuple[float, tuple[Feature, ...]]]:
+    """Sets of two and three features, each next one the best with the others projected out."""
+    chosen: list[int] = []
+    basis = np.zeros((0, left.shape[1]))
+    rest = residual.copy()
+    work = left.copy()
+    total, out = 0.0, []
+    for _ in range(most):
+        information = np.einsum("ij,ij->i", work, work)
+        floor = np.maximum(np.einsum("ij,ij->i", left, left), 1e-300)
+        usable = usable & (information > 0.02 * floor)
+        statistic = np.where(usable, (work @ rest) ** 2 / np.maximum(information, 1e-300), 0.0)
+        j = int(np.argmax(statistic))
+        total += statistic[j]
+        chosen.append(j)
+        unit = work[j] / np.sqrt(max(information[j], 1e-300))
+        work = work - np.outer(work @ unit, unit)
+        rest = rest - (rest @ unit) * unit
+        basis = np.vstack([basis, unit])
+        if len(chosen) > 1:
+            log_p = log_tail(total, len(chosen)) + len(chosen) * np.log(tests)
+            out.append((log_p, tuple(found[k] for k in chosen)))
+    return out
+
+
+def _screen_pulses(search: Search, s: Setting, projector: Projector) -> list[tuple[float, tuple[Feature, ...]]]:
+    """The best force that acts for one to eight windows of one record, on each axis."""
+    est, out = search.est, []
+    axes = range(est.n_forces)
+    for axis in axes:
+        windows = unknown.pulses(est, axis)
+        columns = est.responses(s, [axis] * len(windows), [w[2] for w in windows])
+        left = projector.project(columns)
+        gradient, cross = -left @ projector.residual, left @ left.T
+        tests = len(windows) * 4.0 * len(axes)
+        best = (0.0, None)
+        for i in range(len(est.data)):
+            own = [j for j, w in enumerate(windows) if w[0] == i]
+            for a in range(len(own)):
+                for b in range(a + 1, min(a + 9, len(own) + 1)):
+                    pick = own[a:b]
+                    information = cross[np.ix_(pick, pick)].sum()
+                    if information > 0.0:
+                        best = max(best, (float(gradient[pick].sum() ** 2 / information), pick), key=lambda z: z[0])
+        if best[1] is not None:
+            arrays = tuple(sum(windows[j][2][r] for j in best[1]) for r in range(len(est.data)))
+            out.append((log_tail(best[0], 1) + np.log(tests), (Feature("pulse", axis, arrays, "pulse"),)))
+    return out
+
+
+def best_unknown(search: Search, before: float, threshold: float) -> Candidate | None:
+    """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p)."""
+    ranked, tests = screen_features(search, search.setting, search.now)
+    chosen = [fs for log_p, fs in ranked if log_p < np.log(0.1)][:3]
+    if search.setting.noise[6 : 6 + search.est.n_forces].any():
+        bare = quiet_noise(search)
+        now = search.est.evaluate(bare)
+        if now.log_likelihood > -1e299 and np.abs(now.e).max() < 1e3:
+            extra, _ = screen_features(search, bare, now)
+            names = {tuple(f.name for f in fs) for fs in chosen}
+            chosen += [fs for log_p, fs in extra[:5] if log_p < -20.0 and tuple(f.name for f in fs) not in names]
+    found = [refit_features(search, fs, before, tests if fs[0].family != "pulse" else 400.0) for fs in chosen]
+    passed = [c for c in found if c.log_p < threshold]
+    return min(passed, key=lambda c: c.log_p) if passed else None
+
+
+def quiet_noise(search: Search) -> Setting:
+    """The present setting under the sensors' noise alone."""
+    return replace(search.setting, noise=search.start.noise.copy())
+
+
+# ---- selection
+def select(search: Search, most: int) -> None:
+    """Accept causes one after the other while they pass the family-wise level."""
+    settle(search)
+    for step in range(most):
+        before = search.now.log_likelihood
+        candidates = _candidates(search, step, before)
+        share = SHARE_FIRST if step == 0 else SHARE_LATER / max(most - 1, 1)
+        threshold = np.log(search.alpha * share / search.n_effective)
+        candidates.sort(key=lambda c: c.log_p)
+        if step == 0:
+            search.first_candidates = candidates
+            search.rival = best_unknown(search, before, np.log(search.alpha * 0.1))
+        passed = [c for c in candidates if c.log_p < threshold]
+        if not passed:
+            return
+        accept(search, passed)
+
+
+def settle(search: Search) -> None:
+    """Noise (and free coefficients) of largest likelihood at the present causes."""
+    if search.parameters:
+        search.setting, search.now = search.refit(search.setting, (), 3)
+    search.setting, search.now = search.est.settle(search.setting, search.start)
+    if search.parameters:
+        search.setting, search.now = search.refit(search.setting, (), 3)
+
+
+def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
+    items = screen(search, search.setting, search.now, count=step == 0)
+    if step == 0:
+        search.first_screen = {i.cause: i for i in items}
+    level = np.log(0.1 / search.n_effective)
+    chosen = [i for i in items if i.log_p < level][:LEADERS]
+    if search.setting.noise[6 : 6 + search.est.n_forces].any():
+        bare = quiet_noise(search)
+        now = search.est.evaluate(bare)
+        if now.log_likelihood > -1e299 and np.abs(now.e).max() < 1e3:
+            have = {i.cause for i in chosen}
+            chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
+    found = [refit_cause(search, item, before) for item in chosen]
+    if "wave_motion" in search.bank and all(a.cause != "wave_motion" for a in search.accepted):
+        waves = try_waves(search, before)
+        found += [waves] if waves is not None else []
+    return found
+
+
+def accept(search: Search, passed: Sequence[Candidate]) -> None:
+    """Enter the best candidate, note its ties, refit everything and drop earlier causes that lost their evidence."""
+    best = passed[0]
+    search.ties[best.cause] = tuple(c.cause for c in passed[1:] if c.log_p - best.log_p < TIE_NATS)[:MOST_TIED]
+    search.setting, search.now = best.setting, best.now
+    search.accepted.append(best)
+    settle(search)
+    _delete(search)
+
+
+def _delete(search: Search) -> None:
+    """Backward deletion of causes other than the last that no longer gain significantly."""
+    for old in search.accepted[:-1]:
+        if not old.variant:
+            continue
+        bare = search.setting
+        for p in old.variant:
+            bare = search.est.at(bare, p, 0.0)
+        kept = [a for a in search.accepted if a is not old]
+        trial = replace(search, accepted=kept)
+        setting, now = trial.refit(bare, (), 4)
+        gain = 2.0 * (search.now.log_likelihood - now.log_likelihood)
+        if log_tail(gain, len(old.variant)) > np.log(search.alpha / search.n_effective):
+            search.accepted, search.setting, search.now = kept, setting, now
+            search.ties.pop(old.cause, None)
+
+
+def covariance(search: Search) -> np.ndarray:
+    """Covariance of `search.parameters` at the present setting."""
+    if not search.parameters:
+        return np.zeros((0, 0))
+    d = search.est.column(search.setting, search.now, search.parameters)
+    fisher = d @ d.T
+    prior = search.precisions(0)
+    fisher += np.diag(prior) if prior is not None else 0.0
+    scale = np.sqrt(np.diag(fisher)) + 1e-300
+    return np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+
+
+def channel_name(c: int) -> str:
+    """Record channel of one of the filter's six."""
+    return CHANNELS[SYMBOLS[c]]
+
+
+def confirmed(search: Search, left: Candidate, records: Sequence[Record]) -> bool | None:
+    """Whether unexplained terms, at the size found in training, raise the likelihood of held-out records too.
+
+    None where a term belongs to one training record (a pulse) and says nothing about others.
+    """
+    est = search.est
+    held = Estimator(est.model, records, est.unit)
+    s = Setting(np.tile(search.setting.p[0], (len(held.data), 1)), search.setting.noise)
+    now = held.evaluate(s)
+    found = {(f.name, f.axis): f for f in unknown.features(held, s, now, held.clock)}
+    for p in left.variant:
+        name, _, axis = p.name.rpartition(":")
+        feature = found.get((name, int(axis)))
+        if feature is None:
+            return None
+        s = held.moved(s, feature.parameter(held), est.value(left.setting, p))
+    return bool(held.evaluate(s).log_likelihood > now.log_likelihood + 2.0)
