@@ -13,8 +13,8 @@ A suite is a YAML file with a `title` and a list of `entries`; every entry is a 
     noise, disturbance, seeds, duration_s, dt_s    lists of strings, a number of seeds, and record settings
 
 A suite of `kind: diagnosis` hides effects in records and scores what diagnosers say.  It also has `seeds`, the number
-of rounds, and `methods`, the diagnosers (`innovations`, `path.py:Class`, ...).  Its entries are dealt out, not
-multiplied: every round plants each text of `plant` `each` times, with the next vessel, strength and gusts of shuffled
+of rounds, `methods`, the diagnosers (`innovations`, `path.py:Class`, ...), and `compare`, those that take part in the
+first round only.  Its entries are dealt out, not multiplied: every round plants each text of `plant` `each` times, with the next vessel, strength and gusts of shuffled
 decks.
 
     group         planted, null, anticipated, unforeseen or pair: how the answer is scored
@@ -79,7 +79,7 @@ class Suite:
     """A named list of entries; `digest` changes with the file's content.
 
     `kind` says what the entries are: `Entry` (identification) or `HiddenEntry` (diagnosis), and only for the latter
-    have `seeds` and `methods` a meaning here.
+    have `seeds`, `methods` and `compare` a meaning here.
     """
 
     name: str
@@ -89,6 +89,7 @@ class Suite:
     kind: str = IDENTIFICATION
     seeds: int = 1
     methods: tuple[str, ...] = ()
+    compare: tuple[str, ...] = ()
 
 
 def suite_names() -> list[str]:
@@ -117,6 +118,7 @@ def load_suite(name: str) -> Suite:
     if kind == DIAGNOSIS:
         facts["seeds"] = _count(content.get("seeds", 1), f"{path}: seeds")
         facts["methods"] = _texts(content.get("methods"), f"{path}: methods")
+        facts["compare"] = _texts(content["compare"], f"{path}: compare") if "compare" in content else ()
     digest = hashlib.sha256(text).hexdigest()[:16]
     rows = tuple(_entry(ENTRIES[kind], entry, path, number) for number, entry in enumerate(entries, start=1))
     return Suite(path.stem, str(content.get("title", path.stem)), digest, rows, kind, **facts)

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .causes import Variant
 from .estimator import SYMBOLS, Estimator, Parameter, Setting
+from .gain import START_S
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
-    from .result import Gain
 
-START_S = 10.0
-"""The first seconds of a record give the initial state; a free run starts after them (a fifth of it in short ones)."""
 LIMIT = 1e6
 """Residual, in sensor standard deviations, above which a run counts as diverged."""
 
@@ -41,12 +39,13 @@ class Fit:
 
 
 class FreeRuns:
-    """Free runs of all records from their filtered states, residuals in the sensors' standard deviations."""
+    """Free runs of all records from their filtered states after START_S, residuals in the sensors' standard deviations."""
 
-    def __init__(self, model: Model, records: Sequence[Record], unit: np.ndarray | None = None) -> None:
-        self.est = Estimator(model, records, unit)
+    def __init__(self, model: Model, records: Sequence[Record]) -> None:
+        self.est = Estimator(model, records)
         self.start = self.est.start()
-        self.free = [min(int(np.searchsorted(d.time, START_S)), d.time.size // 5) for d in self.est.data]
+        starts = [min(START_S * self.est.clock, 0.2 * d.time[-1]) for d in self.est.data]
+        self.free = [max(int(np.searchsorted(d.time, t)), 2) for d, t in zip(self.est.data, starts, strict=True)]
 
     def residuals(self, s: Setting) -> np.ndarray:
         """Measured less free run (N, 6); nan at gaps and before the run is free, infinite where it diverged."""
@@ -121,35 +120,3 @@ def _step(columns: np.ndarray, residuals: np.ndarray, weight: np.ndarray) -> np.
     matrix = (columns * weights).T
     size = np.linalg.norm(matrix, axis=0) + 1e-300
     return np.linalg.lstsq(matrix / size, target, rcond=1e-8)[0] / size
-
-
-def carried(training: FreeRuns, s: Setting, variant: Variant, held_out: FreeRuns) -> Setting:
-    """The effect on other records: what belongs to one training record (a wind) is left out."""
-    p = held_out.start.p.copy()
-    indices = {index for parameter in variant if parameter.record is None for index, _ in parameter.slots}
-    for index in indices:
-        p[:, index] = s.p[0, index]
-    return replace(held_out.start, p=p)
-
-
-def gains(held_out: FreeRuns, after: Setting) -> dict[str, Gain]:
-    """Errors of the held-out free runs before and after, by channel; the interval of the ratio is over records."""
-    from ..models.model import CHANNELS
-    from .result import Gain
-
-    before, later = (held_out.residuals(s) for s in (held_out.start, after))
-    sd, found = held_out.start.noise[: len(SYMBOLS)], {}
-    for c, symbol in enumerate(SYMBOLS):
-        if not held_out.est.channels[c] or not np.isfinite(before[:, c]).any():
-            continue
-        old, new = (float(rms(r)[c] * sd[c]) for r in (before, later))
-        ratios = [_ratio(later[a:b, c], before[a:b, c]) for a, b in zip(held_out.est.edges[:-1], held_out.est.edges[1:], strict=True)]
-        spread = float(np.nanvar(np.concatenate([d.measured[:, c] for d in held_out.est.data])))
-        r2 = [1.0 - value**2 / spread if spread else 0.0 for value in (old, new)]
-        closed = (old - new) / (old - sd[c]) if old > sd[c] else 0.0
-        found[CHANNELS[symbol]] = Gain(old, new, min(ratios), max(ratios), r2[0], r2[1], float(closed))
-    return found
-
-
-def _ratio(after: np.ndarray, before: np.ndarray) -> float:
-    return float(np.sqrt(np.nansum(after**2) / max(np.nansum(before**2), 1e-300)))

@@ -16,14 +16,13 @@ if TYPE_CHECKING:
     from .causes import Cause, Variant
     from .diagnose import Options
     from .free_run import Fit, FreeRuns
-    from .result import Diagnosis, Entry, Finding
+    from .estimator import Setting
+    from .result import Diagnosis, Finding, Gain
 
 MOST = 2
 """Causes that are added one after the other."""
 FAULT_TIMES = 8
 LAGS = 20
-Z_90 = 1.645
-"""Half width of a 90 % interval in standard deviations."""
 
 
 class ResidualBic(Diagnoser):
@@ -41,16 +40,19 @@ class ResidualBic(Diagnoser):
         self, model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
     ) -> Diagnosis:
         """Fit every cause to the free runs and name the one of lowest BIC."""
+        from .diagnose import prepared
         from .free_run import FreeRuns
 
         clock = time.perf_counter(), time.process_time()
-        runs, rest = FreeRuns(model, train), FreeRuns(model, held_out)
+        options = options.checked(model)
+        train, held_out = prepared(train, model, options), prepared(held_out, model, options)
+        runs = FreeRuns(model, train)
         base = runs.base()
         p = whiteness(base, runs)
         chosen = [] if p > options.alpha else select(runs, base, options.only)
         verdict = "named" if chosen else "adequate" if p > options.alpha else "unexplained"
         reason = f"free-run residuals are {'' if p > options.alpha else 'not '}white (p = {p:.2g})"
-        return conclude(model, runs, rest, chosen, verdict, reason, options, clock)
+        return conclude(runs, held_out, chosen, verdict, reason, options, clock)
 
 
 def whiteness(fit: Fit, runs: FreeRuns) -> float:
@@ -134,44 +136,32 @@ def _rms(fit: Fit) -> np.ndarray:
     return rms(fit.residuals)
 
 
-def _cost(runs: FreeRuns, s, weight: np.ndarray) -> float:
+def _cost(runs: FreeRuns, s: Setting, weight: np.ndarray) -> float:
     from .free_run import cost
 
     return cost(runs.residuals(s), weight)
 
 
-def findings(runs: FreeRuns, chosen: Sequence[tuple[str, Variant, Fit]], before: Fit) -> list[Finding]:
+def findings(
+    runs: FreeRuns, chosen: Sequence[tuple[str, Variant, Fit]], before: Fit, rng: np.random.Generator
+) -> list[Finding]:
     """Chosen causes with their sizes; intervals as if the residuals were independent."""
     from .result import Finding
+    from .sizes import sizes_of
 
     out = []
     for name, variant, fit in chosen:
         gained = before.criterion() - fit.criterion()
-        evidence = f"BIC falls by {gained:.4g}"
-        out.append(Finding(name, (), "dynamics", gained, float("nan"), tuple(sizes(runs, variant, fit)), evidence=evidence))
+        scaled = fit.columns * np.tile(1.0 / _rms(fit), len(fit.residuals))
+        sizes = sizes_of(runs.est, fit.setting, name, variant, np.linalg.pinv(scaled @ scaled.T), rng)
+        out.append(Finding(name, (), "dynamics", gained, float("nan"), sizes, evidence=f"BIC falls by {gained:.4g}"))
         before = fit
     return out
 
 
-def sizes(runs: FreeRuns, variant: Variant, fit: Fit) -> list:
-    """Fitted parameters with 90 % intervals."""
-    from .result import Size
-
-    weights = np.tile(1.0 / _rms(fit), len(fit.residuals))
-    scaled = fit.columns * weights
-    spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(scaled @ scaled.T)), 0.0))
-    out = []
-    for p, sd in zip(variant, spread, strict=True):
-        value = runs.est.value(fit.setting, p)
-        record = None if p.record is None else runs.est.data[p.record].name
-        out.append(Size(p.name, value, value - Z_90 * float(sd), value + Z_90 * float(sd), p.unit, record))
-    return out
-
-
 def conclude(
-    model: Model,
     runs: FreeRuns,
-    rest: FreeRuns,
+    held_out: Sequence[Record],
     chosen: Sequence[tuple[str, Variant, Fit]],
     verdict: str,
     reason: str,
@@ -180,18 +170,32 @@ def conclude(
 ) -> Diagnosis:
     """The diagnosis that names the chosen causes, with the gain on the held-out records."""
     from .causes import CAUSES
-    from .free_run import carried, gains
+    from .extend import extended_model
     from .result import Diagnosis, Entry
 
-    found = findings(runs, chosen, runs.base())
-    variant = tuple(p for _, v, _ in chosen for p in v)
-    after = carried(runs, chosen[-1][2].setting, variant, rest) if chosen else rest.start
-    named = {finding.cause for finding in found}
-    bank = [Entry(name, "named" if name in named else "not_significant", None, None, None, "") for name in CAUSES]
-    roles = [*((d.name, "train") for d in runs.est.data), *((d.name, "held_out") for d in rest.est.data)]
+    rng, est, names = np.random.default_rng(options.seed), runs.est, [name for name, _, _ in chosen]
+    setting = chosen[-1][2].setting if chosen else runs.start
+    bank = [Entry(name, "named" if name in names else "not_significant", None, None, None, "") for name in CAUSES]
+    roles = [*((d.name, "train") for d in est.data), *((record.name, "held_out") for record in held_out)]
     return Diagnosis(
-        model=model, extended=model, base_parameters="file", records=tuple(roles), alpha=options.alpha,
-        seed=options.seed, verdict=verdict, reason=reason, causes=tuple(found), bank=tuple(bank),
-        gain=gains(rest, after), hypothesis=None, noise={}, traces=(), where=(), next_manoeuvre=None,
+        model=est.model, extended=extended_model(est, setting, names, []), base_parameters="file",
+        records=tuple(roles), alpha=options.alpha, seed=options.seed, verdict=verdict, reason=reason,
+        causes=tuple(findings(runs, chosen, runs.base(), rng)), bank=tuple(bank),
+        gain=_gains(runs, held_out, setting, [p for _, v, _ in chosen for p in v], rng),
+        hypothesis=None, noise={}, traces=(), where=(), next_manoeuvre=None,
         wall_s=time.perf_counter() - clock[0], cpu_s=time.process_time() - clock[1],
     )  # fmt: skip
+
+
+def _gains(
+    runs: FreeRuns, records: Sequence[Record], s: Setting, variant: Variant, rng: np.random.Generator
+) -> dict[str, Gain]:
+    """As the diagnosis proper measures it: what belongs to a record is estimated on its first part."""
+    from . import gain
+    from .estimator import Estimator
+
+    held = Estimator(runs.est.model, records, runs.est.unit)
+    own = [p for p in variant if p.record is not None]
+    after = gain.adapted(held, gain.transferred(held, s, own), tuple(own))
+    old, new = gain.free_runs(held, gain.transferred(held, runs.start, ())), gain.free_runs(held, after)
+    return gain.gains(held, old, new, gain.scored_from(held, bool(own)), runs.start.noise, rng)

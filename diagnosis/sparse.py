@@ -54,7 +54,7 @@ TRACK = {
 
 
 class SparseRegression(Diagnoser):
-    """Sparse regression of pairsed accelerations (and of the track and heading rate) less what the model says.
+    """Sparse regression of low-passed accelerations (and of the track and heading rate) less what the model says.
 
     Every equation's residual is regressed on a library of terms by orthogonal matching pursuit (Pati et al. 1993),
     terms entering while they predict folds of the records that they were not fitted on (a sparse regression as in
@@ -70,11 +70,14 @@ class SparseRegression(Diagnoser):
     ) -> Diagnosis:
         """Name the cause of the largest term; its size is then fitted by output error."""
         from .causes import CAUSES, testable
+        from .diagnose import prepared
         from .free_run import FreeRuns
         from .naive import conclude, fit_cause
 
         clock = time.perf_counter(), time.process_time()
-        runs, rest = FreeRuns(model, train), FreeRuns(model, held_out)
+        options = options.checked(model)
+        train, held_out = prepared(train, model, options), prepared(held_out, model, options)
+        runs = FreeRuns(model, train)
         terms = sorted((t for eq in equations(model, train) for t in survivors(*eq)), reverse=True, key=lambda t: t[0])
         share, told, cause = terms[0] if terms else (0.0, "", None)
         bank, _ = testable(runs.est)
@@ -83,7 +86,7 @@ class SparseRegression(Diagnoser):
         if verdict == "named" and cause is not None:
             chosen = [(cause, *fit_cause(runs, runs.base(), CAUSES[cause], bank[cause]))]
         reason = f"{told} explains {share:.1%} of a residual" if terms else "no term explains a residual"
-        return conclude(model, runs, rest, chosen, verdict, reason, options, clock)
+        return conclude(runs, held_out, chosen, verdict, reason, options, clock)
 
 
 def survivors(y: np.ndarray, library: dict[str, np.ndarray], causes: dict[str, str | None]) -> list[tuple]:

@@ -71,6 +71,7 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
     Raises `BadInput` for unknown diagnosers, vessels or causes, and where nothing is left to run.
     """
     makers = [(_name_of(maker), maker) for maker in selection.methods or suite.methods]
+    once = [] if selection.methods else [(_name_of(maker), maker) for maker in suite.compare]
     selection = settled(suite, selection)
     _check_vessels(suite, selection)
     specs = []
@@ -80,7 +81,7 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
             for case in deal(suite.name, entry, rng):
                 if selection.vessels and case.vessel not in selection.vessels:
                     continue
-                specs += [replace(case, method=name, maker=maker) for name, maker in makers]
+                specs += [replace(case, method=name, maker=maker) for name, maker in (makers if turn else [*makers, *once])]
                 specs += [replace(case, method=ORACLE)] if entry.oracle else []
     if not specs:
         raise BadInput("nothing to run", file=f"suite {suite.name}", hint="the filters leave no case of it")
