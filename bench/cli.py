@@ -329,8 +329,7 @@ def _stored_selection(output: Path) -> Selection:
 
     stored = read_manifest(output).get("selection", {})
     lists = {name: tuple(stored.get(name) or ()) for name in ("methods", "vessels")}
-    numbers = {name: stored.get(name) for name in ("seeds", "seed")}
-    return Selection(suite=stored.get("suite", "quick"), **numbers, **lists)
+    return Selection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
 
 
 def _execute(
@@ -379,7 +378,9 @@ def _summarise(store: Store, as_json: bool, quiet: bool) -> int:
     if as_json:
         listed = [{key: row[key] for key in (*kind.LISTED, "error")} for row in failures]
         where = {"directory": str(store.directory), "suite": store.manifest["suite"]}
-        drawn = {name: value for name, value in store.manifest["selection"].items() if name == "seed" and value is not None}
+        drawn = {
+            name: value for name, value in store.manifest["selection"].items() if name == "seed" and value is not None
+        }
         _print_json({**where, **drawn, "runs": len(rows), **counts, "failures": listed})
     else:
         for told, number in Counter(map(kind.describe, failures)).items():

@@ -65,12 +65,17 @@ def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]
         label = f'<text class="tick" x="{LEFT - 6}" y="{y(share) + 4:.1f}" text-anchor="end">{100 * share:.0f} %</text>'
         parts.append(label)
     for exponent in range(first, last + 1):
-        label = f'<text class="tick" x="{x(10.0**exponent):.1f}" y="{HEIGHT - 12}" text-anchor="middle">1e{exponent}</text>'
+        label = (
+            f'<text class="tick" x="{x(10.0**exponent):.1f}" y="{HEIGHT - 12}" text-anchor="middle">1e{exponent}</text>'
+        )
         parts.append(label)
     for number, (name, line) in enumerate(series.items()):
         colour = COLOURS[number % len(COLOURS)]
         bars = [(x(place), y(low), y(high)) for place, _, low, high in line]
-        parts += [f'<line class="bar" stroke="{colour}" x1="{a:.1f}" x2="{a:.1f}" y1="{b:.1f}" y2="{c:.1f}"/>' for a, b, c in bars]
+        parts += [
+            f'<line class="bar" stroke="{colour}" x1="{a:.1f}" x2="{a:.1f}" y1="{b:.1f}" y2="{c:.1f}"/>'
+            for a, b, c in bars
+        ]
         parts += _line(name, [(x(place), y(rate)) for place, rate, _, _ in line], colour, TOP + 12 + 16 * number)
     return "\n".join([*parts, "</svg>"])
 

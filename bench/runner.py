@@ -122,7 +122,7 @@ def run(
     `watch` is called with every finished run; `work` is `execute` of the suite's kind (default: the one here).
     The caller warms the kernels first (`warm`).
     """
-    todo = [spec for spec in specs if spec.key not in store.finished]
+    todo: list[Any] = [spec for spec in specs if spec.key not in store.finished]
     for spec, future in pool.outcomes(work or execute, todo):
         error = future.exception()
         finished = future.result() if error is None else lost(spec, error)

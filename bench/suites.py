@@ -14,8 +14,8 @@ A suite is a YAML file with a `title` and a list of `entries`; every entry is a 
 
 A suite of `kind: diagnosis` hides effects in records and scores what diagnosers say.  It also has `seeds`, the number
 of rounds, `methods`, the diagnosers (`innovations`, `path.py:Class`, ...), and `compare`, those that take part in the
-first round only.  Its entries are dealt out, not multiplied: every round plants each text of `plant` `each` times, with the next vessel, strength and gusts of shuffled
-decks.
+first round only.  Its entries are dealt out, not multiplied: every round plants each text of `plant` `each` times,
+with the next vessel, strength and gusts of shuffled decks.
 
     group         planted, null, anticipated, unforeseen or pair: how the answer is scored
     plant         causes joined by +, `none`, or all `causes`, `anticipated` or `unforeseen` kinds

@@ -39,7 +39,7 @@ class Fit:
 
 
 class FreeRuns:
-    """Free runs of all records from their filtered states after START_S, residuals in the sensors' standard deviations."""
+    """Free runs of all records from their filtered states after START_S, residuals in sensor standard deviations."""
 
     def __init__(self, model: Model, records: Sequence[Record]) -> None:
         self.est = Estimator(model, records)
@@ -48,7 +48,7 @@ class FreeRuns:
         self.free = [max(int(np.searchsorted(d.time, t)), 2) for d, t in zip(self.est.data, starts, strict=True)]
 
     def residuals(self, s: Setting) -> np.ndarray:
-        """Measured less free run (N, 6); nan at gaps and before the run is free, infinite where it diverged."""
+        """Measured less free run (N, 6); nan at gaps and before it is free, inf where it diverged."""
         return np.vstack([self._residuals(s, i) for i in range(len(self.free))])
 
     def _residuals(self, s: Setting, i: int) -> np.ndarray:

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .causes import Cause, Variant
     from .diagnose import Options
-    from .free_run import Fit, FreeRuns
     from .estimator import Setting
+    from .free_run import Fit, FreeRuns
     from .result import Diagnosis, Finding, Gain
 
 MOST = 2
@@ -181,7 +181,7 @@ def conclude(
         model=est.model, extended=extended_model(est, setting, names, []), base_parameters="file",
         records=tuple(roles), alpha=options.alpha, seed=options.seed, verdict=verdict, reason=reason,
         causes=tuple(findings(runs, chosen, runs.base(), rng)), bank=tuple(bank),
-        gain=_gains(runs, held_out, setting, [p for _, v, _ in chosen for p in v], rng),
+        gain=_gains(runs, held_out, setting, tuple(p for _, v, _ in chosen for p in v), rng),
         hypothesis=None, noise={}, traces=(), where=(), next_manoeuvre=None,
         wall_s=time.perf_counter() - clock[0], cpu_s=time.process_time() - clock[1],
     )  # fmt: skip

@@ -122,7 +122,11 @@ def equations(model: Model, records: Sequence[Record]) -> list[tuple]:
     """Residual, library and causes of every equation, all records in turn."""
     parts = [_record_equations(model, record) for record in records]
     return [
-        (np.concatenate([p[i][0] for p in parts]), {k: np.concatenate([p[i][1][k] for p in parts]) for k in own}, causes)
+        (
+            np.concatenate([p[i][0] for p in parts]),
+            {k: np.concatenate([p[i][1][k] for p in parts]) for k in own},
+            causes,
+        )
         for i, (_, own, causes) in enumerate(parts[0])
     ]
 

@@ -49,9 +49,7 @@ def judge(diagnosis: Diagnosis, group: str, planted: Sequence[str]) -> dict[str,
     }
 
 
-def _outcome(
-    diagnosis: Diagnosis, group: str, planted: Sequence[str], findings: Sequence[frozenset[str]]
-) -> str:
+def _outcome(diagnosis: Diagnosis, group: str, planted: Sequence[str], findings: Sequence[frozenset[str]]) -> str:
     unexplained = diagnosis.verdict == "unexplained"
     if group == "null":
         return "false_alarm" if findings or unexplained else "adequate"

@@ -59,7 +59,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     directory = Path(directory)
     manifest = read_manifest(directory)
     cases, sizes = read_tables(directory)
-    if not (cases["method"] != ORACLE).any():
+    if not set(cases["method"]) - {ORACLE}:
         raise BadInput("no case is finished yet", file=directory, hint="continue with helmbench run --resume")
     board = rates.build(cases, sizes)
     texts = {
@@ -225,7 +225,7 @@ def power_table(board: Board) -> Table:
         Column("weather", lambda row: row["weather"]),
         Column("non-centrality", lambda row: f"{row['from']:g} - {row['to']:g}", lambda row: row["from"]),
         Column("n", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column("named", lambda row: _value(row | {"met": None}), lambda row: row["value"]),
+        Column("named", lambda row: _value({**row, "met": None}), lambda row: row["value"]),
     ]
     return rows_table("Power", "", columns, board.power.to_dict("records"))
 
@@ -236,7 +236,7 @@ def size_table(board: Board) -> Table:
         Column("cause", lambda row: row["cause"]),
         Column("method", lambda row: row["method"]),
         Column("sizes", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column("inside 90 %", lambda row: _value(row | {"met": None}), lambda row: row["value"]),
+        Column("inside 90 %", lambda row: _value({**row, "met": None}), lambda row: row["value"]),
         Column("median relative error", lambda row: number(row["error"]), lambda row: row["error"]),
     ]
     note = "Sizes of rightly named causes against the planted ones; directions have no relative error."

@@ -81,7 +81,9 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
             for case in deal(suite.name, entry, rng):
                 if selection.vessels and case.vessel not in selection.vessels:
                     continue
-                specs += [replace(case, method=name, maker=maker) for name, maker in (makers if turn else [*makers, *once])]
+                specs += [
+                    replace(case, method=name, maker=maker) for name, maker in (makers if turn else [*makers, *once])
+                ]
                 specs += [replace(case, method=ORACLE)] if entry.oracle else []
     if not specs:
         raise BadInput("nothing to run", file=f"suite {suite.name}", hint="the filters leave no case of it")
@@ -102,14 +104,14 @@ def deal(suite: str, entry: HiddenEntry, rng: np.random.Generator) -> Iterator[C
 
 def _deck(cards: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
     for _ in cycle([None]):
-        yield from (cards[i] for i in rng.permutation(len(cards)))
+        yield from (cards[int(i)] for i in rng.permutation(len(cards)))
 
 
 def _texts(plant: Sequence[str]) -> list[str]:
     from ..planting import ANTICIPATED, CAUSES, UNFORESEEN
 
-    groups = {"causes": CAUSES, "anticipated": ANTICIPATED, "unforeseen": UNFORESEEN}
-    return [text for name in plant for text in (groups[name] if name in groups else [name])]
+    groups = {"causes": [*CAUSES], "anticipated": [*ANTICIPATED], "unforeseen": [*UNFORESEEN]}
+    return [text for name in plant for text in groups.get(name, [name])]
 
 
 def _carriers(entry: HiddenEntry, planted: Sequence[str]) -> list[str]:

@@ -124,7 +124,9 @@ def with_gain(cases: Frame) -> Frame:
     oracle = cases[told & (cases["status"] == "ok")][[*CASE, *after]]
     own = cases[~told].merge(oracle, on=CASE, how="left", suffixes=("", "_oracle"))
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.log(np.column_stack([own[name].astype(float) / own[f"{name}_oracle"].astype(float) for name in after]))
+        ratios = np.log(
+            np.column_stack([own[name].astype(float) / own[f"{name}_oracle"].astype(float) for name in after])
+        )
     known = ~np.isnan(ratios)
     mean = np.where(known, ratios, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     own["gain_ratio"] = np.where(known.any(axis=1), np.exp(mean), np.nan)
@@ -190,43 +192,44 @@ def figure_table(cases: Frame, sizes: Frame) -> Frame:
 def _figures(own: Frame, covered: Frame) -> list[dict[str, Any]]:
     ties = own[_detectable(own) & _named(own)]["tie_size"].astype(float)
     ratio = own[_detectable(own)]["gain_ratio"].dropna().to_numpy(float)
-    hits, n = int(covered.sum()), len(covered)
-    share = hits / n if n else np.nan
-    close = int((ratio <= 1.15).sum())
+    wall, cpu = (own[name].dropna().to_numpy(float) for name in ("wall_s", "cpu_s"))
     rows = [
-        _figure("tie_size", "mean tie size (detectable, named)", len(ties), ties.mean(), *_mean_interval(ties), "1.3", ties.mean() <= 1.3),
-        _figure("coverage", "sizes inside their 90 % intervals", n, share, *binomial_interval(hits, n), "85-95 %", 0.85 <= share <= 0.95, hits),
-        _figure("gain_median", "held-out error over the oracle's: median", ratio.size, *_spread(ratio), "1.15", _middle(ratio) <= 1.15),
-        _figure("gain_close", "... share within 1.15", ratio.size, close / ratio.size if ratio.size else np.nan, *binomial_interval(close, ratio.size), hits=close),
-        _figure("wall_s", "wall time of a diagnosis, s (5-95 % of cases)", len(own), *_spread(own["wall_s"].dropna().to_numpy(float))),
-        _figure("cpu_s", "CPU time of a diagnosis, s (5-95 % of cases)", len(own), *_spread(own["cpu_s"].dropna().to_numpy(float))),
-    ]  # fmt: skip
+        _mean_row(ties),
+        _share_row("coverage", "sizes inside their 90 % intervals", covered, (0.85, 0.95)),
+        _spread_row("gain_median", "held-out error over the oracle's, median (5-95 % of cases)", ratio, 1.15),
+        _share_row("gain_close", "... share of cases within 1.15", ratio <= 1.15),
+        _spread_row("wall_s", "wall time of a diagnosis, s, median (5-95 % of cases)", wall),
+        _spread_row("cpu_s", "CPU time of a diagnosis, s, median (5-95 % of cases)", cpu),
+    ]
     return [row for row in rows if row["n"]]
 
 
-def _figure(name, title, n, value, low, high, target=None, met=None, hits=None) -> dict[str, Any]:
-    facts = {"figure": name, "title": title, "n": n, "hits": hits, "value": float(value)}
-    return facts | {"low": float(low), "high": float(high), "target": target, "met": None if met is None else bool(met)}
+def _mean_row(ties: Frame) -> dict[str, Any]:
+    """Mean tie size with a normal interval."""
+    mean = float(ties.mean()) if len(ties) else np.nan
+    half = 1.96 * float(ties.std()) / np.sqrt(len(ties)) if len(ties) > 1 else np.nan
+    facts = {"figure": "tie_size", "title": "mean tie size (detectable, named)", "n": len(ties), "hits": None}
+    return facts | {"value": mean, "low": mean - half, "high": mean + half, "target": "1.3", "met": mean <= 1.3}
 
 
-def _mean_interval(values: Frame) -> tuple[float, float]:
-    """Normal interval of a mean."""
-    if len(values) < 2:
-        return np.nan, np.nan
-    half = 1.96 * float(values.std()) / np.sqrt(len(values))
-    return float(values.mean()) - half, float(values.mean()) + half
+def _share_row(name: str, title: str, hit: Any, asked: tuple[float, float] | None = None) -> dict[str, Any]:
+    n, hits = len(hit), int(np.sum(hit))
+    low, high = binomial_interval(hits, n)
+    value = hits / n if n else np.nan
+    target = None if asked is None else f"{100 * asked[0]:.0f}-{100 * asked[1]:.0f} %"
+    met = None if asked is None else asked[0] <= value <= asked[1]
+    facts = {"figure": name, "title": title, "n": n, "hits": hits, "value": value}
+    return facts | {"low": low, "high": high, "target": target, "met": met}
 
 
-def _middle(values: np.ndarray) -> float:
-    return float(np.median(values)) if values.size else np.nan
-
-
-def _spread(values: np.ndarray) -> tuple[float, float, float]:
+def _spread_row(name: str, title: str, values: np.ndarray, most: float | None = None) -> dict[str, Any]:
     """Median and the 5 and 95 % quantiles."""
-    if not values.size:
-        return np.nan, np.nan, np.nan
-    low, high = np.quantile(values, [0.05, 0.95], method="nearest")
-    return _middle(values), float(low), float(high)
+    low, middle, high = (
+        np.quantile(values, [0.05, 0.5, 0.95], method="median_unbiased") if values.size else [np.nan] * 3
+    )
+    facts = {"figure": name, "title": title, "n": values.size, "hits": None, "value": float(middle)}
+    target, met = (None, None) if most is None else (f"{most:g}", bool(middle <= most))
+    return facts | {"low": float(low), "high": float(high), "target": target, "met": met}
 
 
 def confusion(cases: Frame) -> Frame:
@@ -265,7 +268,9 @@ def power_curves(cases: Frame) -> Frame:
                 hits = int(_named(part).sum())
                 bounds = binomial_interval(hits, len(part))
                 middle = float(np.exp(np.log(part["noncentrality"].astype(float)).mean()))
-                rows.append([method, "calm" if calm else "gusts", low, high, middle, len(part), hits, hits / len(part), *bounds])
+                rows.append(
+                    [method, "calm" if calm else "gusts", low, high, middle, len(part), hits, hits / len(part), *bounds]
+                )
     names = ["method", "weather", "from", "to", "middle", "n", "hits", "value", "low", "high"]
     return pd.DataFrame(rows, columns=names)
 

@@ -106,15 +106,15 @@ def test_what_is_stated_in_other_terms_is_translated():
 
 def test_detectable_counts_the_numbers_of_an_effect():
     one, six = Effect("rudder_offset", {"delta0": 0.01}), Effect("wind", {"speed": (5.0,) * 3, "from": (0.1,) * 3})
-    assert detectable(planted_of(one, power=31.0)) and not detectable(planted_of(one, power=27.0))
-    assert not detectable(planted_of(six, power=31.0)) and detectable(planted_of(six, power=60.0))
+    assert detectable(planted_of(one, power=33.0)) and not detectable(planted_of(one, power=30.0))
+    assert not detectable(planted_of(six, power=33.0)) and detectable(planted_of(six, power=60.0))
     assert detectable(planted_of(Effect("rudder_sign", {}), power=np.nan))
 
 
 @pytest.mark.parametrize("cause", [name for name, facts in CAUSES.items() if facts.sized])
 def test_every_sized_cause_has_truths_to_compare_with(cause, rng):
     hull = next(ship(v) for v in VESSELS if carries(ship(v), cause))
-    effect = Effect(cause, CAUSES[cause].draw(Setting(hull, 600.0, 3, 2), rng))
+    effect = Effect(cause, CAUSES[cause].draw(Setting(hull, 600.0, 3, 2, lambda: (0.0, 0.0)), rng))
     finding = Finding(cause, (), "dynamics", 9.0, 0.0, ())
     assert all(isinstance(value, float) for value in truths(effect, hull, finding, 0).values())
     assert truths(effect, hull, finding, 0)

@@ -39,7 +39,9 @@ def test_the_default_covers_what_the_design_asks_for(seed):
     assert 400 <= len(specs) <= 500
     planted = Counter(spec.planted for spec in specs if spec.group == "planted")
     assert set(planted) == {(cause,) for cause in CAUSES} and min(planted.values()) >= 6
-    kinds = {group: {spec.planted[0] for spec in specs if spec.group == group} for group in ("anticipated", "unforeseen")}
+    kinds = {
+        group: {spec.planted[0] for spec in specs if spec.group == group} for group in ("anticipated", "unforeseen")
+    }
     assert kinds == {"anticipated": set(ANTICIPATED), "unforeseen": set(UNFORESEEN)}
     clean = Counter(spec.gusts for spec in specs if spec.group == "null")
     assert clean["none"] >= 60 and clean["fast"] >= 30 and clean["slow"] >= 30
@@ -83,7 +85,9 @@ def test_a_bad_entry_is_refused(tmp_path, text, told):
         plan(suite_file(tmp_path, text), Selection("mine", seed=1))
 
 
-@pytest.mark.parametrize(("change", "told"), [({"methods": ("guess",)}, "guess"), ({"vessels": ("titanic",)}, "titanic")])
+@pytest.mark.parametrize(
+    ("change", "told"), [({"methods": ("guess",)}, "guess"), ({"vessels": ("titanic",)}, "titanic")]
+)
 def test_a_bad_selection_is_refused(change, told):
     with pytest.raises(BadInput, match=told):
         plan(load_suite("diagnosis"), Selection("diagnosis", seed=1, **change))

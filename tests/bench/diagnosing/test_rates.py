@@ -30,7 +30,13 @@ def runs(case_of):
     clean = {"group": "null", "planted": "", "strength": "none", "detectable": None, "noncentrality": None}
     quiet = clean | {"outcome": "adequate", "named": "", "verdict": "adequate"}
     loud = clean | {"outcome": "false_alarm", "named": "wind"}
-    unknown = {"group": "unforeseen", "planted": "kind", "outcome": "unexplained", "named": "", "verdict": "unexplained"}
+    unknown = {
+        "group": "unforeseen",
+        "planted": "kind",
+        "outcome": "unexplained",
+        "named": "",
+        "verdict": "unexplained",
+    }
     pair = {"group": "pair", "planted": "rudder_offset+wind", "outcome": "both"}
     return [
         case_of(seed=1, size_of=size | {"covered": True, "rel_error": 0.1}),
@@ -39,8 +45,10 @@ def runs(case_of):
         case_of(seed=4, **missed, detectable=False, noncentrality=2.0, strength="undetectable"),
         case_of(seed=5, **wrong, size_of=size | {"covered": False, "rel_error": 0.3}),
         case_of(seed=6, status="failed", error="burst", outcome=None, named=None, verdict=None, confident_wrong=None),
-        case_of(seed=7, **quiet), case_of(seed=8, **quiet), case_of(seed=9, **loud), case_of(seed=10, **quiet, gusts="slow"),
-        case_of(seed=11, **unknown), case_of(seed=12, **unknown | {"outcome": "named", "named": "current", "verdict": "named"}),
+        case_of(seed=7, **quiet), case_of(seed=8, **quiet), case_of(seed=9, **loud),
+        case_of(seed=10, **quiet, gusts="slow"),
+        case_of(seed=11, **unknown),
+        case_of(seed=12, **unknown | {"outcome": "named", "named": "current", "verdict": "named"}),
         case_of(seed=13, **pair), case_of(seed=14, **pair | {"outcome": "one"}),
         case_of(seed=1, method="naive", **wrong), case_of(seed=7, method="naive", **loud),
         case_of(seed=1, method=ORACLE, rmse_after_heading_rad=0.1),
@@ -60,7 +68,9 @@ def test_rates_count_what_they_say(runs):
 
 def test_what_is_asked_for_is_compared_with_the_rate(runs):
     board = board_of(runs)
-    assert not rate(board, "named")["met"] and rate(board, "false_slow")["met"] and not rate(board, "false_clean")["met"]
+    assert (
+        not rate(board, "named")["met"] and rate(board, "false_slow")["met"] and not rate(board, "false_clean")["met"]
+    )
     assert rate(board, "alone")["met"] is None
 
 

@@ -27,7 +27,8 @@ class Guess(Diagnoser):
         sizes = (Size("delta0", 0.0, -1.0, 1.0, "rad"),)
         found = (Finding("rudder_offset", (), "dynamics", 9.0, 0.0, sizes),)
         gain = {"heading_rad": Gain(1.0, 0.5, 0.4, 0.6, 0.0, 0.0, 0.0)}
-        return Diagnosis(model, model, "file", (), .01, options.seed, "named", "", found, (), gain, None, {}, (), (), None, 0., 0.)
+        told = (model, model, "file", (), .01, options.seed, "named", "", found, ())
+        return Diagnosis(*told, gain, None, {}, (), (), None, 0., 0.)
 """
 ENTRIES = """kind: diagnosis
 methods: [innovations]
