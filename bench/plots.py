@@ -71,12 +71,15 @@ def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]
         parts.append(label)
     for number, (name, line) in enumerate(series.items()):
         colour = COLOURS[number % len(COLOURS)]
-        bars = [(x(place), y(low), y(high)) for place, _, low, high in line]
+        aside = 3.0 * number  # bars of several lines at one place stand side by side
+        bars = [(x(place) + aside, y(low), y(high)) for place, _, low, high in line]
         parts += [
             f'<line class="bar" stroke="{colour}" x1="{a:.1f}" x2="{a:.1f}" y1="{b:.1f}" y2="{c:.1f}"/>'
             for a, b, c in bars
         ]
-        parts += _line(name, [(x(place), y(rate)) for place, rate, _, _ in line], colour, TOP + 12 + 16 * number)
+        parts += _line(
+            name, [(x(place) + aside, y(rate)) for place, rate, _, _ in line], colour, TOP + 12 + 16 * number
+        )
     return "\n".join([*parts, "</svg>"])
 
 

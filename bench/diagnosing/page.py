@@ -147,26 +147,28 @@ def rate_table(board: Board) -> Table:
     columns = [
         Column("rate", lambda row: row["title"]),
         Column("asked", lambda row: row["target"]),
-        *(column for name in methods for column in _method_columns(name)),
+        *(_method_column(name) for name in methods),
     ]
-    return rows_table("Rates", "", columns, [row for _, row in ranked])
+    return rows_table(
+        "Rates", "n: cases (or sizes) behind a figure; ✗: not what is asked.", columns, [r for _, r in ranked]
+    )
 
 
-def _method_columns(name: str) -> list[Column]:
-    return [
-        Column(name, lambda row: _value(row.get(name)), lambda row: row[name]["value"] if name in row else None),
-        Column(f"n ({name})", lambda row: str(row[name]["n"]) if name in row else NOTHING),
-    ]
+def _method_column(name: str) -> Column:
+    def text(row: Mapping[str, Any]) -> str:
+        if name not in row:
+            return NOTHING
+        missed = " ✗" if row[name]["met"] is False or row[name]["met"] == 0 else ""
+        return f"{_value(row[name])}, n = {row[name]['n']}{missed}"
+
+    return Column(name, text, lambda row: row[name]["value"] if name in row else None)
 
 
-def _value(row: Mapping[str, Any] | None) -> str:
-    """`97.2 % [93.0, 99.2]`, marked where it misses what is asked."""
-    if row is None:
-        return NOTHING
-    mark = " ✗" if row["met"] is False or row["met"] == 0 else ""
+def _value(row: Mapping[str, Any]) -> str:
+    """`97.2 % [93.0, 99.2]`, or a number with its interval."""
     if row["hits"] is None or math.isnan(float(row["hits"])):
-        return f"{number(row['value'])} [{number(row['low'])}, {number(row['high'])}]{mark}"
-    return f"{percent(row['value'])} % [{percent(row['low'])}, {percent(row['high'])}]{mark}"
+        return f"{number(row['value'])} [{number(row['low'])}, {number(row['high'])}]"
+    return f"{percent(row['value'])} % [{percent(row['low'])}, {percent(row['high'])}]"
 
 
 def percent(value: float) -> str:
@@ -225,7 +227,7 @@ def power_table(board: Board) -> Table:
         Column("weather", lambda row: row["weather"]),
         Column("non-centrality", lambda row: f"{row['from']:g} - {row['to']:g}", lambda row: row["from"]),
         Column("n", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column("named", lambda row: _value({**row, "met": None}), lambda row: row["value"]),
+        Column("named", lambda row: _value(row), lambda row: row["value"]),
     ]
     return rows_table("Power", "", columns, board.power.to_dict("records"))
 
@@ -236,7 +238,7 @@ def size_table(board: Board) -> Table:
         Column("cause", lambda row: row["cause"]),
         Column("method", lambda row: row["method"]),
         Column("sizes", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column("inside 90 %", lambda row: _value({**row, "met": None}), lambda row: row["value"]),
+        Column("inside 90 %", lambda row: _value(row), lambda row: row["value"]),
         Column("median relative error", lambda row: number(row["error"]), lambda row: row["error"]),
     ]
     note = "Sizes of rightly named causes against the planted ones; directions have no relative error."

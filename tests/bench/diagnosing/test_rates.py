@@ -128,7 +128,7 @@ def test_the_report_is_written_and_says_what_is_missing(directory):
     written = page.write_report(directory)
     assert sorted(path.name for path in written.paths) == ["diagnosis.csv", "diagnosis.html", "diagnosis.md"]
     assert not written.complete and "INCOMPLETE: 17 of 18" in written.markdown and "seed 12" in written.markdown
-    assert "40.0 % [5.3, 85.3] ✗" in written.markdown and "burst" in written.markdown
+    assert "40.0 % [5.3, 85.3], n = 5 ✗" in written.markdown and "burst" in written.markdown
     text = (directory / "diagnosis.html").read_text()
     assert text.count("<svg") == 2 and "naive" in text and "http" not in text.replace("http-equiv", "")
 
