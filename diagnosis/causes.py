@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from ..models.families.extensions import EXTENSIONS
-from .estimator import Estimator, Parameter, Setting
 
 DEGREE = np.pi / 180.0
 GRAVITY = 9.81
@@ -50,6 +50,8 @@ class Cause:
     polar: Polar | None = None
     matters: float | None = None
     separate_by: str | None = None
+    profile: tuple[float, ...] = ()
+    """Values (s, for a 160 m ship) of the second parameter, which means nothing where the first is zero."""
 
     @property
     def physics(self) -> str:
@@ -100,7 +102,7 @@ STEADY = "a steady turn to each side and a straight run at zero rudder"
 @cause(
     "rad",
     matters=0.1 * DEGREE,
-    separate_by="straight runs at zero rudder and at two speeds: an offset grows with the speed squared, a constant force does not",
+    separate_by="straight runs at two speeds: what an offset does grows with the speed squared",
 )
 def rudder_offset(est: Estimator) -> list[Variant] | str:
     """The rudder's neutral angle: delta_hull = delta_recorded + delta0, delta0 in rad."""
@@ -111,7 +113,7 @@ def rudder_offset(est: Estimator) -> list[Variant] | str:
     "1", matters=0.02, separate_by="a bollard or captive rudder-force test, or rudder angles from small to hard over"
 )
 def rudder_effectiveness(est: Estimator) -> list[Variant] | str:
-    """Share by which the rudder gives more force than modelled: delta_hull = (1 + e) delta_recorded (-0.2: 20 % lost)."""
+    """Rudder force over what is modelled, as a share more: delta_hull = (1 + e) delta_recorded (-0.2: 20 % lost)."""
     return [_one(est, "e", "1", "rudder_effectiveness", scale=0.01, low=-0.95, high=2.0)]
 
 
@@ -149,6 +151,13 @@ def rudder_fault(est: Estimator) -> list[Variant] | str:
 def wave_motion(est: Estimator) -> list[Variant] | str:
     """First-order wave motion on heading and yaw rate: second-order narrow-band noise, peak frequency omega (rad/s),
     damping ratio and rms (rad)."""
+    return [()]
+
+
+@cause("s", separate_by="time stamps taken by the instruments")
+def clock_jitter(est: Estimator) -> list[Variant] | str:
+    """Samples taken at t + error while the time column says t: error of standard deviation sd (s), independent from
+    sample to sample; channels are noisier where they change fast."""
     return [()]
 
 
@@ -258,7 +267,7 @@ def current(est: Estimator) -> list[Variant] | str:
     separate_by="an anemometer, or the same manoeuvre on two headings and at two speeds",
 )
 def wind(est: Estimator) -> list[Variant] | str:
-    """Mean wind, earth-fixed and per record, on the vessel's windage; speed m/s and the direction (rad) it blows from."""
+    """Mean wind, earth-fixed and per record, on the vessel's windage; speed m/s and direction (rad) it blows from."""
     return _three(est) or [_pairs(est, ("speed", "from"), "m/s", ("wind_n", "wind_e"), 1.0)]
 
 
@@ -282,10 +291,9 @@ def drift_height(est: Estimator, amount: float) -> float:
 
 @cause("N, N m", matters=None, separate_by="straight runs at two speeds: a constant force does not grow with the speed")
 def constant_force(est: Estimator) -> list[Variant] | str:
-    """Constant force in body axes, X and Y in N and N in N m (a towed sonar, a bent fin, asymmetric thrust); for a
-    response model a constant yaw acceleration."""
+    """Constant force in body axes, X and Y in N and N in N m (a towed sonar, a bent fin, asymmetric thrust)."""
     if not est.model.is_3dof:
-        return [(Parameter("N", "rad/s2", ((est.index["force_0"], 1.0),), scale=1e-6),)]
+        return "in a response model a constant moment is a rudder offset"
     single = [
         Parameter(name, unit, ((est.index[f"force_{i}"], 1.0 / est.unit[i]),), scale=1e-6 * est.unit[i])
         for i, (name, unit) in enumerate((("X", "N"), ("Y", "N"), ("N", "N m")))
@@ -406,7 +414,12 @@ def _public_shifts(est: Estimator) -> list[Variant]:
 
         return moved
 
-    own = [n for n in model.parameter_names if n not in {x for e in EXTENSIONS.values() for x in e.units}]
+    taken = {"K"}  # the rudder's effectiveness
+    own = [
+        n
+        for n in model.parameter_names
+        if n not in taken and n not in {x for e in EXTENSIONS.values() for x in e.units}
+    ]
     return [
         (Parameter(f"fraction:{n}", "1", slots, law=law(j), scale=0.01, low=-0.9, high=5.0),)
         for j, n in enumerate(own)
@@ -414,26 +427,25 @@ def _public_shifts(est: Estimator) -> list[Variant]:
     ]
 
 
-@cause("s2/rad2", separate_by="record the speed through the water")
+@cause("s2/rad2", profile=(10.0, 30.0, 100.0, 300.0), separate_by="record the speed through the water")
 def speed_loss(est: Estimator) -> list[Variant] | str:
-    """Speed lost in the turn, for response models: U = U0 (1 - loss), T_u loss_dot = k r^2 - loss, linear yaw damping
-    with U/U0 and rudder moment with (U/U0)^m (m = 2 in open water, nearer 1 behind a propeller at constant speed)."""
+    """Speed lost in the turn, for response models: U = U0 (1 - loss), T_u loss_dot = k r^2 - loss, and every term of
+    the yaw equation keeps its prime value at the speed U (damping falls with U, the rudder's moment with U^2)."""
     if "loss_gain" not in est.index:
         return "surge is a state of the model already"
     gain = _term(est, "loss_gain", "s2/rad2", "loss_gain", scale=10.0)
-    time = Parameter("recovery", "s", ((est.index["loss_time"], 1.0),), scale=1.0, low=-25.0, high=500.0)
-    power = Parameter("power", "1", ((est.index["loss_power"], 1.0),), scale=0.05, low=-1.0, high=2.0)
-    return [(gain,), (gain, time, power)]
+    time = Parameter("recovery", "s", ((est.index["loss_time"], 1.0),), scale=1.0, low=-29.9, high=970.0)
+    return [(gain, time)]
 
 
-@cause("s", separate_by="rudder steps with the yaw rate sampled fast")
+@cause("s", profile=(0.5, 1.5, 5.0, 15.0, 45.0), separate_by="rudder steps with the yaw rate sampled fast")
 def second_order_lead(est: Estimator) -> list[Variant] | str:
     """Second time constant T2 and lead T3 that a first-order Nomoto model lacks: rudder through
     (1 + T3 s)/(1 + T2 s), T3 = T2 (1 - lead)."""
     if "lead" not in est.index:
         return "only for first-order response models: others have it"
     lead = Parameter("lead", "1", ((est.index["lead"], 1.0),), scale=0.02, low=-20.0, high=5.0)
-    time = Parameter("T2", "s", ((est.index["lead_T2"], 1.0),), scale=0.2, low=-9.5, high=200.0)
+    time = Parameter("T2", "s", ((est.index["lead_T2"], 1.0),), scale=0.2, low=-9.98, high=200.0)
     return [(lead, time)]
 
 

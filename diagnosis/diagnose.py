@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from ..models.errors import BadInput
 from . import gain as gains
 from . import search as selection
 from . import unknown, verdict
 from .causes import CAUSES, testable
-from .estimator import Estimator, Parameter, Setting
 from .evidence import log_tail
 from .extend import extended_model
 from .flags import Flag, put_right
@@ -100,9 +100,12 @@ def diagnose(
         left = _unexplained(search, options)
     else:
         left = None
+    final = search.setting
+    if search.nuisance:
+        final = gains.fitted_to_simulate(est, final, search.parameters)
     findings = [*_flag_findings(flags), *_spike_findings(est), *_findings(search, rng)]
-    extended = extended_model(est, search.setting, [a.cause for a in search.accepted], flags)
-    measured = _gain(search, others, options, rng)
+    extended = extended_model(est, final, [a.cause for a in search.accepted], flags)
+    measured = _gain(search, final, others, rng)
     said, reason = verdict.decide(poor, left, findings)
     return Diagnosis(
         model=model,
@@ -216,7 +219,7 @@ def _flag_findings(flags: Sequence[Flag]) -> list[Finding]:
 def _spike_findings(est: Estimator) -> list[Finding]:
     """Outliers: more isolated samples far from their neighbours than sensors' noise gives."""
     spikes, count = sum(d.spikes for d in est.data), est.n_values
-    if spikes <= MOST_SPIKES:
+    if spikes <= MOST_SPIKES or spikes <= sum(d.near_spikes for d in est.data):
         return []
     from .result import Size
 
@@ -250,7 +253,7 @@ def _findings(search: Search, rng: np.random.Generator) -> list[Finding]:
                 details=details,
                 evidence=_evidence(a, search.n_effective),
                 separate_by=CAUSES[a.cause].separate_by if ties else None,
-            )  # fmt: skip
+            )
         )
     return sorted(found, key=lambda f: -f.statistic)
 
@@ -309,7 +312,7 @@ def _bank(
 
 
 # ---- gain
-def _gain(search: Search, records: Sequence[Record], options: Options, rng: np.random.Generator):
+def _gain(search: Search, final: Setting, records: Sequence[Record], rng: np.random.Generator):
     """Gain on the held-out records, and the traces that the page shows."""
     est = search.est
     base = _base_setting(search)
@@ -317,9 +320,9 @@ def _gain(search: Search, records: Sequence[Record], options: Options, rng: np.r
     if not records:
         return {}, ()
     held = Estimator(est.model, records, est.unit)
-    held.rudder_sd = est.rudder_sd
+    held.rudder_sd, held.base = est.rudder_sd, est.base
     after = gains.transferred(
-        held, search.setting, [p for a in search.accepted for p in a.variant if p.record is not None]
+        held, final, [p for a in search.accepted for p in a.variant if p.record is not None]
     )
     after = gains.adapted(held, after, tuple(per_record))
     before = gains.transferred(held, base, ())
@@ -336,7 +339,7 @@ def _base_setting(search: Search) -> Setting:
         return replace(est.start(), noise=search.setting.noise)
     bare = replace(search, accepted=[], setting=est.start())
     s, _ = bare.refit(replace(est.start(), noise=search.setting.noise), (), 6)
-    return s
+    return gains.fitted_to_simulate(est, s, search.nuisance)
 
 
 def _hypothesis(search: Search, left: Candidate | None, records: Sequence[Record]) -> dict[str, Any] | None:

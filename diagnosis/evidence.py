@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .estimator import CLIP, Innovations
+from ..methods.innovations.estimator import CLIP, Innovations
 
 DRAWS = 2000
 
@@ -62,12 +62,13 @@ class Projector:
         whole = np.einsum("ij,ij->i", columns, columns)
         information = left @ columns.T
         information = 0.5 * (information + information.T)
-        scale = np.sqrt(np.maximum(np.diag(information), 0.0)) + 1e-300
+        told = np.diag(information) > 1e-12 * whole
+        scale = np.where(told, np.sqrt(np.maximum(np.diag(information), 1e-300)), np.inf)
         share = float(np.max(np.diag(information) / np.maximum(whole, 1e-300)))
         if not np.isfinite(information).all() or share <= 0.0:
             return Score(0.0, np.zeros(len(columns)), 0.0, np.zeros((len(columns),) * 2))
         gradient = -(left @ self.residual) / scale
-        matrix = information / np.outer(scale, scale) + 1e-10 * np.eye(len(columns))
+        matrix = information / np.outer(scale, scale) + np.diag(np.where(told, 1e-10, 1.0))
         step = np.linalg.solve(matrix, gradient)
         return Score(float(gradient @ step), step / scale, share, information)
 
@@ -98,7 +99,7 @@ def effective_number(
         part_sum = summed[at : at + k]
         at += k
         spread = part_sum @ part_sum.T
-        scale = np.sqrt(np.diag(spread)) + 1e-300
+        scale = np.where(np.diag(spread) > 0.0, np.sqrt(np.maximum(np.diag(spread), 1e-300)), np.inf)
         inverse = np.linalg.pinv(spread / np.outer(scale, scale), rcond=1e-9, hermitian=True)
         z = part / scale
         p = chi2.sf(np.einsum("ij,jk,ik->i", z, inverse, z), k) * len(families[owner])

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..methods.innovations._filter import OUTER
+from ..methods.innovations.estimator import Estimator, Setting
 from ..models import kernels as kernel_store
 from ..models.families.extensions import EXTENSIONS, carries
 from ..models.instruments import SENSORS, SWAPS, combined
 from ..models.model import Model
-from ._filter import OUTER
-from .estimator import Estimator, Setting
 from .flags import Flag
 
 TERMS = {

@@ -70,7 +70,7 @@ def _rate_error(record: Record, name: str) -> float:
     psi, rate, time = record.heading_unwrapped(), record.column(name), record.time_s
     known = np.isfinite(psi) & np.isfinite(rate)
     psi, rate, time = psi[known], rate[known], time[known]
-    step = max(2, int(round(WINDOW_S / 8.0 / np.median(np.diff(time)))))
+    step = max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time))))
     turned = psi[step:] - psi[:-step]
     given = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
     error = turned - (given[step:] - given[:-step])
@@ -109,7 +109,7 @@ def _track_error(record: Record) -> float:
     x, y, time = record.column("north_m"), record.column("east_m"), record.time_s
     known = np.all(np.isfinite([psi, u, v, x, y]), axis=0)
     psi, u, v, x, y, time = (a[known] for a in (psi, u, v, x, y, time))
-    step = max(2, int(round(WINDOW_S / np.median(np.diff(time)))))
+    step = max(2, round(WINDOW_S / np.median(np.diff(time))))
     north, east = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
     errors, way = [], []
     for place, rate in ((x, north), (y, east)):
@@ -142,7 +142,7 @@ def _sign(records: list[Record], model: Model) -> tuple[Flag | None, list[Record
         if rate is None:
             rate = np.gradient(record.heading_unwrapped(), time)
         rudder = record.rudder()
-        step = max(1, int(round(time[-1] / 200.0 / np.median(np.diff(time)))))
+        step = max(1, round(time[-1] / 200.0 / np.median(np.diff(time))))
         n = time.size // step
         known = np.isfinite(rate) & np.isfinite(rudder)
         if known.sum() < 20:

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Parameter, Setting
 from .causes import Variant
-from .estimator import SYMBOLS, Estimator, Parameter, Setting
 from .result import Gain, Trace
 
 START_S = 10.0
@@ -47,6 +47,31 @@ def adapted(held: Estimator, s: Setting, variant: Variant, share: float = FIRST_
     return replace(found, noise=s.noise)
 
 
+def fitted_to_simulate(est: Estimator, s: Setting, parameters: Sequence[Parameter], most: int = 20) -> Setting:
+    """Parameters that simulate the training records best (output error), from where the innovations put them.
+
+    Channels are weighed by their residuals; heading and positions, which integrate every error, count only where no
+    yaw rate is measured.
+    """
+    sim = est.simulating(START_S * est.clock)
+    ruled = [0, 4, 5] if est.channels[1] else []
+    noise = s.noise.copy()
+    best = s
+    for _ in range(most):
+        now = sim.evaluate(replace(best, noise=noise))
+        used = np.maximum((now.e != 0.0).sum(axis=0), 1)
+        rms = noise[:6] * np.sqrt((now.e**2).sum(axis=0) / used)
+        noise[:6] = np.where(rms > 0.0, np.maximum(rms, s.noise[:6]), noise[:6])
+        noise[ruled] = 1e6
+        trial = replace(best, noise=noise)
+        now = sim.evaluate(trial)
+        found, later = sim.gauss_newton(trial, now, parameters)
+        best = replace(found, noise=s.noise)
+        if later.log_likelihood - now.log_likelihood < 0.5:
+            break
+    return best
+
+
 def free_runs(held: Estimator, s: Setting) -> list[np.ndarray]:
     """Predicted channels (T, 6) of each record, run freely from START_S on."""
     out = []
@@ -77,7 +102,7 @@ def gains(
         old, new, spread = [], [], []
         for d, a, b, k in zip(held.data, before, after, starts, strict=True):
             y = d.measured[k:, c]
-            block = max(1, int(round(BLOCK_S * held.clock / float(np.median(np.diff(d.time))))))
+            block = max(1, round(BLOCK_S * held.clock / float(np.median(np.diff(d.time)))))
             old += _blocks(_error(y, a[k:, c], c), block)
             new += _blocks(_error(y, b[k:, c], c), block)
             spread += [np.nansum((y - np.nanmean(y)) ** 2)]

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 from ..models.model import CHANNELS
 from . import unknown
 from .causes import CAUSES, Cause, Variant, starts
-from .estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 from .evidence import Projector, Score, effective_number, log_tail
 from .unknown import Feature
 
@@ -23,6 +23,8 @@ TIE_NATS = 4.6
 MOST_TIED = 2
 FAULT_GRID = 12
 SHARE_FIRST, SHARE_LATER = 0.6, 0.3
+RANDOM = ("wave_motion", "clock_jitter")
+"""Causes that add variance, which scores of the mean do not see."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
 DEGREE = np.pi / 180.0
@@ -97,7 +99,10 @@ def screen(search: Search, s: Setting, now: Innovations, count: bool = False) ->
     used = {a.cause for a in search.accepted}
     out, families = [], []
     for name, variants in search.bank.items():
-        if name in used or name in ("rudder_fault", "wave_motion"):
+        if name in used or name == "rudder_fault" or name in RANDOM:
+            continue
+        if CAUSES[name].profile:
+            out.append(_screen_profile(search, s, now, projector, name))
             continue
         columns = _variant_columns(est, s, now, variants)
         scores = [projector.score(c) for c in columns]
@@ -153,6 +158,20 @@ def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Proje
     return best
 
 
+def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Projector, name: str) -> Screened:
+    """The first parameter's score over values of the second, which means nothing while the first is zero."""
+    est, (variant,) = search.est, search.bank[name]
+    first, second = variant
+    values = [x * est.clock - est.base[second.slots[0][0]] for x in CAUSES[name].profile]
+    found = []
+    for value in values:
+        column = est.column(est.at(s, second, value), now, (first,))
+        score = projector.score(column)
+        log_p = log_tail(score.statistic, 1) + np.log(len(values))
+        found.append(Screened(name, variant, log_p, score, (float(score.step[0]), value)))
+    return min(found, key=lambda f: f.log_p)
+
+
 def fault_variant(est: Estimator, record: int | None) -> Variant:
     """Effectiveness 1 + e from time t0 (s) on."""
     e = Parameter("e", "1", ((est.index["fault"], 1.0),), record, -1.0, 1.0, 0.02)
@@ -168,6 +187,12 @@ def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
     if item.cause == "rudder_fault":
         found, now = _refit_fault(search, item)
         k, tests = 2, FAULT_GRID * (1.0 + len(est.data))
+    elif entry.profile:
+        first, second = variant
+        s = est.at(est.at(s, second, item.start[1]), first, item.start[0])
+        s, _ = search.refit(s, (first,), 2)
+        found, now = search.refit(s, variant, 8)
+        k = 2
     else:
         if entry.rings:
             s = _ring_start(est, s, entry, variant)
@@ -273,6 +298,37 @@ def try_waves(search: Search, before: float) -> Candidate | None:
     s, now = search.refit(s, (), 3)
     statistic = 2.0 * (now.log_likelihood - before)
     return Candidate("wave_motion", (), log_tail(statistic, 3) + np.log(4.0), statistic, s, now)
+
+
+def try_jitter(search: Search, before: float) -> Candidate | None:
+    """Errors of the sampling instants: scanned if squared innovations grow with the channels' rates of change."""
+    from scipy.optimize import minimize_scalar
+
+    est, s = search.est, search.setting
+    slot = est.index["clock"]
+
+    def at(sd: float) -> tuple[Setting, Innovations]:
+        p = s.p.copy()
+        p[:, slot] = sd
+        return est.fit_noise(replace(s, p=p), 3)
+
+    z = unknown.rate_statistic(est, search.now)
+    if z < 2.5:
+        return None
+    step = float(np.median(np.diff(est.data[0].time)))
+    trials = [at(share * step) for share in (0.03, 0.1, 0.3)]
+    best = int(np.argmax([now.log_likelihood for _, now in trials]))
+    if trials[best][1].log_likelihood < before + 2.0:
+        return None
+    middle = np.log((0.03, 0.1, 0.3)[best] * step)
+    found = minimize_scalar(
+        lambda x: -at(float(np.exp(x)))[1].log_likelihood,
+        bounds=(middle - 1.3, middle + 1.3),
+        options={"xatol": 0.02, "maxiter": 14},
+    )
+    s, now = at(float(np.exp(found.x)))
+    statistic = 2.0 * (now.log_likelihood - before)
+    return Candidate("clock_jitter", (), log_tail(statistic, 1), statistic, s, now)
 
 
 # ---- unknown effects
@@ -410,9 +466,10 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
             have = {i.cause for i in chosen}
             chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
     found = [refit_cause(search, item, before) for item in chosen]
-    if "wave_motion" in search.bank and all(a.cause != "wave_motion" for a in search.accepted):
-        waves = try_waves(search, before)
-        found += [waves] if waves is not None else []
+    named = {a.cause for a in search.accepted}
+    for name, attempt in (("wave_motion", try_waves), ("clock_jitter", try_jitter)):
+        candidate = attempt(search, before) if name in search.bank and name not in named else None
+        found += [candidate] if candidate is not None else []
     return found
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from .causes import CAUSES, Variant, drift_height
-from .estimator import Estimator, Parameter, Setting
 from .result import Size
 
 NORMAL_90 = 1.6448536269514722
@@ -23,6 +25,8 @@ def sizes_of(
     values = np.array([est.value(s, p) for p in variant])
     if cause == "wave_motion":
         return _waves(est, s)
+    if cause == "clock_jitter":
+        return _jitter(est, s)
     if entry.polar is not None:
         return _polar(est, entry.polar, cause, variant, values, covariance, rng)
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -67,6 +71,20 @@ def _polar(est, polar, cause, variant, values, covariance, rng) -> tuple[Size, .
         out.append(Size(polar.speed, speed, float(ends[0]), float(ends[1]), unit, name))
         out.append(Size(polar.direction, direction, direction + float(low), direction + float(high), "rad", name))
     return tuple(out)
+
+
+def _jitter(est: Estimator, s: Setting) -> tuple[Size, ...]:
+    """Standard deviation of the sampling instants; its interval from the curvature of the log likelihood in log sd."""
+    slot, h = est.index["clock"], 0.1
+    sd = float(s.p[0, slot])
+    ll = []
+    for factor in (np.exp(-h), 1.0, np.exp(h)):
+        p = s.p.copy()
+        p[:, slot] = sd * factor
+        ll.append(est.evaluate(replace(s, p=p)).log_likelihood)
+    curvature = max(-(ll[0] - 2.0 * ll[1] + ll[2]) / h**2, 1.0)
+    half = NORMAL_90 / np.sqrt(curvature)
+    return (Size("sd", sd, sd * float(np.exp(-half)), sd * float(np.exp(half)), "s"),)
 
 
 def _waves(est: Estimator, s: Setting) -> tuple[Size, ...]:

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-
-from .estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 
 LAGS_S = (5.0, 12.0, 30.0, 75.0)
 WINDOWS = 24
@@ -200,6 +199,22 @@ def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
             t = np.sum((z - z.mean()) * h) / np.sqrt(used.sum() * max(np.var(z), 1e-12))
             out.append((f"{SYMBOLS[c]} with {label}", float(np.log(2.0) + norm.logsf(abs(t)))))
     return out
+
+
+def rate_statistic(est: Estimator, now: Innovations) -> float:
+    """Standard score of squared innovations growing with the squares of their channels' rates of change."""
+    total, variance = 0.0, 0.0
+    for c in np.flatnonzero(est.channels):
+        rates = []
+        for i, d in enumerate(est.data):
+            rows = slice(est.edges[i], est.edges[i + 1])
+            rates.append(np.gradient(now.states[rows, est.layout[6 + c]], d.time))
+        g = np.concatenate(rates) ** 2 * np.exp(-2.0 * now.log_s[:, c])
+        used = now.e[:, c] != 0.0
+        h = g[used] - g[used].mean()
+        total += float(np.sum((np.minimum(now.e[used, c] ** 2, 20.0) - 1.0) * h))
+        variance += 2.0 * float(np.sum(h**2))
+    return total / np.sqrt(max(variance, 1e-300))
 
 
 def whiteness_tests(est: Estimator, now: Innovations, lags: int = 12) -> list[tuple[str, float]]:

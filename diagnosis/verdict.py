@@ -11,7 +11,7 @@ from .causes import CAUSES
 from .result import Finding, Trace
 
 if TYPE_CHECKING:
-    from .estimator import Estimator
+    from ..methods.innovations.estimator import Estimator
     from .search import Candidate, Search
 
 EXCITED = 8.0
@@ -20,7 +20,7 @@ RUDDER_MOVED = np.deg2rad(0.3)
 
 
 def undecidable(est: Estimator, search: Search) -> str | None:
-    """Why the records cannot decide anything, None if they can: too little rudder and yaw motion, or too few samples."""
+    """Why the records cannot decide anything (too little motion, too few samples), None if they can."""
     moved = max(float(np.std(d.rudder)) for d in est.data)
     strongest = 0.0
     for d in est.data:

@@ -142,9 +142,9 @@ def _pruned(definition: Definition, own: set[str]) -> Definition:
 
 
 def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Rudder through (1 + T3 s)/(1 + T2 s): delta_hull = delta + lead (z - delta), T2 z_dot = delta - z, T3 = T2 (1 - lead).
+    """Rudder through (1 + T3 s)/(1 + T2 s): delta_hull = delta + lead (z - delta), T2 z_dot = delta - z.
 
-    With a first-order Nomoto model behind it this is the second-order one.
+    T3 = T2 (1 - lead).  With a first-order Nomoto model behind it this is the second-order one.
     """
     lead, time = parameters
     delta, z = definition.inputs[0], sp.Symbol("lead_state", real=True)
@@ -157,22 +157,27 @@ def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition
 
 
 def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; the rudder's moment goes with (U/U0)^m and
-    linear damping with U/U0 (Nomoto's scaling; m is 2 in open water and less behind a propeller at constant speed).
-    The moment of the rudder's rate is not scaled, as in `nomoto-2-quadratic-speed`."""
+    """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; every term keeps its prime value.
+
+    With kappa = U/U0 the yaw equation r_dot = f(r, delta) becomes kappa^2 f(r/kappa, delta), that of second order
+    kappa^3 f(q/kappa^2, r/kappa, delta); the rudder's term goes with kappa^(m - 2) on top (m = 2 in open water, less
+    behind a propeller at constant speed).  The small change of the rudder-rate term is left out.
+    """
     gain, time, power = parameters
     (r,) = (symbol for symbol in definition.states if symbol.name == "r")
     loss, ratio = symbols("speed_loss_state speed_ratio")
-    delta = definition.inputs[0]
-    swapped = _substitute(definition, {delta: delta * ratio**power})
-    linear = sp.diff(swapped.forces[0], r).xreplace({r: sp.S.Zero})
-    force = swapped.forces[0] + linear * r * (ratio - 1)
+    order = 1 if definition.states[0] == r else 2
+    swap: dict[sp.Symbol, sp.Expr] = {r: r / ratio, definition.inputs[0]: definition.inputs[0] * ratio ** (power - 2)}
+    if order == 2:
+        swap[definition.states[0]] = definition.states[0] / ratio**2
+    swap |= {s: s / ratio**3 for s in definition.inputs if s.name == "delta_rate"}
+    force = ratio ** (order + 1) * _swap(definition.forces[0], swap)
     return replace(
-        swapped,
+        definition,
         states=[*definition.states, loss],
-        helpers={ratio: 1 - loss, **swapped.helpers},
-        forces=[force, *swapped.forces[1:]],
-        kinematics=[*swapped.kinematics, (gain * r**2 - loss) / time],
+        helpers={ratio: 1 - loss, **definition.helpers},
+        forces=[force, *definition.forces[1:]],
+        kinematics=[*definition.kinematics, (gain * r**2 - loss) / time],
         linear=False,
     )
 
@@ -301,7 +306,8 @@ def carries(definition: Definition, name: str) -> bool:
     extension = EXTENSIONS[name]
     taken = {symbol.name for symbol in definition.coefficients}
     fits = extension.three_dof is None or extension.three_dof == (definition.force_scale is not None)
-    first_order = len(definition.states) == 2
+    states = {symbol.name for symbol in definition.states}
+    first_order = definition.states[0].name == "r" and "lead_state" not in states
     return fits and not taken & set(extension.units) and (name != "second_order_lead" or first_order)
 
 
@@ -324,10 +330,7 @@ def with_bank(definition: Definition) -> Definition:
                 public=definition.public,
                 inverse=definition.inverse,
             )
-    if definition.force_scale is not None:
-        bank = with_environment(base)
-    else:
-        bank = _with_forces(base)
+    bank = with_environment(base) if definition.force_scale is not None else _with_forces(base)
     return replace(bank, name=f"{definition.name}+bank")
 
 

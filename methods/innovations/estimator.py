@@ -15,23 +15,24 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..methods.base import CannotFit
-from ..methods.series import initial_state_of, inputs_of, samples, sensor_sd
-from ..models import kernels as kernel_store
+from ...models import kernels as kernel_store
+from ..base import CannotFit
+from ..series import initial_state_of, inputs_of, samples, sensor_sd
 from . import _filter
 from ._filter import CHANNELS, OUTER
 
 if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
+    from ...datasets.record import Record
+    from ...models.model import Model
 
 SYMBOLS = ("psi", "r", "u", "v", "x", "y")
 QUANTUM = 1e-5
 """Force that the noise fit counts in, as a share of the force unit."""
 SHORTEST_TAU_S, LONGEST_TAU_S = 1.0, 60.0
+SPIKE, NEAR = 6.5, 4.5
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
-BANK_DEFAULTS = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 1.0}
+BANK_DEFAULTS = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
 """Parameters of the bank that mean nothing while their effect is absent, and must not be zero."""
 DEFAULT_WINDAGE = {
     **{"rho_air": 1.225, "A_F": 450.0 / 160.93**2, "A_L": 1800.0 / 160.93**2},
@@ -52,6 +53,7 @@ class Data:
     start: np.ndarray
     start_var: np.ndarray
     spikes: int
+    near_spikes: int
 
 
 @dataclass(frozen=True)
@@ -124,9 +126,19 @@ class Estimator:
         self.rudder_sd = max(min(quiet), 1e-7)
         self.unit = force_units(model, self.data) if unit is None else unit
         self.base = base_vector(model, self.kernels)
+        if "speed_loss_state" in self.kernels.STATES:
+            self._read_speed()
         self.commanded = all(not r.has("rudder_rad") for r in records)
+        self.free_s: float | None = None
         self._pool = ThreadPoolExecutor(2)
         self._steps: dict = {}
+
+    def _read_speed(self) -> None:
+        """The surge channel of a response model: U0 (1 - loss), U0 from the first part of the records."""
+        firsts = [d.measured[: max(5, d.time.size // 50), 2] for d in self.data]
+        firsts = [x[np.isfinite(x)] for x in firsts]
+        speed = float(np.median(np.concatenate(firsts))) if any(x.size for x in firsts) else 1.0
+        self.base[self.index["scale_u"]], self.base[self.index["bias_u"]] = -speed - 1.0, speed
 
     @cached_property
     def layout(self) -> np.ndarray:
@@ -137,7 +149,8 @@ class Estimator:
         dt = float(np.median(np.diff(self.data[0].time)))
         steps = max(1, int(np.ceil(dt / (4.0 * self.model.max_step_s) - 1e-9)))
         size = len(self.names) - len(OUTER)
-        places = [states.index(s) if s in states else -1 for s in SYMBOLS]
+        seen = [state_seen(s, states) for s in SYMBOLS]
+        places = [-1 if s is None else states.index(s) for s in seen]
         used = self.channels
         places = [
             i if used[c] or s in ("psi", "u", "v", "r") else -1
@@ -148,7 +161,7 @@ class Estimator:
     @cached_property
     def channels(self) -> np.ndarray:
         """(6,) whether any record measures the channel and the model has the state."""
-        known = np.array([s in self.kernels.STATES for s in SYMBOLS])
+        known = np.array([state_seen(s, self.kernels.STATES) is not None for s in SYMBOLS])
         return known & np.any([np.isfinite(d.measured).any(axis=0) for d in self.data], axis=0)
 
     def first(self, share: float) -> Estimator:
@@ -161,9 +174,15 @@ class Estimator:
         early._steps = {}
         return early
 
+    def simulating(self, seconds: float) -> Estimator:
+        """The same, but run freely after the first seconds: innovations are then output errors over sensor noise."""
+        free = copy(self)
+        free.free_s, free._steps = seconds, {}
+        return free
+
     @property
     def clock(self) -> float:
-        """Time scale against a 160 m ship: sqrt(L/160 m); without a length the records' duration over 600 s, at most 1."""
+        """Time scale against a 160 m ship: sqrt(L/160 m), or the records' duration over 600 s (at most 1)."""
         length = self.model.particulars.get("L")
         if length is not None:
             return float(np.sqrt(length / 160.0))
@@ -205,11 +224,14 @@ class Estimator:
         forcing = np.zeros((0, size)) if forcing is None else forcing
         columns = np.zeros((axes.size, size * CHANNELS))
         added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
-        _filter.run_filter(
-            self.kernels.rhs, self.kernels.jacobian, d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]),
-            self.layout, self.unit, s.noise, self.rudder_sd, added, d.start, d.start_var, size if free is None else free,
-            axes, forcing, e, log_s, states, predicted, columns,
-        )  # fmt: skip
+        model = (self.kernels.rhs, self.kernels.jacobian)
+        record = (d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]))
+        fixed = (self.layout, self.unit, s.noise, self.rudder_sd, added, d.start, d.start_var)
+        if free is None and self.free_s is not None:
+            free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
+        last = size if free is None else free
+        out = (e, log_s, states, predicted, columns)
+        _filter.run_filter(*model, *record, *fixed, last, axes, forcing, *out)
         return e, log_s, states[:, : len(self.kernels.STATES) + nf], predicted, columns
 
     def many(
@@ -449,6 +471,13 @@ def _bounded_step(gradient: np.ndarray, fisher: np.ndarray, q: np.ndarray) -> np
     return np.zeros(nf + 1)
 
 
+def state_seen(symbol: str, states: Sequence[str]) -> str | None:
+    """The state that a channel measures: its own, or for the surge of a response model the speed loss."""
+    if symbol in states:
+        return symbol
+    return "speed_loss_state" if symbol == "u" and "speed_loss_state" in states else None
+
+
 def sensor_sd_of_rudder(rudder: np.ndarray) -> float:
     """Sensor noise of a rudder series, from its second differences (its motion has kinks)."""
     second = np.diff(rudder, 2)
@@ -512,19 +541,18 @@ def _data(record: Record, model: Model, kernels: kernel_store.Kernels) -> Data:
     rudder = np.interp(time, time[known], rudder[known])
     other = [given[name] for name in model.inputs[1:]]
     measured = np.full((time.size, CHANNELS), np.nan)
-    spikes = 0
+    spikes, near = 0, 0
     for c, symbol in enumerate(SYMBOLS):
         values = samples(record, symbol)
-        if values is not None and symbol in kernels.STATES:
-            measured[:, c], found = without_spikes(values)
-            spikes += found
+        if values is not None and state_seen(symbol, kernels.STATES) is not None:
+            measured[:, c], found, close = without_spikes(values)
+            spikes, near = spikes + found, near + close
     if not np.isfinite(measured[:, :2]).any():
         raise CannotFit(f"record {record.name} has neither heading nor yaw rate")
     start, spread = _start(record, model, kernels, rudder[0])
-    return Data(
-        record.name, time, np.ascontiguousarray(rudder), np.ascontiguousarray(np.column_stack([*other, np.zeros((time.size, 0))])),
-        measured, start, spread**2, spikes,
-    )  # fmt: skip
+    inputs = np.column_stack([*other, np.zeros((time.size, 0))])
+    rudder, inputs = np.ascontiguousarray(rudder), np.ascontiguousarray(inputs)
+    return Data(record.name, time, rudder, inputs, measured, start, spread**2, spikes, near)
 
 
 def _start(record: Record, model: Model, kernels: kernel_store.Kernels, rudder: float) -> tuple[np.ndarray, np.ndarray]:
@@ -536,21 +564,23 @@ def _start(record: Record, model: Model, kernels: kernel_store.Kernels, rudder: 
     return np.concatenate([start, extra]), np.concatenate([spread, np.zeros(len(extra))])
 
 
-def without_spikes(values: np.ndarray, threshold: float = 6.5) -> tuple[np.ndarray, int]:
-    """Series (T,) with single-sample spikes as gaps, and their number.
+def without_spikes(values: np.ndarray) -> tuple[np.ndarray, int, int]:
+    """Series (T,) with single-sample spikes as gaps, their number, and the number of samples that nearly are.
 
-    A spike departs from the cubic through its four neighbours by more than `threshold` robust standard deviations and
-    more than they do.
+    A spike departs from the cubic through its four neighbours by more than SPIKE robust standard deviations and
+    more than they do; near misses lie between NEAR and SPIKE (many of them: a heavy tail, not outliers).
     """
     y = values.copy()
     if y.size < 12:
-        return y, 0
+        return y, 0, 0
     departure = np.abs(y[2:-2] - (-y[:-4] + 4.0 * y[1:-3] + 4.0 * y[3:-1] - y[4:]) / 6.0)
     known = np.isfinite(departure)
-    if known.sum() < 8:
-        return y, 0
-    spread = 1.4826 * np.median(departure[known])
+    spread = 1.4826 * np.median(departure[known]) if known.sum() >= 8 else 0.0
+    if not spread > 0.0:
+        return y, 0, 0
     padded = np.concatenate([[0.0], np.where(known, departure, 0.0), [0.0]])
-    spike = (padded[1:-1] > threshold * spread) & (padded[1:-1] >= np.maximum(padded[:-2], padded[2:])) & (spread > 0)
+    peak = (padded[1:-1] >= np.maximum(padded[:-2], padded[2:])) & known
+    spike = peak & (departure > SPIKE * spread)
+    near = peak & ~spike & (departure > NEAR * spread)
     y[2:-2][spike] = np.nan
-    return y, int(spike.sum())
+    return y, int(spike.sum()), int(near.sum())

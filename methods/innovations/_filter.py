@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, types
 
-from ..models.drivers import A1, A2, JIT, RHS, f8, i8
+from ...models.drivers import A1, A2, JIT, RHS, f8, i8
 
 I1 = types.Array(types.int64, 1, "C")
 JACOBIAN = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
@@ -33,8 +33,8 @@ OUTER = (
 PLACE = {name: index for index, name in enumerate(OUTER)}
 (E_D, D_0, TAU_D, PLAY, E_F, T_0, RATE, LIMIT, V_N, V_E, W_N, W_E, F_0, _, _, D_N, D_E) = range(17)
 S_C, B_C, TAU_C = PLACE["scale_psi"], PLACE["bias_psi"], PLACE["delay_psi"]
-MISALIGNED, EARTH, OMEGA, ZETA, RMS = (
-    PLACE[name] for name in ("misalignment", "earth_frame", "wave_frequency", "wave_damping", "wave_rms")
+MISALIGNED, EARTH, OMEGA, ZETA, RMS, CLOCK = (
+    PLACE[name] for name in ("misalignment", "earth_frame", "wave_frequency", "wave_damping", "wave_rms", "clock")
 )
 KINK = 12.0
 """Second difference of the rudder, in its sensor's sd, from which a corner lies between samples."""
@@ -102,7 +102,7 @@ def acting_rudder(time, recorded, q, noise, parts, out):
 
 
 @njit(inline="always")
-def _inputs(u, rudder, other, k, q, unit, force, first, env, psi, shape):
+def _inputs(u, rudder, other, k, q, unit, force, first, env, psi):
     """Kernel inputs: rudder, the record's other inputs, current and wind, and forces in physical units."""
     u[0] = rudder
     for i in range(other.shape[1]):
@@ -138,7 +138,7 @@ def _back(rhs, x, rudder, k, dt, other, n, theta, q, unit, force, first, env, i_
     for j in range(count):
         position = max(k - (j + 0.5) * h / dt, 0.0) * parts
         angle = _between(rudder, position)
-        _inputs(u, angle, other, k, q, unit, force, first, env, out[i_psi], 0)
+        _inputs(u, angle, other, k, q, unit, force, first, env, out[i_psi])
         rhs(out, u, theta, rate)
         for i in range(n):
             middle[i] = out[i] - 0.5 * h * rate[i]
@@ -218,6 +218,9 @@ def run_filter(
                     rhs, x, rudder, k, step, other, n, theta, q, unit, force, first, env, i_psi, parts,
                     q[TAU_C + c], nu, late[c], work,
                 )  # fmt: skip
+        if q[CLOCK] > 0.0:
+            _inputs(u, rudder[k * parts], other, k, q, unit, force, first, env, x[i_psi])
+            rhs(x[:n], u, theta, rate)
         for c in range(CHANNELS):
             y = measured[k, c]
             i = channel[c]
@@ -230,7 +233,7 @@ def run_filter(
                 h[j] = 0.0
             gain = 1.0 + q[S_C + c]
             value = late[c, i] if q[TAU_C + c] > 0.0 else x[i]
-            if c == 2 or c == 3:
+            if (c == 2 or c == 3) and channel[5 - c] >= 0:
                 other_value = late[c, channel[5 - c]] if q[TAU_C + c] > 0.0 else x[channel[5 - c]]
                 along, across = (value, other_value) if c == 2 else (other_value, value)
                 angle = q[MISALIGNED]
@@ -269,6 +272,8 @@ def run_filter(
             if c == 0:
                 nu_c -= 2.0 * np.pi * np.round(nu_c / (2.0 * np.pi))
             s = noise[c] ** 2
+            if q[CLOCK] > 0.0:
+                s += (q[CLOCK] * rate[i]) ** 2
             if k < free:
                 for i2 in range(nx):
                     total_h = 0.0
@@ -305,17 +310,17 @@ def run_filter(
         for i in range(nf):
             force[i] = x[n + i] + exogenous[k, i]
         if k < free:
-            _inputs(u, rudder[k * parts], other, k, q, unit, force, first, env, x[i_psi], 0)
+            _inputs(u, rudder[k * parts], other, k, q, unit, force, first, env, x[i_psi])
             jacobian(x[:n], u, theta, rate, jx, ju)
         step = dt / parts_of
         for s_ in range(parts_of):
             at = k * parts + 2 * s_
-            _inputs(u, rudder[at], other, k, q, unit, force, first, env, x[i_psi], 0)
+            _inputs(u, rudder[at], other, k, q, unit, force, first, env, x[i_psi])
             rhs(x[:n], u, theta, rate)
             for i in range(n):
                 total[i] = x[i] + step / 6.0 * rate[i]
                 probe[i] = x[i] + 0.5 * step * rate[i]
-            _inputs(u, rudder[at + 1], other, k, q, unit, force, first, env, probe[i_psi], 0)
+            _inputs(u, rudder[at + 1], other, k, q, unit, force, first, env, probe[i_psi])
             rhs(probe, u, theta, rate)
             for i in range(n):
                 total[i] += step / 3.0 * rate[i]
@@ -324,7 +329,7 @@ def run_filter(
             for i in range(n):
                 total[i] += step / 3.0 * rate[i]
                 probe[i] = x[i] + step * rate[i]
-            _inputs(u, rudder[at + 2], other, k, q, unit, force, first, env, probe[i_psi], 0)
+            _inputs(u, rudder[at + 2], other, k, q, unit, force, first, env, probe[i_psi])
             rhs(probe, u, theta, rate)
             for i in range(n):
                 x[i] = total[i] + step / 6.0 * rate[i]
@@ -364,11 +369,11 @@ def run_filter(
             for i in range(n):
                 for j in range(na):
                     next_power[i, j] = 0.0
-                for l in range(n):
-                    w = power[i, l] / order
+                for j2 in range(n):
+                    w = power[i, j2] / order
                     if w != 0.0:
                         for j in range(na):
-                            next_power[i, j] += w * a[l, j]
+                            next_power[i, j] += w * a[j2, j]
             for i in range(n):
                 for j in range(na):
                     power[i, j] = next_power[i, j]
@@ -397,17 +402,17 @@ def run_filter(
         for i in range(nx):
             for j in range(nx):
                 temporary[i, j] = 0.0
-            for l in range(nx):
-                w = phi[i, l]
+            for j2 in range(nx):
+                w = phi[i, j2]
                 if w != 0.0:
                     for j in range(nx):
-                        temporary[i, j] += w * cov[l, j]
+                        temporary[i, j] += w * cov[j2, j]
         for i in range(nx):
             for j in range(i + 1):
                 value = 0.0
-                for l in range(nx):
-                    if phi[j, l] != 0.0:
-                        value += temporary[i, l] * phi[j, l]
+                for j2 in range(nx):
+                    if phi[j, j2] != 0.0:
+                        value += temporary[i, j2] * phi[j, j2]
                 cov[i, j] = value
                 cov[j, i] = value
         for i in range(nf):
