@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Parameter, Setting
 from .causes import Variant
-from .estimator import SYMBOLS, Estimator, Parameter, Setting
 from .gain import START_S
 
 if TYPE_CHECKING:

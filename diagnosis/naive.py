@@ -12,10 +12,10 @@ from .registry import Diagnoser
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
+    from ..methods.innovations.estimator import Setting
     from ..models.model import Model
     from .causes import Cause, Variant
     from .diagnose import Options
-    from .estimator import Setting
     from .free_run import Fit, FreeRuns
     from .result import Diagnosis, Finding, Gain
 
@@ -191,8 +191,8 @@ def _gains(
     runs: FreeRuns, records: Sequence[Record], s: Setting, variant: Variant, rng: np.random.Generator
 ) -> dict[str, Gain]:
     """As the diagnosis proper measures it: what belongs to a record is estimated on its first part."""
+    from ..methods.innovations.estimator import Estimator
     from . import gain
-    from .estimator import Estimator
 
     held = Estimator(runs.est.model, records, runs.est.unit)
     own = [p for p in variant if p.record is not None]
