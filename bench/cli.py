@@ -9,6 +9,7 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from .store import Store
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "suites")
+KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "suites")
 SIDES = click.Choice(["port", "starboard"])
 TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
 
@@ -269,10 +270,11 @@ def diagnose(
 
 
 @cli.command()
-@click.option("--suite", "suite", help="quick, default, measured, or the path of a suite file.  [default: quick]")
+@click.option("--suite", "suite", help="quick, default, measured, diagnosis, or a suite file.  [default: quick]")
 @click.option("--method", "methods", multiple=True, help="Only these methods (repeatable); also path.py:Class.")
 @click.option("--vessel", "vessels", multiple=True, help="Only these vessels (repeatable).")
-@click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds; default: the suite's.")
+@click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds or rounds; default: the suite's.")
+@click.option("--seed", type=click.IntRange(min=0), help="What diagnosis cases are drawn from; default: drawn anew.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
 @_tuning_options
@@ -284,6 +286,7 @@ def run(
     methods: tuple[str, ...],
     vessels: tuple[str, ...],
     seeds: int | None,
+    seed: int | None,
     jobs: int | None,
     scheduler: str | None,
     tuner: str | None,
@@ -298,11 +301,13 @@ def run(
     from .runner import Selection
 
     methods = with_tuner(methods, tuner, storage)
-    given = Selection(suite or "quick", methods, vessels, seeds)
+    given = Selection(suite or "quick", methods, vessels, seeds, seed)
     resume = resume and _started(output)
-    if resume and (suite, methods, vessels, seeds) == (None, (), (), None):
-        given = _stored_selection(output)
-    store = _execute(output, given, resume, jobs, scheduler, show=not (quiet or as_json) and sys.stderr.isatty())
+    if resume:
+        stored = _stored_selection(output)
+        asked = (suite, methods, vessels, seeds) != (None, (), (), None)
+        given = replace(given if asked else stored, seed=stored.seed if seed is None else seed)
+    store = _execute(output, given, resume, jobs, scheduler, quiet or as_json)
     return _summarise(store, as_json, quiet)
 
 
@@ -311,8 +316,8 @@ def run(
 @click.option("--timing", type=click.Path(path_type=Path), help="Benchmark JSON to show; default: DIR/timing.json.")
 @_output_options
 def report(directory: Path, timing: Path | None, as_json: bool, quiet: bool) -> None:
-    """Write leaderboard.md, .csv and .html from stored results, without refitting."""
-    from .report import write_report
+    """Write the report of a run (Markdown, CSV and HTML) from stored results, without refitting."""
+    from .kinds import write_report
 
     written = write_report(directory, timing)
     if as_json:
@@ -358,6 +363,10 @@ def _catalogue(kind: str) -> dict[str, str]:
         from ..diagnosis.causes import CAUSES
 
         return {name: " ".join(entry.physics.split()) for name, entry in CAUSES.items()}
+    if kind == "diagnosers":
+        from ..diagnosis.registry import diagnosers
+
+        return {name: cls.title for name, cls in diagnosers().items()}
     from .suites import load_suite, suite_names
 
     return {name: load_suite(name).title for name in suite_names()}
@@ -385,16 +394,17 @@ def _stored_selection(output: Path) -> Selection:
 
     stored = read_manifest(output).get("selection", {})
     lists = {name: tuple(stored.get(name) or ()) for name in ("methods", "vessels")}
-    return Selection(suite=stored.get("suite", "quick"), seeds=stored.get("seeds"), **lists)
+    return Selection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
 
 
 def _execute(
-    output: Path, selection: Selection, resume: bool, jobs: int | None, scheduler: str | None, show: bool
+    output: Path, selection: Selection, resume: bool, jobs: int | None, scheduler: str | None, quiet: bool
 ) -> Store:
     """Run what is not stored yet; whatever is wrong with the input is found before anything is written."""
     from tqdm import tqdm
 
     from . import runner
+    from .kinds import runner_of
     from .pool import cluster, processes
     from .store import check_vacant
     from .suites import load_suite
@@ -402,42 +412,48 @@ def _execute(
     if not resume:
         check_vacant(output)
     suite = load_suite(selection.suite)
-    specs = runner.plan(suite, selection)
+    kind = runner_of(suite.kind)
+    selection = kind.settled(suite, selection)
+    specs = kind.plan(suite, selection)
+    if selection.seed is not None and not quiet:
+        click.echo(f"seed {selection.seed} (--seed {selection.seed} draws the same cases)", err=True)
     if not scheduler:
-        runner.check_measured(specs)
+        kind.check(specs)
     with cluster(scheduler) if scheduler else processes(jobs) as pool:
         opened = runner.resume_store(output, suite, specs) if resume else None
-        with opened or runner.open_store(output, suite, selection, specs) as store:
+        with opened or runner.open_store(output, suite, selection, specs, kind.facts(suite, specs)) as store:
             todo = [spec for spec in specs if spec.key not in store.finished]
             if not scheduler:
-                runner.warm(todo)
-            with tqdm(total=len(specs), initial=len(specs) - len(todo), unit="run", disable=not show) as bar:
-                runner.run(todo, store, pool, lambda _: bar.update())
+                kind.warm(todo)
+            shown = not quiet and sys.stderr.isatty()
+            with tqdm(total=len(specs), initial=len(specs) - len(todo), unit="run", disable=not shown) as bar:
+                runner.run(todo, store, pool, lambda _: bar.update(), kind.execute)
     return store
 
 
 def _summarise(store: Store, as_json: bool, quiet: bool) -> int:
     """Say how the runs ended; status 1 if some failed."""
+    from .kinds import runner_of
+    from .store import IDENTIFICATION
+
+    kind = runner_of(store.manifest.get("kind", IDENTIFICATION))
     rows = [run["row"] for run in store.runs]
     counts = {status: sum(row["status"] == status for row in rows) for status in ("ok", "failed", "not_applicable")}
     failures = [row for row in rows if row["status"] == "failed"]
     if as_json:
-        keys = ("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed", "error")
-        listed = [{key: row[key] for key in keys} for row in failures]
+        listed = [{key: row[key] for key in (*kind.LISTED, "error")} for row in failures]
         where = {"directory": str(store.directory), "suite": store.manifest["suite"]}
-        _print_json({**where, "runs": len(rows), **counts, "failures": listed})
+        drawn = {
+            name: value for name, value in store.manifest["selection"].items() if name == "seed" and value is not None
+        }
+        _print_json({**where, **drawn, "runs": len(rows), **counts, "failures": listed})
     else:
-        for told, number in Counter(map(_failure, failures)).items():
+        for told, number in Counter(map(kind.describe, failures)).items():
             click.echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
         if not quiet:
             told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"
             click.echo(f"suite {store.manifest['suite']}: {len(rows)} runs, {told}; results in {store.directory}")
     return FAILED if failures else OK
-
-
-def _failure(row: dict[str, Any]) -> str:
-    variant = "" if row["variant"] == "corrected" else f" ({row['variant']})"
-    return f"{row['method']}{variant} on {row['vessel']} as {row['model']}, noise {row['noise']}: {row['error']}"
 
 
 def _print_identification(found: Identification, output: Path) -> None:

@@ -96,7 +96,7 @@ def markdown(
     tail = [failure_table(board.failures), timing_table(timings)]
     for table in [*standing_tables(board), *vessel_matrices(board.by_vessel), *details, *tail]:
         if table.rows:
-            parts += [f"## {table.title}", *([table.note] if table.note else []), _markdown_table(table)]
+            parts += [f"## {table.title}", *([table.note] if table.note else []), markdown_table(table)]
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with(manifest)]) + "\n"
 
 
@@ -174,7 +174,7 @@ def vessel_matrices(by_vessel: Frame) -> list[Table]:
         found = {(row["group"], row["method"]): row[name] for row in by_vessel.to_dict("records")}
         rows = [{"vessel": vessel, **{method: found.get((vessel, method)) for method in methods}} for vessel in vessels]
         columns = [Column("vessel", lambda row: row["vessel"]), *(_numeric(method, method) for method in methods)]
-        tables.append(_rows(title, "", columns, rows))
+        tables.append(rows_table(title, "", columns, rows))
     return tables
 
 
@@ -189,7 +189,7 @@ def _detail_table(vessel: str, rows: Sequence[Mapping[str, Any]]) -> Table:
     told = {title: texts.pop() for title, texts in shared.items() if len(texts) == 1}
     note = ", ".join(f"{title} {text}" for title, text in told.items())
     columns = [column for column in DETAIL if column.title not in told]
-    return _rows(f"All cells of {vessel}", f"All with {note}." if note else "", columns, rows)
+    return rows_table(f"All cells of {vessel}", f"All with {note}." if note else "", columns, rows)
 
 
 def failure_table(failures: Frame) -> Table:
@@ -205,7 +205,7 @@ def timing_table(timings: Sequence[dict]) -> Table:
         Column("quartiles", lambda row: f"{seconds(row['q1'])} .. {seconds(row['q3'])}", lambda row: row["q3"]),
         Column("rounds", lambda row: str(row["rounds"]), lambda row: row["rounds"]),
     )
-    return _rows("Timings", "Wall time; measured apart from this run.", columns, timings)
+    return rows_table("Timings", "Wall time; measured apart from this run.", columns, timings)
 
 
 def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
@@ -360,10 +360,10 @@ FAILURE = (
 
 
 def _table(title: str, note: str, columns: Sequence[Column], frame: Frame) -> Table:
-    return _rows(title, note, columns, frame.to_dict("records"))
+    return rows_table(title, note, columns, frame.to_dict("records"))
 
 
-def _rows(title: str, note: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> Table:
+def rows_table(title: str, note: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> Table:
     """The table without columns that are empty throughout, such as efficiency from a single seed."""
     texts = [[column.text(row) for column in columns] for row in rows]
     keep = [i for i in range(len(columns)) if any(text[i] not in (NOTHING, "") for text in texts)]
@@ -379,7 +379,8 @@ def _key(column: Column, row: Mapping[str, Any], text: str) -> Any:
     return "" if _missing(value) else "1e999" if value == math.inf else value
 
 
-def _markdown_table(table: Table) -> str:
+def markdown_table(table: Table) -> str:
+    """A table as Markdown, columns aligned."""
     rows = [[_cell(text) for text in row] for row in (table.columns, *table.rows)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(table.columns))]
     padded = [" | ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)) for row in rows]

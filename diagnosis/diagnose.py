@@ -88,7 +88,7 @@ def diagnose(
         raise BadInput("no training record", hint="give at least one")
     started = time.perf_counter(), time.process_time()
     rng = np.random.default_rng(options.seed)
-    records, flags = put_right(_prepared([*train, *held_out], model, options), model)
+    records, flags = put_right(prepared([*train, *held_out], model, options), model)
     fitted, others = records[: len(train)], records[len(train) :]
     if options.base_parameters == "identify":
         model = identified(model, fitted)
@@ -129,7 +129,7 @@ def diagnose(
     )
 
 
-def _prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
+def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
     """Records in the model's rudder sign, behind its instruments, with the chosen channels only."""
     from ..datasets.instruments import corrected
     from ..datasets.record import RUDDERS

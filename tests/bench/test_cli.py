@@ -309,7 +309,7 @@ def test_failed_runs_are_listed_and_status_one(call, tmp_path):
 
 
 def test_an_interrupt_is_told_and_what_was_finished_is_kept(call, suite, tmp_path, monkeypatch):
-    def interrupted(specs, store, pool, watch):
+    def interrupted(specs, store, *_):
         store.append({"key": specs[0].key, "row": specs[0].row_key() | {"status": "ok"}, "parameters": []})
         raise KeyboardInterrupt
 

@@ -7,7 +7,7 @@ from helmbench.models.errors import BadInput
 
 
 def test_the_three_suites_are_there():
-    assert suite_names() == ["default", "measured", "quick"]
+    assert suite_names() == ["default", "diagnosis", "measured", "quick"]
     for name in suite_names():
         suite = load_suite(name)
         assert suite.name == name and suite.title and suite.entries
@@ -75,5 +75,5 @@ def test_a_broken_file_is_refused_with_the_place(tmp_path, text, complaint):
 
 @pytest.mark.parametrize("name", ["quik", "no/such/suite.yaml"])
 def test_an_unknown_suite_lists_the_known_ones(name):
-    with pytest.raises(BadInput, match="default, measured, quick"):
+    with pytest.raises(BadInput, match="default, diagnosis, measured, quick"):
         load_suite(name)
