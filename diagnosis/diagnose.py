@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 MOST_SPIKES = 2
-UNKNOWN_SHARE = 0.1
-RIVAL_NATS = 5.0
+RIVAL_NATS, EXTRA_NATS = 4.0, 6.0
+"""Log likelihood by which an unknown effect must beat all that was named, and as much again for each further term."""
 SENSOR_FLAGS_UNDER = {"earth_frame_velocity": ("velocity_delay", "speed_scale", "sway_offset", "axis_misalignment")}
 
 
@@ -179,10 +179,12 @@ def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Paramete
 def _unexplained(search: Search, options: Options) -> Candidate | None:
     """An effect outside the bank that the innovations still ask for, or that alone beats all that was named."""
     before = search.now.log_likelihood
-    threshold = np.log(options.alpha * UNKNOWN_SHARE)
+    threshold = np.log(options.alpha * selection.SHARE_UNKNOWN)
     found = selection.best_unknown(search, before, threshold)
-    if found is None and search.rival is not None and search.rival.now.log_likelihood > before + RIVAL_NATS:
-        found = search.rival
+    rival = search.rival
+    if found is None and rival is not None and search.accepted:
+        margin = RIVAL_NATS + EXTRA_NATS * (len(rival.variant) - 1)
+        found = rival if rival.now.log_likelihood > before + margin else None
     if found is not None:
         return found
     tests = [

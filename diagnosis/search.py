@@ -22,7 +22,8 @@ LEADERS = 6
 TIE_NATS = 4.6
 MOST_TIED = 2
 FAULT_GRID = 12
-SHARE_FIRST, SHARE_LATER = 0.6, 0.3
+SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN = 0.5, 0.2, 0.3
+"""How the family-wise level is spent: first cause, later ones, effects outside the bank."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
 DEGREE = np.pi / 180.0
@@ -72,6 +73,7 @@ class Search:
     first_candidates: list[Candidate] = field(default_factory=list)
     rival: Candidate | None = None
     in_span: set[str] = field(default_factory=set)
+    n_features: float = 100.0
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -344,90 +346,168 @@ def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], bef
 
 
 # ---- unknown effects
-def screen_features(
-    search: Search, s: Setting, now: Innovations
-) -> tuple[list[tuple[float, tuple[Feature, ...]]], float]:
-    """Log p of single features and of pulses at a setting, best first, with the number of tests taken into account."""
-    est, clock = search.est, search.est.clock
-    found = unknown.features(est, s, now, clock)
-    fixed = est.column(s, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
-    projector = Projector(now, fixed, search.precisions(0))
-    columns = est.responses(s, [f.axis for f in found], [f.series for f in found])
-    left = projector.project(columns)
+GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
+"""Shares of the fitted gusts' sd at which features are tried: what explains their motion needs none."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A set of features with twice its gain in log likelihood, the gusts' level chosen along."""
+
+    features: tuple[Feature, ...]
+    gain: float
+    tests: float
+
+    @property
+    def log_p(self) -> float:
+        """Log p-value, the number of sets that were tried taken into account."""
+        k = len(self.features)
+        return log_tail(self.gain, k) + k * np.log(self.tests)
+
+
+NOT_GUSTS = "unknown:a force that does not act on surge, sway and yaw at once, as gusts do"
+GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
+"""Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
+
+
+def gust_like(search: Search) -> float:
+    """Log likelihood of the best noise whose forces are in the proportions of gusts."""
+    est, s, now = search.est, search.setting, search.now
+    sd = s.noise[6 : 6 + est.n_forces]
+    if est.n_forces != 3 or not sd.any():
+        return now.log_likelihood
+    largest = max(sd[2], sd[1] / GUST_Y[0], sd[0] / GUST_X[0])
+    settings = []
+    for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 14):
+        noise = s.noise.copy()
+        noise[6:9] = [np.clip(sd[0], *np.multiply(GUST_X, yaw)), np.clip(sd[1], *np.multiply(GUST_Y, yaw)), yaw]
+        settings.append(replace(s, noise=noise))
+    still = s.noise.copy()
+    still[6:9] = 0.0
+    settings.append(replace(s, noise=still))
+    found = max(n.log_likelihood for n in est.many(settings))
+    return min(found, now.log_likelihood)
+
+
+def try_features(search: Search, before: float) -> list[Tried]:
+    """Features, sets of them and pulses by the likelihood that one step and a level of gusts give, best first."""
+    est, s = search.est, search.setting
+    found = unknown.features(est, s, search.now, est.clock)
+    windows = [(axis, w) for axis in range(est.n_forces) for w in unknown.pulses(est, axis)]
+    axes = [f.axis for f in found] + [axis for axis, _ in windows]
+    series = [f.series for f in found] + [w[2] for _, w in windows]
+    n = len(found)
+    gusty = bool(s.noise[6 : 6 + est.n_forces].any())
+    best: dict[tuple[str, ...], Tried] = {}
+    for level in GUST_LEVELS if gusty else (1.0,):
+        noise = np.where(level == 0.0, search.start.noise, s.noise)
+        noise[6 : 6 + est.n_forces] = level * s.noise[6 : 6 + est.n_forces]
+        noise[6 + est.n_forces] = s.noise[6 + est.n_forces]
+        at = replace(s, noise=noise)
+        now = search.now if level == 1.0 else est.evaluate(at)
+        if now.log_likelihood <= -1e299 or np.abs(now.e).max() > 1e4:
+            continue
+        fixed = est.column(at, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
+        projector = Projector(now, fixed, search.precisions(0))
+        if level < 1.0:
+            projector.residual = now.e.ravel()
+        columns = est.responses(at, axes, series)
+        left = projector.project(columns)
+        told = np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-300)
+        if level == 1.0:
+            search.n_features = _independent(search, left[:n][told[:n]], projector.residual)
+        loss = 2.0 * (now.log_likelihood - before)
+        for t in [
+            *_sets(found, left[:n], projector.residual, told[:n]),
+            *_bursts(est, windows, left[n:], projector.residual),
+        ]:
+            key = tuple(f"{f.name}:{f.axis}" for f in t.features)
+            gain = t.gain + loss
+            if key not in best or gain > best[key].gain:
+                best[key] = replace(t, gain=gain)
+    out = [replace(t, tests=search.n_features) if t.features[0].family != "pulse" else t for t in best.values()]
+    return sorted(out, key=lambda t: t.log_p)
+
+
+def _independent(search: Search, left: np.ndarray, residual: np.ndarray, draws: int = 500) -> float:
+    """How many independent tests the dictionary amounts to, by multiplier draws of its scores."""
+    from scipy.stats import chi2
+
+    if not len(left):
+        return 1.0
+    summed = (left * residual).reshape(len(left), -1, 6).sum(axis=2).astype(np.float32)
+    scale = np.sqrt(np.sum(summed**2, axis=1)) + 1e-30
+    normal = search.rng.standard_normal((draws, summed.shape[1]), dtype=np.float32)
+    largest = np.max((normal @ summed.T / scale) ** 2, axis=1)
+    p = float(chi2.sf(np.quantile(largest, 0.9), 1))
+    return float(np.clip(np.log1p(-0.1) / np.log1p(-min(p, 0.5)), 1.0, len(left)))
+
+
+def _sets(
+    found: Sequence[Feature], left: np.ndarray, residual: np.ndarray, told: np.ndarray, most: int = 3
+) -> list[Tried]:
+    """Every feature alone, and greedy sets of two and three of them."""
     information = np.einsum("ij,ij->i", left, left)
-    whole = np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-300)
-    gradient = -left @ projector.residual
-    usable = information > IN_SPAN * whole
-    statistic = np.where(usable, gradient**2 / np.maximum(information, 1e-300), 0.0)
-    tests = float(max(usable.sum(), 1))
-    ranked = [(log_tail(statistic[j], 1) + np.log(tests), (found[j],)) for j in np.argsort(-statistic)[:6]]
-    ranked += _greedy(found, left, projector.residual, usable, tests)
-    ranked += _screen_pulses(search, s, projector)
-    return sorted(ranked, key=lambda z: z[0]), tests
-
-
-def _greedy(found, left, residual, usable, tests, most: int = 3) -> list[tuple[float, tuple[Feature, ...]]]:
-    """Sets of two and three features, each next one the best with the others projected out."""
-    chosen: list[int] = []
-    basis = np.zeros((0, left.shape[1]))
-    rest = residual.copy()
-    work = left.copy()
-    total, out = 0.0, []
+    gain = np.where(told, (left @ residual) ** 2 / np.maximum(information, 1e-300), 0.0)
+    out = [Tried((found[j],), float(gain[j]), 1.0) for j in np.flatnonzero(told)]
+    chosen, total, rest, work = [], 0.0, residual.copy(), left.copy()
     for _ in range(most):
-        information = np.einsum("ij,ij->i", work, work)
-        floor = np.maximum(np.einsum("ij,ij->i", left, left), 1e-300)
-        usable = usable & (information > 0.02 * floor)
-        statistic = np.where(usable, (work @ rest) ** 2 / np.maximum(information, 1e-300), 0.0)
-        j = int(np.argmax(statistic))
-        total += statistic[j]
-        chosen.append(j)
-        unit = work[j] / np.sqrt(max(information[j], 1e-300))
+        size = np.einsum("ij,ij->i", work, work)
+        open_ = told & (size > 0.02 * np.maximum(information, 1e-300))
+        gain = np.where(open_, (work @ rest) ** 2 / np.maximum(size, 1e-300), 0.0)
+        j = int(np.argmax(gain))
+        if gain[j] <= 0.0:
+            break
+        total += float(gain[j])
+        chosen.append(found[j])
+        unit = work[j] / np.sqrt(size[j])
         work = work - np.outer(work @ unit, unit)
         rest = rest - (rest @ unit) * unit
-        basis = np.vstack([basis, unit])
         if len(chosen) > 1:
-            log_p = log_tail(total, len(chosen)) + len(chosen) * np.log(tests)
-            out.append((log_p, tuple(found[k] for k in chosen)))
+            out.append(Tried(tuple(chosen), total, 1.0))
     return out
 
 
-def _screen_pulses(search: Search, s: Setting, projector: Projector) -> list[tuple[float, tuple[Feature, ...]]]:
+def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> list[Tried]:
     """The best force that acts for one to eight windows of one record, on each axis."""
-    est, out = search.est, []
-    axes = range(est.n_forces)
-    for axis in axes:
-        windows = unknown.pulses(est, axis)
-        columns = est.responses(s, [axis] * len(windows), [w[2] for w in windows])
-        left = projector.project(columns)
-        gradient, cross = -left @ projector.residual, left @ left.T
-        tests = len(windows) * 4.0 * len(axes)
-        best = (0.0, None)
-        for i in range(len(est.data)):
-            own = [j for j, w in enumerate(windows) if w[0] == i]
+    gradient, cross = -left @ residual, left @ left.T
+    out = []
+    for axis in range(est.n_forces):
+        best: tuple[float, list[int]] = (0.0, [])
+        for i in range(len(est.data) + 1):  # the last: all records at the same time
+            own = [j for j, (a, w) in enumerate(windows) if a == axis and w[0] == i]
             for a in range(len(own)):
                 for b in range(a + 1, min(a + 9, len(own) + 1)):
-                    pick = own[a:b]
-                    information = cross[np.ix_(pick, pick)].sum()
+                    information = cross[np.ix_(own[a:b], own[a:b])].sum()
                     if information > 0.0:
-                        best = max(best, (float(gradient[pick].sum() ** 2 / information), pick), key=lambda z: z[0])
-        if best[1] is not None:
-            arrays = tuple(sum(windows[j][2][r] for j in best[1]) for r in range(len(est.data)))
-            out.append((log_tail(best[0], 1) + np.log(tests), (Feature("pulse", axis, arrays, "pulse"),)))
+                        best = max(
+                            best, (float(gradient[own[a:b]].sum() ** 2 / information), own[a:b]), key=lambda z: z[0]
+                        )
+        if best[1]:
+            arrays = tuple(np.sum([windows[j][1][2][r] for j in best[1]], axis=0) for r in range(len(est.data)))
+            tests = 3.0 * len(windows)
+            record = windows[best[1][0]][1][0]
+            place = est.data[record].name if record < len(est.data) else "every record"
+            out.append(
+                Tried(
+                    (Feature(f"pulse in {place}", axis, arrays, "pulse"),),
+                    best[0],
+                    tests,
+                )
+            )
     return out
 
 
 def best_unknown(search: Search, before: float, threshold: float) -> Candidate | None:
     """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p)."""
-    ranked, tests = screen_features(search, search.setting, search.now)
-    chosen = [fs for log_p, fs in ranked if log_p < np.log(0.1)][:3]
-    if search.setting.noise[6 : 6 + search.est.n_forces].any():
-        bare = quiet_noise(search)
-        now = search.est.evaluate(bare)
-        if now.log_likelihood > -1e299 and np.abs(now.e).max() < 1e3:
-            extra, _ = screen_features(search, bare, now)
-            names = {tuple(f.name for f in fs) for fs in chosen}
-            chosen += [fs for log_p, fs in extra[:5] if log_p < -20.0 and tuple(f.name for f in fs) not in names]
-    found = [refit_features(search, fs, before, tests if fs[0].family != "pulse" else 400.0) for fs in chosen]
+    gain = 2.0 * (before - gust_like(search))
+    if log_tail(gain, 2) < threshold:
+        found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, search.setting, search.now, True)]
+    else:
+        found = []
+    before -= 0.5 * gain
+    chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
+    found += [refit_features(search, t.features, before, t.tests) for t in chosen]
     passed = [c for c in found if c.log_p < threshold]
     return min(passed, key=lambda c: c.log_p) if passed else None
 
@@ -449,7 +529,7 @@ def select(search: Search, most: int) -> None:
         candidates.sort(key=lambda c: c.log_p)
         if step == 0:
             search.first_candidates = candidates
-            search.rival = best_unknown(search, before, np.log(search.alpha * 0.1))
+            search.rival = best_unknown(search, before, np.log(search.alpha * SHARE_UNKNOWN))
         passed = [c for c in candidates if c.log_p < threshold]
         if not passed:
             return

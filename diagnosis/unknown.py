@@ -157,7 +157,8 @@ def _channel_shapes(est: Estimator, now: Innovations, c: int) -> dict[str, list[
 
 
 def pulses(est: Estimator, axis: int) -> list[tuple[int, int, tuple[np.ndarray, ...]]]:
-    """Unit forces on `axis` over each window of each record: (record, window, series)."""
+    """Unit forces on `axis` over each window of each record, and of all at the same time (record = their number):
+    (record, window, series)."""
     found = []
     for i, d in enumerate(est.data):
         edges = np.linspace(0.0, d.time[-1] + 1e-9, WINDOWS + 1)
@@ -165,6 +166,11 @@ def pulses(est: Estimator, axis: int) -> list[tuple[int, int, tuple[np.ndarray, 
             arrays = [np.zeros(other.time.size) for other in est.data]
             arrays[i][(d.time >= edges[w]) & (d.time < edges[w + 1])] = 1.0
             found.append((i, w, tuple(arrays)))
+    longest = max(d.time[-1] for d in est.data)
+    edges = np.linspace(0.0, longest + 1e-9, WINDOWS + 1)
+    for w in range(WINDOWS):
+        arrays = tuple(((d.time >= edges[w]) & (d.time < edges[w + 1])).astype(float) for d in est.data)
+        found.append((len(est.data), w, arrays))
     return found
 
 
