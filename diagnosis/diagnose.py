@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..methods.innovations._filter import OUTER
 from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from ..models.errors import BadInput
 from . import gain as gains
@@ -102,7 +103,9 @@ def diagnose(
         left = None
     final = search.setting
     if search.nuisance:
-        final = gains.fitted_to_simulate(est, final, search.parameters)
+        sensors = {est.index[name] for name in OUTER if name.startswith(("scale_", "bias_", "delay_", "misalignment"))}
+        moved = [p for p in search.parameters if not {index for index, _ in p.slots} & sensors]
+        final = gains.fitted_to_simulate(est, final, moved)
     findings = [*_flag_findings(flags), *_spike_findings(est), *_findings(search, rng)]
     extended = extended_model(est, final, [a.cause for a in search.accepted], flags)
     measured = _gain(search, final, others, rng)

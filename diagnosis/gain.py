@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..methods.innovations.estimator import SYMBOLS, Estimator, Parameter, Setting
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 from .causes import Variant
 from .result import Gain, Trace
 
@@ -47,29 +47,50 @@ def adapted(held: Estimator, s: Setting, variant: Variant, share: float = FIRST_
     return replace(found, noise=s.noise)
 
 
-def fitted_to_simulate(est: Estimator, s: Setting, parameters: Sequence[Parameter], most: int = 20) -> Setting:
+def fitted_to_simulate(est: Estimator, s: Setting, parameters: Sequence[Parameter], most: int = 25) -> Setting:
     """Parameters that simulate the training records best (output error), from where the innovations put them.
 
-    Channels are weighed by their residuals; heading and positions, which integrate every error, count only where no
-    yaw rate is measured.
+    Levenberg-Marquardt on the sum of N log(rms) over channels; heading and positions, which integrate every error,
+    count only where no yaw rate is measured.
     """
     sim = est.simulating(START_S * est.clock)
-    ruled = [0, 4, 5] if est.channels[1] else []
-    noise = s.noise.copy()
-    best = s
-    for _ in range(most):
-        now = sim.evaluate(replace(best, noise=noise))
-        used = np.maximum((now.e != 0.0).sum(axis=0), 1)
-        rms = noise[:6] * np.sqrt((now.e**2).sum(axis=0) / used)
-        noise[:6] = np.where(rms > 0.0, np.maximum(rms, s.noise[:6]), noise[:6])
-        noise[ruled] = 1e6
-        trial = replace(best, noise=noise)
-        now = sim.evaluate(trial)
-        found, later = sim.gauss_newton(trial, now, parameters)
-        best = replace(found, noise=s.noise)
-        if later.log_likelihood - now.log_likelihood < 0.5:
+    counted = sim.channels.copy()
+    counted[[0, 4, 5]] &= not sim.channels[1]
+    damping = 1e-3
+    now = sim.evaluate(s)
+    cost, rms = _simulation_cost(now, s, counted)
+    for _ in range(most if len(parameters) < 12 else 8):
+        weight = np.where(counted, s.noise[:6] / np.maximum(rms, s.noise[:6]), 0.0)
+        rows = (sim.column(s, now, parameters).reshape(len(parameters), -1, 6) * weight).reshape(len(parameters), -1)
+        target = (now.e * weight).ravel()
+        scale = np.linalg.norm(rows, axis=1) + 1e-300
+        fisher, gradient = (rows / scale[:, None]) @ (rows / scale[:, None]).T, -(rows @ target) / scale
+        for _ in range(8):
+            step = np.linalg.solve(fisher + damping * np.eye(len(parameters)), gradient) / scale
+            trial = s
+            for p, change in zip(parameters, step, strict=True):
+                trial = sim.at(trial, p, sim.value(trial, p) + change)
+            found = sim.evaluate(trial)
+            lower, spread = _simulation_cost(found, trial, counted)
+            if lower < cost:
+                break
+            damping *= 6.0
+        else:
             break
-    return best
+        gained, s, now, cost, rms = cost - lower, trial, found, lower, spread
+        damping = max(0.2 * damping, 1e-9)
+        if gained < 0.1:
+            break
+    return s
+
+
+def _simulation_cost(now: Innovations, s: Setting, counted: np.ndarray) -> tuple[float, np.ndarray]:
+    """Sum of N log(rms) over the channels that count, and the rms (6,) of each."""
+    used = (now.e != 0.0).sum(axis=0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        rms = s.noise[:6] * np.sqrt((now.e**2).sum(axis=0) / np.maximum(used, 1))
+        cost = float(np.sum(used[counted] * np.log(np.maximum(rms[counted], s.noise[:6][counted]))))
+    return (cost if np.isfinite(cost) else np.inf), rms
 
 
 def free_runs(held: Estimator, s: Setting) -> list[np.ndarray]:
