@@ -1,4 +1,4 @@
-# make bench | test | reproduce | timing | lint | types | format | env | clean
+# make bench | test | reproduce | diagnosis-reports | timing | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -16,7 +16,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench reproduce test lint types format timing clean
+.PHONY: help env bench reproduce diagnosis-reports test lint types format timing clean
 .DELETE_ON_ERROR:
 
 help:
@@ -24,6 +24,7 @@ help:
 	@echo "make test     install, lint, check types, run the tests"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
 	@echo "make timing   time simulation, fits, a suite row and record files; store the figures in $(TIMES)"
+	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
 
 env: $(STAMP)
@@ -70,6 +71,9 @@ format: env
 timing: env
 	@mkdir -p $(dir $(TIMES))
 	$(BIN)/pytest tests/timing --benchmark-json=$(TIMES)
+
+diagnosis-reports: env
+	$(BIN)/python -m helmbench.bench.diagnosis_reports reports/diagnosis
 
 clean:
 	rm -rf .venv build dist out *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks

@@ -9,6 +9,7 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from .store import Store
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-KINDS = ("models", "vessels", "manoeuvres", "methods", "suites")
+KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "suites")
 SIDES = click.Choice(["port", "starboard"])
 TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
 
@@ -90,6 +91,12 @@ class Identify(Greedy):
     """`identify RECORD... --validate RECORD...`"""
 
     greedy = ("--validate",)
+
+
+class Diagnose(Greedy):
+    """`diagnose --train RECORD... --held-out RECORD...`"""
+
+    greedy = ("--train", "--held-out")
 
 
 def _tuning_options(function: Callable) -> Callable:
@@ -212,11 +219,67 @@ def identify(
     return OK
 
 
+@cli.command(cls=Diagnose)
+@click.option("--model", required=True, help="Vessel id, family id or model.json.")
+@click.option(
+    "--train", multiple=True, required=True, metavar="RECORD...", type=click.Path(path_type=Path), help="Records."
+)
+@click.option(
+    "--held-out", multiple=True, metavar="RECORD...", type=click.Path(path_type=Path), help="Records for the gain."
+)
+@click.option(
+    "--base-parameters",
+    type=click.Choice(["file", "identify"]),
+    help="Take the model's coefficients as known, or identify them along.  [default: file where it has any]",
+)
+@click.option("--coefficient-sd", default=0.0, show_default=True, help="Relative uncertainty of known coefficients.")
+@click.option("--channels", help="Use these only: heading,yaw_rate,surge,sway,north,east.  [default: all there are]")
+@click.option("--max-effects", type=click.IntRange(min=1), default=3, show_default=True, help="Most causes to name.")
+@click.option("--alpha", default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="directory of the results")
+@_output_options
+def diagnose(
+    model: str,
+    train: tuple[Path, ...],
+    held_out: tuple[Path, ...],
+    base_parameters: str | None,
+    coefficient_sd: float,
+    channels: str | None,
+    max_effects: int,
+    alpha: float,
+    seed: int,
+    positive_rudder: str | None,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Show what a simulation gets wrong about records, name the cause, extend the model, measure the gain.
+
+    Writes diagnosis.json, diagnosis.html and extended_model.json.
+    """
+    from ..diagnosis.diagnose import Options
+    from .diagnose import channel_columns, check_target, diagnose_files, write_diagnosis
+    from .diagnosis_text import terminal
+
+    check_target(output)
+    options = Options(base_parameters, coefficient_sd, channel_columns(channels), max_effects, alpha, seed)
+    found = diagnose_files(model, train, held_out, options, positive_rudder)
+    paths = write_diagnosis(found, output)
+    if as_json:
+        _print_json(found.to_json())
+    elif not quiet:
+        click.echo(terminal(found))
+        click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+
+
 @cli.command()
-@click.option("--suite", "suite", help="quick, default, measured, or the path of a suite file.  [default: quick]")
+@click.option("--suite", "suite", help="quick, default, measured, diagnosis, or a suite file.  [default: quick]")
 @click.option("--method", "methods", multiple=True, help="Only these methods (repeatable); also path.py:Class.")
 @click.option("--vessel", "vessels", multiple=True, help="Only these vessels (repeatable).")
-@click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds; default: the suite's.")
+@click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds or rounds; default: the suite's.")
+@click.option("--seed", type=click.IntRange(min=0), help="What diagnosis cases are drawn from; default: drawn anew.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
 @_tuning_options
@@ -228,6 +291,7 @@ def run(
     methods: tuple[str, ...],
     vessels: tuple[str, ...],
     seeds: int | None,
+    seed: int | None,
     jobs: int | None,
     scheduler: str | None,
     tuner: str | None,
@@ -242,11 +306,13 @@ def run(
     from .runner import Selection
 
     methods = with_tuner(methods, tuner, storage)
-    given = Selection(suite or "quick", methods, vessels, seeds)
+    given = Selection(suite or "quick", methods, vessels, seeds, seed)
     resume = resume and _started(output)
-    if resume and (suite, methods, vessels, seeds) == (None, (), (), None):
-        given = _stored_selection(output)
-    store = _execute(output, given, resume, jobs, scheduler, show=not (quiet or as_json) and sys.stderr.isatty())
+    if resume:
+        stored = _stored_selection(output)
+        asked = (suite, methods, vessels, seeds) != (None, (), (), None)
+        given = replace(given if asked else stored, seed=stored.seed if seed is None else seed)
+    store = _execute(output, given, resume, jobs, scheduler, quiet or as_json)
     return _summarise(store, as_json, quiet)
 
 
@@ -255,8 +321,8 @@ def run(
 @click.option("--timing", type=click.Path(path_type=Path), help="Benchmark JSON to show; default: DIR/timing.json.")
 @_output_options
 def report(directory: Path, timing: Path | None, as_json: bool, quiet: bool) -> None:
-    """Write leaderboard.md, .csv and .html from stored results, without refitting."""
-    from .report import write_report
+    """Write the report of a run (Markdown, CSV and HTML) from stored results, without refitting."""
+    from .kinds import write_report
 
     written = write_report(directory, timing)
     if as_json:
@@ -324,6 +390,14 @@ def _catalogue(kind: str) -> dict[str, str]:
 
         families = {f"{prefix}:NAME": title for prefix, (_, _, title) in FAMILIES.items()}
         return {name: cls.title for name, cls in methods().items()} | families
+    if kind == "causes":
+        from ..diagnosis.causes import CAUSES
+
+        return {name: " ".join(entry.physics.split()) for name, entry in CAUSES.items()}
+    if kind == "diagnosers":
+        from ..diagnosis.registry import diagnosers
+
+        return {name: cls.title for name, cls in diagnosers().items()}
     from .suites import load_suite, suite_names
 
     return {name: load_suite(name).title for name in suite_names()}
@@ -351,16 +425,17 @@ def _stored_selection(output: Path) -> Selection:
 
     stored = read_manifest(output).get("selection", {})
     lists = {name: tuple(stored.get(name) or ()) for name in ("methods", "vessels")}
-    return Selection(suite=stored.get("suite", "quick"), seeds=stored.get("seeds"), **lists)
+    return Selection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
 
 
 def _execute(
-    output: Path, selection: Selection, resume: bool, jobs: int | None, scheduler: str | None, show: bool
+    output: Path, selection: Selection, resume: bool, jobs: int | None, scheduler: str | None, quiet: bool
 ) -> Store:
     """Run what is not stored yet; whatever is wrong with the input is found before anything is written."""
     from tqdm import tqdm
 
     from . import runner
+    from .kinds import runner_of
     from .pool import cluster, processes
     from .store import check_vacant
     from .suites import load_suite
@@ -368,17 +443,22 @@ def _execute(
     if not resume:
         check_vacant(output)
     suite = load_suite(selection.suite)
-    specs = runner.plan(suite, selection)
+    kind = runner_of(suite.kind)
+    selection = kind.settled(suite, selection)
+    specs = kind.plan(suite, selection)
+    if selection.seed is not None and not quiet:
+        click.echo(f"seed {selection.seed} (--seed {selection.seed} draws the same cases)", err=True)
     if not scheduler:
-        runner.check_measured(specs)
+        kind.check(specs)
     with cluster(scheduler) if scheduler else processes(jobs) as pool:
         opened = runner.resume_store(output, suite, specs) if resume else None
-        with opened or runner.open_store(output, suite, selection, specs) as store:
+        with opened or runner.open_store(output, suite, selection, specs, kind.facts(suite, specs)) as store:
             todo = [spec for spec in specs if spec.key not in store.finished]
             if not scheduler:
-                runner.warm(todo)
-            with tqdm(total=len(specs), initial=len(specs) - len(todo), unit="run", disable=not show) as bar:
-                runner.run(todo, store, pool, lambda _: bar.update())
+                kind.warm(todo)
+            shown = not quiet and sys.stderr.isatty()
+            with tqdm(total=len(specs), initial=len(specs) - len(todo), unit="run", disable=not shown) as bar:
+                runner.run(todo, store, pool, lambda _: bar.update(), kind.execute)
     return store
 
 
@@ -413,26 +493,27 @@ def _reproduce(
 
 def _summarise(store: Store, as_json: bool, quiet: bool) -> int:
     """Say how the runs ended; status 1 if some failed."""
+    from .kinds import runner_of
+    from .store import IDENTIFICATION
+
+    kind = runner_of(store.manifest.get("kind", IDENTIFICATION))
     rows = [run["row"] for run in store.runs]
     counts = {status: sum(row["status"] == status for row in rows) for status in ("ok", "failed", "not_applicable")}
     failures = [row for row in rows if row["status"] == "failed"]
     if as_json:
-        keys = ("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed", "error")
-        listed = [{key: row[key] for key in keys} for row in failures]
+        listed = [{key: row[key] for key in (*kind.LISTED, "error")} for row in failures]
         where = {"directory": str(store.directory), "suite": store.manifest["suite"]}
-        _print_json({**where, "runs": len(rows), **counts, "failures": listed})
+        drawn = {
+            name: value for name, value in store.manifest["selection"].items() if name == "seed" and value is not None
+        }
+        _print_json({**where, **drawn, "runs": len(rows), **counts, "failures": listed})
     else:
-        for told, number in Counter(map(_failure, failures)).items():
+        for told, number in Counter(map(kind.describe, failures)).items():
             click.echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
         if not quiet:
             told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"
             click.echo(f"suite {store.manifest['suite']}: {len(rows)} runs, {told}; results in {store.directory}")
     return FAILED if failures else OK
-
-
-def _failure(row: dict[str, Any]) -> str:
-    variant = "" if row["variant"] == "corrected" else f" ({row['variant']})"
-    return f"{row['method']}{variant} on {row['vessel']} as {row['model']}, noise {row['noise']}: {row['error']}"
 
 
 def _print_identification(found: Identification, output: Path) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..datasets.instruments import corrected
 from ..datasets.io import read_record
 from ..models.errors import BadInput
 from ..models.model import CHANNELS, Model, resolve
@@ -123,8 +124,11 @@ def sign_doubt(record: Record) -> str | None:
 
 
 def _read(path: str | Path, positive_rudder: str | None, model: Model) -> Record:
-    """A record whose rudder has the model's sign; one that does not say its sign is taken to have the model's."""
-    return read_record(path, positive_rudder).turned(model.positive_rudder)
+    """A record whose rudder has the model's sign, freed of what the model knows of its instruments.
+
+    One that does not say its sign is taken to have the model's.
+    """
+    return corrected(read_record(path, positive_rudder).turned(model.positive_rudder), model.instruments)
 
 
 def _yaw_rate(record: Record) -> np.ndarray:

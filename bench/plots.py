@@ -42,6 +42,47 @@ def by_level(series: Mapping[str, Sequence[float | None]], levels: Sequence[str]
     return "\n".join([*parts, "</svg>"])
 
 
+def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]], title: str) -> str:
+    """A line per name through (x, rate, low, high) with bars, x > 0 on a logarithmic axis, rates 0 .. 1.
+
+    Returns an empty text where there are no points.
+    """
+    places = [point[0] for line in series.values() for point in line]
+    if not places:
+        return ""
+    first, last = math.floor(math.log10(min(places))), max(math.ceil(math.log10(max(places))), 1)
+    last = max(last, first + 1)
+
+    def x(place: float) -> float:
+        return LEFT + (WIDTH - LEFT - RIGHT) * (math.log10(place) - first) / (last - first)
+
+    def y(rate: float) -> float:
+        return HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * rate
+
+    parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(title)}">']
+    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
+        parts.append(f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y(share):.1f}" y2="{y(share):.1f}"/>')
+        label = f'<text class="tick" x="{LEFT - 6}" y="{y(share) + 4:.1f}" text-anchor="end">{100 * share:.0f} %</text>'
+        parts.append(label)
+    for exponent in range(first, last + 1):
+        label = (
+            f'<text class="tick" x="{x(10.0**exponent):.1f}" y="{HEIGHT - 12}" text-anchor="middle">1e{exponent}</text>'
+        )
+        parts.append(label)
+    for number, (name, line) in enumerate(series.items()):
+        colour = COLOURS[number % len(COLOURS)]
+        aside = 3.0 * number  # bars of several lines at one place stand side by side
+        bars = [(x(place) + aside, y(low), y(high)) for place, _, low, high in line]
+        parts += [
+            f'<line class="bar" stroke="{colour}" x1="{a:.1f}" x2="{a:.1f}" y1="{b:.1f}" y2="{c:.1f}"/>'
+            for a, b, c in bars
+        ]
+        parts += _line(
+            name, [(x(place) + aside, y(rate)) for place, rate, _, _ in line], colour, TOP + 12 + 16 * number
+        )
+    return "\n".join([*parts, "</svg>"])
+
+
 def _line(name: str, points: Sequence[tuple[float, float]], colour: str, legend: float) -> list[str]:
     path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     dots = [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{colour}"/>' for x, y in points]

@@ -88,9 +88,20 @@ def problem(task: Task) -> Problem:
     model = resolve(task.source).blanked()
     if task.measured:
         train = tuple(_kept(record, task) for record in _measured(task.vessel, task.train))
-        return Problem(model, train, _measured(task.vessel, task.held_out), Truth())
-    train = _records(task, task.train, task.noise, task.disturbance)
-    return Problem(model, train, _held_out(task.vessel, task.held_out), truth(task, model))
+        held_out, known = _measured(task.vessel, task.held_out), Truth()
+    else:
+        train = _records(task, task.train, task.noise, task.disturbance)
+        held_out, known = _held_out(task.vessel, task.held_out), truth(task, model)
+    return Problem(model, _corrected(train, model), _corrected(held_out, model), known)
+
+
+def _corrected(records: tuple[Record, ...], model: Model) -> tuple[Record, ...]:
+    """Records in the model's rudder sign, freed of what it knows of its instruments."""
+    from ..datasets.instruments import corrected
+
+    if not model.instruments:
+        return records
+    return tuple(corrected(record.turned(model.positive_rudder), model.instruments) for record in records)
 
 
 def truth(task: Task, model: Model) -> Truth:

@@ -114,7 +114,7 @@ def markdown(
     tail = [failure_table(board.failures), timing_table(timings)]
     for table in [overall_table(board), choice_table(board), *matrices(board), *details, *tail]:
         if table.rows:
-            parts += [f"## {table.title}", *([table.note] if table.note else []), _markdown_table(table)]
+            parts += [f"## {table.title}", *([table.note] if table.note else []), markdown_table(table)]
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with(manifest)]) + "\n"
 
 
@@ -204,7 +204,7 @@ def _matrix(board: leaderboard.Leaderboard, factor: str, name: str, title: str) 
         if not all(_missing(value) for value, *_ in found.values()):
             rows.append({"method": method} | found)
     columns = [Column("method", lambda row: row["method"]), *(_compared(level) for level in levels)]
-    return _least_marked(_rows(title, "", columns, rows))
+    return _least_marked(rows_table(title, "", columns, rows))
 
 
 def _compared(level: str) -> Column:
@@ -246,7 +246,7 @@ def choice_table(board: leaderboard.Leaderboard) -> Table:
         f"The three with the best mean rank, with their median errors; and the fastest with a prediction error below "
         f"{NEAR:g} times the least. Only methods that were compared in every cell there."
     )
-    return _rows("Which method", note, columns, rows)
+    return rows_table("Which method", note, columns, rows)
 
 
 CHOICES = {
@@ -282,7 +282,7 @@ def _detail_table(vessel: str, rows: Sequence[Mapping[str, Any]]) -> Table:
     told = {title: texts.pop() for title, texts in shared.items() if len(texts) == 1}
     note = ", ".join(f"{title} {text}" for title, text in told.items())
     columns = [column for column in DETAIL if column.title not in told]
-    return _rows(f"All cells of {vessel}", f"All with {note}." if note else "", columns, rows)
+    return rows_table(f"All cells of {vessel}", f"All with {note}." if note else "", columns, rows)
 
 
 def failure_table(failures: Frame) -> Table:
@@ -298,7 +298,7 @@ def timing_table(timings: Sequence[dict]) -> Table:
         Column("quartiles", lambda row: f"{seconds(row['q1'])} .. {seconds(row['q3'])}", lambda row: row["q3"]),
         Column("rounds", lambda row: str(row["rounds"]), lambda row: row["rounds"]),
     )
-    return _rows("Timings", "Wall time; measured apart from this run.", columns, timings)
+    return rows_table("Timings", "Wall time; measured apart from this run.", columns, timings)
 
 
 def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
@@ -470,10 +470,10 @@ FAILURE = (
 
 
 def _table(title: str, note: str, columns: Sequence[Column], frame: Frame) -> Table:
-    return _rows(title, note, columns, frame.to_dict("records"))
+    return rows_table(title, note, columns, frame.to_dict("records"))
 
 
-def _rows(title: str, note: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> Table:
+def rows_table(title: str, note: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> Table:
     """The table without columns that are empty throughout, such as efficiency from a single seed."""
     texts = [[column.text(row) for column in columns] for row in rows]
     keep = [i for i in range(len(columns)) if any(text[i] not in (NOTHING, "") for text in texts)]
@@ -489,7 +489,8 @@ def _key(column: Column, row: Mapping[str, Any], text: str) -> Any:
     return "" if _missing(value) else "1e999" if value == math.inf else value
 
 
-def _markdown_table(table: Table) -> str:
+def markdown_table(table: Table) -> str:
+    """A table as Markdown, columns aligned, the best of a column set off."""
     body = [
         [f"**{text}**" if (i, j) in table.best else text for j, text in enumerate(row)]
         for i, row in enumerate(table.rows)

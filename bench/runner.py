@@ -8,13 +8,13 @@ import sys
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ..models.errors import BadInput
 from ..models.model import list_vessels, resolve
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from .pool import Pool
 
 WARM_SAMPLES = 60
+LISTED = ("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed")
+"""Columns by which a failure is told."""
 _WARMED: set[tuple[str, str]] = set()
 
 
@@ -68,17 +70,28 @@ class RunSpec:
         }
 
 
+class Spec(Protocol):
+    """What a kind of suite plans: it can be told apart, named in a row, and sent to a worker."""
+
+    @property
+    def key(self) -> str: ...
+
+    def row_key(self) -> dict[str, Any]: ...
+
+
 @dataclass(frozen=True)
 class Selection:
     """What of a suite is run; empty and None mean what the suite says.
 
     `methods` not named by an open entry are added to it; `vessels` also selects measured sets by their names.
+    `seed` is what a suite that draws its cases starts from.
     """
 
     suite: str = "quick"
     methods: tuple[str, ...] = ()
     vessels: tuple[str, ...] = ()
     seeds: int | None = None
+    seed: int | None = None
 
 
 def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
@@ -100,13 +113,19 @@ def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
 
 
 def run(
-    specs: Sequence[RunSpec], store: Store, pool: Pool, watch: Callable[[dict[str, Any]], object] | None = None
+    specs: Sequence[Spec],
+    store: Store,
+    pool: Pool,
+    watch: Callable[[dict[str, Any]], object] | None = None,
+    work: Callable[[Any], dict[str, Any]] | None = None,
 ) -> None:
     """Execute what `store` does not hold yet, keep each run as it ends, then write the tables.
 
-    `watch` is called with every finished run.  The caller warms the kernels first (`warm`).
+    `watch` is called with every finished run; `work` is `execute` of the suite's kind (default: the one here).
+    The caller warms the kernels first (`warm`).
     """
-    for spec, future in pool.outcomes(execute, [spec for spec in specs if spec.key not in store.finished]):
+    todo: list[Any] = [spec for spec in specs if spec.key not in store.finished]
+    for spec, future in pool.outcomes(work or execute, todo):
         error = future.exception()
         finished = future.result() if error is None else lost(spec, error)
         store.append(finished)
@@ -115,7 +134,14 @@ def run(
     store.write_tables()
 
 
-def check_measured(specs: Iterable[RunSpec]) -> None:
+def settled(suite: Suite, selection: Selection) -> Selection:
+    """The selection as it is: nothing is drawn anew.  Raises `BadInput` where a seed is asked for."""
+    if selection.seed is not None:
+        raise BadInput("--seed is for suites that draw their cases", hint=f"suite {suite.name} has fixed seeds")
+    return selection
+
+
+def check(specs: Iterable[RunSpec]) -> None:
     """Raise `BadInput` where a measured record that the runs need is missing on this machine."""
     from ..datasets.measured import load
 
@@ -124,9 +150,20 @@ def check_measured(specs: Iterable[RunSpec]) -> None:
         load(name, stem)
 
 
-def open_store(directory: str | Path, suite: Suite, selection: Selection, specs: Sequence[RunSpec]) -> Store:
-    """A new store for these runs, described by its manifest."""
-    seeds = sorted({spec.task.seed for spec in specs})
+def facts(suite: Suite, specs: Sequence[RunSpec]) -> dict[str, Any]:
+    """What the manifest tells beside what every suite does."""
+    return {"seeds": sorted({spec.task.seed for spec in specs}), "held_out_seed": HELD_OUT_SEED}
+
+
+def open_store(
+    directory: str | Path,
+    suite: Suite,
+    selection: Selection,
+    specs: Sequence[Any],
+    told: Mapping[str, Any] | None = None,
+) -> Store:
+    """A new store for these runs, described by its manifest; `told` are the `facts` of the suite's kind
+    (default: those of the one here)."""
     manifest = {
         "suite": suite.name,
         "title": suite.title,
@@ -135,15 +172,14 @@ def open_store(directory: str | Path, suite: Suite, selection: Selection, specs:
         "selection": asdict(selection),
         "planned": len(specs),
         "plan_digest": plan_digest(specs),
-        "seeds": seeds,
-        "held_out_seed": HELD_OUT_SEED,
+        **(facts(suite, specs) if told is None else told),
         "threads_per_worker": 1,
         **environment(),
     }
     return Store.create(directory, manifest)
 
 
-def resume_store(directory: str | Path, suite: Suite, specs: Sequence[RunSpec]) -> Store:
+def resume_store(directory: str | Path, suite: Suite, specs: Sequence[Spec]) -> Store:
     """The store of a started run, refused where it was made from another suite, selection or version."""
     store = Store.resume(directory)
     expected = {
@@ -169,7 +205,7 @@ def code_version() -> str:
     return f"{environment()['packages']['helmbench']}+{_source_digest()}"
 
 
-def plan_digest(specs: Iterable[RunSpec]) -> str:
+def plan_digest(specs: Iterable[Spec]) -> str:
     """Digest of the set of runs."""
     return hashlib.sha256("".join(sorted(spec.key for spec in specs)).encode()).hexdigest()[:16]
 
@@ -179,13 +215,18 @@ def execute(spec: RunSpec) -> dict[str, Any]:
 
     Whatever goes wrong inside becomes the row's status and error.
     """
+    return guarded(spec, lambda row: _fit_and_score(spec, row))
+
+
+def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) -> dict[str, Any]:
+    """The finished run of a spec whose `work` fills in its row and returns its further rows."""
     from ..methods.base import CannotFit, FitFailed
 
     row: dict[str, Any] = spec.row_key() | {"status": "failed", "error": None}
     parameters: list[dict[str, Any]] = []
     with quiet():
         try:
-            parameters = _fit_and_score(spec, row)
+            parameters = work(row)
             row["status"] = "ok"
         except CannotFit as reason:
             row |= {"status": "not_applicable", "error": one_line(reason)}
@@ -196,7 +237,13 @@ def execute(spec: RunSpec) -> dict[str, Any]:
     return {"key": spec.key, "row": row, "parameters": parameters}
 
 
-def lost(spec: RunSpec, error: BaseException) -> dict[str, Any]:
+def describe(row: Mapping[str, Any]) -> str:
+    """A failed run in words."""
+    variant = "" if row["variant"] == "corrected" else f" ({row['variant']})"
+    return f"{row['method']}{variant} on {row['vessel']} as {row['model']}, noise {row['noise']}: {row['error']}"
+
+
+def lost(spec: Spec, error: BaseException) -> dict[str, Any]:
     """The finished run of a task whose worker gave nothing back."""
     reason = one_line(f"worker process died ({type(error).__name__}: {error})")
     return {"key": spec.key, "row": spec.row_key() | {"status": "failed", "error": reason}, "parameters": []}
@@ -322,18 +369,25 @@ def _fit_and_score(spec: RunSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
     _warm_fit(spec, task)
     row["n_samples"] = task.n_samples
     method = make(spec.maker)
-    peak = reset_peak_memory()
-    wall, cpu = time.perf_counter(), time.process_time()
-    try:
+    with measured_cost(row):
         estimate = method.fit(list(task.train), task.model)
-    finally:
-        row |= {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
-        row["peak_memory_mib"] = peak()
     parameters = parameter_rows(task.model, task.truth, estimate)
     row |= parameter_scores(parameters) | prediction_scores(estimate.model, task.held_out, estimate.predictor)
     if not estimate.converged:
         row["error"] = one_line(f"not converged: {estimate.message or 'no reason given'}")
     return parameters
+
+
+@contextmanager
+def measured_cost(row: dict[str, Any]) -> Iterator[None]:
+    """Wall time, CPU time and peak memory of what is done inside, entered in the row however it ends."""
+    peak = reset_peak_memory()
+    wall, cpu = time.perf_counter(), time.process_time()
+    try:
+        yield
+    finally:
+        row |= {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
+        row["peak_memory_mib"] = peak()
 
 
 def reset_peak_memory() -> Callable[[], float | None]:
@@ -400,7 +454,7 @@ def quiet() -> Iterator[None]:
 def _source_digest() -> str:
     rooms = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256()
-    for folder in ("models", "datasets", "methods", "bench"):
+    for folder in ("models", "datasets", "methods", "diagnosis", "bench"):
         for path in sorted((rooms / folder).rglob("*")):
             if path.suffix in (".py", ".yaml"):
                 digest.update(path.relative_to(rooms).as_posix().encode() + b"\0" + path.read_bytes())

@@ -1,5 +1,7 @@
 """Results store: one JSON line per finished run while a suite runs, two Parquet tables when it is complete.
 
+Which tables and columns depends on the kind of suite (`SCHEMAS`).
+
 `runs.jsonl` is only ever appended to, one `write` per finished run, so that a killed process loses nothing that was
 finished; a torn last line is dropped when the store is opened again.  `environment.json` says what was run, with what.
 """
@@ -10,10 +12,12 @@ import json
 import math
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..models.errors import BadInput
+from .diagnosing import columns as diagnosing
 
 RUNS, MANIFEST, RESULTS, PARAMETERS = "runs.jsonl", "environment.json", "results.parquet", "parameters.parquet"
 TIMING = "timing.json"
@@ -70,6 +74,39 @@ MEASURED_COLUMNS = ("wall_s", "cpu_s", "peak_memory_mib")
 """The only columns in which two equal runs may differ."""
 
 
+@dataclass(frozen=True)
+class Schema:
+    """Two tables of one kind of suite: a row per run, and a long one with several rows per run.
+
+    Columns are name -> kind; rows are sorted by `keys`, those of the long table also by `long_keys`.
+    """
+
+    keys: tuple[str, ...]
+    wide_file: str
+    wide: Mapping[str, str]
+    long_file: str
+    long: Mapping[str, str]
+    long_keys: tuple[str, ...]
+
+
+IDENTIFICATION, DIAGNOSIS = "identification", "diagnosis"
+SCHEMAS = {
+    IDENTIFICATION: Schema(
+        tuple(KEYS), RESULTS, RESULT_COLUMNS, PARAMETERS, PARAMETER_COLUMNS, ("parameter",)
+    ),
+    DIAGNOSIS: Schema(
+        tuple(diagnosing.KEYS), diagnosing.CASES, diagnosing.CASE_COLUMNS, diagnosing.SIZES, diagnosing.SIZE_COLUMNS,
+        diagnosing.SIZE_KEYS,
+    ),
+}  # fmt: skip
+"""Kind of suite -> its tables."""
+
+
+def schema_of(manifest: Mapping[str, Any]) -> Schema:
+    """The tables of a run directory, by its manifest."""
+    return SCHEMAS[manifest.get("kind", IDENTIFICATION)]
+
+
 class Store:
     """The directory of one suite run, open for this process alone until it is closed.
 
@@ -105,7 +142,7 @@ class Store:
     @property
     def runs(self) -> list[dict[str, Any]]:
         """The stored runs in the order of their result rows."""
-        return sorted(self._runs.values(), key=lambda run: _order(run["row"], KEYS))
+        return sorted(self._runs.values(), key=lambda run: _order(run["row"], schema_of(self.manifest).keys))
 
     def append(self, run: Mapping[str, Any]) -> None:
         """Keep one finished run, `{"key", "row", "parameters"}`, at once."""
@@ -129,8 +166,8 @@ class Store:
         self.close()
 
     def write_tables(self) -> None:
-        """Write `results.parquet` and `parameters.parquet`, each by one atomic replacement."""
-        for name, (columns, rows) in tables(self._runs.values()).items():
+        """Write the Parquet tables, each by one atomic replacement."""
+        for name, (columns, rows) in tables(self._runs.values(), schema_of(self.manifest)).items():
             write_atomic(self.directory / name, _parquet(columns, rows))
 
 
@@ -152,7 +189,9 @@ def read_manifest(directory: Path) -> dict[str, Any]:
         raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing") from None
     except (ValueError, OSError) as error:
         raise BadInput(f"cannot be read ({error})", file=path) from None
-    if not isinstance(manifest, dict) or not {"suite", "version", "planned"} <= manifest.keys():
+    kinds = {None, *SCHEMAS}
+    known = isinstance(manifest, dict) and {"suite", "version", "planned"} <= manifest.keys()
+    if not known or manifest.get("kind") not in kinds:
         raise BadInput("is not the manifest of a benchmark run", file=path)
     return manifest
 
@@ -168,38 +207,41 @@ def read_runs(path: Path) -> tuple[list[dict[str, Any]], int]:
     return [_run(line, path, number) for number, line in enumerate(lines, start=1) if line.strip()], whole
 
 
-def tables(runs: Iterable[Mapping[str, Any]]) -> dict[str, tuple[dict[str, str], list[dict[str, Any]]]]:
+def tables(
+    runs: Iterable[Mapping[str, Any]], schema: Schema = SCHEMAS[IDENTIFICATION]
+) -> dict[str, tuple[Mapping[str, str], list[dict[str, Any]]]]:
     """Both tables as `file name -> (column kinds, sorted rows)`."""
     runs = list(runs)
-    results = [run["row"] for run in runs]
-    parameters = [run["row"] | row for run in runs for row in run["parameters"]]
+    wide = [run["row"] for run in runs]
+    long = [run["row"] | row for run in runs for row in run["parameters"]]
     return {
-        RESULTS: (RESULT_COLUMNS, _sorted(results, RESULT_COLUMNS, KEYS)),
-        PARAMETERS: (PARAMETER_COLUMNS, _sorted(parameters, PARAMETER_COLUMNS, (*KEYS, "parameter"))),
+        schema.wide_file: (schema.wide, _sorted(wide, schema.wide, schema.keys)),
+        schema.long_file: (schema.long, _sorted(long, schema.long, (*schema.keys, *schema.long_keys))),
     }
 
 
 def read_tables(directory: str | Path):
-    """Results and parameters of a run directory as two pandas frames, complete or not.
+    """The two tables of a run directory as pandas frames, complete or not.
 
     The Parquet tables are read where they exist, else the finished runs of `runs.jsonl`.
     """
     import pandas as pd
 
     directory = Path(directory)
-    if (directory / RESULTS).exists() and (directory / PARAMETERS).exists():
+    schema = schema_of(read_manifest(directory))
+    wide, long = directory / schema.wide_file, directory / schema.long_file
+    if wide.exists() and long.exists():
         try:
-            return pd.read_parquet(directory / RESULTS), pd.read_parquet(directory / PARAMETERS)
+            return pd.read_parquet(wide), pd.read_parquet(long)
         except (OSError, ValueError) as error:
-            raise BadInput(f"cannot be read ({error})", file=directory / RESULTS) from None
-    read_manifest(directory)
-    return frames(read_runs(directory / RUNS)[0])
+            raise BadInput(f"cannot be read ({error})", file=wide) from None
+    return frames(read_runs(directory / RUNS)[0], schema)
 
 
-def frames(runs: Iterable[Mapping[str, Any]]):
-    """Results and parameters of runs as two pandas frames with the columns and types of the stored tables."""
-    results, parameters = (_table(columns, rows).to_pandas() for columns, rows in tables(runs).values())
-    return results, parameters
+def frames(runs: Iterable[Mapping[str, Any]], schema: Schema = SCHEMAS[IDENTIFICATION]):
+    """Both tables of runs as two pandas frames with the columns and types of the stored tables."""
+    wide, long = (_table(columns, rows).to_pandas() for columns, rows in tables(runs, schema).values())
+    return wide, long
 
 
 def write_atomic(path: Path, data: bytes) -> None:

@@ -15,6 +15,17 @@ A suite is a YAML file with a `title` and a list of `entries`; every entry is a 
     thinning      whole numbers: every how many-th sample of the training records is kept (default 1)
     length        shares of the training records that are kept, from their start (default 1)
     seeds, duration_s, dt_s    a number of seeds, and settings of the training records
+
+A suite of `kind: diagnosis` hides effects in records and scores what diagnosers say.  It also has `seeds`, the number
+of rounds, `methods`, the diagnosers (`innovations`, `path.py:Class`, ...), and `compare`, those that take part in the
+first round only.  Its entries are dealt out, not multiplied: every round plants each text of `plant` `each` times,
+with the next vessel, strength and gusts of shuffled decks.
+
+    group         planted, null, anticipated, unforeseen or pair: how the answer is scored
+    plant         causes joined by +, `none`, or all `causes`, `anticipated` or `unforeseen` kinds
+    vessels       ids (default: those of the truth simulator); who cannot carry a cause is passed over
+    strength, gusts    decks, see `planting.case`; each: cases of each text a round (default 1)
+    oracle        true: the true causes are refitted as well, to compare the gain with (default false)
 """
 
 from __future__ import annotations
@@ -26,9 +37,11 @@ from pathlib import Path
 from typing import Any
 
 from ..models.errors import BadInput
+from .store import DIAGNOSIS, IDENTIFICATION
 
 FOLDER = Path(__file__).parent / "suites"
 GROUPS = ("all", "3dof", "response")
+HIDDEN_GROUPS = ("planted", "null", "anticipated", "unforeseen", "pair")
 
 
 @dataclass(frozen=True)
@@ -53,13 +66,37 @@ class Entry:
 
 
 @dataclass(frozen=True)
+class HiddenEntry:
+    """Cases of a diagnosis suite; the module docstring says what each field means."""
+
+    group: str = "planted"
+    plant: tuple[str, ...] = ("causes",)
+    vessels: tuple[str, ...] = ()
+    strength: tuple[str, ...] = ("medium",)
+    gusts: tuple[str, ...] = ("none",)
+    each: int = 1
+    oracle: bool = False
+
+
+ENTRIES = {IDENTIFICATION: Entry, DIAGNOSIS: HiddenEntry}
+
+
+@dataclass(frozen=True)
 class Suite:
-    """A named list of entries; `digest` changes with the file's content."""
+    """A named list of entries; `digest` changes with the file's content.
+
+    `kind` says what the entries are: `Entry` (identification) or `HiddenEntry` (diagnosis), and only for the latter
+    have `seeds`, `methods` and `compare` a meaning here.
+    """
 
     name: str
     title: str
     digest: str
-    entries: tuple[Entry, ...] = field(repr=False)
+    entries: tuple[Any, ...] = field(repr=False)
+    kind: str = IDENTIFICATION
+    seeds: int = 1
+    methods: tuple[str, ...] = ()
+    compare: tuple[str, ...] = ()
 
 
 def suite_names() -> list[str]:
@@ -81,9 +118,17 @@ def load_suite(name: str) -> Suite:
     entries = content.get("entries")
     if not isinstance(entries, list) or not entries:
         raise BadInput("has no list of entries", file=path)
+    kind = content.get("kind", IDENTIFICATION)
+    if kind not in ENTRIES:
+        raise BadInput(f"unknown kind {kind!r}", file=path, hint=f"known: {', '.join(ENTRIES)}")
+    facts = {}
+    if kind == DIAGNOSIS:
+        facts["seeds"] = _count(content.get("seeds", 1), f"{path}: seeds")
+        facts["methods"] = _texts(content.get("methods"), f"{path}: methods")
+        facts["compare"] = _texts(content["compare"], f"{path}: compare") if "compare" in content else ()
     digest = hashlib.sha256(text).hexdigest()[:16]
-    rows = tuple(_entry(entry, path, number) for number, entry in enumerate(entries, start=1))
-    return Suite(path.stem, str(content.get("title", path.stem)), digest, rows)
+    rows = tuple(_entry(ENTRIES[kind], entry, path, number) for number, entry in enumerate(entries, start=1))
+    return Suite(path.stem, str(content.get("title", path.stem)), digest, rows, kind, **facts)
 
 
 def _parse(text: bytes, path: Path) -> dict[str, Any]:
@@ -98,12 +143,12 @@ def _parse(text: bytes, path: Path) -> dict[str, Any]:
     return content
 
 
-def _entry(raw: Any, path: Path, number: int) -> Entry:
+def _entry(cls: type[Entry] | type[HiddenEntry], raw: Any, path: Path, number: int) -> Entry | HiddenEntry:
     """One validated entry; every complaint names the file and the entry."""
     where = f"{path}: entry {number}"
     if not isinstance(raw, dict):
         raise BadInput("is not a mapping", file=where)
-    known = [entry.name for entry in fields(Entry)]
+    known = [entry.name for entry in fields(cls)]
     unknown = sorted(str(key) for key in raw if key not in known)
     if unknown:
         raise BadInput(f"unknown key {unknown[0]!r}", file=where, hint=f"known: {', '.join(known)}")
@@ -120,8 +165,11 @@ def _entry(raw: Any, path: Path, number: int) -> Entry:
         "dataset": _text,
         "duration_s": _positive,
         "dt_s": _positive,
+        "group": _group,
+        "each": _count,
+        "oracle": _flag,
     }
-    return Entry(**{key: readers.get(key, _texts)(value, f"{where}: {key}") for key, value in raw.items()})
+    return cls(**{key: readers.get(key, _texts)(value, f"{where}: {key}") for key, value in raw.items()})
 
 
 def _texts(value: Any, where: str) -> tuple[str, ...]:
@@ -133,6 +181,12 @@ def _texts(value: Any, where: str) -> tuple[str, ...]:
 
 def _text(value: Any, where: str) -> str:
     return _texts(value, where)[0]
+
+
+def _group(value: Any, where: str) -> str:
+    if value not in HIDDEN_GROUPS:
+        raise BadInput(f"unknown group {value!r}", file=where, hint=f"known: {', '.join(HIDDEN_GROUPS)}")
+    return str(value)
 
 
 def _groups(value: Any, where: str) -> tuple[tuple[str, ...], ...]:

@@ -15,6 +15,7 @@ from ..models.errors import BadInput
 from ..models.model import CHANNELS, Model, resolve
 from ..models.simulate import ClosedLoop, Run, closed_loop, initial_state
 from .disturbances import Disturbance, parse_disturbance
+from .instruments import observed
 from .manoeuvres import EULER, Manoeuvre, parse_manoeuvre, steps
 from .randomness import stream
 from .record import Record, RecordMeta, is_side
@@ -68,7 +69,10 @@ def record_run(
     duration_s: float | None = None,
     dt_s: float | None = None,
 ) -> Record:
-    """As `generate`, for parts that have no text: any Model, a free rudder series, sensors built in Python."""
+    """As `generate`, for parts that have no text: any Model, a free rudder series, sensors built in Python.
+
+    The record is what the model's instruments show; its helmsman steers by the true heading.
+    """
     sensors, disturbance = sensors or Sensors(), disturbance or Disturbance()
     check(model, disturbance, seed)
     dt, duration = sampling(model, duration_s, dt_s)
@@ -80,6 +84,7 @@ def record_run(
     require_finite(model, manoeuvre, run)
     record = as_record(model, manoeuvre, run, notes(disturbance, sensors, seed))
     record = disturbance.motion(model, record, stream(seed, "waves", *weather))
+    record = observed(record, model.instruments, stream(seed, "instruments", *weather))
     return apply(record, sensors, stream(seed, "sensors", *weather, sensors.text))
 
 

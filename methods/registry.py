@@ -97,7 +97,7 @@ def find(text: str) -> type[Method]:
         return getattr(importlib.import_module(f"{__package__}.{module}"), maker)(rest)
     if ".py:" in text:
         path, _, name = text.rpartition(":")
-        return _checked(getattr(_load_file(path), name, None), text)
+        return _checked(getattr(load_file(path), name, None), text)
     known = methods()
     if text not in known:
         others = ", ".join(f"{prefix}:NAME" for prefix in FAMILIES)
@@ -105,7 +105,8 @@ def find(text: str) -> type[Method]:
     return known[text]
 
 
-def _load_file(path: str) -> ModuleType:
+def load_file(path: str) -> ModuleType:
+    """The user's own Python file as a module; BadInput where it cannot be loaded."""
     file = Path(path).resolve()
     if not file.is_file():
         raise BadInput("no such file", file=path)

@@ -81,7 +81,7 @@ class Definition:
         (q,), delta = self.states[:1], self.inputs[0]
         rate = next(symbol for symbol in self.inputs if symbol.name == "delta_rate")
         w = sp.Symbol("w", real=True)
-        swap = {q: w + self.rate_gain * delta, rate: sp.S.Zero}
+        swap = {q: w + sp.diff(self.forces[0], rate) * delta, rate: sp.S.Zero}  # an extension may scale c
         return replace(
             self,
             states=[w, *self.states[1:]],

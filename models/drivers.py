@@ -181,20 +181,63 @@ def steer(angle, command, dt, lag, rate, limit):
     return command + (angle - command) * np.exp(-(dt - slewing) / lag)
 
 
-@njit(types.void(RHS, A1, A2, A1, f8, i8, b1, i8, A1, A1, i8, i8, A2, A1), **JIT)
-def closed_loop(rhs, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order):
-    """Hull, rudder gear and helmsman together; inputs[:, 0] (rudder) and order (command) are filled.
+@njit(inline="always")
+def _linked(series, held, k, time, linkage):
+    """Angle that the hull feels at sample k; series up to k and the angle behind play and limits (held) are known.
+
+    linkage = effectiveness, offset, delay, play, fault, fault time, rate limit, limit, reversed (0: ideal).
+    """
+    angle = -series[k] if linkage[8] > 0.0 else series[k]
+    if linkage[3] > 0.0 and k > 0:
+        angle = min(max(held[0], angle - linkage[3]), angle + linkage[3])
+    held[0] = angle  # behind the play
+    if linkage[7] > 0.0:
+        angle = min(max(angle, -linkage[7]), linkage[7])
+    if linkage[6] > 0.0 and k > 0:
+        most = linkage[6] * (time[k] - time[k - 1])
+        angle = held[k] + min(max(angle - held[k], -most), most)
+    held[k + 1] = angle
+    late, i = time[k] - linkage[2], k
+    while i > 0 and time[i] > late:
+        i -= 1
+    angle = held[i + 1]
+    if i < k and late > time[i]:
+        angle += (late - time[i]) / (time[i + 1] - time[i]) * (held[i + 2] - held[i + 1])
+    gain = 1.0 + linkage[0]
+    if linkage[4] != 0.0:
+        step = time[k] - time[k - 1] if k > 0 else time[1] - time[0]
+        gain += linkage[4] * min(max((time[k] - time[0] - linkage[5]) / step + 0.5, 0.0), 1.0)
+    return gain * angle + linkage[1]
+
+
+@njit(types.void(A1, A1, A1, A1), **JIT)
+def link(time, series, linkage, felt):
+    """Angles (N,) that the hull feels where the series (N,) was recorded; `felt` is filled."""
+    held = np.empty(series.size + 1)
+    for k in range(series.size):
+        felt[k] = _linked(series, held, k, time, linkage)
+
+
+@njit(types.void(RHS, A1, A2, A1, f8, i8, b1, i8, A1, A1, i8, i8, A1, A2, A1, A1), **JIT)
+def closed_loop(
+    rhs, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, linkage, states, order, rudder
+):  # fmt: skip
+    """Hull, linkage, rudder gear and helmsman together; states, order (command), rudder (recorded) and inputs[:, 0]
+    (the angle that the hull feels) are filled.
 
     setting = execute time, rudder and heading angle of the zigzag, first side, lag, rate, limit, kp, kd,
     rudder angle at the start.  Commands change at samples; the rudder is linear between them.
     """
+    time = dt * np.arange(states.shape[0])
+    held = np.empty(states.shape[0] + 1)
     execute, amplitude, check, side = setting[0], setting[1], setting[2], setting[3]
     lag, rate, limit, kp, kd = setting[4], setting[5], setting[6], setting[7], setting[8]
     x, n = x0.copy(), x0.size
     work = np.empty(3 * n + inputs.shape[1])
     start = x[i_psi]
     states[0] = x
-    inputs[0, 0] = setting[9]
+    rudder[0] = setting[9]
+    inputs[0, 0] = _linked(rudder, held, 0, time, linkage)
     command, running = 0.0, False
     for k in range(states.shape[0]):
         if kind == SERIES:
@@ -210,7 +253,8 @@ def closed_loop(rhs, x0, inputs, theta, dt, substeps, explicit, kind, reference,
         order[k] = min(max(command, -limit), limit)
         if k == states.shape[0] - 1:
             break
-        inputs[k + 1, 0] = steer(inputs[k, 0], command, dt, lag, rate, limit)
+        rudder[k + 1] = steer(rudder[k], command, dt, lag, rate, limit)
+        inputs[k + 1, 0] = _linked(rudder, held, k + 1, time, linkage)
         if explicit:
             rhs(x, inputs[k], theta, work)
             for i in range(n):

@@ -7,6 +7,7 @@ inverted inside a derivative: with W = M^-1 and a = W F, d a = W d(F - M a) with
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import cast
 
 import sympy as sp
@@ -330,10 +331,7 @@ def tangent_source(definition: Definition) -> str:
     for index, symbol in enumerate(wrt):
         body += [(f"_G{row}_{symbol}", rows[row][index]) for row in range(size) if rows[row][index] != 0]
         parts = {row: sp.Symbol(f"_G{row}_{symbol}") for row in range(size) if rows[row][index] != 0}
-        column = {
-            row: sp.Add(*[inverse[row, i] * part for i, part in parts.items() if (row, i) in inverse])
-            for row in range(size)
-        }
+        column = {row: _solved(inverse, parts, row) for row in range(size)}
         column |= {size + row: rows[size + row][index] for row in range(len(definition.kinematics))}
         columns.append({row: value for row, value in column.items() if value != 0})
     body += _outputs(definition, held, "_dx[{}]")
@@ -349,6 +347,34 @@ def tangent_source(definition: Definition) -> str:
     lines.append("def tangent(_x, _u, _th, _S, _m, _dx, _dS, _Ju, _Jt):")
     lines += _loads(definition, _used(body), "{array}[{index}]") + _emit(body)
     return "\n".join([*lines, *_product_loop(state_entries, count)]) + "\n\n\n"
+
+
+def jacobian_source(definition: Definition) -> str:
+    """`jacobian(x, u, th, dx, Jx, Ju)`: the state derivative, d dx/dx (n*n) and d dx/du (n*nu), row by row."""
+    assignments, accelerations, inverse = _accelerations(definition)
+    size, count, width = len(definition.forces), len(definition.states), len(definition.inputs)
+    wrt = [*definition.states, *definition.inputs]
+    held = [sp.Symbol(f"_a{row}") for row in range(size)]
+    residuals = _residuals(definition, held)
+    rows, helper_lines = _derivatives(definition, [*residuals, *definition.kinematics], wrt)
+    body = [*assignments, *zip(map(str, held), accelerations, strict=True), *helper_lines]
+    body += _outputs(definition, held, "_dx[{}]")
+    for index, symbol in enumerate(wrt):
+        body += [(f"_G{row}_{symbol}", rows[row][index]) for row in range(size) if rows[row][index] != 0]
+        parts = {row: sp.Symbol(f"_G{row}_{symbol}") for row in range(size) if rows[row][index] != 0}
+        place = "_Jx[{}]" if index < count else "_Ju[{}]"
+        for row in range(count):
+            at = row * count + index if index < count else row * width + index - count
+            value = rows[row][index] if row >= size else _solved(inverse, parts, row)
+            body.append((place.format(at), value))
+    lines = ['@njit("void(f8[::1],f8[::1],f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)']
+    lines.append("def jacobian(_x, _u, _th, _dx, _Jx, _Ju):")
+    return "\n".join([*lines, *_loads(definition, _used(body), "{array}[{index}]"), *_emit(body)]) + "\n\n\n"
+
+
+def _solved(inverse: dict, parts: dict[int, sp.Symbol], row: int) -> sp.Expr:
+    """One row of W G with the inverse mass matrix W."""
+    return sp.Add(*[inverse[row, i] * part for i, part in parts.items() if (row, i) in inverse])
 
 
 def _product_loop(entries: dict[tuple[int, int], sp.Expr], count: int) -> list[str]:
@@ -368,10 +394,10 @@ def regress_source(definition: Definition) -> str:
     ------
     ValueError : if a coefficient enters in a non-linear way.
     """
+    definition = _without_held(definition)
     size, coefficients = len(definition.forces), list(definition.coefficients)
     accelerations = [sp.Symbol(f"_a{row}") for row in range(size)]
-    at_zero = dict.fromkeys(definition.held, sp.S.Zero)
-    residuals = [cast(sp.Expr, residual.xreplace(at_zero)) for residual in _residuals(definition, accelerations)]
+    residuals = _residuals(definition, accelerations)
     rows, helper_lines = _derivatives(definition, residuals, coefficients)
     free = set().union(*(value.free_symbols for row in rows for value in row))
     if helper_lines or free & set(coefficients):
@@ -388,6 +414,16 @@ def regress_source(definition: Definition) -> str:
     lines += ["def regress(_x, _a, _u, _th, _y, _Phi):", "    _Phi[:] = 0.0"]
     lines += [f"    _a{row} = _a[{row}]" for row in range(size) if accelerations[row] in used]
     return "\n".join([*lines, *_loads(definition, used, "{array}[{index}]"), *_emit(body)]) + "\n\n\n"
+
+
+def _without_held(definition: Definition) -> Definition:
+    """The definition with the coefficients that regression holds at zero."""
+    zero = dict.fromkeys(definition.held, sp.S.Zero)
+    return replace(
+        definition,
+        helpers={name: cast(sp.Expr, expression.xreplace(zero)) for name, expression in definition.helpers.items()},
+        forces=[cast(sp.Expr, force.xreplace(zero)) for force in definition.forces],
+    )
 
 
 def public_source(definition: Definition) -> str:
@@ -425,6 +461,13 @@ def sources(definition: Definition) -> dict[str, str]:
         "lanes": lanes_source(simulated),
         "regress": regress_source(definition),
     }
+    return {part: HEADER.format(name=definition.name) + body for part, body in bodies.items()}
+
+
+def bank_sources(definition: Definition) -> dict[str, str]:
+    """The generated modules of a bank variant: facts and rhs, and the Jacobian."""
+    simulated = definition.simulated()
+    bodies = {"core": _facts(definition) + rhs_source(simulated), "jacobian": jacobian_source(simulated)}
     return {part: HEADER.format(name=definition.name) + body for part, body in bodies.items()}
 
 

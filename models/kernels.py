@@ -18,12 +18,16 @@ from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .errors import BadInput
 
+if TYPE_CHECKING:
+    from .definition import Definition
+
 ROOM = Path(__file__).parent
 ENVIRONMENT = "+environment"
+BANK = "+bank"
 
 
 def _writable(folder: Path) -> bool:
@@ -83,13 +87,38 @@ def definitions() -> dict:
 
 def _generate(name: str) -> dict[str, str]:
     from .families.environment import with_environment
-    from .generate import sources
+    from .families.extensions import with_bank
+    from .generate import bank_sources, sources
 
-    builders, base = definitions(), name.removesuffix(ENVIRONMENT)
+    if name.endswith(BANK):
+        return bank_sources(with_bank(definition_of(name.removesuffix(BANK))))
+    definition = definition_of(name.removesuffix(ENVIRONMENT))
+    if name.endswith(ENVIRONMENT) and definition.force_scale is None:
+        raise BadInput(f"family {definition.name!r} has no environment variant", hint="it takes a 3-DOF family")
+    return sources(with_environment(definition) if name.endswith(ENVIRONMENT) else definition)
+
+
+def definition_of(name: str) -> Definition:
+    """The symbolic definition of a family id, which may carry extensions: `abkowitz+rudder_offset`.
+
+    Raises
+    ------
+    BadInput : if there is no such family or extension, or the family cannot carry it.
+    """
+    from .families.extensions import EXTENSIONS, carries, extended
+
+    base, *extras = name.split("+")
+    builders = definitions()
     if base not in builders:
         raise BadInput(f"unknown model family {base!r}", hint=f"known: {', '.join(sorted(builders))}")
     definition = builders[base]()
-    return sources(with_environment(definition) if name.endswith(ENVIRONMENT) else definition)
+    for extra in extras:
+        if extra not in EXTENSIONS:
+            raise BadInput(f"unknown extension {extra!r} of {base}", hint=f"known: {', '.join(sorted(EXTENSIONS))}")
+        if not carries(definition, extra):
+            raise BadInput(f"family {definition.name!r} cannot carry the extension {extra!r}")
+        definition = extended(definition, extra)
+    return definition
 
 
 def _store(path: Path, text: str) -> None:
@@ -127,8 +156,13 @@ def _files(name: str) -> dict[str, str]:
 
 
 def is_family(name: str) -> bool:
-    """Whether a family has this identifier; asks SymPy only when its kernels were never generated."""
-    return _index(name).exists() or name in definitions()
+    """Whether a family, extended or not, has this identifier; asks SymPy only for kernels never generated.
+
+    Whether the family can carry its extensions is found by `load`.
+    """
+    if name.endswith((ENVIRONMENT, BANK)):
+        return False
+    return _index(name).exists() or name.split("+")[0] in definitions()
 
 
 class Kernels:
@@ -136,7 +170,7 @@ class Kernels:
 
     PARTS: ClassVar = {
         **{"simulate": "simulate", "tangent": "tangent", "JT_COLUMN": "tangent", "JT_ROW": "tangent"},
-        **{"rhs_lanes": "lanes", "regress": "regress"},
+        **{"rhs_lanes": "lanes", "regress": "regress", "jacobian": "jacobian"},
     }
 
     def __init__(self, name: str) -> None:

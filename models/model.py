@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import kernels as kernel_store
 from .errors import BadInput
+from .instruments import INSTRUMENTS, checked
 from .vessel import read_vessel, vessel_files
 
 CHANNELS = {
@@ -65,6 +66,7 @@ class Model:
     max_step_s : largest RK4 step.
     windage : coefficients of the wind force by name, None where the vessel file has none.
     suite : suggested manoeuvres, duration and sampling of a vessel.
+    instruments : what stands between hull and record (rudder linkage, sensor errors): see `models.instruments`.
     """
 
     id: str
@@ -83,6 +85,7 @@ class Model:
     windage: Mapping[str, float] | None = None
     particulars: Mapping[str, float] = field(default_factory=dict)
     suite: Mapping = field(default_factory=dict)
+    instruments: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def kernels(self) -> kernel_store.Kernels:
@@ -196,14 +199,17 @@ class Model:
             )
         if wind and self.windage is None:
             raise BadInput(f"{self.id}: the vessel file has no windage data", hint="add a windage block to it")
+        module = kernel_store.load(self.family + kernel_store.ENVIRONMENT)
+        numbers = self.environment_numbers()
+        return module, np.concatenate([self.coefficients, [numbers[name] for name in module.CONSTANTS]])
+
+    def environment_numbers(self) -> dict[str, float]:
+        """The family's constants and those that act on a hull from outside; wind has no effect without windage."""
         calm = dict.fromkeys(("A_F", "A_L", "wind_cx", "wind_cy", "wind_L"), 1.0)
         numbers = calm | dict.fromkeys(("rho_air", "wind_cn", "wind_kn", "wind_delta"), 0.0) | {"rho": 1025.0}
         numbers |= {"wind_L": self.particulars.get("L", 1.0), **(self.windage or {})}
         numbers |= {"rho": self.particulars["rho"]} if "rho" in self.particulars else {}
-        numbers |= dict(zip(self.constant_names, self.constants, strict=True))
-        module = kernel_store.load(self.family + kernel_store.ENVIRONMENT)
-        constants = [numbers[name] for name in module.CONSTANTS]
-        return module, np.concatenate([self.coefficients, constants])
+        return numbers | dict(zip(self.constant_names, self.constants.tolist(), strict=True))
 
 
 def _coefficients(kernels: kernel_store.Kernels, parameters: ArrayLike | Mapping[str, float]) -> NDArray[np.float64]:
@@ -342,6 +348,9 @@ def model_to_json(model: Model, path: str | os.PathLike[str], extra: Mapping | N
         "controller": vars(model.controller) if model.controller else None,
         "windage": dict(model.windage) if model.windage else None,
         "particulars": dict(model.particulars),
+        "instruments": {
+            name: {"value": float(value), "unit": INSTRUMENTS[name]} for name, value in model.instruments.items()
+        },
         **(extra or {}),
     }
     target = Path(path)
@@ -402,6 +411,7 @@ def _from_json(facts: Mapping, path: Path) -> Model:
         windage=facts["windage"],
         particulars=facts["particulars"],
         suite=read_vessel(vessel_files()[facts["vessel"]])["suite"] if facts["vessel"] in vessel_files() else {},
+        instruments=checked({name: entry["value"] for name, entry in facts.get("instruments", {}).items()}, path),
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import BadInput
+from .instruments import linkage
 from .model import Model, RudderGear
 
 ENVIRONMENT_INPUTS = 7
@@ -266,7 +267,7 @@ def closed_loop(
     """Hull, steering gear and helmsman together, N+1 samples long as `control.reference` is.
 
     Commands change at samples and the rudder is linear between them, so that `simulate` repeats the run exactly
-    from its rudder column.
+    from its rudder column; where the model's instruments hold a linkage, from the angle that it makes of that column.
 
     Parameters
     ----------
@@ -287,16 +288,17 @@ def closed_loop(
         kernels, theta = model.environment(wind=bool(np.any(surroundings[:, 2:4])))
         inputs = np.ascontiguousarray(np.hstack([inputs, surroundings]))
     start = initial_state(model) if x0 is None else _array(x0, 1)
-    states, order = np.empty((count, start.size)), np.empty(count)
+    states, order, rudder = np.empty((count, start.size)), np.empty(count), np.empty(count)
     gear = control.gear
     order_of = (control.execute_s, control.rudder_rad, control.heading_rad, control.first)
     setting = np.array([*order_of, gear.lag_s, gear.rate_rad_s, gear.max_rad, control.kp, control.kd, 0.0])
     heading, yaw_rate = model.states.index("psi"), model.states.index("r")
     drivers.closed_loop(
         kernels.rhs, start, inputs, theta, dt, substeps(model, dt), integrator == "euler",
-        KINDS.index(control.kind), _array(control.reference, 1), setting, heading, yaw_rate, states, order,
+        KINDS.index(control.kind), _array(control.reference, 1), setting, heading, yaw_rate,
+        linkage(model.instruments), states, order, rudder,
     )  # fmt: skip
-    return Run(dt * np.arange(count, dtype=float), states, order, inputs[:, 0].copy())
+    return Run(dt * np.arange(count, dtype=float), states, order, rudder)
 
 
 def _array(values: ArrayLike, dimensions: int) -> NDArray[np.float64]:

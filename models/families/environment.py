@@ -18,8 +18,8 @@ INPUTS = "current_north current_east wind_north wind_east force_x force_y moment
 CONSTANTS = "rho rho_air A_F A_L wind_cx wind_cy wind_cn wind_kn wind_delta wind_L"
 
 
-def with_environment(definition: Definition) -> Definition:
-    """Current as a change of the velocities the hull feels, wind and extra forces as additions.
+def with_environment(definition: Definition, wind: bool = True) -> Definition:
+    """Current as a change of the velocities the hull feels, wind (unless left out) and extra forces as additions.
 
     The calm equations hold for velocities relative to the water; with a steady, uniform current the
     ground-relative accelerations are a + (r v_c, -r u_c, 0).  Wind adds what changes against still air.
@@ -45,11 +45,11 @@ def with_environment(definition: Definition) -> Definition:
         vr: v - vc,
         **{name: expression.xreplace(relative) for name, expression in definition.helpers.items()},
     }
-    wind_helpers, wind = _wind(u, v, cosine, sine, inputs[2], inputs[3])
+    wind_helpers, windage = _wind(u, v, cosine, sine, inputs[2], inputs[3]) if wind else ({}, [sp.S.Zero] * 3)
     convective = [r * vc, -r * uc, sp.S.Zero]
     forces = [
         force.xreplace(relative)
-        + scale * (wind[row] + inputs[4 + row])
+        + scale * (windage[row] + inputs[4 + row])
         + sum(definition.mass[row, column] * convective[column] for column in range(3))
         for row, (force, scale) in enumerate(zip(definition.forces, definition.force_scale, strict=True))
     ]

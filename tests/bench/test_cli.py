@@ -132,13 +132,14 @@ def test_without_arguments_the_help_is_shown(call):
     assert status == 2 and "Commands:" in err
 
 
-@pytest.mark.parametrize("kind", ["models", "vessels", "manoeuvres", "methods", "suites"])
+@pytest.mark.parametrize("kind", ["models", "vessels", "manoeuvres", "methods", "causes", "suites"])
 def test_lists_name_everything(call, kind):
     expected = {
         "models": {"nomoto-1", "nomoto-2-quadratic", "kt", "integrator", "abkowitz", "mmg"},
         "vessels": set(list_vessels()),
         "manoeuvres": set(),
         "methods": set(methods()),
+        "causes": {"rudder_offset", "wave_motion", "shallow_water", "coefficient_shift"},
         "suites": {"quick", "default", "measured"},
     }[kind]
     status, out, _ = call("list", kind, "--json")
@@ -308,7 +309,7 @@ def test_failed_runs_are_listed_and_status_one(call, tmp_path):
 
 
 def test_an_interrupt_is_told_and_what_was_finished_is_kept(call, suite, tmp_path, monkeypatch):
-    def interrupted(specs, store, pool, watch):
+    def interrupted(specs, store, *_):
         store.append({"key": specs[0].key, "row": specs[0].row_key() | {"status": "ok"}, "parameters": []})
         raise KeyboardInterrupt
 

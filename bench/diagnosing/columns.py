@@ -1,0 +1,51 @@
+"""Tables of a diagnosis suite: `diagnosis.parquet`, a row per case and diagnoser, and `diagnosis_sizes.parquet`."""
+
+CASES, SIZES = "diagnosis.parquet", "diagnosis_sizes.parquet"
+CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+
+KEYS = {
+    "suite": "string",
+    "method": "string",
+    "group": "string",
+    "vessel": "string",
+    "planted": "string",
+    "strength": "string",
+    "gusts": "string",
+    "seed": "int",
+}
+"""`planted`: causes joined by +, empty for a clean record; `seed` is the case's own: with it the truth simulator
+makes the same records again."""
+
+CASE_COLUMNS = {
+    **KEYS,
+    "status": "string",
+    "error": "string",
+    "noncentrality": "float",
+    "detectable": "bool",
+    "verdict": "string",
+    "named": "string",
+    "outcome": "string",
+    "false_alarm": "bool",
+    "confident_wrong": "bool",
+    "tie_size": "int",
+    **{f"rmse_{when}_{channel}": "float" for when in ("before", "after") for channel in CHANNELS},
+    "wall_s": "float",
+    "cpu_s": "float",
+    "peak_memory_mib": "float",
+}
+"""`named`: what the diagnosis says, findings in its order joined by +, ties by /; `outcome`: see `judge.OUTCOMES`."""
+
+SIZE_COLUMNS = {
+    **KEYS,
+    "cause": "string",
+    "parameter": "string",
+    "record": "string",
+    "unit": "string",
+    "true": "float",
+    "estimate": "float",
+    "low": "float",
+    "high": "float",
+    "covered": "bool",
+    "rel_error": "float",
+}
+SIZE_KEYS = ("cause", "parameter", "record")

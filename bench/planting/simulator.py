@@ -1,0 +1,207 @@
+"""One run of the truth: ship, manoeuvre, what is planted in it, gusts -> dense states and rudder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from ...datasets.manoeuvres import Manoeuvre, parse_manoeuvre
+from ...models.errors import BadInput
+from . import equations, integrate
+from .ships import FIRST, Ship
+
+REFERENCE_RUDDER = np.deg2rad(10.0)
+NO_EXTRA = np.zeros((0, 8))
+
+
+@dataclass(frozen=True, eq=False)
+class Gusts:
+    """Zero-mean forces with one correlation time (Ornstein-Uhlenbeck), fixed to the earth or to the hull.
+
+    level: sd of the yaw moment as a rudder angle, rad; the sway force is 1.5 times, surge .75 times what the rudder
+    gives in sway at that angle.
+    """
+
+    level: float
+    correlation_s: float
+    earth_fixed: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is planted in one record, sorted by where it acts.
+
+    dynamic: `equations.DYNAMIC` name -> value; chain: `integrate.CHAIN` name -> value; extra (m, 8) further forces;
+    wave: (rms rad, peak rad/s, damping) or None; sensors: cause -> parameters, for `sensing`.
+    """
+
+    ship: Ship
+    dynamic: dict[str, float] = field(default_factory=dict)
+    chain: dict[str, float] = field(default_factory=dict)
+    extra: np.ndarray = field(default_factory=lambda: NO_EXTRA)
+    wave: tuple[float, float, float] | None = None
+    sensors: dict[str, dict] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A dense run: step s, states (n + 1, 8), recorded rudder on half steps (2n + 1,), wave motion (n + 1, 2)."""
+
+    step_s: float
+    states: np.ndarray
+    rudder: np.ndarray
+    hull: np.ndarray
+    wave: np.ndarray
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Times (n + 1,)."""
+        return self.step_s * np.arange(len(self.states))
+
+
+@lru_cache(maxsize=64)
+def rudder_force(ship: Ship) -> tuple[float, float]:
+    """Sway force and yaw moment (response ships: yaw acceleration) of 10 deg of rudder on a straight course."""
+    if not ship.is_3dof:
+        per = "T" if ship.kind == FIRST else "h"
+        return 1.0, abs(ship.coefficient("K") / ship.coefficient(per)) * REFERENCE_RUDDER
+    out = np.zeros((2, 8))
+    x = straight(ship)
+    for row, angle in zip(out, (0.0, REFERENCE_RUDDER), strict=True):
+        args = (equations.ship_vector(ship, 1.0, 1.0), np.zeros(len(equations.DYNAMIC)), NO_EXTRA, 0.0, x, angle)
+        equations.derivative(ship.kind, ship.coefficients, *args, 0.0, 0.0, 0.0, np.zeros(5), row)
+    force = ship.mass @ (out[1, :3] - out[0, :3])
+    return abs(float(force[1])), abs(float(force[2]))
+
+
+def straight(ship: Ship, heading_rad: float = 0.0) -> np.ndarray:
+    """State (8,) of a straight course through still water at the ship's speed."""
+    return np.array([ship.speed_m_s, 0.0, 0.0, 0.0, 0.0, heading_rad, 0.0, 0.0])
+
+
+def start(plan: Plan, heading_rad: float) -> np.ndarray:
+    """State (8,) at rest in the moving water, over ground."""
+    x = straight(plan.ship, heading_rad)
+    north, east = plan.dynamic.get("current_north", 0.0), plan.dynamic.get("current_east", 0.0)
+    x[0] += north * np.cos(heading_rad) + east * np.sin(heading_rad)
+    x[1] += -north * np.sin(heading_rad) + east * np.cos(heading_rad)
+    return x
+
+
+def simulate(
+    plan: Plan,
+    manoeuvre: str,
+    duration_s: float,
+    rng: np.random.Generator,
+    heading_rad: float = 0.0,
+    gusts: Gusts | None = None,
+    helmsman_sd: float = 0.0,
+    prescribed: np.ndarray | None = None,
+    step_s: float | None = None,
+) -> Run:
+    """Run one manoeuvre.
+
+    helmsman_sd: error of the heading by which a zigzag is steered, rad, renewed twice a second (of a full-scale
+    ship).  prescribed (2n + 1,): rudder angle on half steps, instead of the manoeuvre's.
+    """
+    ship = plan.ship
+    h = step_s or ship.step_s
+    n = round(duration_s / h)
+    orders, loop = steering(ship, parse_manoeuvre(manoeuvre), h, n, rng)
+    forces = gust_forces(ship, gusts, h, n, rng)
+    wave = narrow_band(plan.wave, h, n, rng)
+    hold = max(round(0.5 * ship.clock / h), 1)
+    seen = np.repeat(rng.normal(0.0, 1.0, n // hold + 1) * helmsman_sd, hold)[:n] + wave[:n, 0]
+    states, rudder, hull = np.empty((n + 1, integrate.STATES)), np.empty(2 * n + 1), np.empty(2 * n + 1)
+    limits = np.array([ship.lag_s, ship.rate_rad_s, ship.max_rad])
+    integrate.run(
+        ship.kind, ship.coefficients, equations.ship_vector(ship, *rudder_force(ship)), vector(plan.dynamic),
+        plan.extra, chain(plan.chain), start(plan, heading_rad), h, orders, loop, seen, limits,
+        np.zeros(0) if prescribed is None else np.ascontiguousarray(prescribed, float),
+        forces, bool(gusts and gusts.earth_fixed), states, rudder, hull,
+    )  # fmt: skip
+    return Run(h, states, rudder, hull, wave)
+
+
+def vector(dynamic: dict[str, float]) -> np.ndarray:
+    """The parameter vector of the equations."""
+    return np.array([float(dynamic.get(name, 0.0)) for name in equations.DYNAMIC])
+
+
+def chain(values: dict[str, float]) -> np.ndarray:
+    """The parameter vector of the rudder chain."""
+    whole = dict(zip(integrate.CHAIN, integrate.SOUND, strict=True)) | values
+    return np.array(list(whole.values()), float)
+
+
+def steering(ship: Ship, m: Manoeuvre, h: float, n: int, rng: np.random.Generator):
+    """Rudder orders (n,) in the ship's sign, and the zigzag's loop (5,); BadInput for a manoeuvre without either."""
+    t = h * np.arange(n)
+    execute = 10.0 * ship.clock
+    loop = np.zeros(5)
+    size = m.values[0] if m.values else 0.0
+    if m.kind == "zigzag":
+        loop[:] = 1.0, ship.starboard * size, m.values[1], execute, m.side
+        return np.zeros(n), loop
+    if m.kind == "turn":
+        order = np.where(t >= execute, m.side * size, 0.0)
+    elif m.kind == "pullout":
+        order = np.where((t >= execute) & (t < 0.5 * (execute + n * h)), m.side * size, 0.0)
+    elif m.kind == "sine":
+        order = m.side * sum(a * np.sin(w * t) for a, w in zip(m.values[0::2], m.values[1::2], strict=True))
+    elif m.kind in ("prbs", "steps"):
+        ticks = np.floor(t / m.values[1]).astype(int)
+        draws = rng.choice([-1.0, 1.0], ticks[-1] + 1) if m.kind == "prbs" else rng.uniform(-1, 1, ticks[-1] + 1)
+        order = size * draws[ticks]
+    elif m.kind == "straight":
+        order = np.zeros(n)
+    else:
+        raise BadInput(f"the truth simulator does not steer {m.text!r}", hint="zigzag, turn, sine, prbs, steps, ...")
+    return ship.starboard * order, loop
+
+
+def gust_forces(ship: Ship, gusts: Gusts | None, h: float, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Forces X, Y, N (n + 1, 3) of a gust, sampled exactly at the steps (linear between them)."""
+    if gusts is None:
+        return np.zeros((n + 1, 3))
+    return np.column_stack([sd * walk(gusts.correlation_s, h, n, rng) for sd in gust_sd(ship, gusts)])
+
+
+def gust_sd(ship: Ship, gusts: Gusts) -> Sequence[float]:
+    """Standard deviations of a gust's X, Y, N."""
+    side, yaw = rudder_force(ship)
+    part = gusts.level / REFERENCE_RUDDER
+    return (0.75 * part * side, 1.5 * part * side, part * yaw) if ship.is_3dof else (0.0, 0.0, part * yaw)
+
+
+def walk(correlation_s: float, h: float, n: int, rng: np.random.Generator) -> np.ndarray:
+    """A stationary Ornstein-Uhlenbeck series (n + 1,) of unit variance."""
+    from scipy.signal import lfilter
+
+    decay = np.exp(-h / correlation_s)
+    shocks = rng.standard_normal(n + 1)
+    shocks[1:] *= np.sqrt(1.0 - decay**2)
+    return np.asarray(lfilter([1.0], [1.0, -decay], shocks))
+
+
+def narrow_band(wave: tuple[float, float, float] | None, h: float, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Motion and its rate (n + 1, 2) of w'' + 2 zeta omega w' + omega^2 w = white noise, rms of w as given."""
+    if wave is None:
+        return np.zeros((n + 1, 2))
+    from scipy.linalg import expm
+
+    rms, omega, zeta = wave
+    step = expm(h * np.array([[0.0, 1.0], [-(omega**2), -2.0 * zeta * omega]]))
+    steady = np.diag([rms**2, (rms * omega) ** 2])
+    root = np.linalg.cholesky(steady - step @ steady @ step.T + 1e-18 * steady)
+    x = np.sqrt(np.diag(steady)) * rng.standard_normal(2)
+    kicks = rng.standard_normal((n, 2)) @ root.T
+    out = np.empty((n + 1, 2))
+    out[0] = x
+    for k in range(n):
+        x = step @ x + kicks[k]
+        out[k + 1] = x
+    return out

@@ -1,0 +1,200 @@
+"""Records as a model's instruments show them, and what the hull did behind such a record.
+
+`models.instruments` names the numbers and their equations.  `observed` is what the sensors show of a true record;
+`corrected` undoes that and turns the recorded rudder angle into the one that the hull felt.  Methods are given
+corrected records; `simulate` writes observed ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..models.errors import BadInput
+from ..models.instruments import SENSORS, SWAPS, checked, linkage
+from .record import RUDDERS, Record
+
+HEADING, SURGE, SWAY = "heading_rad", "surge_m_s", "sway_m_s"
+REACH = 8
+"""Samples to either side that count when a rudder series is freed of its sensor noise."""
+
+
+def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
+    """What the hull did: sensor errors removed, the rudder angle as it was felt.
+
+    A channel that came late loses its last samples (gaps), and where none is known for a stretch it stays unknown.
+    Waves are left in: they are a random motion.
+
+    Raises
+    ------
+    BadInput : an unknown instrument, or velocities in the earth frame without a heading.
+    """
+    q = checked(instruments)
+    if not q:
+        return record
+    channels = _swapped(dict(record.channels), q)
+    channels = {name: _freed(name, values, q) for name, values in channels.items()}
+    if HEADING in channels:
+        channels[HEADING] = _moved(record.time_s, channels[HEADING], q.get("heading_delay", 0.0), angle=True)
+    channels = _turned(channels, q, record.name, back=True)
+    for short, (name, _) in SENSORS.items():
+        if name in channels and name != HEADING:
+            channels[name] = _moved(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
+    return _with_felt_rudder(record.with_channels(**_gone(record, channels)), q)
+
+
+def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Generator | None = None) -> Record:
+    """What the sensors show of a record whose channels are true.
+
+    The rudder column is the recorded one already and stays (the angle that the hull feels does not tell it: think of
+    play and limits).  Waves are added where `rng` is given.  Before a late channel's first value that value is shown.
+
+    Raises
+    ------
+    BadInput : an unknown instrument, or velocities in the earth frame without a heading.
+    """
+    q = checked(instruments)
+    if not q:
+        return record
+    true = dict(record.channels)
+    channels = dict(true)
+    for short, (name, _) in SENSORS.items():
+        if name in channels:
+            late = q.get(f"{short}_delay", 0.0)
+            channels[name] = _moved(record.time_s, channels[name], -late, name == HEADING, hold=True)
+    if HEADING in true:
+        channels = {**_turned(channels | {HEADING: true[HEADING]}, q, record.name), HEADING: channels[HEADING]}
+    else:
+        channels = _turned(channels, q, record.name)
+    channels = _rocked(record.time_s, channels, q, rng)
+    channels = {name: _shown(name, values, q) for name, values in channels.items()}
+    return record.with_channels(**_gone(record, _swapped(channels, q)))
+
+
+def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[str, float]) -> np.ndarray:
+    """Rudder angle (N,) that the hull felt where `recorded` (N,) was measured or ordered; gaps stay gaps."""
+    from ..models import drivers
+
+    numbers = linkage(checked(instruments))
+    known = np.isfinite(recorded)
+    if not numbers.any() or not known.any():
+        return recorded
+    series = np.interp(time_s, time_s[known], recorded[known])
+    if instruments.get("rudder_backlash", 0.0) > 0.0:
+        series = quietened(series)
+    felt = np.empty(series.size)
+    drivers.link(np.array(time_s, float), series, numbers, felt)
+    return np.where(known, felt, np.nan)
+
+
+def quietened(series: np.ndarray) -> np.ndarray:
+    """A rudder series (N,) freed of its sensor noise: twice the mean of the neighbours that lie near (play counts
+    every reversal, that of noise too)."""
+    second = np.diff(series, 2)
+    sd = 1.4826 * float(np.median(np.abs(second))) / np.sqrt(6.0) if second.size else 0.0
+    for limit in (4.0 * sd, 2.0 * sd) if sd > 0.0 else ():
+        padded = np.pad(series, REACH, constant_values=np.nan)
+        near = np.lib.stride_tricks.sliding_window_view(padded, 2 * REACH + 1)
+        close = np.abs(near - series[:, None]) < limit
+        series = np.where(close, near, 0.0).sum(axis=1) / close.sum(axis=1)
+    return series
+
+
+def _with_felt_rudder(record: Record, q: Mapping[str, float]) -> Record:
+    """The measured rudder as it was felt; of two columns the one that methods read, and the order as it was."""
+    for name in RUDDERS:
+        if record.has(name):
+            return record.with_channels(**{name: felt_rudder(record.time_s, record.column(name), q)})
+    return record
+
+
+def _gone(record: Record, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray | None]:
+    """Channels with None for those that the record has and they lack."""
+    return {**dict.fromkeys(record.channels), **channels}
+
+
+def _swapped(channels: dict[str, np.ndarray], q: Mapping[str, float]) -> dict[str, np.ndarray]:
+    for swap, (a, b) in SWAPS.items():
+        if q.get(swap, 0.0) != 0.0:
+            found = {b: channels.pop(a, None), a: channels.pop(b, None)}
+            channels |= {name: values for name, values in found.items() if values is not None}
+    return channels
+
+
+def _numbers(name: str, q: Mapping[str, float]) -> tuple[float, float]:
+    short = next((short for short, (column, _) in SENSORS.items() if column == name), "")
+    return 1.0 + q.get(f"{short}_scale", 0.0), q.get(f"{short}_bias", 0.0)
+
+
+def _shown(name: str, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
+    gain, bias = _numbers(name, q)
+    return values if (gain, bias) == (1.0, 0.0) else gain * values + bias
+
+
+def _freed(name: str, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
+    gain, bias = _numbers(name, q)
+    if gain == 0.0:
+        raise BadInput(f"a scale of -1 leaves nothing of {name}")
+    return values if (gain, bias) == (1.0, 0.0) else (values - bias) / gain
+
+
+def _turned(channels: dict[str, np.ndarray], q: Mapping[str, float], record: str, back: bool = False):
+    """Surge and sway between the hull's axes and those of their sensor."""
+    angle: float | np.ndarray = q.get("axis_misalignment", 0.0)
+    if q.get("earth_frame_velocity", 0.0) != 0.0:
+        if HEADING not in channels:
+            raise BadInput("velocities in the earth frame need the heading", file=record, column=HEADING)
+        angle = angle - channels[HEADING]
+    if not np.any(angle) or SURGE not in channels or SWAY not in channels:
+        return channels
+    cosine, sine = np.cos(angle), np.sin(angle) * (-1.0 if back else 1.0)
+    along, across = channels[SURGE], channels[SWAY]
+    return {**channels, SURGE: along * cosine + across * sine, SWAY: -along * sine + across * cosine}
+
+
+def _moved(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = False, hold: bool = False) -> np.ndarray:
+    """values(time + ahead) by a cubic spline; nan in gaps, and at the ends unless they are held."""
+    known = np.isfinite(values)
+    if ahead == 0.0 or known.sum() < 4:
+        return values
+    from scipy.interpolate import CubicSpline
+
+    series = np.unwrap(values[known]) if angle else values[known]
+    first, last = time[known][0], time[known][-1]
+    wanted = np.clip(time + ahead, first, last)
+    moved = CubicSpline(time[known], series)(wanted)
+    gap = np.interp(wanted, time, (~known).astype(float)) > 0.0
+    if not hold:
+        gap |= (time + ahead > last) | (time + ahead < first)
+    return np.where(gap, np.nan, moved)
+
+
+def _rocked(
+    time: np.ndarray, channels: dict[str, np.ndarray], q: Mapping[str, float], rng: np.random.Generator | None
+) -> dict[str, np.ndarray]:
+    """Heading and yaw rate with narrow-band motion: x'' + 2 z w x' + w^2 x = white noise, rms of x given."""
+    rms = q.get("wave_rms", 0.0)
+    if rng is None or rms <= 0.0:
+        return channels
+    motion = narrow_band(time, q.get("wave_frequency", 0.7), q.get("wave_damping", 0.1), rms, rng)
+    added = dict(zip((HEADING, "yaw_rate_rad_s"), motion.T, strict=True))
+    return {name: values + added[name] if name in added else values for name, values in channels.items()}
+
+
+def narrow_band(time: np.ndarray, omega: float, damping: float, rms: float, rng: np.random.Generator) -> np.ndarray:
+    """Stationary second-order motion and its rate, (N, 2), exactly discretised at the given times."""
+    from scipy.linalg import expm
+
+    slope = np.array([[0.0, 1.0], [-(omega**2), -2.0 * damping * omega]])
+    stationary = np.diag([rms**2, (rms * omega) ** 2])
+    out = np.empty((time.size, 2))
+    out[0] = np.sqrt(np.diag(stationary)) * rng.standard_normal(2)
+    factors: dict[float, tuple[np.ndarray, np.ndarray]] = {}
+    for k, dt in enumerate(np.round(np.diff(time), 9)):
+        if dt not in factors:
+            phi = np.asarray(expm(slope * dt))
+            factors[dt] = phi, np.linalg.cholesky(stationary - phi @ stationary @ phi.T)
+        phi, root = factors[dt]
+        out[k + 1] = phi @ out[k] + root @ rng.standard_normal(2)
+    return out

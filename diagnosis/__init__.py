@@ -1,0 +1,1 @@
+"""What a simulation gets wrong about measured records: the cause, the extended model, the gain."""

@@ -1,0 +1,162 @@
+"""What a diagnosis says: verdict, causes with sizes, the whole bank, the gain, and what a page needs to show it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ..models.model import Model
+
+SCHEMA = 1
+VERDICTS = ("inconclusive", "unexplained", "tied", "named", "adequate")
+"""In the order of precedence."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """One number of a cause with its interval, SI; `record` names the record it belongs to, None for all."""
+
+    parameter: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    record: str | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A cause that passed, with those it cannot be told from."""
+
+    cause: str
+    tied_with: tuple[str, ...]
+    stage: str
+    statistic: float
+    p_adjusted: float
+    sizes: tuple[Size, ...]
+    level: float = 0.90
+    details: dict[str, Any] = field(default_factory=dict)
+    evidence: str = ""
+    separate_by: str | None = None
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line of the bank.
+
+    status : named, tied, not_significant, not_testable or explained_by.
+    power : of the test at the size that matters (None where it was not tested).
+    """
+
+    cause: str
+    status: str
+    statistic: float | None
+    p_adjusted: float | None
+    power: float | None
+    why: str
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Free-run error of one channel over the held-out records, before and after, with a 90 % interval of its ratio."""
+
+    rmse_before: float
+    rmse_after: float
+    ratio_low: float
+    ratio_high: float
+    r2_before: float
+    r2_after: float
+    closed: float
+    """Share of the gap to the noise floor that the extension closed."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One record for the page: measured channels against the free runs before and after.
+
+    time (T,) s; measured, before, after: channel name -> (T,), SI; nan where not scored.
+    """
+
+    record: str
+    role: str
+    time: np.ndarray
+    rudder: np.ndarray
+    measured: dict[str, np.ndarray]
+    before: dict[str, np.ndarray]
+    after: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The outcome of `diagnose`."""
+
+    model: Model
+    extended: Model
+    base_parameters: str
+    records: tuple[tuple[str, str], ...]
+    """(file or name, 'train' | 'held_out')."""
+    alpha: float
+    seed: int
+    verdict: str
+    reason: str
+    """One sentence that supports the verdict."""
+    causes: tuple[Finding, ...]
+    bank: tuple[Entry, ...]
+    gain: dict[str, Gain]
+    hypothesis: dict[str, Any] | None
+    """Of an unexplained effect: the sparse term that fits best, and whether held-out records confirm it."""
+    noise: dict[str, Any]
+    """Sensor sds, force sds and correlation time that were estimated."""
+    traces: tuple[Trace, ...]
+    where: tuple[dict[str, Any], ...]
+    """Where in the records the base model goes wrong: condition, share of the excess, one sentence."""
+    next_manoeuvre: str | None
+    wall_s: float
+    cpu_s: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The document of schema version 1 (diagnosis.json), plain numbers only."""
+        return {
+            "schema": SCHEMA,
+            "model": self.model.id,
+            "base_parameters": self.base_parameters,
+            "records": [{"file": name, "role": role} for name, role in self.records],
+            "alpha": self.alpha,
+            "seed": self.seed,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "causes": [_finding(c) for c in self.causes],
+            "gain": {name: {k: _plain(v) for k, v in vars(g).items()} for name, g in self.gain.items()},
+            "bank": [{k: _plain(v) for k, v in vars(entry).items()} for entry in self.bank],
+            "hypothesis": _plain(self.hypothesis),
+            "noise": _plain(self.noise),
+            "where": _plain(list(self.where)),
+            "next_manoeuvre": self.next_manoeuvre,
+            "wall_s": self.wall_s,
+            "cpu_s": self.cpu_s,
+        }
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    facts = {k: _plain(v) for k, v in vars(finding).items() if k != "sizes"}
+    facts["tied_with"] = list(finding.tied_with)
+    facts["sizes"] = [{k: _plain(v) for k, v in vars(size).items()} for size in finding.sizes]
+    return facts
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON takes it: numbers that are not finite become null."""
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, bool | str) or value is None:
+        return value
+    if isinstance(value, int | np.integer):
+        return int(value)
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,637 @@
+"""Forward selection over the bank: screen, refit the leaders, rank, accept, delete, screen again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
+from ..models.model import CHANNELS
+from . import unknown
+from .causes import CAUSES, Cause, Variant, starts
+from .evidence import Projector, Score, effective_number, log_tail
+from .unknown import Feature
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+
+LEADERS = 6
+TIE_NATS = 4.6
+MOST_TIED = 2
+FAULT_GRID = 12
+SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN = 0.5, 0.2, 0.3
+"""How the family-wise level is spent: first cause, later ones, effects outside the bank."""
+IN_SPAN = 1e-3
+"""Share of a cause's information that must survive the nuisance, else it is not testable."""
+DEGREE = np.pi / 180.0
+
+
+@dataclass(frozen=True)
+class Screened:
+    """One cause's best variant by its score."""
+
+    cause: str
+    variant: Variant
+    log_p: float
+    score: Score
+    start: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A cause after refitting it with the noise: twice the gain in log likelihood and its log p-value."""
+
+    cause: str
+    variant: Variant
+    log_p: float
+    statistic: float
+    setting: Setting
+    now: Innovations
+    feature: bool = False
+
+
+@dataclass
+class Search:
+    """The state of the selection."""
+
+    est: Estimator
+    start: Setting
+    setting: Setting
+    now: Innovations
+    bank: dict[str, list[Variant]]
+    rng: np.random.Generator
+    alpha: float
+    nuisance: tuple[Parameter, ...] = ()
+    prior: np.ndarray | None = None
+    accepted: list[Candidate] = field(default_factory=list)
+    ties: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    n_effective: float = 25.0
+    first_screen: dict[str, Screened] = field(default_factory=dict)
+    first_candidates: list[Candidate] = field(default_factory=list)
+    rival: Candidate | None = None
+    in_span: set[str] = field(default_factory=set)
+    n_features: float = 100.0
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All that a refit moves: free coefficients, then those of the accepted causes."""
+        return (*self.nuisance, *(p for a in self.accepted for p in a.variant))
+
+    def precisions(self, extra: int) -> np.ndarray | None:
+        """Prior precisions of the parameters followed by `extra` more, None without a prior."""
+        if self.prior is None:
+            return None
+        return np.concatenate([self.prior, np.zeros(len(self.parameters) - len(self.nuisance) + extra)])
+
+    def refit(self, s: Setting, extra: Variant = (), most: int = 6) -> tuple[Setting, Innovations]:
+        return self.est.refit(s, [*self.parameters, *extra], most, self.precisions(len(extra)))
+
+
+# ---- screening
+def screen(search: Search, s: Setting, now: Innovations, count: bool = False) -> list[Screened]:
+    """Score of every cause not accepted yet, best variant each, best first; `count`: find the effective number."""
+    est = search.est
+    fixed = est.column(s, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
+    projector = Projector(now, fixed, search.precisions(0))
+    used = {a.cause for a in search.accepted}
+    out, families = [], []
+    for name, variants in search.bank.items():
+        if name in used or name == "rudder_fault" or name in ATTEMPTS:
+            continue
+        if CAUSES[name].profile:
+            out.append(_screen_profile(search, s, now, projector, name))
+            continue
+        columns = _variant_columns(est, s, now, variants)
+        scores = [projector.score(c) for c in columns]
+        if all(score.share < IN_SPAN for score in scores):
+            search.in_span.add(name)
+            continue
+        families.append(columns)
+        ranked = [
+            log_tail(score.statistic, len(v)) + np.log(len(variants)) for score, v in zip(scores, variants, strict=True)
+        ]
+        best = int(np.argmin(ranked))
+        out.append(Screened(name, variants[best], float(ranked[best]), scores[best]))
+    if "rudder_fault" in search.bank and "rudder_fault" not in used:
+        out.append(_screen_fault(search, s, now, projector))
+    if count:
+        search.n_effective = effective_number(projector, families, search.rng) + 1.0
+    return sorted(out, key=lambda c: c.log_p)
+
+
+def _variant_columns(est: Estimator, s: Setting, now: Innovations, variants: Sequence[Variant]) -> list[np.ndarray]:
+    """Columns (k, n) of each variant; a parameter that stands in several is run once."""
+    unique: dict[tuple, Parameter] = {}
+    for variant in variants:
+        for p in variant:
+            unique.setdefault((p.name, p.slots, p.record), p)
+    rows = dict(zip(unique, est.column(s, now, list(unique.values())), strict=True))
+    return [np.stack([rows[p.name, p.slots, p.record] for p in variant]) for variant in variants]
+
+
+def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Projector) -> Screened:
+    """Loss of effectiveness from a change time on, over a grid of times, in all records or one."""
+    est, best = search.est, None
+    longest = max(d.time[-1] for d in est.data)
+    times = np.linspace(0.0, longest, FAULT_GRID + 2)[1:-1]
+    at = est.index["fault_time"]
+    tests = np.log(len(times) * (1.0 + len(est.data)))
+    for t in times:
+        p = s.p.copy()
+        p[:, at] = t
+        variant = fault_variant(est, None)
+        column = est.column(replace(s, p=p), now, variant[:1])[0].reshape(-1, 6)
+        for record in [None, *range(len(est.data))]:
+            rows = slice(None) if record is None else slice(est.edges[record], est.edges[record + 1])
+            part = np.zeros_like(column)
+            part[rows] = column[rows]
+            score = projector.score(part.reshape(1, -1))
+            log_p = log_tail(score.statistic, 1) + tests
+            if best is None or log_p < best.log_p:
+                best = Screened(
+                    "rudder_fault", fault_variant(est, record), log_p, score, (float(score.step[0]), float(t))
+                )
+    assert best is not None
+    return best
+
+
+def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Projector, name: str) -> Screened:
+    """The first parameter's score over values of the second, which means nothing while the first is zero."""
+    est, (variant,) = search.est, search.bank[name]
+    first, second = variant
+    values = [x * est.clock - est.base[second.slots[0][0]] for x in CAUSES[name].profile]
+    found = []
+    for value in values:
+        column = est.column(est.at(s, second, value), now, (first,))
+        score = projector.score(column)
+        log_p = log_tail(score.statistic, 1) + np.log(len(values))
+        found.append(Screened(name, variant, log_p, score, (float(score.step[0]), value)))
+    return min(found, key=lambda f: f.log_p)
+
+
+def fault_variant(est: Estimator, record: int | None) -> Variant:
+    """Effectiveness 1 + e from time t0 (s) on."""
+    e = Parameter("e", "1", ((est.index["fault"], 1.0),), record, -1.0, 1.0, 0.02)
+    return (e, Parameter("t0", "s", ((est.index["fault_time"], 1.0),), record, 0.0, float(est.data[0].time[-1]), 1.0))
+
+
+# ---- refitting
+def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
+    """The cause with parameters and noise refitted from the best of its starts."""
+    est, s = search.est, search.setting
+    entry, variant = CAUSES[item.cause], item.variant
+    tests = float(len(search.bank[item.cause]))
+    if item.cause == "rudder_fault":
+        found, now = _refit_fault(search, item)
+        k, tests = 2, FAULT_GRID * (1.0 + len(est.data))
+    elif entry.profile:
+        first, second = variant
+        s = est.at(est.at(s, second, item.start[1]), first, item.start[0])
+        s, _ = search.refit(s, (first,), 2)
+        found, now = search.refit(s, variant, 8)
+        k = 2
+    else:
+        if entry.rings:
+            s = _ring_start(est, s, entry, variant)
+        elif entry.scan:
+            options = list(starts(est, s, entry, variant))
+            s = options[int(np.argmax([n.log_likelihood for n in est.many(options)]))]
+        found, now = search.refit(s, variant)
+        k = len(variant)
+    statistic = 2.0 * (now.log_likelihood - before)
+    return Candidate(item.cause, variant, log_tail(statistic, k) + np.log(tests), statistic, found, now)
+
+
+def _ring_start(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> Setting:
+    """Each record's (north, east) pair at the best of several sizes and eight directions."""
+    clock = est.clock if entry.id != "wave_drift" else 1.0
+    trials = [(0.0, 0.0)] + [
+        (ring * clock * np.cos(a), ring * clock * np.sin(a)) for ring in entry.rings for a in np.arange(8) * np.pi / 4.0
+    ]
+    settings = []
+    for north, east in trials:
+        moved = s
+        for j, p in enumerate(variant):
+            moved = est.at(moved, p, north if j % 2 == 0 else east)
+        settings.append(moved)
+    found = est.many(settings)
+    for i in range(len(est.data)):
+        rows = slice(est.edges[i], est.edges[i + 1])
+        gains = [-np.sum(n.log_s[rows]) - 0.5 * np.sum(n.e[rows] ** 2) for n in found]
+        north, east = trials[int(np.nanargmax(gains))]
+        own = [p for p in variant if p.record == i]
+        s = est.at(est.at(s, own[0], north), own[1], east)
+    return s
+
+
+def _refit_fault(search: Search, item: Screened) -> tuple[Setting, Innovations]:
+    est, (e, t0) = search.est, item.variant
+    s = est.at(est.at(search.setting, t0, item.start[1]), e, float(np.clip(item.start[0], -0.8, 0.8)))
+    s, _ = search.refit(s, (e,), 2)
+    width = est.data[0].time[-1] / FAULT_GRID
+    shifts = [est.at(s, t0, item.start[1] + share * width) for share in (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)]
+    s = shifts[int(np.argmax([n.log_likelihood for n in est.many(shifts)]))]
+    return search.refit(s, (e, t0), 5)
+
+
+def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:
+    """Unknown forces or sensor shifts, refitted with the noise."""
+    variant = tuple(f.parameter(search.est) for f in features)
+    found, now = search.refit(search.setting, variant, 3)
+    statistic = 2.0 * (now.log_likelihood - before)
+    k = len(variant)
+    name = " + ".join(f"{f.name}" for f in features)
+    return Candidate(
+        f"unknown:{name}", variant, log_tail(statistic, k) + k * np.log(tests), statistic, found, now, True
+    )
+
+
+def try_waves(search: Search, before: float) -> Candidate | None:
+    """Narrow-band motion on heading and yaw rate: scanned, then refined by a bounded simplex search."""
+    from scipy.optimize import minimize
+
+    est, s = search.est, search.setting
+    if not est.channels[:2].any():
+        return None
+    clock = est.clock
+    slots = [est.index[n] for n in ("wave_frequency", "wave_damping", "wave_rms")]
+    low = np.log([0.25 / clock, 0.02, 1e-5])
+    high = np.log([2.2 / clock, 0.5, 0.2])
+
+    def at(base: Setting, values: Sequence[float]) -> Setting:
+        p = base.p.copy()
+        p[:, slots] = values
+        return replace(base, p=p)
+
+    quiet = s.noise.copy()
+    quiet[:6] = np.minimum(quiet[:6], 1.05 * search.start.noise[:6])
+    options = []
+    for gusts in (1.0, 0.0):
+        noise = quiet.copy()
+        noise[6 : 6 + est.n_forces] *= gusts
+        for omega in (0.4, 0.55, 0.75, 1.0):
+            for rms in (0.03 * DEGREE, 0.12 * DEGREE, 0.5 * DEGREE):
+                options.append(at(replace(s, noise=noise), (omega / clock, 0.1, rms)))
+        if not s.noise[6 : 6 + est.n_forces].any():
+            break
+    gains = [n.log_likelihood for n in est.many(options)]
+    best = int(np.argmax(gains))
+    if gains[best] < before + 4.0:
+        return None
+    s = options[best]
+    x = np.log(s.p[0, slots])
+    for _ in range(3):
+        s, _ = est.fit_noise(s, 3)
+
+        def cost(y: np.ndarray, base: Setting = s) -> float:
+            inside = np.clip(y, low, high)
+            return -est.evaluate(at(base, np.exp(inside))).log_likelihood + 10.0 * float(np.sum((y - inside) ** 2))
+
+        simplex = x + np.vstack([np.zeros(3), 0.15 * np.eye(3)])
+        x = np.clip(
+            minimize(cost, x, method="Nelder-Mead", options={"maxfev": 35, "initial_simplex": simplex}).x, low, high
+        )
+        s = at(s, np.exp(x))
+    s, now = search.refit(s, (), 3)
+    statistic = 2.0 * (now.log_likelihood - before)
+    return Candidate("wave_motion", (), log_tail(statistic, 3) + np.log(4.0), statistic, s, now)
+
+
+def try_jitter(search: Search, before: float) -> Candidate | None:
+    """Errors of the sampling instants: scanned if squared innovations grow with the channels' rates of change."""
+    if unknown.rate_statistic(search.est, search.now) < 2.5:
+        return None
+    step = float(np.median(np.diff(search.est.data[0].time)))
+    return _scanned(search, "clock_jitter", "clock", [share * step for share in (0.03, 0.1, 0.3)], before)
+
+
+def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate | None:
+    """A limit on the command's rate or angle: scanned below the largest value seen."""
+    d = search.est.data
+    quiet = [unknown.lagged(x.rudder, x.time, 1.5 * float(np.median(np.diff(x.time)))) for x in d]
+    if slot == "rudder_rate":
+        seen = max(float(np.max(np.abs(np.diff(q) / np.diff(x.time)))) for q, x in zip(quiet, d, strict=True))
+    else:
+        seen = max(float(np.max(np.abs(q))) for q in quiet)
+    return _scanned(search, cause, slot, [share * seen for share in (0.97, 0.9, 0.8, 0.6, 0.4, 0.2)], before)
+
+
+def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], before: float) -> Candidate | None:
+    """The best value of one entry of the parameter vector, scanned and then refined in its logarithm."""
+    from scipy.optimize import minimize_scalar
+
+    est, s = search.est, search.setting
+    index = est.index[slot]
+
+    def at(value: float) -> tuple[Setting, Innovations]:
+        p = s.p.copy()
+        p[:, index] = value
+        return est.fit_noise(replace(s, p=p), 2)
+
+    gains = [at(value)[1].log_likelihood for value in values]
+    best = int(np.argmax(gains))
+    if gains[best] < before + 2.0:
+        return None
+    ends = np.log([values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)]])
+    low, high = min(ends) - 0.3 * (best == 0), max(ends) + 0.3 * (best == len(values) - 1)
+    found = minimize_scalar(
+        lambda x: -at(float(np.exp(x)))[1].log_likelihood, bounds=(low, high), options={"xatol": 0.01, "maxiter": 14}
+    )
+    setting, now = search.refit(at(float(np.exp(found.x)))[0], (), 2)
+    statistic = 2.0 * (now.log_likelihood - before)
+    return Candidate(cause, (), log_tail(statistic, 1) + np.log(2.0), statistic, setting, now)
+
+
+# ---- unknown effects
+GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
+"""Shares of the fitted gusts' sd at which features are tried: what explains their motion needs none."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A set of features with twice its gain in log likelihood, the gusts' level chosen along."""
+
+    features: tuple[Feature, ...]
+    gain: float
+    tests: float
+
+    @property
+    def log_p(self) -> float:
+        """Log p-value, the number of sets that were tried taken into account."""
+        k = len(self.features)
+        return log_tail(self.gain, k) + k * np.log(self.tests)
+
+
+NOT_GUSTS = "unknown:a force that does not act on surge, sway and yaw at once, as gusts do"
+GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
+"""Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
+
+
+def gust_like(search: Search) -> float:
+    """Log likelihood of the best noise whose forces are in the proportions of gusts."""
+    est, s, now = search.est, search.setting, search.now
+    sd = s.noise[6 : 6 + est.n_forces]
+    if est.n_forces != 3 or not sd.any():
+        return now.log_likelihood
+    largest = max(sd[2], sd[1] / GUST_Y[0], sd[0] / GUST_X[0])
+    settings = []
+    for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 14):
+        noise = s.noise.copy()
+        noise[6:9] = [np.clip(sd[0], *np.multiply(GUST_X, yaw)), np.clip(sd[1], *np.multiply(GUST_Y, yaw)), yaw]
+        settings.append(replace(s, noise=noise))
+    still = s.noise.copy()
+    still[6:9] = 0.0
+    settings.append(replace(s, noise=still))
+    found = max(n.log_likelihood for n in est.many(settings))
+    return min(found, now.log_likelihood)
+
+
+def try_features(search: Search, before: float) -> list[Tried]:
+    """Features, sets of them and pulses by the likelihood that one step and a level of gusts give, best first."""
+    est, s = search.est, search.setting
+    found = unknown.features(est, s, search.now, est.clock)
+    windows = [(axis, w) for axis in range(est.n_forces) for w in unknown.pulses(est, axis)]
+    axes = [f.axis for f in found] + [axis for axis, _ in windows]
+    series = [f.series for f in found] + [w[2] for _, w in windows]
+    n = len(found)
+    gusty = bool(s.noise[6 : 6 + est.n_forces].any())
+    best: dict[tuple[str, ...], Tried] = {}
+    for level in GUST_LEVELS if gusty else (1.0,):
+        noise = np.where(level == 0.0, search.start.noise, s.noise)
+        noise[6 : 6 + est.n_forces] = level * s.noise[6 : 6 + est.n_forces]
+        noise[6 + est.n_forces] = s.noise[6 + est.n_forces]
+        at = replace(s, noise=noise)
+        now = search.now if level == 1.0 else est.evaluate(at)
+        if now.log_likelihood <= -1e299 or np.abs(now.e).max() > 1e4:
+            continue
+        fixed = est.column(at, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
+        projector = Projector(now, fixed, search.precisions(0))
+        if level < 1.0:
+            projector.residual = now.e.ravel()
+        columns = est.responses(at, axes, series)
+        left = projector.project(columns)
+        told = np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-300)
+        if level == 1.0:
+            search.n_features = _independent(search, left[:n][told[:n]], projector.residual)
+        loss = 2.0 * (now.log_likelihood - before)
+        for t in [
+            *_sets(found, left[:n], projector.residual, told[:n]),
+            *_bursts(est, windows, left[n:], projector.residual),
+        ]:
+            key = tuple(f"{f.name}:{f.axis}" for f in t.features)
+            gain = t.gain + loss
+            if key not in best or gain > best[key].gain:
+                best[key] = replace(t, gain=gain)
+    out = [replace(t, tests=search.n_features) if t.features[0].family != "pulse" else t for t in best.values()]
+    return sorted(out, key=lambda t: t.log_p)
+
+
+def _independent(search: Search, left: np.ndarray, residual: np.ndarray, draws: int = 500) -> float:
+    """How many independent tests the dictionary amounts to, by multiplier draws of its scores."""
+    from scipy.stats import chi2
+
+    if not len(left):
+        return 1.0
+    summed = (left * residual).reshape(len(left), -1, 6).sum(axis=2).astype(np.float32)
+    scale = np.sqrt(np.sum(summed**2, axis=1)) + 1e-30
+    normal = search.rng.standard_normal((draws, summed.shape[1]), dtype=np.float32)
+    largest = np.max((normal @ summed.T / scale) ** 2, axis=1)
+    p = float(chi2.sf(np.quantile(largest, 0.9), 1))
+    return float(np.clip(np.log1p(-0.1) / np.log1p(-min(p, 0.5)), 1.0, len(left)))
+
+
+def _sets(
+    found: Sequence[Feature], left: np.ndarray, residual: np.ndarray, told: np.ndarray, most: int = 3
+) -> list[Tried]:
+    """Every feature alone, and greedy sets of two and three of them."""
+    information = np.einsum("ij,ij->i", left, left)
+    gain = np.where(told, (left @ residual) ** 2 / np.maximum(information, 1e-300), 0.0)
+    out = [Tried((found[j],), float(gain[j]), 1.0) for j in np.flatnonzero(told)]
+    chosen, total, rest, work = [], 0.0, residual.copy(), left.copy()
+    for _ in range(most):
+        size = np.einsum("ij,ij->i", work, work)
+        open_ = told & (size > 0.02 * np.maximum(information, 1e-300))
+        gain = np.where(open_, (work @ rest) ** 2 / np.maximum(size, 1e-300), 0.0)
+        j = int(np.argmax(gain))
+        if gain[j] <= 0.0:
+            break
+        total += float(gain[j])
+        chosen.append(found[j])
+        unit = work[j] / np.sqrt(size[j])
+        work = work - np.outer(work @ unit, unit)
+        rest = rest - (rest @ unit) * unit
+        if len(chosen) > 1:
+            out.append(Tried(tuple(chosen), total, 1.0))
+    return out
+
+
+def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> list[Tried]:
+    """The best force that acts for one to eight windows of one record, on each axis."""
+    gradient, cross = -left @ residual, left @ left.T
+    out = []
+    for axis in range(est.n_forces):
+        best: tuple[float, list[int]] = (0.0, [])
+        for i in range(len(est.data) + 1):  # the last: all records at the same time
+            own = [j for j, (a, w) in enumerate(windows) if a == axis and w[0] == i]
+            for a in range(len(own)):
+                for b in range(a + 1, min(a + 9, len(own) + 1)):
+                    information = cross[np.ix_(own[a:b], own[a:b])].sum()
+                    if information > 0.0:
+                        best = max(
+                            best, (float(gradient[own[a:b]].sum() ** 2 / information), own[a:b]), key=lambda z: z[0]
+                        )
+        if best[1]:
+            arrays = tuple(np.sum([windows[j][1][2][r] for j in best[1]], axis=0) for r in range(len(est.data)))
+            tests = 3.0 * len(windows)
+            record = windows[best[1][0]][1][0]
+            place = est.data[record].name if record < len(est.data) else "every record"
+            out.append(
+                Tried(
+                    (Feature(f"pulse in {place}", axis, arrays, "pulse"),),
+                    best[0],
+                    tests,
+                )
+            )
+    return out
+
+
+def best_unknown(search: Search, before: float, threshold: float) -> Candidate | None:
+    """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p)."""
+    gain = 2.0 * (before - gust_like(search))
+    if log_tail(gain, 2) < threshold:
+        found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, search.setting, search.now, True)]
+    else:
+        found = []
+    before -= 0.5 * gain
+    chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
+    found += [refit_features(search, t.features, before, t.tests) for t in chosen]
+    passed = [c for c in found if c.log_p < threshold]
+    return min(passed, key=lambda c: c.log_p) if passed else None
+
+
+def quiet_noise(search: Search) -> Setting:
+    """The present setting under the sensors' noise alone."""
+    return replace(search.setting, noise=search.start.noise.copy())
+
+
+# ---- selection
+def select(search: Search, most: int) -> None:
+    """Accept causes one after the other while they pass the family-wise level."""
+    settle(search)
+    for step in range(most):
+        before = search.now.log_likelihood
+        candidates = _candidates(search, step, before)
+        share = SHARE_FIRST if step == 0 else SHARE_LATER / max(most - 1, 1)
+        threshold = np.log(search.alpha * share / search.n_effective)
+        candidates.sort(key=lambda c: c.log_p)
+        if step == 0:
+            search.first_candidates = candidates
+            search.rival = best_unknown(search, before, np.log(search.alpha * SHARE_UNKNOWN))
+        passed = [c for c in candidates if c.log_p < threshold]
+        if not passed:
+            return
+        accept(search, passed)
+
+
+def settle(search: Search) -> None:
+    """Noise (and free coefficients) of largest likelihood at the present causes."""
+    if search.parameters:
+        search.setting, search.now = search.refit(search.setting, (), 3)
+    search.setting, search.now = search.est.settle(search.setting, search.start)
+    if search.parameters:
+        search.setting, search.now = search.refit(search.setting, (), 3)
+
+
+def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
+    items = screen(search, search.setting, search.now, count=step == 0)
+    if step == 0:
+        search.first_screen = {i.cause: i for i in items}
+    level = np.log(0.1 / search.n_effective)
+    chosen = [i for i in items if i.log_p < level][:LEADERS]
+    if search.setting.noise[6 : 6 + search.est.n_forces].any():
+        bare = quiet_noise(search)
+        now = search.est.evaluate(bare)
+        if now.log_likelihood > -1e299 and np.abs(now.e).max() < 1e3:
+            have = {i.cause for i in chosen}
+            chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
+    found = [refit_cause(search, item, before) for item in chosen]
+    named = {a.cause for a in search.accepted}
+    for name, attempt in ATTEMPTS.items():
+        candidate = attempt(search, before) if name in search.bank and name not in named else None
+        found += [candidate] if candidate is not None else []
+    return found
+
+
+ATTEMPTS: dict[str, Callable[[Search, float], Candidate | None]] = {
+    "wave_motion": try_waves,
+    "clock_jitter": try_jitter,
+    "rudder_rate_limit": lambda search, before: try_limit(search, "rudder_rate_limit", "rudder_rate", before),
+    "rudder_saturation": lambda search, before: try_limit(search, "rudder_saturation", "rudder_limit", before),
+}
+"""Causes that are scanned instead of scored: their derivative at the null says nothing."""
+
+
+def accept(search: Search, passed: Sequence[Candidate]) -> None:
+    """Enter the best candidate, note its ties, refit everything and drop earlier causes that lost their evidence."""
+    best = passed[0]
+    search.ties[best.cause] = tuple(c.cause for c in passed[1:] if c.log_p - best.log_p < TIE_NATS)[:MOST_TIED]
+    search.setting, search.now = best.setting, best.now
+    search.accepted.append(best)
+    settle(search)
+    _delete(search)
+
+
+def _delete(search: Search) -> None:
+    """Backward deletion of causes other than the last that no longer gain significantly."""
+    for old in search.accepted[:-1]:
+        if not old.variant:
+            continue
+        bare = search.setting
+        for p in old.variant:
+            bare = search.est.at(bare, p, 0.0)
+        kept = [a for a in search.accepted if a is not old]
+        trial = replace(search, accepted=kept)
+        setting, now = trial.refit(bare, (), 4)
+        gain = 2.0 * (search.now.log_likelihood - now.log_likelihood)
+        if log_tail(gain, len(old.variant)) > np.log(search.alpha / search.n_effective):
+            search.accepted, search.setting, search.now = kept, setting, now
+            search.ties.pop(old.cause, None)
+
+
+def covariance(search: Search) -> np.ndarray:
+    """Covariance of `search.parameters` at the present setting."""
+    if not search.parameters:
+        return np.zeros((0, 0))
+    d = search.est.column(search.setting, search.now, search.parameters)
+    fisher = d @ d.T
+    prior = search.precisions(0)
+    fisher += np.diag(prior) if prior is not None else 0.0
+    scale = np.sqrt(np.diag(fisher)) + 1e-300
+    return np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+
+
+def channel_name(c: int) -> str:
+    """Record channel of one of the filter's six."""
+    return CHANNELS[SYMBOLS[c]]
+
+
+def confirmed(search: Search, left: Candidate, records: Sequence[Record]) -> bool | None:
+    """Whether unexplained terms, at the size found in training, raise the likelihood of held-out records too.
+
+    None where a term belongs to one training record (a pulse) and says nothing about others.
+    """
+    est = search.est
+    held = Estimator(est.model, records, est.unit)
+    s = Setting(np.tile(search.setting.p[0], (len(held.data), 1)), search.setting.noise)
+    now = held.evaluate(s)
+    found = {(f.name, f.axis): f for f in unknown.features(held, s, now, held.clock)}
+    for p in left.variant:
+        name, _, axis = p.name.rpartition(":")
+        feature = found.get((name, int(axis)))
+        if feature is None:
+            return None
+        s = held.moved(s, feature.parameter(held), est.value(left.setting, p))
+    return bool(held.evaluate(s).log_likelihood > now.log_likelihood + 2.0)

@@ -1,0 +1,107 @@
+"""What a cause's parameters amount to: sizes in physical units with intervals, and which record they belong to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..methods.innovations.estimator import Estimator, Parameter, Setting
+from .causes import CAUSES, Variant, drift_height
+from .result import Size
+
+NORMAL_90 = 1.6448536269514722
+DRAWS = 2000
+SCANNED = {
+    "clock_jitter": ("clock", "sd", "s"),
+    "rudder_rate_limit": ("rudder_rate", "rate", "rad/s"),
+    "rudder_saturation": ("rudder_limit", "limit", "rad"),
+}
+"""Causes of one positive number: its entry in the parameter vector, its name and unit."""
+
+
+def sizes_of(
+    est: Estimator, s: Setting, cause: str, variant: Variant, covariance: np.ndarray, rng: np.random.Generator
+) -> tuple[Size, ...]:
+    """90 % intervals of a cause's sizes from the covariance (k, k) of its parameters.
+
+    Speeds and directions come from draws of their components; limits from their share.
+    """
+    entry = CAUSES[cause]
+    values = np.array([est.value(s, p) for p in variant])
+    if cause == "wave_motion":
+        return _waves(est, s)
+    if cause in SCANNED:
+        return _scanned(est, s, *SCANNED[cause])
+    if entry.polar is not None:
+        return _polar(est, entry.polar, cause, variant, values, covariance, rng)
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return tuple(_plain(est, p, v, NORMAL_90 * sd) for p, v, sd in zip(variant, values, spread, strict=True))
+
+
+def _plain(est: Estimator, p: Parameter, value: float, half: float) -> Size:
+    low, high = max(value - half, p.low), min(value + half, p.high)
+    name = None if p.record is None else est.data[p.record].name
+    own, unit = p.name.partition(":")[0], p.unit
+    shift = {"recovery": est.base[est.index["loss_time"]] if "loss_time" in est.index else 0.0}
+    shift |= {"T2": est.base[est.index["lead_T2"]] if "lead_T2" in est.index else 0.0}
+    shift |= {"power": est.base[est.index["loss_power"]] if "loss_power" in est.index else 0.0}
+    add = shift.get(own, 0.0)
+    if own == "draught_over_depth":
+        ratio = [1.0 / max(x, 1e-3) for x in (value, high, low)]
+        return Size("depth_ratio", ratio[0], ratio[1], ratio[2], "1", name)
+    return Size(own, value + add, low + add, high + add, unit, name)
+
+
+def _polar(est, polar, cause, variant, values, covariance, rng) -> tuple[Size, ...]:
+    out = []
+    for i in range(0, len(variant), 2):
+        pair = values[i : i + 2]
+        block = covariance[i : i + 2, i : i + 2]
+        draws = pair + rng.multivariate_normal(np.zeros(2), block, DRAWS, method="eigh") if block.any() else pair[None]
+        sign = -1.0 if polar.coming_from and cause == "wind" else 1.0
+        direction = float(np.arctan2(sign * pair[1], sign * pair[0]))
+        turned = np.arctan2(sign * draws[:, 1], sign * draws[:, 0]) - direction
+        turned = np.mod(turned + np.pi, 2.0 * np.pi) - np.pi
+        low, high = np.quantile(turned, [0.05, 0.95])
+        speed = float(np.hypot(*pair))
+        along = draws @ pair / max(speed, 1e-300)
+        ends = np.maximum(np.quantile(along, [0.05, 0.95]), 0.0)
+        if cause == "wave_drift":
+            speed, ends = drift_height(est, speed), np.array([drift_height(est, x) for x in ends])
+        name = est.data[variant[i].record].name if variant[i].record is not None else None
+        unit = "m" if cause == "wave_drift" else "m/s"
+        out.append(Size(polar.speed, speed, float(ends[0]), float(ends[1]), unit, name))
+        out.append(Size(polar.direction, direction, direction + float(low), direction + float(high), "rad", name))
+    return tuple(out)
+
+
+def _scanned(est: Estimator, s: Setting, slot: str, name: str, unit: str) -> tuple[Size, ...]:
+    """A positive number with the interval that the curvature of the log likelihood in its logarithm gives."""
+    index, h = est.index[slot], 0.05
+    value = float(s.p[0, index])
+    ll = []
+    for factor in (np.exp(-h), 1.0, np.exp(h)):
+        p = s.p.copy()
+        p[:, index] = value * factor
+        ll.append(est.evaluate(replace(s, p=p)).log_likelihood)
+    curvature = max(-(ll[0] - 2.0 * ll[1] + ll[2]) / h**2, 1.0)
+    half = NORMAL_90 / np.sqrt(curvature)
+    return (Size(name, value, value * float(np.exp(-half)), value * float(np.exp(half)), unit),)
+
+
+def _waves(est: Estimator, s: Setting) -> tuple[Size, ...]:
+    names = {"omega": ("wave_frequency", "rad/s"), "damping": ("wave_damping", "1"), "rms": ("wave_rms", "rad")}
+    duration = sum(d.time[-1] for d in est.data)
+    values = {name: float(s.p[0, est.index[slot]]) for name, (slot, _) in names.items()}
+    cycles = max(duration * values["damping"] * values["omega"], 4.0)
+    relative = {
+        "omega": values["damping"] / np.sqrt(cycles),
+        "damping": 1.0 / np.sqrt(cycles),
+        "rms": 0.5 / np.sqrt(cycles) + 0.02,
+    }
+    out = []
+    for name, (_, unit) in names.items():
+        half = NORMAL_90 * 1.5 * relative[name] * values[name]
+        out.append(Size(name, values[name], max(values[name] - half, 0.0), values[name] + half, unit))
+    return tuple(out)

@@ -1,0 +1,275 @@
+"""What no named cause explains: a dictionary of generic forces and sensor shifts, and tests of gusts being gusts.
+
+Each feature is a time series made from the filter's own states and the record's inputs, added to one force or one
+channel.  Zero-mean gusts with one correlation time depend on none of them, so a feature that the innovations ask for
+is missing physics.  What no feature catches still betrays itself: innovations of a force that acts only in parts of
+the manoeuvre are too large there and too small elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
+
+LAGS_S = (5.0, 12.0, 30.0, 75.0)
+WINDOWS = 24
+"""Windows a record is cut into for effects that act for a while."""
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A unit-size series (one array (T,) a record) added to axis `axis` (a force, or channel axis - nf)."""
+
+    name: str
+    axis: int
+    series: tuple[np.ndarray, ...]
+    family: str
+
+    def parameter(self, est: Estimator) -> Parameter:
+        """The feature's size as a parameter of the filter."""
+        return Parameter(f"{self.name}:{self.axis}", "", series=(self.axis, self.series), scale=1e-6)
+
+
+def features(est: Estimator, s: Setting, now: Innovations, clock: float) -> list[Feature]:
+    """The dictionary at a setting: every basis series on every force, and slow shifts of every channel."""
+    basis: dict[str, tuple[str, list[np.ndarray]]] = {}
+    for i, d in enumerate(est.data):
+        states = now.states[est.edges[i] : est.edges[i + 1]]
+        for name, (family, values) in _basis(est, states, d.time, d.rudder, clock).items():
+            basis.setdefault(name, (family, []))[1].append(values)
+    nf, found = est.n_forces, []
+    for name, (family, arrays) in basis.items():
+        series = _standard(arrays)
+        if series is None:
+            continue
+        found += [Feature(name, axis, series, family) for axis in range(nf)]
+    ramp = _standard([d.time / d.time[-1] - 0.5 for d in est.data])
+    for c in np.flatnonzero(est.channels):
+        if ramp is not None:
+            found.append(Feature(f"drift of {SYMBOLS[c]}", nf + int(c), ramp, "sensor"))
+        for kind, arrays in _channel_shapes(est, now, int(c)).items():
+            series = _standard(arrays)
+            if series is not None:
+                found.append(Feature(f"{kind} of {SYMBOLS[c]}", nf + int(c), series, "sensor"))
+    return found
+
+
+def _standard(arrays: Sequence[np.ndarray]) -> tuple[np.ndarray, ...] | None:
+    size = np.sqrt(np.mean(np.concatenate(arrays) ** 2))
+    if not np.isfinite(size) or size < 1e-12:
+        return None
+    return tuple(np.ascontiguousarray(a / size) for a in arrays)
+
+
+def _basis(est: Estimator, states: np.ndarray, time: np.ndarray, rudder: np.ndarray, clock: float):
+    """Series of one record by name: family and values (T,)."""
+    names = list(est.kernels.STATES)
+    r, psi = states[:, names.index("r")], states[:, names.index("psi")]
+    smooth = np.clip(rudder, -10.0, 10.0)
+    signals = {"r": r / max(np.std(r), 1e-9), "d": smooth / max(np.std(smooth), 1e-9)}
+    if est.model.is_3dof:
+        v, u = states[:, names.index("v")], states[:, names.index("u")]
+        signals["v"] = v / max(np.std(v), 1e-9)
+        loss = u / est.model.speed_m_s - 1.0
+        signals["u"] = loss / max(np.std(loss), 1e-9)
+    out: dict[str, tuple[str, np.ndarray]] = {}
+    keys = list(signals)
+    for i, a in enumerate(keys):
+        x = signals[a]
+        out[a] = ("linear", x)
+        out[f"|{a}|"] = ("even", np.abs(x))
+        out[f"{a}^2"] = ("even", x**2)
+        out[f"{a}|{a}|"] = ("odd", x * np.abs(x))
+        out[f"{a}^3"] = ("odd", x**3)
+        out[f"stall {a}"] = ("odd", np.sign(x) * np.maximum(np.abs(x) - np.quantile(np.abs(x), 0.75), 0.0))
+        out[f"dead {a}"] = ("odd", np.clip(x, -0.3, 0.3))
+        out[f"port {a}"] = ("even", np.maximum(x, 0.0))
+        for b in keys[i + 1 :]:
+            y = signals[b]
+            out[f"{a}{b}"] = ("product", x * y)
+            out[f"{a}|{b}|"] = ("product", x * np.abs(y))
+            out[f"{b}|{a}|"] = ("product", y * np.abs(x))
+            out[f"{a}^2{b}"] = ("product", x**2 * y)
+            out[f"{a}{b}^2"] = ("product", x * y**2)
+    for a, x in signals.items():
+        for lag in LAGS_S:
+            late = lagged(x, time, lag * clock)
+            out[f"{a} late {lag:g}"] = ("memory", late)
+        out[f"sign {a} late"] = ("memory", np.sign(lagged(x, time, 12.0 * clock)))
+        rate = np.gradient(lagged(x, time, 2.0 * clock), time)
+        rate /= max(np.std(rate), 1e-12)
+        out[f"rate {a}"] = ("rate", rate)
+        out[f"|rate {a}|"] = ("rate", np.abs(rate))
+    part = time / time[-1] - 0.5
+    out["time"] = ("drift", part)
+    out["time^2"] = ("drift", part**2 - 1.0 / 12.0)
+    for a, x in signals.items():
+        out[f"time {a}"] = ("drift", part * x)
+    for m in (1, 2, 3):
+        out[f"cos {m} psi"] = ("heading", np.cos(m * psi))
+        out[f"sin {m} psi"] = ("heading", np.sin(m * psi))
+    for wave, label in ((np.cos(psi), "cos"), (np.sin(psi), "sin")):
+        for a in ("r", "d"):
+            out[f"{a} {label} psi"] = ("heading", signals[a] * wave)
+    if est.model.is_3dof:
+        for name in ("x", "y"):
+            place = states[:, names.index(name)]
+            reach = place - place.mean()
+            span = max(np.std(reach), 1e-9)
+            out[name] = ("place", reach / span)
+            out[f"{name}^2"] = ("place", (reach / span) ** 2)
+            for a in ("r", "d"):
+                out[f"{a} {name}"] = ("place", signals[a] * reach / span)
+    return out
+
+
+def lagged(x: np.ndarray, time: np.ndarray, lag: float) -> np.ndarray:
+    """First-order lag of a series (T,)."""
+    from scipy.signal import lfilter
+
+    dt = float(np.median(np.diff(time)))
+    share = 1.0 - np.exp(-dt / lag)
+    return lfilter([share], [1.0, share - 1.0], x, zi=[(1.0 - share) * x[0]])[0]
+
+
+def _channel_shapes(est: Estimator, now: Innovations, c: int) -> dict[str, list[np.ndarray]]:
+    """Ways in which one channel alone can depart: growing with its value, its size, other motions, or time."""
+    names = list(est.kernels.STATES)
+    r = now.states[:, names.index("r")]
+    x = now.states[:, est.layout[6 + c]]
+    shapes = {"curve": [], "even": [], "lever": [], "jump": [], "drift^2": []}
+    for i, d in enumerate(est.data):
+        rows = slice(est.edges[i], est.edges[i + 1])
+        own = x[rows] - x[rows].mean()
+        shapes["curve"].append(own**3)
+        shapes["even"].append(np.abs(own))
+        shapes["lever"].append(r[rows])
+        shapes["jump"].append(np.sign(d.time - 0.5 * d.time[-1]))
+        part = d.time / d.time[-1] - 0.5
+        shapes["drift^2"].append(part**2 - 1.0 / 12.0)
+    if SYMBOLS[c] == "r":
+        del shapes["lever"]
+    return shapes
+
+
+def pulses(est: Estimator, axis: int) -> list[tuple[int, int, tuple[np.ndarray, ...]]]:
+    """Unit forces on `axis` over each window of each record, and of all at the same time (record = their number):
+    (record, window, series)."""
+    found = []
+    for i, d in enumerate(est.data):
+        edges = np.linspace(0.0, d.time[-1] + 1e-9, WINDOWS + 1)
+        for w in range(WINDOWS):
+            arrays = [np.zeros(other.time.size) for other in est.data]
+            arrays[i][(d.time >= edges[w]) & (d.time < edges[w + 1])] = 1.0
+            found.append((i, w, tuple(arrays)))
+    longest = max(d.time[-1] for d in est.data)
+    edges = np.linspace(0.0, longest + 1e-9, WINDOWS + 1)
+    for w in range(WINDOWS):
+        arrays = tuple(((d.time >= edges[w]) & (d.time < edges[w + 1])).astype(float) for d in est.data)
+        found.append((len(est.data), w, arrays))
+    return found
+
+
+def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
+    """Log p-values of the squared innovations not depending on what the ship does: (condition, log p)."""
+    from scipy.stats import norm
+
+    names = list(est.kernels.STATES)
+    r = np.abs(now.states[:, names.index("r")])
+    rudder = np.concatenate([np.abs(d.rudder) for d in est.data])
+    rate = np.concatenate([np.abs(np.gradient(d.rudder, d.time)) for d in est.data])
+    owner = np.concatenate([np.full(d.time.size, i) for i, d in enumerate(est.data)])
+    part = np.concatenate([d.time / d.time[-1] for d in est.data])
+    conditions = {
+        "yaw rate": r,
+        "rudder angle": rudder,
+        "rudder rate": np.minimum(rate, np.quantile(rate, 0.95)),
+        "time": part,
+    }
+    conditions |= (
+        {f"record {d.name}": (owner == i).astype(float) for i, d in enumerate(est.data)} if len(est.data) > 1 else {}
+    )
+    out = []
+    for label, g in conditions.items():
+        for c in np.flatnonzero(est.channels):
+            e = now.e[:, c]
+            used = e != 0.0
+            if used.sum() < 50 or np.std(g[used]) == 0.0:
+                continue
+            z = np.minimum(e[used] ** 2, 20.0) - 1.0
+            h = (g[used] - g[used].mean()) / np.std(g[used])
+            t = np.sum((z - z.mean()) * h) / np.sqrt(used.sum() * max(np.var(z), 1e-12))
+            out.append((f"{SYMBOLS[c]} with {label}", float(np.log(2.0) + norm.logsf(abs(t)))))
+    return out
+
+
+def rate_statistic(est: Estimator, now: Innovations) -> float:
+    """Standard score of squared innovations growing with the squares of their channels' rates of change."""
+    total, variance = 0.0, 0.0
+    for c in np.flatnonzero(est.channels):
+        rates = []
+        for i, d in enumerate(est.data):
+            rows = slice(est.edges[i], est.edges[i + 1])
+            rates.append(np.gradient(now.states[rows, est.layout[6 + c]], d.time))
+        g = np.concatenate(rates) ** 2 * np.exp(-2.0 * now.log_s[:, c])
+        used = now.e[:, c] != 0.0
+        h = g[used] - g[used].mean()
+        total += float(np.sum((np.minimum(now.e[used, c] ** 2, 20.0) - 1.0) * h))
+        variance += 2.0 * float(np.sum(h**2))
+    return total / np.sqrt(max(variance, 1e-300))
+
+
+def whiteness_tests(est: Estimator, now: Innovations, lags: int = 12) -> list[tuple[str, float]]:
+    """Log p-values of each channel's innovations being white over the first lags (Ljung-Box)."""
+    from .evidence import log_tail
+
+    out = []
+    for c in np.flatnonzero(est.channels):
+        total, count = np.zeros(lags), np.zeros(lags)
+        for i in range(len(est.data)):
+            e = np.clip(now.e[est.edges[i] + 10 : est.edges[i + 1], c], -4.5, 4.5)
+            for k in range(1, lags + 1):
+                total[k - 1] += e[k:] @ e[:-k]
+                count[k - 1] += np.count_nonzero(e[k:] * e[:-k])
+        if count.min() > 50:
+            out.append((f"{SYMBOLS[c]} white", log_tail(float(np.sum(total**2 / count)), lags)))
+    return out
+
+
+def line_test(est: Estimator, now: Innovations) -> tuple[float, float]:
+    """A spectral line in the innovations of heading, yaw rate and sway: log p and its angular frequency (rad/s)."""
+    from .evidence import log_tail
+
+    best = (0.0, 1.0)
+    dt = float(np.median(np.diff(est.data[0].time)))
+    size = 4096
+    omega = 2.0 * np.pi * np.fft.rfftfreq(size, dt)
+    shortest = min(d.time[-1] for d in est.data)
+    band = np.flatnonzero((omega > 2.0 * np.pi * 3.0 / shortest) & (omega < 0.3 * np.pi / dt))
+    for c in np.flatnonzero(est.channels[:4]):
+        power, runs = np.zeros(omega.size), 0
+        for i in range(len(est.data)):
+            e = np.clip(now.e[est.edges[i] + 6 : est.edges[i + 1], c], -4.5, 4.5)
+            if np.count_nonzero(e) < 50:
+                continue
+            taper = np.hanning(e.size)
+            power += np.abs(np.fft.rfft(e * taper, n=size)) ** 2 / np.sum(taper**2)
+            runs += 1
+        if not runs:
+            continue
+        level = 2.0 * power[band] / np.array([_background(power, k, runs) for k in band])
+        k = int(np.argmax(level))
+        tests = 3.0 * shortest / dt / 4.0
+        best = min(best, (log_tail(float(level[k]), 2 * runs) + np.log(tests), float(omega[band[k]])))
+    return best
+
+
+def _background(power: np.ndarray, k: int, runs: int) -> float:
+    from scipy.stats import chi2
+
+    around = power[max(3, k - 80) : k + 80]
+    return max(float(np.median(around)) / (chi2.median(2 * runs) / (2.0 * runs)) / runs, 0.9)

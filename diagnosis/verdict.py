@@ -1,0 +1,119 @@
+"""From evidence to a verdict, in words: what is decided, what is not, and which manoeuvre to run next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .causes import CAUSES
+from .result import Finding, Trace
+
+if TYPE_CHECKING:
+    from ..methods.innovations.estimator import Estimator
+    from .search import Candidate, Search
+
+EXCITED = 8.0
+"""Yaw motion over its sensor's noise (rms, smoothed) below which a record tells nothing about manoeuvring."""
+RUDDER_MOVED = np.deg2rad(0.3)
+
+
+def undecidable(est: Estimator, search: Search) -> str | None:
+    """Why the records cannot decide anything (too little motion, too few samples), None if they can."""
+    moved = max(float(np.std(d.rudder)) for d in est.data)
+    strongest = 0.0
+    for d in est.data:
+        for c in (0, 1):
+            y = d.measured[:, c]
+            y = y[np.isfinite(y)]
+            if y.size < 20:
+                continue
+            size = max(1, y.size // 200)
+            mean = y[: y.size // size * size].reshape(-1, size).mean(axis=1)
+            strongest = max(strongest, float(np.std(mean) / (search.start.noise[c] / np.sqrt(size))))
+    if moved < RUDDER_MOVED or strongest < EXCITED:
+        return (
+            f"the rudder moves by {np.rad2deg(moved):.2f} deg (sd) and the yaw motion is {strongest:.1f} times its "
+            "sensor's noise: the records hold no manoeuvre"
+        )
+    if est.n_values < 60:
+        return f"{est.n_values} measured values are too few"
+    return None
+
+
+def decide(poor: str | None, left: Candidate | None, findings: Sequence[Finding]) -> tuple[str, str]:
+    """The verdict by precedence, and the sentence that supports it."""
+    if poor is not None:
+        return "inconclusive", poor
+    if left is not None:
+        return "unexplained", f"an effect outside the bank remains: {left.cause.removeprefix('unknown:')}"
+    ties = [f for f in findings if f.tied_with]
+    if ties:
+        said = "; ".join(f"{f.cause} cannot be told from {' or '.join(f.tied_with)}" for f in ties)
+        return "tied", said
+    if findings:
+        return "named", "; ".join(_spoken(f) for f in findings)
+    return "adequate", "the innovations are what the model and its sensors' noise (and zero-mean gusts) would give"
+
+
+def _spoken(f: Finding) -> str:
+    """A cause with its first size."""
+    if not f.sizes:
+        return f.cause
+    size = f.sizes[0]
+    unit = "" if size.unit == "1" else f" {size.unit}"
+    return f"{f.cause} ({size.parameter} = {size.value:.3g}{unit}, 90 % interval {size.low:.3g} to {size.high:.3g})"
+
+
+def next_manoeuvre(poor: str | None, findings: Sequence[Finding]) -> str | None:
+    """What to run next: excitation where there was none, else what would break a tie."""
+    if poor is not None:
+        return (
+            "a 20/20 zigzag to both sides and a 25 deg turning circle, rudder, heading and yaw rate at 2 Hz or faster"
+        )
+    said = [f.separate_by for f in findings if f.tied_with and f.separate_by]
+    return "; ".join(said) or None
+
+
+def power(search: Search, cause: str) -> float | None:
+    """Power of a cause's test at the size that matters, at the family-wise level; None where that is not stated."""
+    from scipy.stats import chi2, ncx2
+
+    screened, entry = search.first_screen.get(cause), CAUSES.get(cause)
+    if screened is None or entry is None or entry.matters is None:
+        return None
+    p = screened.variant[0]
+    size = entry.matters * (search.est.clock if p.unit == "s" else 1.0)
+    noncentrality = float(screened.score.information[0, 0]) * size**2
+    threshold = chi2.isf(search.alpha / search.n_effective, len(screened.variant))
+    return float(ncx2.sf(threshold, len(screened.variant), max(noncentrality, 1e-9)))
+
+
+def where(traces: Sequence[Trace]) -> list[dict[str, Any]]:
+    """In which conditions the base model's free-run yaw rate or heading goes wrong: share of the squared error."""
+    out = []
+    for channel in ("yaw_rate_rad_s", "heading_rad"):
+        parts = [t for t in traces if channel in t.measured]
+        if not parts:
+            continue
+        error = np.concatenate([t.measured[channel] - t.before[channel] for t in parts])
+        rudder = np.abs(np.concatenate([t.rudder for t in parts]))
+        rate = np.concatenate(
+            [t.measured.get("yaw_rate_rad_s", np.gradient(t.measured[channel], t.time)) for t in parts]
+        )
+        late = np.concatenate([t.time / t.time[-1] for t in parts])
+        square = np.where(np.isfinite(error), error**2, 0.0)
+        total = square.sum()
+        if not total > 0.0:
+            continue
+        seen = np.isfinite(error)
+        for label, chosen in {
+            "large rudder angles (above the median)": rudder > np.median(rudder[seen]),
+            "turns to starboard": rate > 0.0,
+            "the second half of a record": late > 0.5,
+        }.items():
+            share, time = float(square[chosen & seen].sum() / total), float(np.mean(chosen[seen]))
+            out.append({"channel": channel, "condition": label, "share_of_error": share, "share_of_time": time})
+        break
+    return out

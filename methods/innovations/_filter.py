@@ -1,0 +1,436 @@
+"""The estimator's kernel: an extended Kalman filter of any model's bank variant.
+
+States: the model's n, then Ornstein-Uhlenbeck forces (one per force input), then two of wave-frequency motion where
+that is switched on.  Measurements enter one by one, so that what comes out are whitened innovations e and log S / 2;
+their likelihood is exact for a linear model.  The rudder's own sensor noise and its corners between samples are
+process noise.  Columns of forcing (a force or a sensor shift, as a time series) are carried along with the filter's
+gains: their responses are the derivatives of the whitened innovations.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, types
+
+from ...models.drivers import A1, A2, JIT, RHS, f8, i8
+
+I1 = types.Array(types.int64, 1, "C")
+JACOBIAN = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
+CHANNELS = 6
+WIND_DRIFT = (0.010, 0.020, 0.002)
+"""Mean wave drift force coefficients in surge, sway and yaw (those of datasets.disturbances)."""
+
+OUTER = (
+    *("rudder_effectiveness", "rudder_offset", "rudder_delay", "rudder_play", "fault", "fault_time"),
+    *("rudder_rate", "rudder_limit", "current_n", "current_e", "wind_n", "wind_e"),
+    *("force_0", "force_1", "force_2", "drift_n", "drift_e"),
+    *(f"scale_{c}" for c in ("psi", "r", "u", "v", "x", "y")),
+    *(f"bias_{c}" for c in ("psi", "r", "u", "v", "x", "y")),
+    *(f"delay_{c}" for c in ("psi", "r", "u", "v", "x", "y")),
+    *("misalignment", "earth_frame", "wave_frequency", "wave_damping", "wave_rms", "clock"),
+)
+"""Parameters behind the model's own vector: rudder, environment, sensors, waves."""
+PLACE = {name: index for index, name in enumerate(OUTER)}
+(E_D, D_0, TAU_D, PLAY, E_F, T_0, RATE, LIMIT, V_N, V_E, W_N, W_E, F_0, _, _, D_N, D_E) = range(17)
+S_C, B_C, TAU_C = PLACE["scale_psi"], PLACE["bias_psi"], PLACE["delay_psi"]
+MISALIGNED, EARTH, OMEGA, ZETA, RMS, CLOCK = (
+    PLACE[name] for name in ("misalignment", "earth_frame", "wave_frequency", "wave_damping", "wave_rms", "clock")
+)
+KINK = 12.0
+"""Second difference of the rudder, in its sensor's sd, from which a corner lies between samples."""
+BETWEEN = 0.12
+"""Error of the mean rudder between two samples with a corner between them, as a share of the second difference."""
+
+
+@njit(inline="always")
+def _between(series, x):
+    """Linear interpolation of samples at position x, held at the ends."""
+    if x <= 0.0:
+        return series[0]
+    k = int(x)
+    if k >= series.size - 1:
+        return series[series.size - 1]
+    return series[k] + (x - k) * (series[k + 1] - series[k])
+
+
+@njit(types.void(A1, f8, A1), **JIT)
+def quieten(series, sd, out):
+    """Sigma filter: the mean of the neighbours within 4 sd."""
+    for k in range(series.size):
+        total, count = 0.0, 0
+        for j in range(max(0, k - 8), min(series.size, k + 9)):
+            if abs(series[j] - series[k]) < 4.0 * sd:
+                total += series[j]
+                count += 1
+        out[k] = total / count
+
+
+@njit(types.void(A1, A1, A1, f8, i8, A1), **JIT)
+def acting_rudder(time, recorded, q, noise, parts, out):
+    """Rudder angle that the hull feels at `parts` points per sample, from the recorded series and parameters q."""
+    series = recorded.copy()
+    if q[PLAY] > 0.0:
+        once = np.empty_like(series)
+        quieten(series, noise, once)
+        quieten(once, 0.5 * noise, series)
+        z = series[0]
+        for k in range(series.size):
+            if series[k] - z > q[PLAY]:
+                z = series[k] - q[PLAY]
+            elif z - series[k] > q[PLAY]:
+                z = series[k] + q[PLAY]
+            series[k] = z
+    if q[LIMIT] > 0.0:
+        for k in range(series.size):
+            series[k] = min(max(series[k], -q[LIMIT]), q[LIMIT])
+    if q[RATE] > 0.0:
+        for k in range(1, series.size):
+            most = q[RATE] * (time[k] - time[k - 1])
+            series[k] = series[k - 1] + min(max(series[k] - series[k - 1], -most), most)
+    n = series.size
+    for k in range(n):
+        step = time[min(k + 1, n - 1)] - time[min(k, n - 2)]
+        for j in range(parts):
+            if k == n - 1 and j > 0:
+                break
+            t = k + j / parts
+            gain = 1.0 + q[E_D]
+            if q[E_F] != 0.0:
+                gain += q[E_F] * min(max((time[k] + step * j / parts - q[T_0]) / step + 0.5, 0.0), 1.0)
+            late = q[TAU_D] / step if step > 0.0 else 0.0
+            out[k * parts + j] = gain * _between(series, t - late) + q[D_0]
+
+
+@njit(inline="always")
+def _inputs(u, rudder, other, k, q, unit, force, first, env, psi):
+    """Kernel inputs: rudder, the record's other inputs, current and wind, and forces in physical units."""
+    u[0] = rudder
+    for i in range(other.shape[1]):
+        u[1 + i] = other[k, i]
+    if env >= 0:
+        u[env] = q[V_N]
+        u[env + 1] = q[V_E]
+        u[env + 2] = q[W_N]
+        u[env + 3] = q[W_E]
+    for i in range(unit.size):
+        u[first + i] = unit[i] * (q[F_0 + i] + force[i])
+    size = np.sqrt(q[D_N] * q[D_N] + q[D_E] * q[D_E])
+    if size > 0.0 and unit.size == 3:
+        along = q[D_N] * np.cos(psi) + q[D_E] * np.sin(psi)
+        across = -q[D_N] * np.sin(psi) + q[D_E] * np.cos(psi)
+        surge = -WIND_DRIFT[0] * along * (1.0 if along > 0.0 else 0.3)
+        u[first] += unit[0] * surge
+        u[first + 1] -= unit[1] * WIND_DRIFT[1] * across * abs(across) / size
+        u[first + 2] -= unit[2] * WIND_DRIFT[2] * 2.0 * across * along / size
+
+
+@njit(
+    types.void(RHS, A1, A1, i8, f8, A2, i8, A1, A1, A1, A1, i8, i8, i8, i8, f8, i8, A1, A1),
+    **JIT,
+)
+def _back(rhs, x, rudder, k, dt, other, n, theta, q, unit, force, first, env, i_psi, parts, tau, nu, out, work):
+    """State (n,) a time tau before sample k: midpoint steps of the model run backwards."""
+    count = int(tau / (2.0 * dt)) + 1
+    h = tau / count
+    u, rate, middle = work[:nu], work[nu : nu + n], work[nu + n : nu + 2 * n]
+    for i in range(n):
+        out[i] = x[i]
+    for j in range(count):
+        position = max(k - (j + 0.5) * h / dt, 0.0) * parts
+        angle = _between(rudder, position)
+        _inputs(u, angle, other, k, q, unit, force, first, env, out[i_psi])
+        rhs(out, u, theta, rate)
+        for i in range(n):
+            middle[i] = out[i] - 0.5 * h * rate[i]
+        rhs(middle, u, theta, rate)
+        for i in range(n):
+            out[i] -= h * rate[i]
+
+
+SIGNATURE = types.void(
+    *(RHS, JACOBIAN, A1, A1, A2, A2, A1, I1, A1, A1, f8, A2, A1, A1, i8, I1, A2),
+    *(A2, A2, A2, A2, A2),
+)
+
+
+@njit(SIGNATURE, **JIT)
+def run_filter(
+    rhs, jacobian, time, recorded, other, measured, p, layout, unit, noise, rudder_sd, exogenous, x0, p0, free, axes,
+    forcing, whitened, log_s, filtered, predicted, columns,
+):  # fmt: skip
+    """Filter one record.
+
+    time, recorded (T,); other (T, no) inputs beside the rudder; measured (T, 6) psi, r, u, v, x, y with nan gaps;
+    p = [theta, OUTER]; layout = [n, size of theta, nu, first force input, first current input or -1, substeps, then
+    the state of each channel or -1]; unit (nf,) force units; noise (6 + nf + 1,) sensor sds, force sds in units,
+    correlation time; rudder_sd of the rudder's sensor; exogenous (T, nf + 6) added forces and sensor shifts; x0, p0
+    (n,) start and variance of states without a channel; free: sample from which nothing is updated any more; axes
+    (m,), forcing (m, T): columns, axis < nf a force in units, else channel axis - nf.
+
+    Filled: whitened, log_s (T, 6) innovations and log S / 2 (0 at gaps), filtered (T, nx) states, predicted (T, 6),
+    columns (m, T*6) derivatives of the whitened innovations.
+    """
+    n, nth, nu, first, env, parts_of = layout[0], layout[1], layout[2], layout[3], layout[4], layout[5]
+    channel = layout[6:]
+    theta, q = p[:nth], p[nth:]
+    nf, size, m = unit.size, time.size, axes.size
+    waves = q[RMS] > 0.0
+    nx = n + nf + (2 if waves else 0)
+    na = n + nf
+    parts = 2 * parts_of
+    rudder = np.empty((size - 1) * parts + 1)
+    acting_rudder(time, recorded, q, rudder_sd, parts, rudder)
+    x, cov = np.zeros(nx), np.zeros((nx, nx))
+    phi, temporary, a = np.zeros((nx, nx)), np.zeros((nx, nx)), np.zeros((na, na))
+    power, next_power = np.zeros((na, na)), np.zeros((na, na))
+    jx, ju = np.zeros(n * n), np.zeros(n * nu)
+    u, rate, probe, total = np.zeros(nu), np.zeros(n), np.zeros(n), np.zeros(n)
+    h, ph, force = np.zeros(nx), np.zeros(nx), np.zeros(nf)
+    late, work = np.zeros((CHANNELS, n)), np.zeros(nu + 2 * n)
+    shift = np.zeros((m, nx))
+    moved = np.zeros(nx)
+    i_psi = channel[0]
+    for i in range(n):
+        x[i], cov[i, i] = x0[i], p0[i]
+    for c in range(CHANNELS):
+        i = channel[c]
+        if i < 0 or (q[EARTH] > 0.0 and (c == 2 or c == 3)):
+            continue
+        for k in range(min(size, 6)):
+            y = measured[k, c]
+            if not np.isnan(y):
+                x[i] = (y - q[B_C + c]) / (1.0 + q[S_C + c])
+                cov[i, i] = 100.0 * noise[c] ** 2
+                break
+    for i in range(nf):
+        cov[n + i, n + i] = noise[6 + i] ** 2
+    f11 = f12 = f21 = f22 = q11 = q12 = q22 = 0.0
+    if waves:
+        cov[na, na] = q[RMS] ** 2
+        cov[na + 1, na + 1] = (q[RMS] * q[OMEGA]) ** 2
+    for k in range(size):
+        for i in range(nf):
+            force[i] = x[n + i] + exogenous[k, i]
+        for c in range(CHANNELS):
+            if q[TAU_C + c] > 0.0 and channel[c] >= 0:
+                step = time[min(k + 1, size - 1)] - time[min(k, size - 2)]
+                _back(
+                    rhs, x, rudder, k, step, other, n, theta, q, unit, force, first, env, i_psi, parts,
+                    q[TAU_C + c], nu, late[c], work,
+                )  # fmt: skip
+        if q[CLOCK] > 0.0:
+            _inputs(u, rudder[k * parts], other, k, q, unit, force, first, env, x[i_psi])
+            rhs(x[:n], u, theta, rate)
+        for c in range(CHANNELS):
+            y = measured[k, c]
+            i = channel[c]
+            if i < 0:
+                whitened[k, c], log_s[k, c], predicted[k, c] = 0.0, 0.0, np.nan
+                for j in range(m):
+                    columns[j, k * CHANNELS + c] = 0.0
+                continue
+            for j in range(nx):
+                h[j] = 0.0
+            gain = 1.0 + q[S_C + c]
+            value = late[c, i] if q[TAU_C + c] > 0.0 else x[i]
+            if (c == 2 or c == 3) and channel[5 - c] >= 0:
+                other_value = late[c, channel[5 - c]] if q[TAU_C + c] > 0.0 else x[channel[5 - c]]
+                along, across = (value, other_value) if c == 2 else (other_value, value)
+                angle = q[MISALIGNED]
+                if q[EARTH] > 0.0:
+                    angle = -x[i_psi]
+                cosine, sine = np.cos(angle), np.sin(angle)
+                if c == 2:  # axes turned by `angle`: the sensor's surge is u cos + v sin
+                    expected = gain * (along * cosine + across * sine)
+                    h[channel[2]], h[channel[3]] = gain * cosine, gain * sine
+                    slope = -along * sine + across * cosine
+                else:
+                    expected = gain * (-along * sine + across * cosine)
+                    h[channel[2]], h[channel[3]] = -gain * sine, gain * cosine
+                    slope = -along * cosine - across * sine
+                if q[EARTH] > 0.0:
+                    h[i_psi] = -gain * slope
+            else:
+                expected = gain * value
+                h[i] = gain
+            if c == 0 and q[TAU_C] > 0.0 and channel[1] >= 0:
+                h[channel[1]] = -gain * q[TAU_C]
+            expected += q[B_C + c] + exogenous[k, nf + c]
+            if waves and c == 0:
+                expected += x[na]
+                h[na] = 1.0
+            elif waves and c == 1:
+                expected += x[na + 1]
+                h[na + 1] = 1.0
+            predicted[k, c] = expected
+            if np.isnan(y):
+                whitened[k, c], log_s[k, c] = 0.0, 0.0
+                for j in range(m):
+                    columns[j, k * CHANNELS + c] = 0.0
+                continue
+            nu_c = y - expected
+            if c == 0:
+                nu_c -= 2.0 * np.pi * np.round(nu_c / (2.0 * np.pi))
+            s = noise[c] ** 2
+            if q[CLOCK] > 0.0:
+                s += (q[CLOCK] * rate[i]) ** 2
+            if k < free:
+                for i2 in range(nx):
+                    total_h = 0.0
+                    for j in range(nx):
+                        if h[j] != 0.0:
+                            total_h += cov[i2, j] * h[j]
+                    ph[i2] = total_h
+                for j in range(nx):
+                    s += h[j] * ph[j]
+            root = 1.0 / np.sqrt(s)
+            whitened[k, c], log_s[k, c] = nu_c * root, -np.log(root)
+            if k >= free:
+                continue
+            inverse = 1.0 / s
+            for i2 in range(nx):
+                x[i2] += ph[i2] * inverse * nu_c
+                for j in range(nx):
+                    cov[i2, j] -= ph[i2] * ph[j] * inverse
+            for column in range(m):
+                seen = forcing[column, k] if axes[column] == nf + c else 0.0
+                for j in range(nx):
+                    if h[j] != 0.0:
+                        seen += h[j] * shift[column, j]
+                columns[column, k * CHANNELS + c] = -seen * root
+                seen *= inverse
+                for j in range(nx):
+                    shift[column, j] -= ph[j] * seen
+        for i in range(nx):
+            filtered[k, i] = x[i]
+        if k == size - 1:
+            break
+        # ---- to the next sample
+        dt = time[k + 1] - time[k]
+        for i in range(nf):
+            force[i] = x[n + i] + exogenous[k, i]
+        if k < free:
+            _inputs(u, rudder[k * parts], other, k, q, unit, force, first, env, x[i_psi])
+            jacobian(x[:n], u, theta, rate, jx, ju)
+        step = dt / parts_of
+        for s_ in range(parts_of):
+            at = k * parts + 2 * s_
+            _inputs(u, rudder[at], other, k, q, unit, force, first, env, x[i_psi])
+            rhs(x[:n], u, theta, rate)
+            for i in range(n):
+                total[i] = x[i] + step / 6.0 * rate[i]
+                probe[i] = x[i] + 0.5 * step * rate[i]
+            _inputs(u, rudder[at + 1], other, k, q, unit, force, first, env, probe[i_psi])
+            rhs(probe, u, theta, rate)
+            for i in range(n):
+                total[i] += step / 3.0 * rate[i]
+                probe[i] = x[i] + 0.5 * step * rate[i]
+            rhs(probe, u, theta, rate)
+            for i in range(n):
+                total[i] += step / 3.0 * rate[i]
+                probe[i] = x[i] + step * rate[i]
+            _inputs(u, rudder[at + 2], other, k, q, unit, force, first, env, probe[i_psi])
+            rhs(probe, u, theta, rate)
+            for i in range(n):
+                x[i] = total[i] + step / 6.0 * rate[i]
+        decay = np.exp(-dt / noise[6 + nf])
+        for i in range(nf):
+            x[n + i] *= decay
+        if waves:
+            om, ze = q[OMEGA], q[ZETA]
+            damped = om * np.sqrt(1.0 - ze * ze)
+            fade, cosine, sine = np.exp(-ze * om * dt), np.cos(damped * dt), np.sin(damped * dt)
+            f11, f12 = fade * (cosine + ze * om / damped * sine), fade * sine / damped
+            f21, f22 = -fade * om * om / damped * sine, fade * (cosine - ze * om / damped * sine)
+            s11 = q[RMS] ** 2
+            s22 = s11 * om * om
+            q11 = s11 - (f11 * f11 * s11 + f12 * f12 * s22)
+            q12 = -(f11 * f21 * s11 + f12 * f22 * s22)
+            q22 = s22 - (f21 * f21 * s11 + f22 * f22 * s22)
+            w1 = x[na]
+            x[na] = f11 * w1 + f12 * x[na + 1]
+            x[na + 1] = f21 * w1 + f22 * x[na + 1]
+        if k >= free:
+            continue
+        # ---- covariance: third-order expansion of the transition of states and held forces
+        for i in range(n):
+            for j in range(n):
+                a[i, j] = jx[i * n + j] * dt
+            for j in range(nf):
+                a[i, n + j] = ju[i * nu + first + j] * unit[j] * dt
+        for i in range(nx):
+            for j in range(nx):
+                phi[i, j] = 1.0 if i == j else 0.0
+        for i in range(n):
+            for j in range(na):
+                power[i, j] = a[i, j]
+                phi[i, j] += a[i, j]
+        for order in range(2, 4):
+            for i in range(n):
+                for j in range(na):
+                    next_power[i, j] = 0.0
+                for j2 in range(n):
+                    w = power[i, j2] / order
+                    if w != 0.0:
+                        for j in range(na):
+                            next_power[i, j] += w * a[j2, j]
+            for i in range(n):
+                for j in range(na):
+                    power[i, j] = next_power[i, j]
+                    phi[i, j] += power[i, j]
+        for column in range(m):
+            held = forcing[column, k] if axes[column] < nf else 0.0
+            for i in range(n):
+                value = 0.0
+                for j in range(na):
+                    value += phi[i, j] * shift[column, j]
+                if held != 0.0:
+                    value += phi[i, n + axes[column]] * held
+                moved[i] = value
+            for i in range(n):
+                shift[column, i] = moved[i]
+            for i in range(nf):
+                shift[column, n + i] *= decay
+            if waves:
+                w1 = shift[column, na]
+                shift[column, na] = f11 * w1 + f12 * shift[column, na + 1]
+                shift[column, na + 1] = f21 * w1 + f22 * shift[column, na + 1]
+        for i in range(nf):
+            phi[n + i, n + i] = decay
+        if waves:
+            phi[na, na], phi[na, na + 1], phi[na + 1, na], phi[na + 1, na + 1] = f11, f12, f21, f22
+        for i in range(nx):
+            for j in range(nx):
+                temporary[i, j] = 0.0
+            for j2 in range(nx):
+                w = phi[i, j2]
+                if w != 0.0:
+                    for j in range(nx):
+                        temporary[i, j] += w * cov[j2, j]
+        for i in range(nx):
+            for j in range(i + 1):
+                value = 0.0
+                for j2 in range(nx):
+                    if phi[j, j2] != 0.0:
+                        value += temporary[i, j2] * phi[j, j2]
+                cov[i, j] = value
+                cov[j, i] = value
+        for i in range(nf):
+            cov[n + i, n + i] += noise[6 + i] ** 2 * (1.0 - decay * decay)
+        if waves:
+            cov[na, na] += q11
+            cov[na, na + 1] += q12
+            cov[na + 1, na] += q12
+            cov[na + 1, na + 1] += q22
+        corner = 0.0
+        for o in range(2):
+            if k + o >= 1 and k + o < size - 1:
+                corner = max(corner, abs(recorded[k + o + 1] - 2.0 * recorded[k + o] + recorded[k + o - 1]))
+        variance = rudder_sd * rudder_sd
+        if corner > KINK * rudder_sd:
+            variance += (BETWEEN * corner) ** 2
+        variance *= dt * dt * (1.0 + q[E_D]) ** 2
+        for i in range(n):
+            for j in range(n):
+                cov[i, j] += ju[i * nu] * ju[j * nu] * variance
+            cov[i, i] += 1e-14

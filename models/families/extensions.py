@@ -1,0 +1,379 @@
+"""Extensions of any definition: terms with parameters of their own that are zero where the effect is absent.
+
+A family id may carry extensions: ``abkowitz+rudder_offset+yaw_damping_quadratic``.  Their parameters are further
+coefficients.  The variant ``+bank`` holds every term that the estimator of diagnosis can switch on, as constants,
+together with the inputs through which disturbances act.
+
+Added hydrodynamic terms are in the prime system F' = F / (rho A U^2 / 2), N' = N / (rho A L U^2 / 2) with
+v' = v/U and r' = r L/U at the instantaneous speed U through the water; A = L d where the family knows the draught d,
+else L^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import cast
+
+import sympy as sp
+
+from ..definition import Definition, symbols
+from ..primitives import absv, step
+from .environment import INPUTS as ENVIRONMENT_INPUTS
+from .environment import with_environment
+
+YAW, SWAY = 2, 1
+Apply = Callable[[Definition, Sequence[sp.Symbol]], Definition]
+
+
+@dataclass(frozen=True)
+class Extension:
+    """Parameters of an extension with their units, and how it changes a definition."""
+
+    units: Mapping[str, str]
+    apply: Apply
+    three_dof: bool | None = None
+    """Whether it needs a 3-DOF model (True), a response model (False) or takes either (None)."""
+    held: tuple[str, ...] = ()
+    """Parameters that enter in a non-linear way, together with a coefficient or on their own."""
+
+
+def _rudder(change: Callable[[sp.Symbol, sp.Symbol], sp.Expr]) -> Apply:
+    """The hull feels `change(rudder, parameter)` instead of the recorded rudder angle."""
+
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        delta = definition.inputs[0]
+        return _substitute(definition, {delta: change(delta, parameters[0])})
+
+    return apply
+
+
+def _substitute(definition: Definition, swap: Mapping[sp.Symbol, sp.Expr]) -> Definition:
+    return replace(
+        definition,
+        helpers={name: _swap(expression, swap) for name, expression in definition.helpers.items()},
+        forces=[_swap(force, swap) for force in definition.forces],
+        kinematics=[_swap(expression, swap) for expression in definition.kinematics],
+    )
+
+
+def _swap(expression: sp.Expr, swap: Mapping) -> sp.Expr:
+    return cast(sp.Expr, sp.sympify(expression).xreplace(dict(swap)))
+
+
+def _effectiveness(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    delta, gain = definition.inputs[0], 1 + parameters[0]
+    rates = {s: gain * s for s in definition.inputs if s.name == "delta_rate"}
+    return _substitute(definition, {delta: gain * delta, **rates})
+
+
+def _added(terms: Sequence[tuple[int, Callable[[sp.Symbol, sp.Symbol], sp.Expr]]]) -> Apply:
+    """Prime-system terms of (v', r'), one for each parameter, in the row of sway or yaw."""
+
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        helpers, vp, rp, unit = _primes(definition, parameters[0].name)
+        forces = list(definition.forces)
+        for (row, term), parameter in zip(terms, parameters, strict=True):
+            forces[row] += unit[row] * parameter * term(vp, rp)
+        return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
+
+    return apply
+
+
+def _primes(definition: Definition, tag: str):
+    """Helpers for v' and r', and what turns X', Y', N' into the units of the forces."""
+    u, v, r = definition.states[:3]
+    known = {symbol.name: symbol for symbol in definition.constants}
+    length, rho = known.get("L", sp.Symbol("wind_L", real=True)), sp.Symbol("rho", real=True)
+    area = length * known.get("d", length)
+    speed, vp, rp = symbols(f"{tag}_U {tag}_vp {tag}_rp")
+    helpers = {speed: sp.sqrt(u**2 + v**2 + sp.Float(1e-12)), vp: v / speed, rp: r * length / speed}
+    pressure = rho / 2 * area * speed**2
+    scale = definition.force_scale
+    assert scale is not None
+    unit = [sp.simplify(part * pressure * arm) for part, arm in zip(scale, (1, 1, length), strict=True)]
+    return helpers, vp, rp, unit
+
+
+def _yaw(power: Callable[[sp.Symbol], sp.Expr]) -> Apply:
+    """A term of r in a response model's yaw equation, in the units of its highest derivative."""
+
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        (r,) = (symbol for symbol in definition.states if symbol.name == "r")
+        forces = [definition.forces[0] + parameters[0] * power(r), *definition.forces[1:]]
+        return replace(definition, forces=forces)
+
+    return apply
+
+
+def _either(three_dof: Apply, response: Apply) -> Apply:
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        return (three_dof if definition.force_scale is not None else response)(definition, parameters)
+
+    return apply
+
+
+def _absorbed(inputs: str) -> Apply:
+    """Some inputs of the environment variant as constant parameters, the others absent."""
+
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        whole = with_environment(definition, wind=inputs.startswith("wind"))
+        kept = dict(zip(symbols(inputs), parameters, strict=True))
+        swap = {s: kept.get(s, sp.S.Zero) for s in symbols(ENVIRONMENT_INPUTS)}
+        tag = {s: sp.Symbol(s.name.replace("env_", f"{inputs[:4]}_"), real=True) for s in whole.helpers}
+        changed = _substitute(replace(whole, inputs=definition.inputs), swap)
+        changed = _substitute(changed, tag)
+        changed = replace(changed, helpers={tag.get(name, name): value for name, value in changed.helpers.items()})
+        return _pruned(changed, {symbol.name for symbol in definition.constants})
+
+    return apply
+
+
+def _pruned(definition: Definition, own: set[str]) -> Definition:
+    """The definition without helpers and added constants that nothing needs."""
+    needed = set().union(*(sp.sympify(e).free_symbols for e in [*definition.forces, *definition.kinematics]))
+    helpers = {}
+    for name, expression in reversed(list(definition.helpers.items())):
+        if name in needed:
+            helpers[name] = expression
+            needed |= sp.sympify(expression).free_symbols
+    constants = [s for s in definition.constants if s.name in own or s in needed]
+    return replace(definition, helpers=dict(reversed(list(helpers.items()))), constants=constants)
+
+
+DRIFT = (0.010, 0.020, 0.002)
+"""Mean wave drift coefficients in surge, sway and yaw (times the length), those of `datasets.disturbances`."""
+
+
+def _drift(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Mean wave drift rho g Hs^2 L as an earth-fixed vector towards where the waves come from, on the hull:
+    X = -.010 along (times .3 in following seas), Y = -.020 across |across|/size, N = -.002 L 2 along across/size."""
+    psi = next(s for s in definition.states if s.name == "psi")
+    length = next((s for s in definition.constants if s.name == "L"), sp.Symbol("wind_L", real=True))
+    along, across, size = symbols("drift_along drift_across drift_size")
+    north, east = parameters
+    helpers = {
+        along: north * sp.cos(psi) + east * sp.sin(psi),
+        across: -north * sp.sin(psi) + east * sp.cos(psi),
+        size: sp.sqrt(north**2 + east**2 + sp.Float(1e-12)),
+    }
+    scale = definition.force_scale
+    assert scale is not None
+    surge = -sp.Float(DRIFT[0]) * along * (sp.Float(0.3) + sp.Float(0.7) * step(along))
+    sway = -sp.Float(DRIFT[1]) * across * absv(across) / size
+    yaw = -sp.Float(2 * DRIFT[2]) * length * across * along / size
+    forces = [f + k * d for f, k, d in zip(definition.forces, scale, (surge, sway, yaw), strict=True)]
+    return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
+
+
+def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Rudder through (1 + T3 s)/(1 + T2 s), T3 = T2 (1 - lead).
+
+    delta_hull = delta + lead (z - delta) with the state T2 z_dot = delta - z.
+    With a first-order Nomoto model behind it this is the second-order one.
+    """
+    lead, time = parameters
+    delta, z = definition.inputs[0], sp.Symbol("lead_state", real=True)
+    swapped = _substitute(definition, {delta: delta + lead * (z - delta)})
+    return replace(
+        swapped,
+        states=[*definition.states, z],
+        kinematics=[*swapped.kinematics, (delta - z) / time],
+    )
+
+
+def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; every term keeps its prime value.
+
+    With kappa = U/U0 the yaw equation r_dot = f(r, delta) becomes kappa^2 f(r/kappa, delta), that of second order
+    kappa^3 f(q/kappa^2, r/kappa, delta); the rudder's term goes with kappa^(m - 2) on top (m = 2 in open water, less
+    behind a propeller at constant speed).  The small change of the rudder-rate term is left out.
+    """
+    gain, time, power = parameters
+    (r,) = (symbol for symbol in definition.states if symbol.name == "r")
+    loss, ratio = symbols("speed_loss_state speed_ratio")
+    order = 1 if definition.states[0] == r else 2
+    swap: dict[sp.Symbol, sp.Expr] = {r: r / ratio, definition.inputs[0]: definition.inputs[0] * ratio ** (power - 2)}
+    if order == 2:
+        swap[definition.states[0]] = definition.states[0] / ratio**2
+    swap |= {s: s / ratio**3 for s in definition.inputs if s.name == "delta_rate"}
+    force = ratio ** (order + 1) * _swap(definition.forces[0], swap)
+    return replace(
+        definition,
+        states=[*definition.states, loss],
+        helpers={ratio: 1 - loss, **definition.helpers},
+        forces=[force, *definition.forces[1:]],
+        kinematics=[*definition.kinematics, (gain * r**2 - loss) / time],
+        linear=False,
+    )
+
+
+RIGID = "rigid_mass rigid_moment rigid_inertia"
+"""Rigid-body mass [kg], m x_G [kg m] and yaw inertia [kg m2]: constants of the loading extension."""
+
+
+def _loaded(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Rigid-body mass, moment and inertia times (1 + fraction), added masses and hydrodynamic forces as they are."""
+    (fraction,) = parameters
+    mass, moment, inertia = symbols(RIGID)
+    u, v, r = definition.states[:3]
+    scale = definition.force_scale
+    assert scale is not None
+    rigid = sp.Matrix([[mass, 0, 0], [0, mass, moment], [0, moment, inertia]])
+    carried = [mass * v * r + moment * r**2, -mass * u * r, -moment * u * r]
+    return replace(
+        definition,
+        mass=definition.mass + fraction * sp.diag(*scale) * rigid,
+        forces=[f + fraction * k * c for f, k, c in zip(definition.forces, scale, carried, strict=True)],
+    )
+
+
+CROSSFLOW = [
+    (SWAY, lambda v, r: r * absv(v)),
+    (SWAY, lambda v, r: v * absv(r)),
+    (YAW, lambda v, r: v * absv(r)),
+    (YAW, lambda v, r: r * absv(v)),
+]
+EXTENSIONS: dict[str, Extension] = {
+    "rudder_offset": Extension({"rudder_offset": "rad"}, _rudder(lambda d, p: d + p), held=("rudder_offset",)),
+    "rudder_effectiveness": Extension({"rudder_effectiveness": "1"}, _effectiveness, held=("rudder_effectiveness",)),
+    "yaw_damping_quadratic": Extension(
+        {"added_Nr_absr": "1"},
+        _either(_added([(YAW, lambda v, r: r * absv(r))]), _yaw(lambda r: r * absv(r))),
+    ),
+    "yaw_damping_cubic": Extension(
+        {"added_Nrrr": "1"}, _either(_added([(YAW, lambda v, r: r**3)]), _yaw(lambda r: r**3))
+    ),
+    "sway_damping_quadratic": Extension(
+        {"added_Yv_absv": "1"}, _added([(SWAY, lambda v, r: v * absv(v))]), three_dof=True
+    ),
+    "crossflow_coupling": Extension(
+        dict.fromkeys(("added_Yr_absv", "added_Yv_absr", "added_Nv_absr", "added_Nr_absv"), "1"),
+        _added(CROSSFLOW),
+        three_dof=True,
+    ),
+    "current": Extension(
+        {"current_towards_north": "m/s", "current_towards_east": "m/s"},
+        _absorbed("current_north current_east"),
+        three_dof=True,
+        held=("current_towards_north", "current_towards_east"),
+    ),
+    "wind": Extension(
+        {"wind_towards_north": "m/s", "wind_towards_east": "m/s"},
+        _absorbed("wind_north wind_east"),
+        three_dof=True,
+        held=("wind_towards_north", "wind_towards_east"),
+    ),
+    "constant_force": Extension(
+        {"constant_X": "N", "constant_Y": "N", "constant_N": "N m"},
+        _absorbed("force_x force_y moment_n"),
+        three_dof=True,
+    ),
+    "wave_drift": Extension(
+        {"wave_drift_north": "N", "wave_drift_east": "N"},
+        _drift,
+        three_dof=True,
+        held=("wave_drift_north", "wave_drift_east"),
+    ),
+    "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
+    "constant_yaw": Extension(
+        {"constant_yaw": "rad/s^k"},
+        lambda d, p: replace(d, forces=[d.forces[0] + p[0], *d.forces[1:]]),
+        three_dof=False,
+    ),
+    "second_order_lead": Extension({"lead": "1", "lead_T2": "s"}, _lead, three_dof=False, held=("lead", "lead_T2")),
+    "speed_loss": Extension(
+        {"loss_gain": "s2/rad2", "loss_time": "s", "loss_power": "1"},
+        _speed_loss,
+        three_dof=False,
+        held=("loss_gain", "loss_time", "loss_power"),
+    ),
+}
+"""Extension id -> what it adds.  The ids are those of the causes of diagnosis."""
+
+BANK_TERMS = (
+    *("yaw_damping_quadratic", "yaw_damping_cubic", "sway_damping_quadratic", "crossflow_coupling"),
+    *("loading_change", "second_order_lead", "speed_loss"),
+)
+"""Extensions that the bank variant holds as constants; the others act through its inputs."""
+
+
+def extended(definition: Definition, name: str) -> Definition:
+    """The definition with one extension, its parameters appended to the coefficients.
+
+    Raises
+    ------
+    ValueError : if the family cannot carry it.
+    """
+    extension, parameters = EXTENSIONS[name], symbols(" ".join(EXTENSIONS[name].units))
+    if not carries(definition, name):
+        raise ValueError(f"{definition.name} cannot carry the extension {name}")
+    changed = extension.apply(definition, parameters)
+    constants = [*changed.constants, *_unknown(changed, parameters)]
+    own = dict(extension.units)
+    return replace(
+        changed,
+        name=f"{definition.name}+{name}",
+        title=f"{definition.title}, {name.replace('_', ' ')}",
+        coefficients=[*definition.coefficients, *parameters],
+        constants=constants,
+        units={**definition.units, **own},
+        public=None if definition.public is None else {**definition.public, **{p.name: p for p in parameters}},
+        inverse=None if definition.inverse is None else {**definition.inverse, **{p.name: p for p in parameters}},
+        held=[*definition.held, *(p for p in parameters if p.name in extension.held)],
+        linear=False,
+    )
+
+
+def _unknown(definition: Definition, parameters: Sequence[sp.Symbol]) -> list[sp.Symbol]:
+    """Symbols that an extension brought along: further constants, by name."""
+    expressions = [*definition.forces, *definition.kinematics, *definition.helpers.values(), *definition.mass]
+    used = set().union(*(sp.sympify(e).free_symbols for e in expressions))
+    known = {*definition.states, *definition.inputs, *definition.parameters, *definition.helpers, *parameters}
+    return sorted((s for s in used - known if isinstance(s, sp.Symbol)), key=lambda s: s.name)
+
+
+def carries(definition: Definition, name: str) -> bool:
+    """Whether a family can carry an extension that it does not have yet."""
+    extension = EXTENSIONS[name]
+    taken = {symbol.name for symbol in definition.coefficients}
+    fits = extension.three_dof is None or extension.three_dof == (definition.force_scale is not None)
+    states = {symbol.name for symbol in definition.states}
+    first_order = definition.states[0].name == "r" and "lead_state" not in states
+    return fits and not taken & set(extension.units) and (name != "second_order_lead" or first_order)
+
+
+def with_bank(definition: Definition) -> Definition:
+    """The variant that the estimator of diagnosis runs: every added term as a constant, disturbances as inputs.
+
+    A 3-DOF model gets the inputs of the environment variant.  A response model gets ``force`` (added to the yaw
+    equation) and ``force_rate`` (added to r_dot where that is a kinematic state).
+    """
+    base = definition
+    for name in BANK_TERMS:
+        if carries(base, name):
+            grown = extended(base, name)
+            extra = grown.coefficients[len(base.coefficients) :]
+            base = replace(
+                grown,
+                coefficients=base.coefficients,
+                constants=[*grown.constants, *extra],
+                units=definition.units,
+                public=definition.public,
+                inverse=definition.inverse,
+            )
+    bank = with_environment(base) if definition.force_scale is not None else _with_forces(base)
+    return replace(bank, name=f"{definition.name}+bank")
+
+
+def _with_forces(definition: Definition) -> Definition:
+    force, rate = symbols("force force_rate")
+    names = [symbol.name for symbol in definition.states]
+    place = names.index("r") - len(definition.forces)
+    kinematics = list(definition.kinematics)
+    inputs = [*definition.inputs, force]
+    if place >= 0:
+        kinematics[place] += rate
+        inputs.append(rate)
+    forces = [definition.forces[0] + force, *definition.forces[1:]]
+    return replace(definition, forces=forces, kinematics=kinematics, inputs=inputs)

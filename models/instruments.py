@@ -1,0 +1,98 @@
+"""What stands between a hull and its record: the rudder's linkage and the sensors, as named numbers.
+
+`Model.instruments` maps these names to values (SI); what is not named is ideal.
+
+Rudder: hull angle(t) = (1 + e(t)) delta(t - rudder_delay) + rudder_offset with delta the recorded angle behind play of
++- rudder_backlash, a limit and a rate limit; e is rudder_effectiveness, and rudder_fault on top from rudder_fault_time
+(of the record) on.  All in the sign of the record.
+Sensors: recorded = (1 + CHANNEL_scale) true(t - CHANNEL_delay) + CHANNEL_bias.  Surge and sway are first turned by
+axis_misalignment, or given in the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two columns.
+Waves: narrow-band motion of rms wave_rms around wave_frequency is added to heading and yaw rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+
+import numpy as np
+
+from .errors import BadInput
+
+RUDDER = {
+    "rudder_effectiveness": "1",
+    "rudder_offset": "rad",
+    "rudder_delay": "s",
+    "rudder_backlash": "rad",
+    "rudder_fault": "1",
+    "rudder_fault_time": "s",
+    "rudder_rate_limit": "rad/s",
+    "rudder_saturation": "rad",
+    "rudder_reversed": "1",
+}
+"""Numbers of the linkage, in the order in which `linkage` gives them."""
+SENSORS = {
+    "heading": ("heading_rad", "rad"),
+    "yaw_rate": ("yaw_rate_rad_s", "rad/s"),
+    "surge": ("surge_m_s", "m/s"),
+    "sway": ("sway_m_s", "m/s"),
+    "north": ("north_m", "m"),
+    "east": ("east_m", "m"),
+    "roll_rate": ("roll_rate_rad_s", "rad/s"),
+}
+"""Short name of a sensor -> its column and unit."""
+SWAPS = {f"swap_{a}_{b}": (SENSORS[a][0], SENSORS[b][0]) for a, b in combinations(SENSORS, 2)}
+"""Name of an exchange -> the two columns."""
+WAVES = {"wave_frequency": "rad/s", "wave_damping": "1", "wave_rms": "rad"}
+INSTRUMENTS: dict[str, str] = {
+    **RUDDER,
+    **{f"{name}_bias": unit for name, (_, unit) in SENSORS.items()},
+    **{f"{name}_scale": "1" for name in SENSORS},
+    **{f"{name}_delay": "s" for name in SENSORS},
+    "axis_misalignment": "rad",
+    "earth_frame_velocity": "1",
+    **dict.fromkeys(SWAPS, "1"),
+    **WAVES,
+}
+"""Name -> unit of everything that `Model.instruments` may hold."""
+ADDING = ("rudder_delay", "rudder_backlash", "axis_misalignment", *(f"{name}_delay" for name in SENSORS))
+SWITCHES = ("rudder_reversed", "earth_frame_velocity", *SWAPS)
+LIMITS = ("rudder_rate_limit", "rudder_saturation")
+
+
+def checked(instruments: Mapping[str, float], file: object = None) -> dict[str, float]:
+    """The instruments as plain numbers; BadInput for an unknown name or a value that is not finite."""
+    for name, value in instruments.items():
+        if name not in INSTRUMENTS:
+            hint = "rudder_..., SENSOR_bias, SENSOR_scale, SENSOR_delay and others: see models/instruments.py"
+            raise BadInput(f"unknown instrument {name!r}", file=file, hint=hint)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise BadInput(f"instrument {name}: {value!r} is not a finite number", file=file)
+        if value < 0.0 and (name.endswith("_delay") or name in (*LIMITS, "rudder_backlash")):
+            raise BadInput(f"instrument {name}: {value!r} is negative", file=file)
+    return {name: float(value) for name, value in instruments.items()}
+
+
+def linkage(instruments: Mapping[str, float]) -> np.ndarray:
+    """The rudder's numbers (9,) in the order of `RUDDER`, as `drivers.link` takes them; 0 where ideal."""
+    return np.array([instruments.get(name, 0.0) for name in RUDDER])
+
+
+def combined(own: Mapping[str, float], found: Mapping[str, float]) -> dict[str, float]:
+    """The instruments of a model that had `own` ones, after its corrected records showed `found` ones.
+
+    Scales and biases of both in turn, delays, play and angles added, limits the tighter, switches exchanged; a fault
+    and waves are taken from `found` where it has them.
+    """
+    out = {**own, **found}
+    for name in SENSORS:
+        outer, inner = own.get(f"{name}_scale", 0.0), found.get(f"{name}_scale", 0.0)
+        out[f"{name}_scale"] = (1.0 + outer) * (1.0 + inner) - 1.0
+        out[f"{name}_bias"] = (1.0 + outer) * found.get(f"{name}_bias", 0.0) + own.get(f"{name}_bias", 0.0)
+    first, second = own.get("rudder_effectiveness", 0.0), found.get("rudder_effectiveness", 0.0)
+    out["rudder_effectiveness"] = (1.0 + first) * (1.0 + second) - 1.0
+    out["rudder_offset"] = (1.0 + second) * own.get("rudder_offset", 0.0) + found.get("rudder_offset", 0.0)
+    out |= {name: own.get(name, 0.0) + found.get(name, 0.0) for name in ADDING}
+    out |= {name: (own.get(name, 0.0) + found.get(name, 0.0)) % 2.0 for name in SWITCHES}
+    out |= {name: min(own.get(name, 0.0) or np.inf, found.get(name, 0.0) or np.inf) for name in LIMITS}
+    return {name: float(value) for name, value in out.items() if value != 0.0 and np.isfinite(value)}

@@ -1,0 +1,66 @@
+"""Score tests: tails, projection and the number of independent tests."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from helmbench.diagnosis.evidence import Projector, canonical_correlation, effective_number, log_tail
+from helmbench.methods.innovations.estimator import Innovations
+
+
+def innovations(e):
+    return Innovations(e.reshape(-1, 6), np.zeros((e.size // 6, 6)), np.zeros((e.size // 6, 1)))
+
+
+@pytest.mark.parametrize("k", [1, 3, 6])
+def test_log_tail_joins_its_asymptote(k):
+    assert log_tail(20.0, k) == pytest.approx(chi2.logsf(20.0, k))
+    assert log_tail(300.1, k) == pytest.approx(chi2.logsf(299.9, k), rel=0.01)
+    assert log_tail(5000.0, k) == pytest.approx(-2500.0, rel=0.02)
+
+
+def test_score_finds_a_planted_size(rng):
+    column = rng.standard_normal((1, 6000))
+    noise = rng.standard_normal(6000)
+    score = Projector(innovations(noise - 0.3 * column[0]), np.zeros((0, 6000))).score(column)
+    assert score.step[0] == pytest.approx(0.3, abs=5.0 / np.sqrt(6000.0))
+    assert score.share == pytest.approx(1.0)
+
+
+def test_score_is_blind_to_the_nuisance(rng):
+    nuisance = rng.standard_normal((3, 3000))
+    noise = rng.standard_normal(3000)
+    column = rng.standard_normal((1, 3000))
+    plain = Projector(innovations(noise), nuisance).score(column)
+    moved = Projector(innovations(noise + 0.1 * nuisance[1]), nuisance).score(column)
+    assert moved.statistic == pytest.approx(plain.statistic, rel=0.2, abs=0.3)
+    spanned = Projector(innovations(noise), nuisance).score(nuisance[:1] + nuisance[1:2])
+    assert spanned.share < 1e-8
+
+
+def test_score_has_its_distribution(rng):
+    """Mean of chi2_2 over 400 draws: 2 +- 4 standard errors of .1."""
+    columns = rng.standard_normal((2, 1200))
+    draws = [
+        Projector(innovations(rng.standard_normal(1200)), np.zeros((0, 1200))).score(columns).statistic
+        for _ in range(400)
+    ]
+    assert np.mean(draws) == pytest.approx(2.0, abs=0.4)
+
+
+def test_equal_causes_count_once_and_different_ones_each(rng):
+    noise = rng.standard_normal(6 * 500)
+    projector = Projector(innovations(noise), np.zeros((0, noise.size)))
+    one = [rng.standard_normal((1, noise.size))]
+    others = [[rng.standard_normal((1, noise.size))] for _ in range(10)]
+    assert effective_number(projector, [one] * 10, rng) == pytest.approx(1.0, abs=0.35)
+    assert effective_number(projector, others, rng) == pytest.approx(10.0, rel=0.35)
+
+
+def test_canonical_correlation_of_equal_and_of_orthogonal_causes(rng):
+    projector = Projector(innovations(rng.standard_normal(600)), np.zeros((0, 600)))
+    a = rng.standard_normal((1, 600))
+    b = rng.standard_normal((1, 600))
+    b -= (b @ a.T) / (a @ a.T) * a
+    assert canonical_correlation(projector, a, 2.0 * a) == pytest.approx(1.0)
+    assert canonical_correlation(projector, a, b) == pytest.approx(0.0, abs=1e-8)
