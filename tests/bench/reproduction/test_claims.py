@@ -68,6 +68,7 @@ def test_unknown_paper():
         ("corrected: k,", "", "a: needs the key of the corrected value"),
         ("published: 1.0", "published: much", "a: published is 'much'"),
         ("published: 1.0", "published: 1.0, kind: about", "a: unknown kind 'about'"),
+        ("published: 1.0", "published: 1.0, scale: odd", "a: unknown scale 'odd'"),
         ("published: 1.0", "published: 1.0, kind: holds", "a: published must be true or false"),
         ("published: 1.0", "published: 1.0, colour: red", "a: .*colour"),
         ("citation: c", "cite: c", "cite"),
@@ -79,6 +80,12 @@ def test_faults_of_a_file(old, new, told, tmp_path):
     with pytest.raises(BadInput, match=told) as error:
         read(path)
     assert "\n" not in str(error.value) and str(path) in str(error.value)
+
+
+def test_keys_on_a_logarithmic_scale(tmp_path):
+    path = tmp_path / "999.yaml"
+    path.write_text(GOOD.replace("corrected: k", "corrected: k, as_printed: p, scale: log"), encoding="utf-8")
+    assert read(path).logarithmic("s") == {"k", "p"} and read(path).logarithmic("other") == set()
 
 
 def test_references_take_study_and_key_from_their_claim(tmp_path):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.reproduction import claims, figures, paper_002
+from helmbench.bench.reproduction import claims, figures, paper_002, runner
 from helmbench.bench.reproduction.summary import spread
 from helmbench.bench.reproduction.verdict import within
 from helmbench.datasets.measured import data_dir
@@ -86,3 +86,19 @@ def test_figures_are_drawn(paper, found):
         if figure.study in found:
             drawn = figures.svg(getattr(paper_002, figure.draw), [found[figure.study]])
             assert drawn.startswith(b"<?xml") and len(drawn) < 200_000, figure.id
+
+
+def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):
+    monkeypatch.setenv("HELMBENCH_DATA", str(tmp_path))
+    stored = runner.execute(runner.Job("002", "tank", 0))
+    assert stored.error is None and stored.series
+    keys = {c.corrected for c in claims.load("002").claims if c.study == "tank"}
+    assert keys and keys <= set(stored.values)
+
+
+@pytest.mark.skipif(not have_data(), reason="the measured set is not there")
+def test_the_stored_run_is_what_the_measured_set_gives(found):
+    stored = runner.read_run(runner.Job("002", "tank", 0), runner.STORED)
+    assert stored is not None
+    scores = {key: value for key, value in stored.values.items() if value is not None}
+    assert {key: found["tank"].values[key] for key in scores} == pytest.approx(scores, rel=1e-3, abs=1e-3)

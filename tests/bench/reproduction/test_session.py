@@ -95,6 +95,16 @@ def test_pages_tell_everything(made, tmp_path):
     assert set(rows[0]) >= {"paper", "item", "quantity", "published", "corrected", "as_printed", "verdict", "reason"}
 
 
+def test_wrong_equations_stand_beside_what_they_spoil(made, tmp_path):
+    path = claims.FOLDER / "999.yaml"
+    text = path.read_text(encoding="utf-8")
+    text = text.replace("corrected: seven,", 'corrected: seven, equation: "(7)",')
+    path.write_text(text.replace("as_printed: shifted", 'as_printed: shifted, equation: "(8)"'), encoding="utf-8")
+    reproduce(tmp_path / "out")
+    page = (tmp_path / "out/pages/999.md").read_text(encoding="utf-8")
+    assert "Wrong: eq. (8)." in page and "Wrong: eq. (7)" not in page
+
+
 def test_pages_from_stored_results_alone(made, tmp_path):
     reproduce(tmp_path / "out")
     before = files(tmp_path / "out/pages")

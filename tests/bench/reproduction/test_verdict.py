@@ -61,6 +61,34 @@ def test_statements_hold_where_half_of_the_runs_show_them():
     assert verdict(claim, c=[False], p=[False]) == CONTRADICTED
 
 
+@pytest.mark.parametrize(
+    ("corrected", "printed", "expected"),
+    [
+        ([6.0, 10.0, 14.0], [6.0, 10.0, 14.0], IMPOSSIBLE),
+        ([9.8, 10.0, 10.2], [6.0, 10.0, 14.0], CORRECTED),
+        ([6.0, 10.0, 14.0], [9.8, 10.0, 10.2], REPRODUCED),
+        ([95.0, 100.0, 105.0], [97.0, 100.0, 103.0], CONTRADICTED),
+    ],
+)
+def test_an_interval_wider_than_the_value_reproduces_nothing(corrected, printed, expected):
+    claim = dataclasses.replace(CLAIM, widest=1.0)
+    assert verdict(claim, c=corrected, p=printed) == expected
+    if expected == IMPOSSIBLE:
+        assert verdict(CLAIM, c=corrected, p=printed) == REPRODUCED
+        assert "wider than the value" in judge(claim, {"c": spread(corrected), "p": spread(printed)}).reason
+
+
+def test_errors_have_intervals_of_their_logarithms():
+    errors = [0.01, 0.1, 1.0]
+    low, high = prediction_interval(np.array(errors), logarithmic=True)
+    assert low > 0.0 and low * high == pytest.approx(0.01)
+    assert prediction_interval(np.array(errors))[0] < 0.0
+    mixed = np.array([-1.0, 0.1, 1.0])
+    assert prediction_interval(mixed, logarithmic=True) == prediction_interval(mixed)
+    found = summarise([{"error": e, "value": e} for e in errors], {"error"})
+    assert found["error"].low > 0.0 > found["value"].low
+
+
 def test_what_is_missing_is_not_reproducible_and_says_why():
     judged = judge(Claim("a", "Table 1", "q", "words", missing="There is no number."), {})
     assert (judged.verdict, judged.reason) == (IMPOSSIBLE, "There is no number.")
