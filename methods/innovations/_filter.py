@@ -194,8 +194,8 @@ def run_filter(
         x[i], cov[i, i] = x0[i], p0[i]
     for c in range(CHANNELS):
         i = channel[c]
-        if i < 0 or (q[EARTH] > 0.0 and (c == 2 or c == 3)):
-            continue
+        if i < 0 or (q[EARTH] > 0.0 and (c == 2 or c == 3)) or (c == 2 and channel[3] < 0):
+            continue  # a speed loss starts from the steady course that its reference speed stands for
         for k in range(min(size, 6)):
             y = measured[k, c]
             if not np.isnan(y):
