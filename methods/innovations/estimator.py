@@ -196,8 +196,8 @@ class Estimator:
         parts = list(self._pool.map(lambda i: self._run(s, i)[:3], chosen))
         return Innovations(*(np.concatenate([part[j] for part in parts]) for j in range(3)))
 
-    def _run(self, s: Setting, i: int, free: int | None = None, axes=None, forcing=None, data: Data | None = None):
-        d = self.data[i] if data is None else data
+    def _run(self, s: Setting, i: int, free: int | None = None, axes=None, forcing=None, probes=None):
+        d = self.data[i]
         size, nf = d.time.size, self.n_forces
         waves = s.p[i, len(self.names) - len(OUTER) + _filter.RMS] > 0.0
         nx = len(self.kernels.STATES) + nf + (2 if waves else 0)
@@ -205,6 +205,7 @@ class Estimator:
         states = np.empty((size, nx))
         axes = np.zeros(0, np.int64) if axes is None else axes
         forcing = np.zeros((0, size)) if forcing is None else forcing
+        probes = np.zeros(axes.size) if probes is None else probes
         columns = np.zeros((axes.size, size * CHANNELS))
         added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
         model = (self.kernels.rhs, self.kernels.jacobian)
@@ -212,7 +213,7 @@ class Estimator:
         fixed = (self.layout, self.unit, s.noise, self.rudder_sd, added, d.start, d.start_var)
         last = size if free is None else free
         out = (e, log_s, states, predicted, columns)
-        _filter.run_filter(*model, *record, *fixed, last, axes, forcing, *out)
+        _filter.run_filter(*model, *record, *fixed, last, axes, forcing, probes, *out)
         return e, log_s, states[:, : len(self.kernels.STATES) + nf], predicted, columns
 
     def many(
@@ -241,6 +242,21 @@ class Estimator:
         jobs = range(len(self.data))
         parts = self._pool.map(
             lambda i: self._run(s, i, None, which, np.ascontiguousarray(np.stack([f[i] for f in forcing])))[4], jobs
+        )
+        return np.hstack(list(parts))
+
+    def tangent(self, s: Setting, indices: Sequence[int]) -> np.ndarray:
+        """Derivatives (m, N*6) of the whitened innovations by entries of the model's vector, in one pass.
+
+        With the filter's gains held: what is left out has mean zero, so that the estimating equations D e = 0 keep
+        their root.
+        """
+        which = np.array(indices, np.int64)
+        probes = 1e-3 * np.where(s.p[0, which] != 0.0, np.abs(s.p[0, which]), 1.0)
+        axes = which + self.n_forces + CHANNELS
+        parts = self._pool.map(
+            lambda i: self._run(s, i, None, axes, np.ones((axes.size, self.data[i].time.size)), probes)[4],
+            range(len(self.data)),
         )
         return np.hstack(list(parts))
 

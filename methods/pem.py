@@ -1,0 +1,186 @@
+"""Prediction error: the coefficients whose one-step predictions leave the likeliest innovations.
+
+Maximum likelihood for a ship that wind and waves push about: besides the sensors' white noise, coloured forces (one
+Ornstein-Uhlenbeck process per degree of freedom, with one correlation time) and the rudder sensor's noise act as
+process noise.  An extended Kalman filter whitens the innovations (`innovations`); Levenberg-Marquardt steps of the
+coefficients alternate with Fisher scoring of the sensor and force variances, which may become zero: then the
+method is output error with the rudder's noise allowed for.
+
+Predictions over one sample have few minima, unlike free runs: the search starts at the likeliest least-squares
+solution under strong forces, and lets the forces shrink while the coefficients improve.
+Source: Ljung, System Identification (1999), sec 7.4; Jategaonkar, Flight Vehicle System Identification (2015), ch 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..models.errors import BadInput
+from . import factors
+from .base import CannotFit, Fit, FitFailed, Method
+from .innovations.estimator import QUANTUM, SYMBOLS, Estimator, Innovations, Setting
+from .series import MEASURED
+from .starts import starts_of
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+
+FORCES = (4.0, 64.0)
+"""Force sds, in QUANTUM, that starts are compared under."""
+NULL = 1e-12
+"""Singular values (columns of unit length) below which a direction counts as not identified."""
+ENOUGH = 1e-3
+"""Promised gain in log likelihood at which the search ends."""
+DAMPING = 1e-3
+TRIALS = 12
+
+
+class Point(NamedTuple):
+    """A setting, its innovations, and the damping that the next step starts with."""
+
+    setting: Setting
+    now: Innovations
+    damping: float = DAMPING
+
+
+class Pem(Method):
+    """Prediction error with estimated sensor noise and process noise (coloured forces).
+
+    Parameters
+    ----------
+    max_iterations : pairs of a coefficient and a noise step.
+
+    Records need the rudder and heading or yaw rate; surge and sway are used where the model has them, positions are
+    not.  `extra` holds the log likelihood and the noise: `sensor_sd` by state, `force_sd` in N, N and N m (response
+    models: rad/s2 of yaw and of its rate) and the forces' `correlation_s`.
+    """
+
+    name = "pem"
+    title = "prediction error: likeliest innovations, sensor noise and gusts estimated along"
+
+    def __init__(self, max_iterations: int = 30) -> None:
+        self.max_iterations = max_iterations
+
+    def check_options(self) -> None:
+        super().check_options()
+        if self.max_iterations < 1:
+            raise BadInput(f"max_iterations is {self.max_iterations!r}, at least 1 is needed")
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        starts = [start.coefficients for start in starts_of(records, model)]
+        est = estimator(model.with_coefficients(starts[0]), records)
+        if est.n_values <= len(model.coordinates):
+            raise CannotFit(f"{est.n_values} measured values for {len(model.coordinates)} coefficients")
+        point = best_start(est, starts)
+        converged, iteration = False, 0
+        while not converged and iteration < self.max_iterations:
+            point, gain = improved(est, point)
+            converged, iteration = gain < ENOUGH, iteration + 1
+        return _fit(est, point, converged, iteration)
+
+
+def estimator(model: Model, records: Sequence[Record]) -> Estimator:
+    """The records under the filter, with the channels of the model's velocities and heading."""
+    est = Estimator(model, records)
+    used = [symbol in MEASURED and symbol in model.states for symbol in SYMBOLS]
+    est.data = [replace(d, measured=np.where(used, d.measured, np.nan)) for d in est.data]
+    return est
+
+
+def best_start(est: Estimator, starts: Sequence[np.ndarray]) -> Point:
+    """The likeliest of coefficients (p,) under several amounts of process noise.
+
+    Raises
+    ------
+    FitFailed : if the filter diverges with every one.
+    """
+    quiet = est.start()
+    settings = []
+    for amount in FORCES:
+        noise = quiet.noise.copy()
+        noise[6 : 6 + est.n_forces] = amount * QUANTUM
+        settings += [with_coefficients(replace(quiet, noise=noise), start) for start in starts]
+    found = est.many(settings)
+    best = int(np.argmax([now.log_likelihood for now in found]))
+    if found[best].log_likelihood <= -1e299:
+        raise FitFailed("the filter diverges from every start")
+    return Point(settings[best], found[best])
+
+
+def with_coefficients(s: Setting, coefficients: np.ndarray) -> Setting:
+    """The setting with other coefficients (p,) in every record."""
+    p = s.p.copy()
+    p[:, : len(coefficients)] = coefficients
+    return replace(s, p=p)
+
+
+def information(est: Estimator, point: Point) -> np.ndarray:
+    """Triangular factor (p + 1, p + 1) of [derivatives of the whitened innovations | -innovations]."""
+    p = len(est.model.coordinates)
+    rows = np.vstack([est.tangent(point.setting, range(p)), -point.now.e.reshape(1, -1)]).T
+    if not np.isfinite(rows).all():
+        raise FitFailed("derivatives of the innovations are not finite")
+    return factors.fold(factors.empty(p), rows)
+
+
+def improved(est: Estimator, point: Point) -> tuple[Point, float]:
+    """One noise step and one step of the coefficients; the larger of what the two gain or promise."""
+    before = point.now.log_likelihood
+    s, now = est.fit_noise(point.setting, 1)
+    gain = now.log_likelihood - before
+    point, promise = stepped(est, point._replace(setting=s, now=now))
+    return point, max(gain, promise)
+
+
+def stepped(est: Estimator, point: Point) -> tuple[Point, float]:
+    """A Levenberg-Marquardt step of the coefficients that raises the likelihood, and the gain it promised."""
+    factor = information(est, point)
+    length = np.linalg.norm(factor[:, :-1], axis=0)
+    length = np.where(length > 0.0, length, 1.0)
+    u, singular, vt = np.linalg.svd(factor[:, :-1] / length, full_matrices=False)
+    kept = singular > NULL * singular[0]
+    singular, projected, back = singular[kept], (u.T @ factor[:, -1])[kept], vt[kept].T / length[:, None]
+    coefficients, damping = point.setting.p[0, : length.size], point.damping
+    for trial in range(TRIALS):
+        left = damping / (singular**2 + damping)
+        promise = float(0.5 * np.sum(projected**2 * (1.0 - left**2)))
+        step = back @ (singular / (singular**2 + damping) * projected)
+        s = with_coefficients(point.setting, coefficients + step)
+        now = est.evaluate(s)
+        if now.log_likelihood > point.now.log_likelihood:
+            return Point(s, now, damping * (0.01 if trial == 0 else 1.0)), promise
+        if promise < ENOUGH:
+            break
+        damping = max(10.0 * damping, 1e-8)
+    return point._replace(damping=DAMPING), promise if promise < ENOUGH else 0.0
+
+
+def _fit(est: Estimator, point: Point, converged: bool, iterations: int) -> Fit:
+    solution = factors.solve(information(est, point), NULL)
+    p = len(est.model.coordinates)
+    said = [] if solution.rank == p else [f"the records determine {solution.rank} of {p} directions"]
+    said += [] if converged else ["stopped before convergence"]
+    return Fit(
+        point.setting.p[0, :p],
+        solution.covariance,
+        converged=converged,
+        message="; ".join(said),
+        n_iterations=iterations,
+        extra={"log_likelihood": point.now.log_likelihood, **noise_of(est, point.setting)},
+    )
+
+
+def noise_of(est: Estimator, s: Setting) -> dict:
+    """Sensor sds by state, force sds by the name of their input, and the forces' correlation time."""
+    nf, first = est.n_forces, est.layout[3]
+    names = est.kernels.INPUTS[first : first + nf]
+    return {
+        "sensor_sd": {SYMBOLS[c]: float(s.noise[c]) for c in np.flatnonzero(est.channels)},
+        "force_sd": dict(zip(names, (s.noise[6 : 6 + nf] * est.unit).tolist(), strict=True)),
+        "correlation_s": float(s.noise[6 + nf]),
+    }
