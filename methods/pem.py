@@ -34,8 +34,10 @@ FORCES = (4.0, 64.0)
 """Force sds, in QUANTUM, that starts are compared under."""
 NULL = 1e-12
 """Singular values (columns of unit length) below which a direction counts as not identified."""
-ENOUGH = 1e-3
-"""Promised gain in log likelihood at which the search ends."""
+ROUGH, ENOUGH = 1.0, 1e-3
+"""Promised gain in log likelihood at which the search for the noise's form ends, and the search itself."""
+RIVAL = 6
+"""Iterations that a fit without forces is given to beat one with forces."""
 DAMPING = 1e-3
 TRIALS = 12
 
@@ -46,6 +48,18 @@ class Point(NamedTuple):
     setting: Setting
     now: Innovations
     damping: float = DAMPING
+
+
+class Found(NamedTuple):
+    """Where a search stopped."""
+
+    point: Point
+    converged: bool
+    iterations: int
+
+    @property
+    def log_likelihood(self) -> float:
+        return self.point.now.log_likelihood
 
 
 class Pem(Method):
@@ -76,12 +90,11 @@ class Pem(Method):
         est = estimator(model.with_coefficients(starts[0]), records)
         if est.n_values <= len(model.coordinates):
             raise CannotFit(f"{est.n_values} measured values for {len(model.coordinates)} coefficients")
-        point = best_start(est, starts)
-        converged, iteration = False, 0
-        while not converged and iteration < self.max_iterations:
-            point, gain = improved(est, point)
-            converged, iteration = gain < ENOUGH, iteration + 1
-        return _fit(est, point, converged, iteration)
+        found = search(est, best_start(est, starts), self.max_iterations, ROUGH)
+        est, found = settled(est, found)
+        left = max(self.max_iterations - found.iterations, 1)
+        last = search(est, found.point, left, ENOUGH)
+        return _fit(est, last._replace(iterations=found.iterations + last.iterations))
 
 
 def estimator(model: Model, records: Sequence[Record]) -> Estimator:
@@ -128,6 +141,34 @@ def information(est: Estimator, point: Point) -> np.ndarray:
     return factors.fold(factors.empty(p), rows)
 
 
+def search(est: Estimator, point: Point, most: int, enough: float) -> Found:
+    """Noise and coefficient steps in turn until the likelihood gains less than `enough`."""
+    gain, iteration = np.inf, 0
+    while gain >= enough and iteration < most:
+        point, gain = improved(est, point)
+        iteration += 1
+    return Found(point, gain < enough, iteration)
+
+
+def settled(est: Estimator, found: Found) -> tuple[Estimator, Found]:
+    """The likelier form of the noise: rudder corners in doubt or exact, forces or none.
+
+    Forces, once strong, can hide what the coefficients lack.
+    """
+    exact = est.with_corners(0.0)
+    now = exact.evaluate(found.point.setting)
+    if now.log_likelihood > found.log_likelihood:
+        est, found = exact, found._replace(point=found.point._replace(now=now))
+    s, nf = found.point.setting, est.n_forces
+    if not s.noise[6 : 6 + nf].any():
+        return est, found
+    s = replace(s, noise=est.start().noise)
+    rival = search(est, Point(s, est.evaluate(s)), RIVAL, ROUGH)
+    iterations = found.iterations + rival.iterations
+    best = rival if rival.log_likelihood > found.log_likelihood else found
+    return est, best._replace(iterations=iterations)
+
+
 def improved(est: Estimator, point: Point) -> tuple[Point, float]:
     """One noise step and one step of the coefficients; the larger of what the two gain or promise."""
     before = point.now.log_likelihood
@@ -160,17 +201,18 @@ def stepped(est: Estimator, point: Point) -> tuple[Point, float]:
     return point._replace(damping=DAMPING), promise if promise < ENOUGH else 0.0
 
 
-def _fit(est: Estimator, point: Point, converged: bool, iterations: int) -> Fit:
+def _fit(est: Estimator, found: Found) -> Fit:
+    point = found.point
     solution = factors.solve(information(est, point), NULL)
     p = len(est.model.coordinates)
     said = [] if solution.rank == p else [f"the records determine {solution.rank} of {p} directions"]
-    said += [] if converged else ["stopped before convergence"]
+    said += [] if found.converged else ["stopped before convergence"]
     return Fit(
         point.setting.p[0, :p],
         solution.covariance,
-        converged=converged,
+        converged=found.converged,
         message="; ".join(said),
-        n_iterations=iterations,
+        n_iterations=found.iterations,
         extra={"log_likelihood": point.now.log_likelihood, **noise_of(est, point.setting)},
     )
 

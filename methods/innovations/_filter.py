@@ -39,7 +39,8 @@ MISALIGNED, EARTH, OMEGA, ZETA, RMS, CLOCK = (
 KINK = 12.0
 """Second difference of the rudder, in its sensor's sd, from which a corner lies between samples."""
 BETWEEN = 0.12
-"""Error of the mean rudder between two samples with a corner between them, as a share of the second difference."""
+"""Error of the mean rudder between two samples with a corner between them, as a share of the second difference, where
+nothing is known of how the rudder moves there."""
 
 
 @njit(inline="always")
@@ -148,14 +149,14 @@ def _back(rhs, x, rudder, k, dt, other, n, theta, q, unit, force, first, env, i_
 
 
 SIGNATURE = types.void(
-    *(RHS, JACOBIAN, A1, A1, A2, A2, A1, I1, A1, A1, f8, A2, A1, A1, i8, I1, A2, A1),
+    *(RHS, JACOBIAN, A1, A1, A2, A2, A1, I1, A1, A1, A1, A2, A1, A1, i8, I1, A2, A1),
     *(A2, A2, A2, A2, A2),
 )
 
 
 @njit(SIGNATURE, **JIT)
 def run_filter(
-    rhs, jacobian, time, recorded, other, measured, p, layout, unit, noise, rudder_sd, exogenous, x0, p0, free, axes,
+    rhs, jacobian, time, recorded, other, measured, p, layout, unit, noise, rudder_noise, exogenous, x0, p0, free, axes,
     forcing, probes, whitened, log_s, filtered, predicted, columns,
 ):  # fmt: skip
     """Filter one record.
@@ -163,7 +164,8 @@ def run_filter(
     time, recorded (T,); other (T, no) inputs beside the rudder; measured (T, 6) psi, r, u, v, x, y with nan gaps;
     p = [theta, OUTER]; layout = [n, size of theta, nu, first force input, first current input or -1, substeps, then
     the state of each channel or -1]; unit (nf,) force units; noise (6 + nf + 1,) sensor sds, force sds in units,
-    correlation time; rudder_sd of the rudder's sensor; exogenous (T, nf + 6) added forces and sensor shifts; x0, p0
+    correlation time; rudder_noise (2,) sd of the rudder's sensor and share of its second difference that is error at a
+    corner; exogenous (T, nf + 6) added forces and sensor shifts; x0, p0
     (n,) start and variance of states without a channel; free: sample from which nothing is updated any more; axes
     (m,), forcing (m, T): columns, axis < nf a force in units, then channel axis - nf, then theta[axis - nf - 6], times
     the forcing and differenced over probes (m,) (midpoint rule; how the gains change is left out).
@@ -180,7 +182,7 @@ def run_filter(
     na = n + nf
     parts = 2 * parts_of
     rudder = np.empty((size - 1) * parts + 1)
-    acting_rudder(time, recorded, q, rudder_sd, parts, rudder)
+    acting_rudder(time, recorded, q, rudder_noise[0], parts, rudder)
     x, cov = np.zeros(nx), np.zeros((nx, nx))
     phi, temporary, a = np.zeros((nx, nx)), np.zeros((nx, nx)), np.zeros((na, na))
     power, next_power = np.zeros((na, na)), np.zeros((na, na))
@@ -449,9 +451,9 @@ def run_filter(
         for o in range(2):
             if k + o >= 1 and k + o < size - 1:
                 corner = max(corner, abs(recorded[k + o + 1] - 2.0 * recorded[k + o] + recorded[k + o - 1]))
-        variance = rudder_sd * rudder_sd
-        if corner > KINK * rudder_sd:
-            variance += (BETWEEN * corner) ** 2
+        variance = rudder_noise[0] ** 2
+        if corner > KINK * rudder_noise[0]:
+            variance += (rudder_noise[1] * corner) ** 2
         variance *= dt * dt * (1.0 + q[E_D]) ** 2
         for i in range(n):
             for j in range(n):

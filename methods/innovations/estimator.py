@@ -124,6 +124,7 @@ class Estimator:
         self.index = {name: i for i, name in enumerate(self.names)}
         quiet = [sensor_sd_of_rudder(d.rudder) for d in self.data]
         self.rudder_sd = max(min(quiet), 1e-7)
+        self.between = _filter.BETWEEN
         self.unit = force_units(model, self.data) if unit is None else unit
         self.base = base_vector(model, self.kernels)
         self.commanded = all(not r.has("rudder_rad") for r in records)
@@ -162,6 +163,12 @@ class Estimator:
         early.edges = np.concatenate([[0], np.cumsum(cut)])
         early._steps = {}
         return early
+
+    def with_corners(self, share: float) -> Estimator:
+        """The same, with another share of the rudder's second difference in doubt at its corners (0: none)."""
+        other = copy(self)
+        other.between, other._steps = share, {}
+        return other
 
     @property
     def clock(self) -> float:
@@ -210,7 +217,7 @@ class Estimator:
         added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
         model = (self.kernels.rhs, self.kernels.jacobian)
         record = (d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]))
-        fixed = (self.layout, self.unit, s.noise, self.rudder_sd, added, d.start, d.start_var)
+        fixed = (self.layout, self.unit, s.noise, np.array([self.rudder_sd, self.between]), added, d.start, d.start_var)
         last = size if free is None else free
         out = (e, log_s, states, predicted, columns)
         _filter.run_filter(*model, *record, *fixed, last, axes, forcing, probes, *out)
