@@ -34,11 +34,11 @@ FORCES = (4.0, 64.0)
 """Force sds, in QUANTUM, that starts are compared under."""
 NULL = 1e-12
 """Singular values (columns of unit length) below which a direction counts as not identified."""
-ROUGH, ENOUGH = 1.0, 1e-3
+ROUGH, ENOUGH = 1.0, 1e-2
 """Promised gain in log likelihood at which the search for the noise's form ends, and the search itself."""
 RIVAL = 6
 """Iterations that a fit without forces is given to beat one with forces."""
-DAMPING = 1e-3
+DAMPING, LEAST = 1e-3, 1e-9
 TRIALS = 12
 
 
@@ -153,14 +153,15 @@ def search(est: Estimator, point: Point, most: int, enough: float) -> Found:
 def settled(est: Estimator, found: Found) -> tuple[Estimator, Found]:
     """The likelier form of the noise: rudder corners in doubt or exact, forces or none.
 
-    Forces, once strong, can hide what the coefficients lack.
+    In response models forces, once strong, can hide what the coefficients lack; the many channels of other models
+    prevent that.
     """
     exact = est.with_corners(0.0)
     now = exact.evaluate(found.point.setting)
     if now.log_likelihood > found.log_likelihood:
         est, found = exact, found._replace(point=found.point._replace(now=now))
     s, nf = found.point.setting, est.n_forces
-    if not s.noise[6 : 6 + nf].any():
+    if est.model.is_3dof or not s.noise[6 : 6 + nf].any():
         return est, found
     s = replace(s, noise=est.start().noise)
     rival = search(est, Point(s, est.evaluate(s)), RIVAL, ROUGH)
@@ -172,7 +173,7 @@ def settled(est: Estimator, found: Found) -> tuple[Estimator, Found]:
 def improved(est: Estimator, point: Point) -> tuple[Point, float]:
     """One noise step and one step of the coefficients; the larger of what the two gain or promise."""
     before = point.now.log_likelihood
-    s, now = est.fit_noise(point.setting, 1)
+    s, now = est.fit_noise(point.setting, 1, now=point.now)
     gain = now.log_likelihood - before
     point, promise = stepped(est, point._replace(setting=s, now=now))
     return point, max(gain, promise)
@@ -194,10 +195,10 @@ def stepped(est: Estimator, point: Point) -> tuple[Point, float]:
         s = with_coefficients(point.setting, coefficients + step)
         now = est.evaluate(s)
         if now.log_likelihood > point.now.log_likelihood:
-            return Point(s, now, damping * (0.01 if trial == 0 else 1.0)), promise
+            return Point(s, now, max(damping * (0.01 if trial == 0 else 1.0), LEAST)), promise
         if promise < ENOUGH:
             break
-        damping = max(10.0 * damping, 1e-8)
+        damping *= 10.0
     return point._replace(damping=DAMPING), promise if promise < ENOUGH else 0.0
 
 

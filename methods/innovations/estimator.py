@@ -330,9 +330,14 @@ class Estimator:
         return out
 
     # ---- noise
-    def fit_noise(self, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
-        """Noise of largest likelihood: sensor sds, force sds (>= 0) and their correlation time, by Fisher scoring."""
-        now = self.evaluate(s)
+    def fit_noise(
+        self, s: Setting, most: int = 8, tolerance: float = 0.05, now: Innovations | None = None
+    ) -> tuple[Setting, Innovations]:
+        """Noise of largest likelihood: sensor sds, force sds (>= 0) and their correlation time, by Fisher scoring.
+
+        now: the innovations at the setting, if they are known.
+        """
+        now = self.evaluate(s) if now is None else now
         for _ in range(most):
             if now.log_likelihood <= -1e299:
                 break
@@ -375,11 +380,12 @@ class Estimator:
             trial = s.noise.copy()
             trial[6 + j] = QUANTUM * np.sqrt(q[j] + steps[-1])
             settings.append(replace(s, noise=trial))
-        trial = s.noise.copy()
-        trial[6 + nf] *= 1.1
         steps.append(np.log(1.1))
-        settings.append(replace(s, noise=trial))
-        found = self.many(settings)
+        if q.any():
+            trial = s.noise.copy()
+            trial[6 + nf] *= 1.1
+            settings.append(replace(s, noise=trial))
+        found = self.many(settings) + [now] * (nf + 1 - len(settings))
         de = [(f.e - now.e) / h for f, h in zip(found, steps, strict=True)]
         dl = [(f.log_s - now.log_s) / h for f, h in zip(found, steps, strict=True)]
         gradient = np.array([-np.sum(b + now.e * a) for a, b in zip(de, dl, strict=True)])
