@@ -240,7 +240,7 @@ def run_filter(
                 h[j] = 0.0
             gain = 1.0 + q[S_C + c]
             value = late[c, i] if q[TAU_C + c] > 0.0 else x[i]
-            if c == 2 or c == 3:
+            if (c == 2 or c == 3) and channel[5 - c] >= 0:
                 other_value = late[c, channel[5 - c]] if q[TAU_C + c] > 0.0 else x[channel[5 - c]]
                 along, across = (value, other_value) if c == 2 else (other_value, value)
                 angle = q[MISALIGNED]

@@ -30,6 +30,7 @@ QUANTUM = 1e-5
 """Force that the noise fit counts in, as a share of the force unit."""
 SHORTEST_TAU_S, LONGEST_TAU_S = 1.0, 60.0
 SPIKE, NEAR = 6.5, 4.5
+FLOOR = (3e-4, 3e-4, 3e-4, 3e-4, 1e-5, 1e-5)
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
 BANK_DEFAULTS = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
@@ -127,9 +128,19 @@ class Estimator:
         self.between = _filter.BETWEEN
         self.unit = force_units(model, self.data) if unit is None else unit
         self.base = base_vector(model, self.kernels)
+        if "speed_loss_state" in self.kernels.STATES:
+            self._read_speed()
         self.commanded = all(not r.has("rudder_rad") for r in records)
+        self.free_s: float | None = None
         self._pool = ThreadPoolExecutor(2)
         self._steps: dict = {}
+
+    def _read_speed(self) -> None:
+        """The surge channel of a response model: U0 (1 - loss), U0 from the first part of the records."""
+        firsts = [d.measured[: max(5, d.time.size // 50), 2] for d in self.data]
+        firsts = [x[np.isfinite(x)] for x in firsts]
+        speed = float(np.median(np.concatenate(firsts))) if any(x.size for x in firsts) else 1.0
+        self.base[self.index["scale_u"]], self.base[self.index["bias_u"]] = -speed - 1.0, speed
 
     @cached_property
     def layout(self) -> np.ndarray:
@@ -140,7 +151,8 @@ class Estimator:
         dt = float(np.median(np.diff(self.data[0].time)))
         steps = max(1, int(np.ceil(dt / (4.0 * self.model.max_step_s) - 1e-9)))
         size = len(self.names) - len(OUTER)
-        places = [states.index(s) if s in states else -1 for s in SYMBOLS]
+        seen = [state_seen(s, states) for s in SYMBOLS]
+        places = [-1 if s is None else states.index(s) for s in seen]
         used = self.channels
         places = [
             i if used[c] or s in ("psi", "u", "v", "r") else -1
@@ -149,9 +161,19 @@ class Estimator:
         return np.array([len(states), size, len(inputs), first, env, steps, *places], dtype=np.int64)
 
     @cached_property
+    def floors(self) -> np.ndarray:
+        """(6,) smallest sensor sd that is believed: FLOOR of each channel's own spread (interpolated records are
+        smoother than any sensor, and no model is better than that)."""
+        out = np.full(CHANNELS, 1e-9)
+        for c in np.flatnonzero(self.channels):
+            spread = max(float(np.nanstd(d.measured[:, c])) for d in self.data if np.isfinite(d.measured[:, c]).any())
+            out[c] = max(FLOOR[c] * spread, 1e-9)
+        return out
+
+    @cached_property
     def channels(self) -> np.ndarray:
         """(6,) whether any record measures the channel and the model has the state."""
-        known = np.array([s in self.kernels.STATES for s in SYMBOLS])
+        known = np.array([state_seen(s, self.kernels.STATES) is not None for s in SYMBOLS])
         return known & np.any([np.isfinite(d.measured).any(axis=0) for d in self.data], axis=0)
 
     def first(self, share: float) -> Estimator:
@@ -169,6 +191,12 @@ class Estimator:
         other = copy(self)
         other.between, other._steps = share, {}
         return other
+
+    def simulating(self, seconds: float) -> Estimator:
+        """The same, but run freely after the first seconds: innovations are then output errors over sensor noise."""
+        free = copy(self)
+        free.free_s, free._steps = seconds, {}
+        return free
 
     @property
     def clock(self) -> float:
@@ -192,7 +220,7 @@ class Estimator:
         sd = np.zeros(CHANNELS)
         for c in range(CHANNELS):
             found = [sensor_sd(d.measured[:, c]) for d in self.data if np.isfinite(d.measured[:, c]).any()]
-            sd[c] = max(float(np.median(found)) if found else 1.0, 1e-7)
+            sd[c] = max(float(np.median(found)), self.floors[c]) if found else 1.0
         noise = np.concatenate([sd, np.zeros(self.n_forces), [15.0]])
         return Setting(np.tile(self.base, (len(self.data), 1)), noise)
 
@@ -218,6 +246,8 @@ class Estimator:
         model = (self.kernels.rhs, self.kernels.jacobian)
         record = (d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]))
         fixed = (self.layout, self.unit, s.noise, np.array([self.rudder_sd, self.between]), added, d.start, d.start_var)
+        if free is None and self.free_s is not None:
+            free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
         last = size if free is None else free
         out = (e, log_s, states, predicted, columns)
         _filter.run_filter(*model, *record, *fixed, last, axes, forcing, probes, *out)
@@ -370,7 +400,7 @@ class Estimator:
         used = now.e != 0.0
         excess = np.sum((np.clip(now.e, -CLIP, CLIP) ** 2 - 1.0) * share * used, axis=0)
         weight = np.maximum(np.sum(share**2 * used, axis=0), 1e-9)
-        return np.maximum(noise[:CHANNELS] * np.exp(np.clip(0.5 * excess / weight, -0.4, 0.4)), 1e-9)
+        return np.maximum(noise[:CHANNELS] * np.exp(np.clip(0.5 * excess / weight, -0.4, 0.4)), self.floors)
 
     def _force_scores(self, s: Setting, now: Innovations, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         nf = self.n_forces
@@ -481,6 +511,13 @@ def _bounded_step(gradient: np.ndarray, fisher: np.ndarray, q: np.ndarray) -> np
     return np.zeros(nf + 1)
 
 
+def state_seen(symbol: str, states: Sequence[str]) -> str | None:
+    """The state that a channel measures: its own, or for the surge of a response model the speed loss."""
+    if symbol in states:
+        return symbol
+    return "speed_loss_state" if symbol == "u" and "speed_loss_state" in states else None
+
+
 def sensor_sd_of_rudder(rudder: np.ndarray) -> float:
     """Sensor noise of a rudder series, from its second differences (its motion has kinks)."""
     second = np.diff(rudder, 2)
@@ -547,7 +584,7 @@ def _data(record: Record, model: Model, kernels: kernel_store.Kernels) -> Data:
     spikes, near = 0, 0
     for c, symbol in enumerate(SYMBOLS):
         values = samples(record, symbol)
-        if values is not None and symbol in kernels.STATES:
+        if values is not None and state_seen(symbol, kernels.STATES) is not None:
             measured[:, c], found, close = without_spikes(values)
             spikes, near = spikes + found, near + close
     if not np.isfinite(measured[:, :2]).any():
