@@ -17,7 +17,7 @@ import numpy as np
 
 from ...models import kernels as kernel_store
 from ..base import CannotFit
-from ..series import initial_state_of, inputs_of, samples, sensor_sd
+from ..series import bridged, initial_state_of, inputs_of, samples, sensor_sd
 from . import _filter
 from ._filter import CHANNELS, OUTER
 
@@ -575,11 +575,10 @@ def _data(record: Record, model: Model, kernels: kernel_store.Kernels) -> Data:
     given = inputs_of(record, model)
     time = np.ascontiguousarray(record.time_s - record.time_s[0])
     rudder = given["delta"]
-    known = np.isfinite(rudder)
-    if not known.any():
+    if not np.isfinite(rudder).any():
         raise CannotFit(f"record {record.name} has no rudder samples")
-    rudder = np.interp(time, time[known], rudder[known])
-    other = [given[name] for name in model.inputs[1:]]
+    rudder = bridged(rudder, time)
+    other = [bridged(given[name], time) for name in model.inputs[1:]]
     measured = np.full((time.size, CHANNELS), np.nan)
     spikes, near = 0, 0
     for c, symbol in enumerate(SYMBOLS):
