@@ -425,7 +425,14 @@ def speed_loss(est: Estimator) -> list[Variant] | str:
     if "loss_gain" not in est.index:
         return "surge is a state of the model already"
     gain = _term(est, "loss_gain", "s2/rad2", "loss_gain", scale=10.0)
-    time = Parameter("recovery", "s", ((est.index["loss_time"], 1.0),), scale=1.0, low=-29.9, high=970.0)
+    time = Parameter(
+        "recovery",
+        "s",
+        ((est.index["loss_time"], 1.0),),
+        scale=1.0,
+        low=3.0 * est.clock - 30.0,
+        high=300.0 * est.clock - 30.0,
+    )
     return [(gain, time)]
 
 

@@ -102,13 +102,13 @@ def diagnose(
     else:
         left = None
     final = search.setting
-    if search.nuisance:
+    if options.base_parameters == "identify":
         sensors = {est.index[name] for name in OUTER if name.startswith(("scale_", "bias_", "delay_", "misalignment"))}
         moved = [p for p in search.parameters if not {index for index, _ in p.slots} & sensors]
         final = gains.fitted_to_simulate(est, final, moved)
     findings = [*_flag_findings(flags), *_spike_findings(est), *_findings(search, rng)]
     extended = extended_model(est, final, [a.cause for a in search.accepted], flags)
-    measured = _gain(search, final, others, rng)
+    measured = _gain(search, final, others, options, rng)
     said, reason = verdict.decide(poor, left, findings)
     return Diagnosis(
         model=model,
@@ -161,8 +161,17 @@ def _search(est: Estimator, options: Options, rng: np.random.Generator) -> tuple
         bank = {name: bank[name] for name in options.only if name in bank}
     start = est.start()
     nuisance, prior = _free_coefficients(est, options)
+    speed = _reference_speed(est)
+    nuisance, prior = (*nuisance, *speed), None if prior is None else np.append(prior, np.zeros(len(speed)))
     search = Search(est, start, start, est.evaluate(start), bank, rng, options.alpha, nuisance, prior)
     return search, cannot
+
+
+def _reference_speed(est: Estimator) -> tuple[Parameter, ...]:
+    """The speed U0 against which a response model's surge shows a loss: estimated along."""
+    if "speed_loss_state" not in est.kernels.STATES or not est.channels[2]:
+        return ()
+    return (Parameter("U0", "m/s", ((est.index["bias_u"], 1.0), (est.index["scale_u"], -1.0)), scale=1e-3),)
 
 
 def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Parameter, ...], np.ndarray | None]:
@@ -317,10 +326,10 @@ def _bank(
 
 
 # ---- gain
-def _gain(search: Search, final: Setting, records: Sequence[Record], rng: np.random.Generator):
+def _gain(search: Search, final: Setting, records: Sequence[Record], options: Options, rng: np.random.Generator):
     """Gain on the held-out records, and the traces that the page shows."""
     est = search.est
-    base = _base_setting(search)
+    base = _base_setting(search, options)
     per_record = [p for a in search.accepted for p in a.variant if p.record is not None and a.cause != "rudder_fault"]
     fitted = [gains.free_runs(est, s) for s in (base, final)]
     shown = gains.traces(est, "train", *fitted, gains.scored_from(est, False))
@@ -337,14 +346,14 @@ def _gain(search: Search, final: Setting, records: Sequence[Record], rng: np.ran
     return gains.gains(held, old, new, starts, noise, rng), (*shown, *gains.traces(held, "held_out", old, new, starts))
 
 
-def _base_setting(search: Search) -> Setting:
+def _base_setting(search: Search, options: Options) -> Setting:
     """The base model without causes: its coefficients refitted where they are free."""
     est = search.est
     if not search.nuisance:
         return replace(est.start(), noise=search.setting.noise)
     bare = replace(search, accepted=[], setting=est.start())
     s, _ = bare.refit(replace(est.start(), noise=search.setting.noise), (), 6)
-    return gains.fitted_to_simulate(est, s, search.nuisance)
+    return gains.fitted_to_simulate(est, s, search.nuisance) if options.base_parameters == "identify" else s
 
 
 def _hypothesis(search: Search, left: Candidate | None, records: Sequence[Record]) -> dict[str, Any] | None:

@@ -87,7 +87,21 @@ class Search:
         return np.concatenate([self.prior, np.zeros(len(self.parameters) - len(self.nuisance) + extra)])
 
     def refit(self, s: Setting, extra: Variant = (), most: int = 6) -> tuple[Setting, Innovations]:
-        return self.est.refit(s, [*self.parameters, *extra], most, self.precisions(len(extra)))
+        """Parameters and noise of largest likelihood, from the gusts at hand and, if any are left, from none.
+
+        Gusts that were fitted while an effect was missing hide how far the effect's size still is from its best.
+        """
+        moved = [*self.parameters, *extra]
+        found, now = self.est.refit(s, moved, most, self.precisions(len(extra)))
+        if moved and found.noise[6 : 6 + self.est.n_forces].any():
+            still, calm = self.est.refit(self.quiet(found), moved, most, self.precisions(len(extra)))
+            if calm.log_likelihood > now.log_likelihood:
+                return still, calm
+        return found, now
+
+    def quiet(self, s: Setting) -> Setting:
+        """The setting under the sensors' noise alone."""
+        return replace(s, noise=self.start.noise.copy())
 
 
 # ---- screening
@@ -512,11 +526,6 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
     return min(passed, key=lambda c: c.log_p) if passed else None
 
 
-def quiet_noise(search: Search) -> Setting:
-    """The present setting under the sensors' noise alone."""
-    return replace(search.setting, noise=search.start.noise.copy())
-
-
 # ---- selection
 def select(search: Search, most: int) -> None:
     """Accept causes one after the other while they pass the family-wise level."""
@@ -552,7 +561,7 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
     level = np.log(0.1 / search.n_effective)
     chosen = [i for i in items if i.log_p < level][:LEADERS]
     if search.setting.noise[6 : 6 + search.est.n_forces].any():
-        bare = quiet_noise(search)
+        bare = search.quiet(search.setting)
         now = search.est.evaluate(bare)
         if now.log_likelihood > -1e299 and np.abs(now.e).max() < 1e3:
             have = {i.cause for i in chosen}

@@ -39,7 +39,8 @@ MISALIGNED, EARTH, OMEGA, ZETA, RMS, CLOCK = (
 KINK = 12.0
 """Second difference of the rudder, in its sensor's sd, from which a corner lies between samples."""
 BETWEEN = 0.12
-"""Error of the mean rudder between two samples with a corner between them, as a share of the second difference."""
+"""Error of the mean rudder between two samples with a corner between them, as a share of the second difference, where
+nothing is known of how the rudder moves there."""
 
 
 @njit(inline="always")
@@ -148,24 +149,26 @@ def _back(rhs, x, rudder, k, dt, other, n, theta, q, unit, force, first, env, i_
 
 
 SIGNATURE = types.void(
-    *(RHS, JACOBIAN, A1, A1, A2, A2, A1, I1, A1, A1, f8, A2, A1, A1, i8, I1, A2),
+    *(RHS, JACOBIAN, A1, A1, A2, A2, A1, I1, A1, A1, A1, A2, A1, A1, i8, I1, A2, A1),
     *(A2, A2, A2, A2, A2),
 )
 
 
 @njit(SIGNATURE, **JIT)
 def run_filter(
-    rhs, jacobian, time, recorded, other, measured, p, layout, unit, noise, rudder_sd, exogenous, x0, p0, free, axes,
-    forcing, whitened, log_s, filtered, predicted, columns,
+    rhs, jacobian, time, recorded, other, measured, p, layout, unit, noise, rudder_noise, exogenous, x0, p0, free, axes,
+    forcing, probes, whitened, log_s, filtered, predicted, columns,
 ):  # fmt: skip
     """Filter one record.
 
     time, recorded (T,); other (T, no) inputs beside the rudder; measured (T, 6) psi, r, u, v, x, y with nan gaps;
     p = [theta, OUTER]; layout = [n, size of theta, nu, first force input, first current input or -1, substeps, then
     the state of each channel or -1]; unit (nf,) force units; noise (6 + nf + 1,) sensor sds, force sds in units,
-    correlation time; rudder_sd of the rudder's sensor; exogenous (T, nf + 6) added forces and sensor shifts; x0, p0
+    correlation time; rudder_noise (2,) sd of the rudder's sensor and share of its second difference that is error at a
+    corner; exogenous (T, nf + 6) added forces and sensor shifts; x0, p0
     (n,) start and variance of states without a channel; free: sample from which nothing is updated any more; axes
-    (m,), forcing (m, T): columns, axis < nf a force in units, else channel axis - nf.
+    (m,), forcing (m, T): columns, axis < nf a force in units, then channel axis - nf, then theta[axis - nf - 6], times
+    the forcing and differenced over probes (m,) (midpoint rule; how the gains change is left out).
 
     Filled: whitened, log_s (T, 6) innovations and log S / 2 (0 at gaps), filtered (T, nx) states, predicted (T, 6),
     columns (m, T*6) derivatives of the whitened innovations.
@@ -179,7 +182,7 @@ def run_filter(
     na = n + nf
     parts = 2 * parts_of
     rudder = np.empty((size - 1) * parts + 1)
-    acting_rudder(time, recorded, q, rudder_sd, parts, rudder)
+    acting_rudder(time, recorded, q, rudder_noise[0], parts, rudder)
     x, cov = np.zeros(nx), np.zeros((nx, nx))
     phi, temporary, a = np.zeros((nx, nx)), np.zeros((nx, nx)), np.zeros((na, na))
     power, next_power = np.zeros((na, na)), np.zeros((na, na))
@@ -189,13 +192,17 @@ def run_filter(
     late, work = np.zeros((CHANNELS, n)), np.zeros(nu + 2 * n)
     shift = np.zeros((m, nx))
     moved = np.zeros(nx)
+    other_theta, base_rate, push = theta.copy(), np.zeros(n), np.zeros(n)
+    varied = False
+    for column in range(m):
+        varied = varied or axes[column] >= nf + CHANNELS
     i_psi = channel[0]
     for i in range(n):
         x[i], cov[i, i] = x0[i], p0[i]
     for c in range(CHANNELS):
         i = channel[c]
-        if i < 0 or (q[EARTH] > 0.0 and (c == 2 or c == 3)):
-            continue
+        if i < 0 or (q[EARTH] > 0.0 and (c == 2 or c == 3)) or (c == 2 and channel[3] < 0):
+            continue  # a speed loss starts from the steady course that its reference speed stands for
         for k in range(min(size, 6)):
             y = measured[k, c]
             if not np.isnan(y):
@@ -378,6 +385,11 @@ def run_filter(
                 for j in range(na):
                     power[i, j] = next_power[i, j]
                     phi[i, j] += power[i, j]
+        if varied:
+            for i in range(n):
+                probe[i] = 0.5 * (filtered[k, i] + x[i])
+            _inputs(u, rudder[k * parts + parts_of], other, k, q, unit, force, first, env, probe[i_psi])
+            rhs(probe, u, theta, base_rate)
         for column in range(m):
             held = forcing[column, k] if axes[column] < nf else 0.0
             for i in range(n):
@@ -387,6 +399,19 @@ def run_filter(
                 if held != 0.0:
                     value += phi[i, n + axes[column]] * held
                 moved[i] = value
+            if axes[column] >= nf + CHANNELS and forcing[column, k] != 0.0:
+                index = axes[column] - nf - CHANNELS
+                other_theta[index] += probes[column]
+                rhs(probe, u, other_theta, push)
+                other_theta[index] = theta[index]
+                size_of = forcing[column, k] * dt / probes[column]
+                for i in range(n):
+                    push[i] = (push[i] - base_rate[i]) * size_of
+                for i in range(n):
+                    value = push[i]
+                    for j in range(n):
+                        value += 0.5 * a[i, j] * push[j]
+                    moved[i] += value
             for i in range(n):
                 shift[column, i] = moved[i]
             for i in range(nf):
@@ -426,9 +451,9 @@ def run_filter(
         for o in range(2):
             if k + o >= 1 and k + o < size - 1:
                 corner = max(corner, abs(recorded[k + o + 1] - 2.0 * recorded[k + o] + recorded[k + o - 1]))
-        variance = rudder_sd * rudder_sd
-        if corner > KINK * rudder_sd:
-            variance += (BETWEEN * corner) ** 2
+        variance = rudder_noise[0] ** 2
+        if corner > KINK * rudder_noise[0]:
+            variance += (rudder_noise[1] * corner) ** 2
         variance *= dt * dt * (1.0 + q[E_D]) ** 2
         for i in range(n):
             for j in range(n):

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...models import kernels as kernel_store
 from ..base import CannotFit
-from ..series import initial_state_of, inputs_of, samples, sensor_sd
+from ..series import bridged, initial_state_of, inputs_of, samples, sensor_sd
 from . import _filter
 from ._filter import CHANNELS, OUTER
 
@@ -125,6 +125,7 @@ class Estimator:
         self.index = {name: i for i, name in enumerate(self.names)}
         quiet = [sensor_sd_of_rudder(d.rudder) for d in self.data]
         self.rudder_sd = max(min(quiet), 1e-7)
+        self.between = _filter.BETWEEN
         self.unit = force_units(model, self.data) if unit is None else unit
         self.base = base_vector(model, self.kernels)
         if "speed_loss_state" in self.kernels.STATES:
@@ -185,6 +186,12 @@ class Estimator:
         early._steps = {}
         return early
 
+    def with_corners(self, share: float) -> Estimator:
+        """The same, with another share of the rudder's second difference in doubt at its corners (0: none)."""
+        other = copy(self)
+        other.between, other._steps = share, {}
+        return other
+
     def simulating(self, seconds: float) -> Estimator:
         """The same, but run freely after the first seconds: innovations are then output errors over sensor noise."""
         free = copy(self)
@@ -224,8 +231,8 @@ class Estimator:
         parts = list(self._pool.map(lambda i: self._run(s, i)[:3], chosen))
         return Innovations(*(np.concatenate([part[j] for part in parts]) for j in range(3)))
 
-    def _run(self, s: Setting, i: int, free: int | None = None, axes=None, forcing=None, data: Data | None = None):
-        d = self.data[i] if data is None else data
+    def _run(self, s: Setting, i: int, free: int | None = None, axes=None, forcing=None, probes=None):
+        d = self.data[i]
         size, nf = d.time.size, self.n_forces
         waves = s.p[i, len(self.names) - len(OUTER) + _filter.RMS] > 0.0
         nx = len(self.kernels.STATES) + nf + (2 if waves else 0)
@@ -233,16 +240,17 @@ class Estimator:
         states = np.empty((size, nx))
         axes = np.zeros(0, np.int64) if axes is None else axes
         forcing = np.zeros((0, size)) if forcing is None else forcing
+        probes = np.zeros(axes.size) if probes is None else probes
         columns = np.zeros((axes.size, size * CHANNELS))
         added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
         model = (self.kernels.rhs, self.kernels.jacobian)
         record = (d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]))
-        fixed = (self.layout, self.unit, s.noise, self.rudder_sd, added, d.start, d.start_var)
+        fixed = (self.layout, self.unit, s.noise, np.array([self.rudder_sd, self.between]), added, d.start, d.start_var)
         if free is None and self.free_s is not None:
             free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
         last = size if free is None else free
         out = (e, log_s, states, predicted, columns)
-        _filter.run_filter(*model, *record, *fixed, last, axes, forcing, *out)
+        _filter.run_filter(*model, *record, *fixed, last, axes, forcing, probes, *out)
         return e, log_s, states[:, : len(self.kernels.STATES) + nf], predicted, columns
 
     def many(
@@ -271,6 +279,21 @@ class Estimator:
         jobs = range(len(self.data))
         parts = self._pool.map(
             lambda i: self._run(s, i, None, which, np.ascontiguousarray(np.stack([f[i] for f in forcing])))[4], jobs
+        )
+        return np.hstack(list(parts))
+
+    def tangent(self, s: Setting, indices: Sequence[int]) -> np.ndarray:
+        """Derivatives (m, N*6) of the whitened innovations by entries of the model's vector, in one pass.
+
+        With the filter's gains held: what is left out has mean zero, so that the estimating equations D e = 0 keep
+        their root.
+        """
+        which = np.array(indices, np.int64)
+        probes = 1e-3 * np.where(s.p[0, which] != 0.0, np.abs(s.p[0, which]), 1.0)
+        axes = which + self.n_forces + CHANNELS
+        parts = self._pool.map(
+            lambda i: self._run(s, i, None, axes, np.ones((axes.size, self.data[i].time.size)), probes)[4],
+            range(len(self.data)),
         )
         return np.hstack(list(parts))
 
@@ -337,9 +360,14 @@ class Estimator:
         return out
 
     # ---- noise
-    def fit_noise(self, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
-        """Noise of largest likelihood: sensor sds, force sds (>= 0) and their correlation time, by Fisher scoring."""
-        now = self.evaluate(s)
+    def fit_noise(
+        self, s: Setting, most: int = 8, tolerance: float = 0.05, now: Innovations | None = None
+    ) -> tuple[Setting, Innovations]:
+        """Noise of largest likelihood: sensor sds, force sds (>= 0) and their correlation time, by Fisher scoring.
+
+        now: the innovations at the setting, if they are known.
+        """
+        now = self.evaluate(s) if now is None else now
         for _ in range(most):
             if now.log_likelihood <= -1e299:
                 break
@@ -382,11 +410,12 @@ class Estimator:
             trial = s.noise.copy()
             trial[6 + j] = QUANTUM * np.sqrt(q[j] + steps[-1])
             settings.append(replace(s, noise=trial))
-        trial = s.noise.copy()
-        trial[6 + nf] *= 1.1
         steps.append(np.log(1.1))
-        settings.append(replace(s, noise=trial))
-        found = self.many(settings)
+        if q.any():
+            trial = s.noise.copy()
+            trial[6 + nf] *= 1.1
+            settings.append(replace(s, noise=trial))
+        found = self.many(settings) + [now] * (nf + 1 - len(settings))
         de = [(f.e - now.e) / h for f, h in zip(found, steps, strict=True)]
         dl = [(f.log_s - now.log_s) / h for f, h in zip(found, steps, strict=True)]
         gradient = np.array([-np.sum(b + now.e * a) for a, b in zip(de, dl, strict=True)])
@@ -546,11 +575,10 @@ def _data(record: Record, model: Model, kernels: kernel_store.Kernels) -> Data:
     given = inputs_of(record, model)
     time = np.ascontiguousarray(record.time_s - record.time_s[0])
     rudder = given["delta"]
-    known = np.isfinite(rudder)
-    if not known.any():
+    if not np.isfinite(rudder).any():
         raise CannotFit(f"record {record.name} has no rudder samples")
-    rudder = np.interp(time, time[known], rudder[known])
-    other = [given[name] for name in model.inputs[1:]]
+    rudder = bridged(rudder, time)
+    other = [bridged(given[name], time) for name in model.inputs[1:]]
     measured = np.full((time.size, CHANNELS), np.nan)
     spikes, near = 0, 0
     for c, symbol in enumerate(SYMBOLS):
