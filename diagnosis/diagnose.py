@@ -332,7 +332,7 @@ def _gain(search: Search, final: Setting, records: Sequence[Record], options: Op
     base = _base_setting(search, options)
     per_record = [p for a in search.accepted for p in a.variant if p.record is not None and a.cause != "rudder_fault"]
     fitted = [gains.free_runs(est, s) for s in (base, final)]
-    shown = gains.traces(est, "train", *fitted, gains.scored_from(est, False))
+    shown = gains.traces(est, "train", fitted[0], fitted[1], gains.scored_from(est, False))
     if not records:
         return {}, shown
     held = Estimator(est.model, records, est.unit)

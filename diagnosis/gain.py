@@ -119,7 +119,7 @@ def gains(
     from ..models.model import CHANNELS
 
     out = {}
-    for c in np.flatnonzero(held.channels):
+    for c in np.flatnonzero(held.channels).tolist():
         old, new, spread = [], [], []
         for d, a, b, k in zip(held.data, before, after, starts, strict=True):
             y = d.measured[k:, c]

@@ -275,7 +275,7 @@ def try_waves(search: Search, before: float) -> Candidate | None:
     low = np.log([0.25 / clock, 0.02, 1e-5])
     high = np.log([2.2 / clock, 0.5, 0.2])
 
-    def at(base: Setting, values: Sequence[float]) -> Setting:
+    def at(base: Setting, values: Sequence[float] | np.ndarray) -> Setting:
         p = base.p.copy()
         p[:, slots] = values
         return replace(base, p=p)
@@ -463,7 +463,7 @@ def _sets(
     """Every feature alone, and greedy sets of two and three of them."""
     information = np.einsum("ij,ij->i", left, left)
     gain = np.where(told, (left @ residual) ** 2 / np.maximum(information, 1e-300), 0.0)
-    out = [Tried((found[j],), float(gain[j]), 1.0) for j in np.flatnonzero(told)]
+    out = [Tried((found[j],), float(gain[j]), 1.0) for j in np.flatnonzero(told).tolist()]
     chosen, total, rest, work = [], 0.0, residual.copy(), left.copy()
     for _ in range(most):
         size = np.einsum("ij,ij->i", work, work)

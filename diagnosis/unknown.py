@@ -261,7 +261,7 @@ def line_test(est: Estimator, now: Innovations) -> tuple[float, float]:
             runs += 1
         if not runs:
             continue
-        level = 2.0 * power[band] / np.array([_background(power, k, runs) for k in band])
+        level = 2.0 * power[band] / np.array([_background(power, k, runs) for k in band.tolist()])
         k = int(np.argmax(level))
         tests = 3.0 * shortest / dt / 4.0
         best = min(best, (log_tail(float(level[k]), 2 * runs) + np.log(tests), float(omega[band[k]])))
