@@ -163,7 +163,8 @@ def run_filter(
 
     time, recorded (T,); other (T, no) inputs beside the rudder; measured (T, 6) psi, r, u, v, x, y with nan gaps;
     p = [theta, OUTER]; layout = [n, size of theta, nu, first force input, first current input or -1, substeps, then
-    the state of each channel or -1]; unit (nf,) force units; noise (6 + nf + 1,) sensor sds, force sds in units,
+    the state of each channel, -1 without one, -2 - state for a position that nothing measures (left out of the
+    covariance)]; unit (nf,) force units; noise (6 + nf + 1,) sensor sds, force sds in units,
     correlation time; rudder_noise (2,) sd of the rudder's sensor and share of its second difference that is error at a
     corner; exogenous (T, nf + 6) added forces and sensor shifts; x0, p0
     (n,) start and variance of states without a channel; free: sample from which nothing is updated any more; axes
@@ -184,6 +185,7 @@ def run_filter(
     rudder = np.empty((size - 1) * parts + 1)
     acting_rudder(time, recorded, q, rudder_noise[0], parts, rudder)
     x, cov = np.zeros(nx), np.zeros((nx, nx))
+    own = x[:n]
     phi, temporary, a = np.zeros((nx, nx)), np.zeros((nx, nx)), np.zeros((na, na))
     power, next_power = np.zeros((na, na)), np.zeros((na, na))
     jx, ju = np.zeros(n * n), np.zeros(n * nu)
@@ -197,8 +199,12 @@ def run_filter(
     for column in range(m):
         varied = varied or axes[column] >= nf + CHANNELS
     i_psi = channel[0]
+    live = np.ones(n, np.bool_)
+    for c in range(CHANNELS):
+        if channel[c] <= -2:
+            live[-2 - channel[c]] = False
     for i in range(n):
-        x[i], cov[i, i] = x0[i], p0[i]
+        x[i], cov[i, i] = x0[i], p0[i] if live[i] else 0.0
     for c in range(CHANNELS):
         i = channel[c]
         if i < 0 or (q[EARTH] > 0.0 and (c == 2 or c == 3)) or (c == 2 and channel[3] < 0):
@@ -227,7 +233,7 @@ def run_filter(
                 )  # fmt: skip
         if q[CLOCK] > 0.0:
             _inputs(u, rudder[k * parts], other, k, q, unit, force, first, env, x[i_psi])
-            rhs(x[:n], u, theta, rate)
+            rhs(own, u, theta, rate)
         for c in range(CHANNELS):
             y = measured[k, c]
             i = channel[c]
@@ -282,12 +288,13 @@ def run_filter(
             if q[CLOCK] > 0.0:
                 s += (q[CLOCK] * rate[i]) ** 2
             if k < free:
-                for i2 in range(nx):
-                    total_h = 0.0
-                    for j in range(nx):
-                        if h[j] != 0.0:
-                            total_h += cov[i2, j] * h[j]
-                    ph[i2] = total_h
+                for j in range(nx):
+                    ph[j] = 0.0
+                for j in range(nx):
+                    w = h[j]
+                    if w != 0.0:
+                        for i2 in range(nx):
+                            ph[i2] += w * cov[j, i2]
                 for j in range(nx):
                     s += h[j] * ph[j]
             root = 1.0 / np.sqrt(s)
@@ -296,9 +303,11 @@ def run_filter(
                 continue
             inverse = 1.0 / s
             for i2 in range(nx):
-                x[i2] += ph[i2] * inverse * nu_c
-                for j in range(nx):
-                    cov[i2, j] -= ph[i2] * ph[j] * inverse
+                w = ph[i2] * inverse
+                x[i2] += w * nu_c
+                if w != 0.0:
+                    for j in range(nx):
+                        cov[i2, j] -= w * ph[j]
             for column in range(m):
                 seen = forcing[column, k] if axes[column] == nf + c else 0.0
                 for j in range(nx):
@@ -318,12 +327,12 @@ def run_filter(
             force[i] = x[n + i] + exogenous[k, i]
         if k < free:
             _inputs(u, rudder[k * parts], other, k, q, unit, force, first, env, x[i_psi])
-            jacobian(x[:n], u, theta, rate, jx, ju)
+            jacobian(own, u, theta, rate, jx, ju)
         step = dt / parts_of
         for s_ in range(parts_of):
             at = k * parts + 2 * s_
             _inputs(u, rudder[at], other, k, q, unit, force, first, env, x[i_psi])
-            rhs(x[:n], u, theta, rate)
+            rhs(own, u, theta, rate)
             for i in range(n):
                 total[i] = x[i] + step / 6.0 * rate[i]
                 probe[i] = x[i] + 0.5 * step * rate[i]
@@ -374,6 +383,8 @@ def run_filter(
                 phi[i, j] += a[i, j]
         for order in range(2, 4):
             for i in range(n):
+                if not live[i]:
+                    continue
                 for j in range(na):
                     next_power[i, j] = 0.0
                 for j2 in range(n):
@@ -382,6 +393,8 @@ def run_filter(
                         for j in range(na):
                             next_power[i, j] += w * a[j2, j]
             for i in range(n):
+                if not live[i]:
+                    continue
                 for j in range(na):
                     power[i, j] = next_power[i, j]
                     phi[i, j] += power[i, j]
@@ -393,6 +406,9 @@ def run_filter(
         for column in range(m):
             held = forcing[column, k] if axes[column] < nf else 0.0
             for i in range(n):
+                moved[i] = 0.0
+                if not live[i]:
+                    continue
                 value = 0.0
                 for j in range(na):
                     value += phi[i, j] * shift[column, j]
@@ -408,6 +424,8 @@ def run_filter(
                 for i in range(n):
                     push[i] = (push[i] - base_rate[i]) * size_of
                 for i in range(n):
+                    if not live[i]:
+                        continue
                     value = push[i]
                     for j in range(n):
                         value += 0.5 * a[i, j] * push[j]
@@ -425,6 +443,8 @@ def run_filter(
         if waves:
             phi[na, na], phi[na, na + 1], phi[na + 1, na], phi[na + 1, na + 1] = f11, f12, f21, f22
         for i in range(nx):
+            if i < n and not live[i]:
+                continue
             for j in range(nx):
                 temporary[i, j] = 0.0
             for j2 in range(nx):
@@ -433,13 +453,21 @@ def run_filter(
                     for j in range(nx):
                         temporary[i, j] += w * cov[j2, j]
         for i in range(nx):
-            for j in range(i + 1):
-                value = 0.0
-                for j2 in range(nx):
-                    if phi[j, j2] != 0.0:
+            if i < n and not live[i]:
+                continue
+            for j in range(min(i + 1, n)):
+                if live[j]:
+                    value = 0.0
+                    for j2 in range(na):
                         value += temporary[i, j2] * phi[j, j2]
-                cov[i, j] = value
-                cov[j, i] = value
+                    cov[i, j] = value
+                    cov[j, i] = value
+            for j in range(n, min(i + 1, na)):
+                cov[i, j] = temporary[i, j] * decay
+                cov[j, i] = cov[i, j]
+            for j in range(na, i + 1):
+                cov[i, j] = temporary[i, na] * phi[j, na] + temporary[i, na + 1] * phi[j, na + 1]
+                cov[j, i] = cov[i, j]
         for i in range(nf):
             cov[n + i, n + i] += noise[6 + i] ** 2 * (1.0 - decay * decay)
         if waves:
@@ -456,6 +484,11 @@ def run_filter(
             variance += (rudder_noise[1] * corner) ** 2
         variance *= dt * dt * (1.0 + q[E_D]) ** 2
         for i in range(n):
-            for j in range(n):
-                cov[i, j] += ju[i * nu] * ju[j * nu] * variance
+            if not live[i]:
+                continue
+            w = ju[i * nu] * variance
+            if w != 0.0:
+                for j in range(n):
+                    if live[j]:
+                        cov[i, j] += w * ju[j * nu]
             cov[i, i] += 1e-14

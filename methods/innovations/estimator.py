@@ -153,11 +153,8 @@ class Estimator:
         size = len(self.names) - len(OUTER)
         seen = [state_seen(s, states) for s in SYMBOLS]
         places = [-1 if s is None else states.index(s) for s in seen]
-        used = self.channels
-        places = [
-            i if used[c] or s in ("psi", "u", "v", "r") else -1
-            for c, (s, i) in enumerate(zip(SYMBOLS, places, strict=True))
-        ]
+        idle = [not used and symbol in ("x", "y") for used, symbol in zip(self.channels, SYMBOLS, strict=True)]
+        places = [-2 - i if i >= 0 and out else i for i, out in zip(places, idle, strict=True)]
         return np.array([len(states), size, len(inputs), first, env, steps, *places], dtype=np.int64)
 
     @cached_property
