@@ -38,7 +38,7 @@ ROUGH, ENOUGH = 1.0, 1e-2
 """Promised gain in log likelihood at which the search for the noise's form ends, and the search itself."""
 RIVAL = 6
 """Iterations that a fit without forces is given to beat one with forces."""
-DAMPING, LEAST = 1e-3, 1e-20
+DAMPING, LEAST = 1e-7, 1e-20
 TRIALS = 12
 
 
