@@ -38,7 +38,7 @@ ROUGH, ENOUGH = 1.0, 1e-2
 """Promised gain in log likelihood at which the search for the noise's form ends, and the search itself."""
 RIVAL = 6
 """Iterations that a fit without forces is given to beat one with forces."""
-DAMPING, LEAST = 1e-3, 1e-20
+DAMPING, LEAST = 1e-7, 1e-20
 TRIALS = 12
 
 
@@ -113,16 +113,22 @@ def best_start(est: Estimator, starts: Sequence[np.ndarray]) -> Point:
     FitFailed : if the filter diverges with every one.
     """
     quiet = est.start()
-    settings = []
+    settings, moving = [], effective_forces(est, with_coefficients(quiet, starts[0]))
     for amount in FORCES:
         noise = quiet.noise.copy()
-        noise[6 : 6 + est.n_forces] = amount * QUANTUM
+        noise[6 : 6 + est.n_forces] = amount * QUANTUM * moving
         settings += [with_coefficients(replace(quiet, noise=noise), start) for start in starts]
     found = est.many(settings)
     best = int(np.argmax([now.log_likelihood for now in found]))
     if found[best].log_likelihood <= -1e299:
         raise FitFailed("the filter diverges from every start")
     return Point(settings[best], found[best])
+
+
+def effective_forces(est: Estimator, s: Setting) -> np.ndarray:
+    """(nf,) whether a force moves anything: a model without a surge equation has no surge force."""
+    steady = [[np.ones(d.time.size) for d in est.data]] * est.n_forces
+    return np.linalg.norm(est.responses(s, range(est.n_forces), steady), axis=1) != 0.0
 
 
 def with_coefficients(s: Setting, coefficients: np.ndarray) -> Setting:

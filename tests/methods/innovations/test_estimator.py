@@ -1,0 +1,191 @@
+"""Likelihood, derivatives and noise fit of the innovations estimator."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.sensors import NOISE
+from helmbench.methods.base import CannotFit
+from helmbench.methods.innovations.estimator import Estimator, Parameter, without_spikes
+from helmbench.models.model import resolve
+
+SENSORS = ("heading", "yaw_rate", "surge", "sway", "north", "east")
+
+
+def _records(vessel, noise="low", seed=5, count=2, **options):
+    model = resolve(vessel)
+    texts = model.suite["train"][:count]
+    return model, [generate(Case(vessel, text, noise, seed=seed, **options)) for text in texts]
+
+
+def _gusty(est, amount=2e-5):
+    s = est.start()
+    noise = s.noise.copy()
+    noise[6 : 6 + est.n_forces] = amount
+    return replace(s, noise=noise)
+
+
+@pytest.fixture(scope="module", params=["mariner", "response-2"])
+def short(request):
+    model, records = _records(request.param, duration_s=150.0)
+    est = Estimator(model, records)
+    return est, _gusty(est)
+
+
+def _difference(est, s, step, h):
+    """(e(+h) - e(-h)) / 2h of log-likelihood's mean part, extrapolated from two steps."""
+
+    def central(h):
+        up, down, now = est.evaluate(step(h)), est.evaluate(step(-h)), est.evaluate(s)
+        return ((up.e - down.e) + now.e * (up.log_s - down.log_s)).ravel() / (2.0 * h)
+
+    return (4.0 * central(0.5 * h) - central(h)) / 3.0
+
+
+def _apart(found, wanted):
+    return np.linalg.norm(found - wanted) / np.linalg.norm(wanted)
+
+
+def test_columns_are_derivatives(short):
+    est, s = short
+    now, index = est.evaluate(s), est.index
+    parameters = [
+        Parameter("offset", "rad", ((index["rudder_offset"], 1.0),), scale=1e-4),
+        Parameter("rate bias", "rad/s", ((index["bias_r"], 1.0),), record=1, scale=1e-6),
+        Parameter("two", "", ((0, 0.5), (1, 2.0)), scale=1e-5),
+    ]
+    columns = est.column(s, now, parameters)
+    for parameter, column, h in zip(parameters, columns, (1e-4, 1e-5, 1e-5), strict=True):
+        own = _difference(est, s, lambda v, p=parameter: est.moved(s, p, v), h)
+        assert _apart(column, own) < 0.02, parameter.name
+    assert not columns[1].reshape(-1, 6)[: est.edges[1]].any()
+
+
+def test_tangents_are_the_derivatives_at_held_gains(short):
+    """One pass for all coefficients; what the change of the gains adds is the difference."""
+    est, s = short
+    p = min(len(est.model.coordinates), 12)
+    quiet = est.start()
+    for setting, most in ((quiet, 0.02), (s, 0.1)):
+        found = est.tangent(setting, range(p))
+        now = est.evaluate(setting)
+        size = np.maximum(np.abs(est.model.coefficients), 1e-6)
+        own = est.column(setting, now, [Parameter(str(j), "", ((j, 1.0),), scale=1e-4 * size[j]) for j in range(p)])
+        assert np.median([_apart(a, b) for a, b in zip(found, own, strict=True)]) < most
+
+
+def test_tangents_of_a_linear_model_are_exact_but_for_the_midpoint_rule():
+    model, records = _records("remus-kt", count=1)
+    est = Estimator(model, records)
+    s, nth = est.start(), range(2)
+    now = est.evaluate(s)
+    own = est.column(s, now, [Parameter(str(j), "", ((j, 1.0),), scale=1e-5) for j in nth])
+    for found, wanted in zip(est.tangent(s, nth), own, strict=True):
+        assert _apart(found, wanted) < 0.03
+
+
+def test_responses_are_derivatives_by_added_series(short, rng):
+    est, s = short
+    nf, sizes = est.n_forces, [d.time.size for d in est.data]
+    axes = [nf - 1, nf, nf + 1]  # a force, a heading shift, a rate shift
+    forcing = [[np.cumsum(rng.normal(size=n)) / np.sqrt(n) for n in sizes] for _ in axes]
+    found = est.responses(s, axes, forcing)
+    for axis, series, response, h in zip(axes, forcing, found, (1e-5, 1e-5, 1e-6), strict=True):
+
+        def added(v, axis=axis, series=series):
+            arrays = []
+            for own in series:
+                arrays.append(np.zeros((own.size, nf + 6)))
+                arrays[-1][:, axis] = v * own
+            return replace(s, added=tuple(arrays))
+
+        own = (est.evaluate(added(h)).e - est.evaluate(added(-h)).e).ravel() / (2.0 * h)
+        assert _apart(response, own) < 0.03
+
+
+@pytest.mark.parametrize("vessel", ["mariner", "response-2"])
+def test_sensor_noise_is_found(vessel, seed):
+    """Fisher scoring from twice the truth comes to the planted standard deviations within their standard errors."""
+    model, records = _records(vessel, "medium", seed % 2**31)
+    est = Estimator(model, records).with_corners(0.0)
+    s = est.start()
+    noise = s.noise.copy()
+    noise[:6] *= 2.0
+    found, now = est.fit_noise(replace(s, noise=noise), 12)
+    planted = np.array([NOISE["medium"][name] for name in SENSORS])
+    n = sum(r.n for r in records)
+    used = est.channels
+    assert np.abs(np.log(found.noise[:6] / planted)[used]).max() < 4.5 / np.sqrt(2.0 * n) + 0.01
+    assert now.log_likelihood >= est.evaluate(s).log_likelihood - 0.1
+
+
+def test_known_innovations_save_a_pass(short):
+    est, s = short
+    again = est.fit_noise(s, 1, now=est.evaluate(s))
+    assert np.array_equal(again[0].noise, est.fit_noise(s, 1)[0].noise)
+
+
+def test_missing_channels_count_as_gaps():
+    model, records = _records("mariner", duration_s=150.0)
+    nowhere = [r.with_channels(sway_m_s=np.full(r.n, np.nan), north_m=None, east_m=None) for r in records]
+    absent = [r.with_channels(sway_m_s=None, north_m=None, east_m=None) for r in records]
+    a, b = Estimator(model, nowhere), Estimator(model, absent)
+    first, second = a.evaluate(a.start()), b.evaluate(b.start())
+    assert np.array_equal(first.e, second.e) and np.isfinite(first.log_likelihood)
+    assert not first.e[:, [3, 4, 5]].any() and first.e[:, :3].any(axis=0).all()
+
+
+def test_positions_that_nothing_measures_do_not_matter():
+    """Left out of the covariance, or measured without weight: the same."""
+    model, records = _records("mariner", duration_s=150.0)
+    without = Estimator(model, [r.with_channels(north_m=None, east_m=None) for r in records])
+    ignored = Estimator(model, records)
+    s, far = without.start(), ignored.start()
+    far.noise[4:6] = 1e9
+    first, second = without.evaluate(s), ignored.evaluate(far)
+    assert first.e[:, :4] == pytest.approx(second.e[:, :4], abs=1e-6)
+    assert first.log_s[:, :4] == pytest.approx(second.log_s[:, :4], abs=1e-6)
+
+
+def test_gaps_do_not_matter(seed):
+    """With a third of the samples lost the innovations that are left are still of unit variance."""
+    model, records = _records("mariner", "low", seed % 2**31, 1)
+    rng, record = np.random.default_rng(seed), records[0]
+    holed = {}
+    for name in ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m"):
+        values = record.column(name).copy()
+        values[rng.random(record.n) < 0.3] = np.nan
+        values[100:140] = np.nan
+        holed[name] = values
+    est = Estimator(model, [record.with_channels(**holed)]).with_corners(0.0)
+    s = est.start()
+    noise = s.noise.copy()
+    noise[:6] = [NOISE["low"][name] for name in SENSORS]
+    now = est.evaluate(replace(s, noise=noise))
+    known = now.log_s != 0.0
+    assert not now.e[100:140].any()
+    late = np.arange(record.n) >= 20
+    for c in range(6):
+        e = now.e[known[:, c] & late, c]
+        assert abs(np.mean(e**2) - 1.0) < 4.5 * np.sqrt(2.0 / e.size)
+
+
+def test_gaps_in_the_propeller_series_are_bridged():
+    model, records = _records("kvlcc2-l7", count=1, duration_s=20.0)
+    turns = records[0].column("propeller_rps").copy()
+    turns[10:20] = np.nan
+    est = Estimator(model, [records[0].with_channels(propeller_rps=turns)])
+    assert np.isfinite(est.evaluate(est.start()).log_likelihood)
+    with pytest.raises(CannotFit):
+        Estimator(model, [records[0].with_channels(propeller_rps=np.full(records[0].n, np.nan))])
+
+
+def test_spikes_become_gaps(rng):
+    clean = np.sin(0.05 * np.arange(400)) + 0.01 * rng.normal(size=400)
+    spoilt = clean.copy()
+    spoilt[[50, 200, 333]] += [0.5, -0.4, 1.0]
+    found, count, _ = without_spikes(spoilt)
+    assert count == 3 and np.flatnonzero(np.isnan(found)).tolist() == [50, 200, 333]
+    assert np.array_equal(np.delete(found, [50, 200, 333]), np.delete(clean, [50, 200, 333]))

@@ -1,0 +1,109 @@
+"""Prediction error: exact without noise, honest with it, and at its best under gusts."""
+
+import numpy as np
+import pytest
+
+from helmbench.bench.planting.case import Case as Planted
+from helmbench.bench.planting.case import plant
+from helmbench.datasets.generator import Case, generate
+from helmbench.methods.base import CannotFit
+from helmbench.methods.output_error import OutputError
+from helmbench.methods.pem import Pem
+from helmbench.models.errors import BadInput
+from helmbench.models.model import resolve
+
+from .conftest import relative_errors
+
+
+def _values(named):
+    return np.array([*named.values()])
+
+
+def _z(estimate, model):
+    """Root mean square error in standard errors."""
+    return np.sqrt(np.mean(((_values(estimate.parameters) - _values(model.parameters)) / _values(estimate.stderr)) ** 2))
+
+
+@pytest.mark.parametrize("vessel", ["response-1", "response-2", "remus-kt", "cargo", "patrol", "mariner"])
+def test_exact_without_noise(suite, vessel):
+    model, records = suite(vessel)
+    estimate = Pem().fit(records, model.blanked())
+    assert estimate.converged
+    assert max(relative_errors(estimate, model).values()) < 1e-3
+
+
+@pytest.mark.parametrize("vessel", ["response-2", "cargo", "patrol", "kvlcc2-l7"])
+def test_standard_errors_hold_under_sensor_noise(suite, vessel, seed):
+    """Rudder noise counts as process noise.  A mean square z of p parameters, correlated: at most about 4."""
+    model, records = suite(vessel, noise="low", seed=seed % 2**31)
+    estimate = Pem().fit(records, model.blanked())
+    assert estimate.converged and _z(estimate, model) < 3.5
+
+
+def _under_wind(vessel, seed):
+    model = resolve(vessel)
+    texts = model.suite["train"]
+    return model, [generate(Case(vessel, text, "low", "wind:10@40deg", seed=seed % 2**31)) for text in texts]
+
+
+@pytest.mark.parametrize("vessel", ["mariner", "s175"])
+def test_standard_errors_nearly_hold_under_wind(vessel, seed):
+    """Mean wind and gusts, which the model does not know, are forces of zero mean to the filter."""
+    model, records = _under_wind(vessel, seed)
+    estimate = Pem().fit(records, model.blanked())
+    assert estimate.converged and _z(estimate, model) < 5.0
+    assert all(sd > 0.0 for sd in estimate.extra["force_sd"].values())
+
+
+def test_beats_output_error_under_wind(seed):
+    """Median relative error of the 60 coefficients of Mariner: about a sixth of output error's."""
+    model, records = _under_wind("mariner", seed)
+    own, other = (m.fit(records, model.blanked()) for m in (Pem(), OutputError(max_iterations=10)))
+    errors = [np.median([*relative_errors(e, model).values()]) for e in (own, other)]
+    assert errors[0] < errors[1]
+
+
+def test_gusts_on_a_response_model_are_found(seed):
+    """Planted gusts: their size and correlation time come out, and the parameters with honest errors."""
+    case = Planted("response-1", gusts="fast", gust_level=np.deg2rad(1.0))
+    planted = plant(case, np.random.default_rng(seed))
+    model = resolve("response-1")
+    estimate = Pem().fit(planted.train, model.blanked())
+    assert estimate.converged and _z(estimate, model) < 4.0
+    assert estimate.extra["force_sd"]["force"] > 0.0
+    ratio = estimate.extra["correlation_s"] / planted.gusts.correlation_s
+    assert 0.2 < ratio < 5.0
+
+
+def test_noise_is_reported(suite):
+    model, records = suite("mariner", noise="medium")
+    extra = Pem().fit(records, model.blanked()).extra
+    assert set(extra["sensor_sd"]) == {"psi", "r", "u", "v"}
+    assert extra["sensor_sd"]["u"] == pytest.approx(0.02, rel=0.1)
+    assert extra["sensor_sd"]["psi"] == pytest.approx(np.deg2rad(0.1), rel=0.1)
+    assert len(extra["force_sd"]) == 3 and extra["correlation_s"] > 0.0
+    assert np.isfinite(extra["log_likelihood"])
+
+
+def test_surge_force_means_nothing_without_a_surge_equation(suite):
+    model, records = suite("remus", noise="low")
+    extra = Pem().fit(records, model.blanked()).extra
+    assert extra["force_sd"]["force_x"] == 0.0
+
+
+def test_heading_alone_is_enough(suite):
+    model, records = suite("cargo", noise="low")
+    for name in ("yaw_rate_rad_s", "heading_rad"):
+        estimate = Pem().fit([r.with_channels(**{name: None}) for r in records], model.blanked())
+        assert estimate.converged and max(relative_errors(estimate, model).values()) < 0.2
+
+
+def test_refusals(suite):
+    model, records = suite("mariner")
+    with pytest.raises(BadInput, match="max_iterations"):
+        Pem(max_iterations=0).fit(records, model)
+    with pytest.raises(CannotFit, match="surge_m_s"):
+        Pem().fit([r.with_channels(surge_m_s=None) for r in records], model)
+    model, records = suite("response-2", noise="low")
+    stopped = Pem(max_iterations=1).fit(records, model)
+    assert not stopped.converged and "before convergence" in stopped.message
