@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..methods.innovations._filter import OUTER
 from ..methods.innovations.estimator import Estimator, Parameter, Setting
+from ..methods.innovations.layout import OUTER
 from ..models.errors import BadInput
 from . import gain as gains
 from . import search as selection

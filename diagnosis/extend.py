@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..methods.innovations._filter import OUTER
 from ..methods.innovations.estimator import Estimator, Setting
+from ..methods.innovations.layout import OUTER
 from ..models import kernels as kernel_store
 from ..models.families.extensions import EXTENSIONS, carries
 from ..models.instruments import SENSORS, SWAPS, combined

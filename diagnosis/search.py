@@ -132,7 +132,8 @@ def screen(search: Search, s: Setting, now: Innovations, count: bool = False) ->
     if "rudder_fault" in search.bank and "rudder_fault" not in used:
         out.append(_screen_fault(search, s, now, projector))
     if count:
-        search.n_effective = effective_number(projector, families, search.rng) + 1.0
+        scored = effective_number(projector, families, search.rng) if families else 0.0
+        search.n_effective = scored + 1.0
     return sorted(out, key=lambda c: c.log_p)
 
 

@@ -18,8 +18,7 @@ import numpy as np
 from ...models import kernels as kernel_store
 from ..base import CannotFit
 from ..series import bridged, initial_state_of, inputs_of, samples, sensor_sd
-from . import _filter
-from ._filter import CHANNELS, OUTER
+from .layout import BETWEEN, CHANNELS, OMEGA, OUTER, RMS, ZETA
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -125,7 +124,7 @@ class Estimator:
         self.index = {name: i for i, name in enumerate(self.names)}
         quiet = [sensor_sd_of_rudder(d.rudder) for d in self.data]
         self.rudder_sd = max(min(quiet), 1e-7)
-        self.between = _filter.BETWEEN
+        self.between = BETWEEN
         self.unit = force_units(model, self.data) if unit is None else unit
         self.base = base_vector(model, self.kernels)
         if "speed_loss_state" in self.kernels.STATES:
@@ -229,9 +228,11 @@ class Estimator:
         return Innovations(*(np.concatenate([part[j] for part in parts]) for j in range(3)))
 
     def _run(self, s: Setting, i: int, free: int | None = None, axes=None, forcing=None, probes=None):
+        from ._filter import run_filter  # numba
+
         d = self.data[i]
         size, nf = d.time.size, self.n_forces
-        waves = s.p[i, len(self.names) - len(OUTER) + _filter.RMS] > 0.0
+        waves = s.p[i, len(self.names) - len(OUTER) + RMS] > 0.0
         nx = len(self.kernels.STATES) + nf + (2 if waves else 0)
         e, log_s, predicted = np.empty((size, CHANNELS)), np.empty((size, CHANNELS)), np.empty((size, CHANNELS))
         states = np.empty((size, nx))
@@ -247,7 +248,7 @@ class Estimator:
             free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
         last = size if free is None else free
         out = (e, log_s, states, predicted, columns)
-        _filter.run_filter(*model, *record, *fixed, last, axes, forcing, probes, *out)
+        run_filter(*model, *record, *fixed, last, axes, forcing, probes, *out)
         return e, log_s, states[:, : len(self.kernels.STATES) + nf], predicted, columns
 
     def many(
@@ -530,7 +531,7 @@ def base_vector(model: Model, kernels: kernel_store.Kernels) -> np.ndarray:
     numbers |= {"rho": model.particulars["rho"]} if "rho" in model.particulars else {}
     numbers |= dict(zip(model.constant_names, model.constants, strict=True))
     outer = np.zeros(len(OUTER))
-    outer[_filter.OMEGA], outer[_filter.ZETA] = 0.7, 0.1
+    outer[OMEGA], outer[ZETA] = 0.7, 0.1
     return np.concatenate([model.coefficients, [numbers[name] for name in kernels.CONSTANTS], outer])
 
 

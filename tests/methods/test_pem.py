@@ -21,7 +21,9 @@ def _values(named):
 
 def _z(estimate, model):
     """Root mean square error in standard errors."""
-    return np.sqrt(np.mean(((_values(estimate.parameters) - _values(model.parameters)) / _values(estimate.stderr)) ** 2))
+    return np.sqrt(
+        np.mean(((_values(estimate.parameters) - _values(model.parameters)) / _values(estimate.stderr)) ** 2)
+    )
 
 
 @pytest.mark.parametrize("vessel", ["response-1", "response-2", "remus-kt", "cargo", "patrol", "mariner"])

@@ -36,15 +36,15 @@ def test_more_rounds_only_add(seed):
 def test_the_default_covers_what_the_design_asks_for(seed):
     suite = load_suite("diagnosis")
     specs = [spec for spec in plan(suite, Selection("diagnosis", seed=seed)) if spec.method == "innovations"]
-    assert 400 <= len(specs) <= 500
+    assert 120 <= len(specs) <= 160
     planted = Counter(spec.planted for spec in specs if spec.group == "planted")
-    assert set(planted) == {(cause,) for cause in CAUSES} and min(planted.values()) >= 6
+    assert set(planted) == {(cause,) for cause in CAUSES} and min(planted.values()) >= 2
     kinds = {
         group: {spec.planted[0] for spec in specs if spec.group == group} for group in ("anticipated", "unforeseen")
     }
     assert kinds == {"anticipated": set(ANTICIPATED), "unforeseen": set(UNFORESEEN)}
     clean = Counter(spec.gusts for spec in specs if spec.group == "null")
-    assert clean["none"] >= 60 and clean["fast"] >= 30 and clean["slow"] >= 30
+    assert clean["none"] >= 20 and clean["fast"] >= 10 and clean["slow"] >= 10
     strengths = Counter(spec.strength for spec in specs if spec.group == "planted")
     assert max(strengths.values()) - min(strengths.values()) <= 3
     assert len({spec.vessel for spec in specs if spec.group == "null"}) == 6
@@ -52,7 +52,7 @@ def test_the_default_covers_what_the_design_asks_for(seed):
 
 
 def test_others_join_the_first_round_and_the_oracle_goes_with_known_causes(seed):
-    specs = plan(load_suite("diagnosis"), Selection("diagnosis", seed=seed))
+    specs = plan(load_suite("diagnosis"), Selection("diagnosis", seeds=3, seed=seed))
     counts = Counter(spec.method for spec in specs)
     assert counts["residual-bic"] == counts["sparse-regression"] == counts["innovations"] / 3
     assert {spec.group for spec in specs if spec.method == ORACLE} == {"planted", "pair"}

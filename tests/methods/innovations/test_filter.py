@@ -8,8 +8,8 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.record import Record
 from helmbench.datasets.sensors import NOISE
 from helmbench.methods.innovations import _filter
-from helmbench.methods.innovations._filter import PLACE
 from helmbench.methods.innovations.estimator import Estimator, Setting
+from helmbench.methods.innovations.layout import PLACE
 from helmbench.models.model import resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
 
