@@ -106,6 +106,6 @@ def test_refusals(suite):
         Pem(max_iterations=0).fit(records, model)
     with pytest.raises(CannotFit, match="surge_m_s"):
         Pem().fit([r.with_channels(surge_m_s=None) for r in records], model)
-    model, records = suite("response-2", noise="low")
+    model, records = suite("mariner", noise="medium")
     stopped = Pem(max_iterations=1).fit(records, model)
     assert not stopped.converged and "before convergence" in stopped.message
