@@ -102,6 +102,12 @@ def _item(item: str, judged: Sequence[Judged]) -> Iterable[str]:
         yield "How computed:\n\n" + "\n".join(f"{place}. {text}" for place, text in enumerate(protocols, start=1))
 
 
+def titles_and_rows(judged: Sequence[Judged]) -> tuple[list[str], list[list[str]]]:
+    """Every claim as one table of plain cells, the item first, then as on the pages."""
+    titles = ["item", "quantity", "published", "corrected", "as printed", "verdict", "reason"]
+    return titles, [[j.claim.item, *(cell.strip("*") for cell in _row(j, True, [j.claim.protocol]))] for j in judged]
+
+
 def _row(judged: Judged, printed: bool, protocols: Sequence[str]) -> list[str]:
     claim = judged.claim
     note = f" ({protocols.index(claim.protocol) + 1})" if claim.protocol else ""

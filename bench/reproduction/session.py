@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...models.errors import BadInput
-from . import claims, figures, pages, results, runner
+from . import claims, figures, interactive, pages, results, runner
 from .claims import Paper
 from .results import Results
 from .runner import Run
@@ -17,7 +17,7 @@ from .summary import Spread
 if TYPE_CHECKING:
     from ..pool import Pool
 
-PAGES = "pages"
+PAGES, INTERACTIVE = "pages", "interactive"
 
 
 def select(paper: str | None, table: int | None) -> list[Paper]:
@@ -35,7 +35,8 @@ def reproduce(
     resume: bool = False,
     watch: Callable[[Run | None], object] = lambda run: None,
 ) -> list[tuple[Paper, Results]]:
-    """Compute what the directory does not hold yet; write results, figures and pages into its folder `pages`.
+    """Compute what the directory does not hold yet; write results, figures and pages into its folder `pages`,
+    and pages to search and zoom in into its folder `interactive`.
 
     Raises `BadInput` where the directory holds something else.
     """
@@ -47,6 +48,7 @@ def reproduce(
     for _, one in found:
         results.write(one, directory / PAGES)
     pages.write(chosen, directory / PAGES)
+    interactive.write(found, directory / PAGES, directory / INTERACTIVE)
     return found
 
 
