@@ -20,7 +20,6 @@ DEGREE = np.pi / 180.0
 GRAVITY = 9.81
 Variant = tuple[Parameter, ...]
 Build = Callable[[Estimator], "list[Variant] | str"]
-COMPASS = np.arange(8) * np.pi / 4.0
 
 
 class Polar(NamedTuple):
@@ -94,9 +93,6 @@ def _lacks(est: Estimator, *symbols: str) -> str | None:
 
 def _three(est: Estimator) -> str | None:
     return None if est.model.is_3dof else "needs a model with surge, sway and yaw"
-
-
-STEADY = "a steady turn to each side and a straight run at zero rudder"
 
 
 @cause(
@@ -359,15 +355,15 @@ def shallow_water(est: Estimator) -> list[Variant] | str:
     aspect ratio k_e = k/(d k/(2 h) + (x cot x)^q), x = pi d/(2 h), q = 2.3, 1.7, .7)."""
     names = SHALLOW.get(est.model.family.split("+")[0])
     p = est.model.particulars
-    if names is None or not {"L", "B", "d", "nabla"} <= set(p):
-        return "stated for 3-DOF models with L, B, d and displacement only"
+    if names is None or not {"L", "d", "nabla"} <= set(p):
+        return "stated for 3-DOF models with L, d and displacement only"
     values = [est.base[est.index[name]] for name in names]
     slots = tuple((est.index[name], value) for name, value in zip(names, values, strict=True))
-    law = lambda inverse: shallow_factors(p["L"], p["B"], p["d"], p["nabla"], inverse) - 1.0  # noqa: E731
+    law = lambda inverse: shallow_factors(p["L"], p["d"], p["nabla"], inverse) - 1.0  # noqa: E731
     return [(Parameter("draught_over_depth", "1", slots, law=law, low=0.0, high=0.9, scale=0.05),)]
 
 
-def shallow_factors(length: float, breadth: float, draught: float, nabla: float, inverse: float) -> np.ndarray:
+def shallow_factors(length: float, draught: float, nabla: float, inverse: float) -> np.ndarray:
     """(3,) Y_v, N_v, N_r at draught over depth `inverse`, over those in deep water (Hirano et al. 1985)."""
     if inverse <= 0.0:
         return np.ones(3)

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 MOST_SPIKES = 2
 RIVAL_NATS, EXTRA_NATS = 4.0, 6.0
 """Log likelihood by which an unknown effect must beat all that was named, and as much again for each further term."""
-SENSOR_FLAGS_UNDER = {"earth_frame_velocity": ("velocity_delay", "speed_scale", "sway_offset", "axis_misalignment")}
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,30 @@ def _update(z, p, measured, innovation, variance, gain):
             p[j, i] = mean
 
 
+@njit(f8(A1, A2, i8, A1, I1, A1, A1, A2, A1, A1, A1), **JIT)
+def measure(z, p, n, outputs, columns, sensor, origin, factor, innovations, coefficients, gain):
+    """One row of measurements, one after the other; its share of the negative log likelihood.
+
+    z (m,), p (m, m) are updated; outputs (c,), nan = gap, measure the states `columns` (of n) with variances sensor
+    (c,).  Filled: innovations (c,), nan at gaps, and coefficients (q,) = origin + factor z[n:].
+    """
+    cost = 0.0
+    for c in range(columns.size):
+        innovations[c] = np.nan
+        if np.isfinite(outputs[c]):
+            error = outputs[c] - z[columns[c]]
+            total = p[columns[c], columns[c]] + sensor[c]
+            innovations[c] = error
+            cost += 0.5 * (np.log(total) + error * error / total)
+            _update(z, p, columns[c], error, sensor[c], gain)
+    for i in range(origin.size):
+        total = origin[i]
+        for j in range(z.size - n):
+            total += factor[i, j] * z[n + j]
+        coefficients[i] = total
+    return cost
+
+
 @njit(
     f8(TANGENT, A1, A1, A2, A1, A2, A2, A2, I1, I1, f8, i8, I1, I1, i8, A1, A1, A2, A2, A2, A3, A2, A3, A3),
     **JIT,
@@ -93,20 +117,8 @@ def kalman(
                 for j in range(n):
                     predicted_p[k, i, j] = p[i, j]
         while row < index.size and index[row] <= k:
-            for c in range(columns.size):
-                innovations[row, c] = np.nan
-                if np.isfinite(outputs[row, c]):
-                    error = outputs[row, c] - z[columns[c]]
-                    total = p[columns[c], columns[c]] + sensor[c]
-                    innovations[row, c] = error
-                    cost += 0.5 * (np.log(total) + error * error / total)
-                    _update(z, p, columns[c], error, sensor[c], gain)
-            for i in range(q):
-                total = origin[i]
-                for j in range(e):
-                    total += factor[i, j] * z[n + j]
-                path[row, i] = total
-                theta[i] = total
+            cost += measure(z, p, n, outputs[row], columns, sensor, origin, factor, innovations[row], path[row], gain)
+            theta[:q] = path[row]
             row += 1
         if keep:
             for i in range(n):

@@ -5,13 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, types
 
-from ..models.drivers import RHS, rk4_sample
-from ._ekf_kernels import _update
-
-f8, i8 = types.float64, types.int64
-A1, A2 = types.Array(f8, 1, "C"), types.Array(f8, 2, "C")
-I1 = types.Array(i8, 1, "C")
-JIT = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract", "nsz", "arcp"}}
+from ..models.drivers import A1, A2, I1, JIT, RHS, f8, i8, rk4_sample
+from ._ekf_kernels import measure
 
 
 @njit(types.void(A2, A2), **JIT)
@@ -69,19 +64,7 @@ def unscented(
     row, cost = 0, 0.0
     for k in range(inputs.shape[0]):
         while row < index.size and index[row] <= k:
-            for c in range(columns.size):
-                innovations[row, c] = np.nan
-                if np.isfinite(outputs[row, c]):
-                    error = outputs[row, c] - z[columns[c]]
-                    total = p[columns[c], columns[c]] + sensor[c]
-                    innovations[row, c] = error
-                    cost += 0.5 * (np.log(total) + error * error / total)
-                    _update(z, p, columns[c], error, sensor[c], gain)
-            for i in range(q):
-                total = origin[i]
-                for j in range(e):
-                    total += factor[i, j] * z[n + j]
-                path[row, i] = total
+            cost += measure(z, p, n, outputs[row], columns, sensor, origin, factor, innovations[row], path[row], gain)
             row += 1
         if k == inputs.shape[0] - 1 or not np.isfinite(cost):
             break

@@ -14,7 +14,7 @@ from .errors import BadInput
 if TYPE_CHECKING:
     from .model import Model
 
-NEUTRAL = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 1.0}
+NEUTRAL = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
 """Parameters of extensions that mean nothing while their effect is absent, and must not be zero."""
 
 

@@ -16,7 +16,6 @@ from . import anticipated, unforeseen
 from .ships import DEGREE, FIRST, SECOND, Ship
 from .simulator import NO_EXTRA, Plan
 
-SIGNS = np.array([-1.0, 1.0])
 HULL = {
     "mariner": ("Yv", "Yr", "Nv", "Nr", "Nvvr", "Yvvr", "Xvv"),
     "s175": ("Yuv", "Yur", "Nuv", "Nur", "Nvvr", "Yvvv", "Xvr"),

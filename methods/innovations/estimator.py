@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models import kernels as kernel_store
+from ...models.extend import NEUTRAL
 from ..base import CannotFit
 from ..series import bridged, initial_state_of, inputs_of, samples, sensor_sd
 from .layout import BETWEEN, CHANNELS, OMEGA, OUTER, RMS, ZETA
@@ -32,8 +33,6 @@ SPIKE, NEAR = 6.5, 4.5
 FLOOR = (3e-4, 3e-4, 3e-4, 3e-4, 1e-5, 1e-5)
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
-BANK_DEFAULTS = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
-"""Parameters of the bank that mean nothing while their effect is absent, and must not be zero."""
 DEFAULT_WINDAGE = {
     **{"rho_air": 1.225, "A_F": 450.0 / 160.93**2, "A_L": 1800.0 / 160.93**2},
     **{"wind_cx": 0.7, "wind_cy": 0.8, "wind_cn": 0.1, "wind_kn": 0.0, "wind_delta": 0.0},
@@ -525,7 +524,7 @@ def sensor_sd_of_rudder(rudder: np.ndarray) -> float:
 def base_vector(model: Model, kernels: kernel_store.Kernels) -> np.ndarray:
     """Parameter vector (NP,) of the base model with every effect absent."""
     length = model.particulars.get("L", 1.0)
-    numbers = {name: 0.0 for name in kernels.CONSTANTS} | BANK_DEFAULTS | {"rho": 1025.0, "wind_L": length}
+    numbers = {name: 0.0 for name in kernels.CONSTANTS} | NEUTRAL | {"rho": 1025.0, "wind_L": length}
     numbers |= {k: v * length**2 if k.startswith("A_") else v for k, v in DEFAULT_WINDAGE.items()}
     numbers |= dict(model.windage or {}) | rigid_body(model)
     numbers |= {"rho": model.particulars["rho"]} if "rho" in model.particulars else {}
