@@ -64,25 +64,30 @@ def test_rk4_agrees_with_an_adaptive_integrator(vessel, rng):
 
 
 def test_sensitivities_agree_with_finite_differences(vessel, rng):
+    """At one width at least: wide ones are coarse, and a kink (gamma_R port, starboard) may lie between the two ends."""
     dt, inputs, x0 = course(vessel, rng)
     initial = (0, 1)
     states, columns = sensitivities(vessel, inputs, dt, x0, initial=initial)
     np.testing.assert_allclose(states, simulate(vessel, inputs, dt, x0), rtol=1e-9, atol=1e-11)
     p = len(vessel.coordinates)
+
+    def moved(k, step):
+        c, start = vessel.coefficients.copy(), x0.copy()
+        if k < p:
+            c[k] += step
+        else:
+            start[initial[k - p]] += step
+        return simulate(vessel.with_coefficients(c), inputs, dt, start)
+
     for k in rng.choice(p + len(initial), size=min(8, p), replace=False):
-        width = 1e-4 * max(abs(vessel.coefficients[k]) if k < p else 1.0, 1e-2)
-        ends = []
-        for side in (1, -1):
-            c, start = vessel.coefficients.copy(), x0.copy()
-            if k < p:
-                c[k] += side * width
-            else:
-                start[initial[k - p]] += side * width
-            ends.append(simulate(vessel.with_coefficients(c), inputs, dt, start))
-        difference = (ends[0] - ends[1]) / (2 * width)
-        scale = np.abs(difference).max(axis=0)
-        rounding = 1e-14 * np.abs(states).max(axis=0) / width
-        assert np.all(np.abs(columns[:, :, k] - difference).max(axis=0) <= 1e-4 * scale + 1e-6 * scale.max() + rounding)
+        excess = []
+        for width in max(abs(vessel.coefficients[k]) if k < p else 1.0, 1e-2) * np.array([1e-4, 1e-5, 1e-6]):
+            difference = (moved(k, width) - moved(k, -width)) / (2 * width)
+            scale = np.abs(difference).max(axis=0)
+            rounding = 1e-14 * np.abs(states).max(axis=0) / width
+            error = np.abs(columns[:, :, k] - difference).max(axis=0)
+            excess.append(np.max(error - (1e-4 * scale + 1e-6 * scale.max() + rounding)))
+        assert min(excess) <= 0, (k, excess)
 
 
 def test_chosen_columns_are_those_of_the_full_set(rng):
