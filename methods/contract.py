@@ -26,6 +26,8 @@ from ..datasets.record import Record
 from ..models.errors import BadInput
 from ..models.model import Model, resolve
 from .base import CannotFit, Estimate, FitFailed, Method
+from .predictor import predictor_of
+from .series import MEASURED, series_of
 
 SHIPS = ("response-1", "remus-kt", "kvlcc2-l7")
 """A first-order and a second-order response model and a 3-DOF model."""
@@ -59,8 +61,21 @@ def applicable(cls: type[Method]) -> tuple[tuple[Model, tuple[Record, ...], Esti
     return tuple(found)
 
 
+def free_run(estimate: Estimate) -> np.ndarray:
+    """States (M + 1, n) that the estimate predicts for the first sample record from its first state."""
+    model, records = sample(estimate.model.id)
+    series = series_of(records[0].turned(model.positive_rudder), model, MEASURED)
+    return predictor_of(estimate).simulate(series.inputs, series.dt, series.start)
+
+
 def same(first: Estimate, second: Estimate, relative: float) -> bool:
-    """Whether coefficients agree to `relative`, or to a thousandth of their standard errors."""
+    """Whether coefficients agree to `relative`, or to a thousandth of their standard errors.
+
+    Without coefficients the free runs are compared, to `relative` of each state's largest value.
+    """
+    if first.predictor is not None:
+        runs = free_run(first), free_run(second)
+        return bool(np.all(np.abs(runs[0] - runs[1]) <= relative * np.abs(runs[0]).max(axis=0)))
     error = np.zeros(len(first.coefficients))
     if relative and first.covariance is not None:
         error = 1e-3 * np.sqrt(np.diag(first.covariance))
@@ -87,13 +102,34 @@ def check_estimate(cls: type[Method]) -> None:
     """The estimate is finite, named as the model names its parameters, and carries the model it stands for."""
     for model, _, estimate in applicable(cls):
         assert (estimate.method, estimate.variant) == (cls.name, cls().variant)
+        assert estimate.wall_s >= 0.0 and estimate.cpu_s >= 0.0 and estimate.n_iterations >= 0
+        if estimate.predictor is not None:
+            assert estimate.coefficients.shape == (0,), "a predictor of its own has no coefficients"
+            continue
         assert estimate.coefficients.shape == (len(model.coordinates),)
         assert np.isfinite(estimate.coefficients).all()
         assert tuple(estimate.parameters) == tuple(estimate.stderr) == model.parameter_names
         assert np.array_equal(estimate.model.coefficients, estimate.coefficients)
         published = [*estimate.parameters.values()]
         assert np.array_equal([*estimate.model.parameters.values()], published, equal_nan=True)
-        assert estimate.wall_s >= 0.0 and estimate.cpu_s >= 0.0 and estimate.n_iterations >= 0
+
+
+def check_predictions(cls: type[Method]) -> None:
+    """Free runs and one-step predictions have the agreed shapes, agree with each other, and diverge without raising."""
+    for model, records, estimate in applicable(cls):
+        predictor, series = predictor_of(estimate), series_of(records[0], model, MEASURED)
+        run = free_run(estimate)
+        assert run.shape == (len(series.inputs), len(model.states)), "a free run has a row for every sample"
+        hidden = [place for place, name in enumerate(model.states) if name == "w"]  # a step may give it, or q
+        seen = np.setdiff1d(np.arange(len(model.states)), hidden)
+        assert np.allclose(run[0, seen], series.start[seen], rtol=1e-12, atol=0.0), "a free run begins at its start"
+        one = predictor.step(run[:1] if not hidden else series.start[None], series.inputs[:2], series.dt)
+        assert one.shape == (1, len(model.states)), "a step is one row for every state given"
+        agree = np.allclose(one[0, seen], run[1, seen], rtol=1e-6, atol=1e-9)
+        assert agree or not np.isfinite(run).all(), "a step is not the free run's first"
+        with np.errstate(all="ignore"):
+            wild = predictor.simulate(1e6 * (1.0 + series.inputs), series.dt, series.start)
+        assert wild.shape == run.shape, "a run that diverges keeps its shape"
 
 
 def check_covariance(cls: type[Method]) -> None:
@@ -128,14 +164,16 @@ def check_deterministic(cls: type[Method]) -> None:
     for model, records, estimate in applicable(cls):
         method = cls()
         for again in (method.fit(records, model), method.fit(records, model), method.clone().fit(records, model)):
-            assert np.array_equal(again.coefficients, estimate.coefficients), "two equal fits differ"
+            assert same(estimate, again, 0.0) and np.array_equal(again.coefficients, estimate.coefficients), (
+                "two equal fits differ"
+            )
 
 
 def check_truth_is_not_used(cls: type[Method]) -> None:
     """A model with its true coefficients gives the same estimate as one without."""
     for model, records, estimate in applicable(cls):
         known = cls().fit(records, resolve(model.id))
-        assert np.array_equal(known.coefficients, estimate.coefficients), "the method looks at the true coefficients"
+        assert same(estimate, known, 0.0), "the method looks at the true coefficients"
 
 
 def check_record_order(cls: type[Method]) -> None:
@@ -156,7 +194,8 @@ def check_units(cls: type[Method]) -> None:
             files = [_in_degrees(record, Path(folder) / f"{i}.csv") for i, record in enumerate(records)]
             read = [read_record(file, model.positive_rudder) for file in files]
         read = [replace(r, time_s=record.time_s) for r, record in zip(read, records, strict=True)]
-        assert same(estimate, cls().fit(read, model), 1e-5), "the estimate depends on the units of the file"
+        close = 1e-5 if estimate.predictor is None else 0.05  # a tree's threshold may fall to the other side
+        assert same(estimate, cls().fit(read, model), close), "the estimate depends on the units of the file"
 
 
 def _in_degrees(record: Record, path: Path) -> Path:
@@ -269,17 +308,32 @@ def check_pickles(cls: type[Method]) -> None:
     assert pickle.loads(pickle.dumps(cls())).get_params() == cls().get_params()
     for _, _, estimate in applicable(cls):
         back = pickle.loads(pickle.dumps(estimate))
+        assert same(estimate, back, 0.0), "an estimate predicts something else after pickling"
         assert np.array_equal(back.coefficients, estimate.coefficients)
         assert np.array_equal([*back.parameters.values()], [*estimate.parameters.values()], equal_nan=True)
 
 
 def check_saved_model(cls: type[Method]) -> None:
-    """The model file of an estimate is read back with the same coefficients."""
+    """The model file of an estimate is read back with the same coefficients; without any, saving is refused."""
     for _, _, estimate in applicable(cls):
+        if estimate.predictor is not None:
+            _not_saved(estimate)
+            continue
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "model.json"
             estimate.save(path)
             assert np.array_equal(resolve(path).coefficients, estimate.coefficients)
+
+
+def _not_saved(estimate: Estimate) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "model.json"
+        try:
+            estimate.save(path)
+        except BadInput:
+            assert not path.exists(), "a refused model file is half-written"
+            return
+    raise AssertionError("a model without coefficients was saved")
 
 
 CHECKS: tuple[Callable[[type[Method]], None], ...] = tuple(

@@ -197,22 +197,10 @@ def test_slow_regressors_are_given_a_subset():
     assert spread(10, 4).tolist() == [0, 3, 6, 9]
 
 
-CHECKS = [
-    contract.check_options,
-    contract.check_record_order,
-    contract.check_gaps,
-    contract.check_too_short,
-    contract.check_missing_channels,
-    contract.check_garbage,
-    contract.check_records_are_left_alone,
-    contract.check_pickles,
-]
-"""Those of the contract that do not speak of coefficients."""
-
-
-@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
-def test_contract(check):
-    check(regressor("HuberRegressor"))
+@pytest.mark.parametrize("check", contract.CHECKS, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("name", ["HuberRegressor", "HistGradientBoostingRegressor"])
+def test_contract(name, check):
+    check(regressor(name))
 
 
 def test_predictions_are_repeatable_and_blind_to_order_sign_and_truth():
