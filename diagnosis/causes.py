@@ -91,6 +91,10 @@ def _lacks(est: Estimator, *symbols: str) -> str | None:
     return f"needs measured {' and '.join(dict.fromkeys(missing))} that the model has" if missing else None
 
 
+def _unlimited(est: Estimator) -> str | None:
+    return None if est.commanded else "the rudder column is the angle itself, which already shows its limits"
+
+
 def _three(est: Estimator) -> str | None:
     return None if est.model.is_3dof else "needs a model with surge, sway and yaw"
 
@@ -160,17 +164,13 @@ def clock_jitter(est: Estimator) -> list[Variant] | str:
 @cause("rad/s", matters=None, separate_by="record the rudder angle itself beside the command")
 def rudder_rate_limit(est: Estimator) -> list[Variant] | str:
     """The rudder cannot turn faster than a rate (rad/s); only where the rudder column is a command."""
-    if not est.commanded:
-        return "the rudder column is the angle itself, which already shows its limits"
-    return [()]
+    return _unlimited(est) or [_one(est, "rate", "rad/s", "rudder_rate", scale=0.01 * DEGREE, low=0.0)]
 
 
 @cause("rad", matters=None, separate_by="record the rudder angle itself beside the command")
 def rudder_saturation(est: Estimator) -> list[Variant] | str:
     """The rudder stops at an angle (rad) short of the command; only where the rudder column is a command."""
-    if not est.commanded:
-        return "the rudder column is the angle itself, which already shows its limits"
-    return [()]
+    return _unlimited(est) or [_one(est, "limit", "rad", "rudder_limit", scale=0.05 * DEGREE, low=0.0)]
 
 
 @cause("rad/s", matters=0.003 * DEGREE, separate_by="a gyro zero reading at rest")

@@ -191,8 +191,8 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
     """An effect outside the bank that the innovations still ask for, or that alone beats all that was named."""
     before = search.now.log_likelihood
     threshold = np.log(options.alpha * selection.SHARE_UNKNOWN)
-    found = selection.best_unknown(search, before, threshold)
     rival = search.rival
+    found = selection.best_unknown(search, before, threshold) if search.accepted else rival
     if found is None and rival is not None and search.accepted:
         margin = RIVAL_NATS + EXTRA_NATS * (len(rival.variant) - 1)
         found = rival if rival.now.log_likelihood > before + margin else None
@@ -205,7 +205,7 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
     line = unknown.line_test(search.est, search.now)
     tests.append((f"a line at {line[1]:.3g} rad/s", line[0]))
     label, log_p = min(tests, key=lambda t: t[1])
-    if log_p + np.log(len(tests)) < threshold:
+    if log_p + np.log(len(tests)) < min(threshold, -0.5 * selection.mimicry(search)):
         return Candidate(
             f"unknown:{label}", (), log_p + np.log(len(tests)), -2.0 * log_p, search.setting, search.now, True
         )

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from ..datasets.record import Record
 
 LEADERS = 6
+QUICK = 2
+"""Steps of every leader's refit; those near the best go on."""
+RACE_NATS, RACE_SHARE = 10.0, 0.3
+"""How far behind the best a candidate may be, in nats or as a share of the best, and still be refitted to the end."""
 TIE_NATS = 4.6
 MOST_TIED = 2
 FAULT_GRID = 12
@@ -26,6 +30,9 @@ SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN = 0.5, 0.2, 0.3
 """How the family-wise level is spent: first cause, later ones, effects outside the bank."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
+MIMICRY = 1e-4
+"""Share of the accepted causes' statistic that further ones must exceed: 1 % of their effect, as no cause (a rudder's
+corners between samples, a limit's onset) is described to better than that."""
 DEGREE = np.pi / 180.0
 
 
@@ -51,6 +58,9 @@ class Candidate:
     setting: Setting
     now: Innovations
     feature: bool = False
+    tests: float = 1.0
+    k: int = 0
+    """Number of variants or starts that were tried, and degrees of freedom."""
 
 
 @dataclass
@@ -206,7 +216,7 @@ def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
         first, second = variant
         s = est.at(est.at(s, second, item.start[1]), first, item.start[0])
         s, _ = search.refit(s, (first,), 2)
-        found, now = search.refit(s, variant, 8)
+        found, now = search.refit(s, variant, QUICK)
         k = 2
     else:
         if entry.rings:
@@ -214,10 +224,30 @@ def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
         elif entry.scan:
             options = list(starts(est, s, entry, variant))
             s = options[int(np.argmax([n.log_likelihood for n in est.many(options)]))]
-        found, now = search.refit(s, variant)
+        found, now = search.refit(s, variant, QUICK)
         k = len(variant)
+    return _candidate(item.cause, variant, k, tests, before, found, now)
+
+
+def _candidate(
+    cause: str, variant: Variant, k: int, tests: float, before: float, setting: Setting, now: Innovations
+) -> Candidate:
     statistic = 2.0 * (now.log_likelihood - before)
-    return Candidate(item.cause, variant, log_tail(statistic, k) + np.log(tests), statistic, found, now)
+    return Candidate(cause, variant, log_tail(statistic, k) + np.log(tests), statistic, setting, now, tests=tests, k=k)
+
+
+def refined(search: Search, found: Sequence[Candidate], before: float) -> list[Candidate]:
+    """The leaders among candidates refitted to the end; what is far behind after the first steps stays as it is."""
+    best = max((c.statistic for c in found), default=0.0)
+    out = []
+    for c in found:
+        if c.statistic > best - max(2.0 * RACE_NATS, RACE_SHARE * best):
+            setting, now = search.est.refit(
+                c.setting, [*search.parameters, *c.variant], 8, search.precisions(len(c.variant))
+            )
+            c = _candidate(c.cause, c.variant, c.k, c.tests, before, setting, now)
+        out.append(c)
+    return out
 
 
 def _ring_start(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> Setting:
@@ -249,7 +279,7 @@ def _refit_fault(search: Search, item: Screened) -> tuple[Setting, Innovations]:
     width = est.data[0].time[-1] / FAULT_GRID
     shifts = [est.at(s, t0, item.start[1] + share * width) for share in (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)]
     s = shifts[int(np.argmax([n.log_likelihood for n in est.many(shifts)]))]
-    return search.refit(s, (e, t0), 5)
+    return search.refit(s, (e, t0), QUICK)
 
 
 def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:
@@ -311,8 +341,7 @@ def try_waves(search: Search, before: float) -> Candidate | None:
         )
         s = at(s, np.exp(x))
     s, now = search.refit(s, (), 3)
-    statistic = 2.0 * (now.log_likelihood - before)
-    return Candidate("wave_motion", (), log_tail(statistic, 3) + np.log(4.0), statistic, s, now)
+    return _candidate("wave_motion", (), 3, 4.0, before, s, now)
 
 
 def try_jitter(search: Search, before: float) -> Candidate | None:
@@ -355,9 +384,9 @@ def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], bef
     found = minimize_scalar(
         lambda x: -at(float(np.exp(x)))[1].log_likelihood, bounds=(low, high), options={"xatol": 0.01, "maxiter": 14}
     )
-    setting, now = search.refit(at(float(np.exp(found.x)))[0], (), 2)
-    statistic = 2.0 * (now.log_likelihood - before)
-    return Candidate(cause, (), log_tail(statistic, 1) + np.log(2.0), statistic, setting, now)
+    (variant,) = search.bank[cause]
+    setting, now = search.refit(at(float(np.exp(found.x)))[0], variant, 2)
+    return _candidate(cause, variant, 1, 2.0, before, setting, now)
 
 
 # ---- unknown effects
@@ -523,7 +552,7 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
     before -= 0.5 * gain
     chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
     found += [refit_features(search, t.features, before, t.tests) for t in chosen]
-    passed = [c for c in found if c.log_p < threshold]
+    passed = [c for c in found if c.log_p < threshold and c.statistic > mimicry(search)]
     return min(passed, key=lambda c: c.log_p) if passed else None
 
 
@@ -540,10 +569,16 @@ def select(search: Search, most: int) -> None:
         if step == 0:
             search.first_candidates = candidates
             search.rival = best_unknown(search, before, np.log(search.alpha * SHARE_UNKNOWN))
-        passed = [c for c in candidates if c.log_p < threshold]
+        least = mimicry(search)
+        passed = [c for c in candidates if c.log_p < threshold and c.statistic > least]
         if not passed:
             return
         accept(search, passed)
+
+
+def mimicry(search: Search) -> float:
+    """Evidence that the accepted causes leave behind because no cause describes a large effect exactly."""
+    return MIMICRY * sum(a.statistic for a in search.accepted)
 
 
 def settle(search: Search) -> None:
@@ -572,7 +607,7 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
     for name, attempt in ATTEMPTS.items():
         candidate = attempt(search, before) if name in search.bank and name not in named else None
         found += [candidate] if candidate is not None else []
-    return found
+    return refined(search, found, before)
 
 
 ATTEMPTS: dict[str, Callable[[Search, float], Candidate | None]] = {

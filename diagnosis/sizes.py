@@ -12,12 +12,6 @@ from .result import Size
 
 NORMAL_90 = 1.6448536269514722
 DRAWS = 2000
-SCANNED = {
-    "clock_jitter": ("clock", "sd", "s"),
-    "rudder_rate_limit": ("rudder_rate", "rate", "rad/s"),
-    "rudder_saturation": ("rudder_limit", "limit", "rad"),
-}
-"""Causes of one positive number: its entry in the parameter vector, its name and unit."""
 
 
 def sizes_of(
@@ -31,8 +25,8 @@ def sizes_of(
     values = np.array([est.value(s, p) for p in variant])
     if cause == "wave_motion":
         return _waves(est, s)
-    if cause in SCANNED:
-        return _scanned(est, s, *SCANNED[cause])
+    if cause == "clock_jitter":
+        return _jitter(est, s)
     if entry.polar is not None:
         return _polar(est, entry.polar, cause, variant, values, covariance, rng)
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -76,9 +70,9 @@ def _polar(est, polar, cause, variant, values, covariance, rng) -> tuple[Size, .
     return tuple(out)
 
 
-def _scanned(est: Estimator, s: Setting, slot: str, name: str, unit: str) -> tuple[Size, ...]:
-    """A positive number with the interval that the curvature of the log likelihood in its logarithm gives."""
-    index, h = est.index[slot], 0.05
+def _jitter(est: Estimator, s: Setting) -> tuple[Size, ...]:
+    """The clock's error with the interval that the curvature of the log likelihood in its logarithm gives."""
+    index, h = est.index["clock"], 0.05
     value = float(s.p[0, index])
     ll = []
     for factor in (np.exp(-h), 1.0, np.exp(h)):
@@ -87,7 +81,7 @@ def _scanned(est: Estimator, s: Setting, slot: str, name: str, unit: str) -> tup
         ll.append(est.evaluate(replace(s, p=p)).log_likelihood)
     curvature = max(-(ll[0] - 2.0 * ll[1] + ll[2]) / h**2, 1.0)
     half = NORMAL_90 / np.sqrt(curvature)
-    return (Size(name, value, value * float(np.exp(-half)), value * float(np.exp(half)), unit),)
+    return (Size("sd", value, value * float(np.exp(-half)), value * float(np.exp(half)), "s"),)
 
 
 def _waves(est: Estimator, s: Setting) -> tuple[Size, ...]:

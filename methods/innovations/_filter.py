@@ -85,25 +85,29 @@ def acting_rudder(time, recorded, q, noise, parts, out):
             elif z - series[k] > q[PLAY]:
                 z = series[k] + q[PLAY]
             series[k] = z
-    if q[LIMIT] > 0.0:
-        for k in range(series.size):
-            series[k] = min(max(series[k], -q[LIMIT]), q[LIMIT])
+    n, size = series.size, out.size
+    fine = np.empty(size)
+    for i in range(size):
+        fine[i] = _between(series, i / parts)
     if q[RATE] > 0.0:
-        for k in range(1, series.size):
-            most = q[RATE] * (time[k] - time[k - 1])
-            series[k] = series[k - 1] + min(max(series[k] - series[k - 1], -most), most)
-    n = series.size
+        for i in range(1, size):
+            k = (i - 1) // parts
+            most = q[RATE] * (time[k + 1] - time[k]) / parts
+            fine[i] = fine[i - 1] + min(max(fine[i] - fine[i - 1], -most), most)
+    if q[LIMIT] > 0.0:
+        for i in range(size):
+            fine[i] = min(max(fine[i], -q[LIMIT]), q[LIMIT])
     for k in range(n):
         step = time[min(k + 1, n - 1)] - time[min(k, n - 2)]
         for j in range(parts):
             if k == n - 1 and j > 0:
                 break
-            t = k + j / parts
             gain = 1.0 + q[E_D]
             if q[E_F] != 0.0:
                 gain += q[E_F] * min(max((time[k] + step * j / parts - q[T_0]) / step + 0.5, 0.0), 1.0)
             late = q[TAU_D] / step if step > 0.0 else 0.0
-            out[k * parts + j] = gain * _between(series, t - late) + q[D_0]
+            i = k * parts + j
+            out[i] = gain * _between(fine, i - late * parts) + q[D_0]
 
 
 @njit(inline="always")
