@@ -153,7 +153,7 @@ def _variant_columns(est: Estimator, s: Setting, now: Innovations, variants: Seq
     for variant in variants:
         for p in variant:
             unique.setdefault((p.name, p.slots, p.record), p)
-    rows = dict(zip(unique, est.column(s, now, list(unique.values())), strict=True))
+    rows = dict(zip(unique, est.scores(s, now, list(unique.values())), strict=True))
     return [np.stack([rows[p.name, p.slots, p.record] for p in variant]) for variant in variants]
 
 
@@ -494,19 +494,21 @@ def _sets(
     information = np.einsum("ij,ij->i", left, left)
     gain = np.where(told, (left @ residual) ** 2 / np.maximum(information, 1e-300), 0.0)
     out = [Tried((found[j],), float(gain[j]), 1.0) for j in np.flatnonzero(told).tolist()]
-    chosen, total, rest, work = [], 0.0, residual.copy(), left.copy()
+    slope, size = left @ residual, information.copy()
+    chosen, units, total = [], np.zeros((0, residual.size)), 0.0
     for _ in range(most):
-        size = np.einsum("ij,ij->i", work, work)
         open_ = told & (size > 0.02 * np.maximum(information, 1e-300))
-        gain = np.where(open_, (work @ rest) ** 2 / np.maximum(size, 1e-300), 0.0)
+        gain = np.where(open_, slope**2 / np.maximum(size, 1e-300), 0.0)
         j = int(np.argmax(gain))
         if gain[j] <= 0.0:
             break
         total += float(gain[j])
         chosen.append(found[j])
-        unit = work[j] / np.sqrt(size[j])
-        work = work - np.outer(work @ unit, unit)
-        rest = rest - (rest @ unit) * unit
+        unit = left[j] - (units @ left[j]) @ units
+        unit /= np.linalg.norm(unit)
+        units = np.vstack([units, unit])
+        along = left @ unit
+        size, slope = size - along**2, slope - along * (unit @ residual)
         if len(chosen) > 1:
             out.append(Tried(tuple(chosen), total, 1.0))
     return out
@@ -514,19 +516,19 @@ def _sets(
 
 def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> list[Tried]:
     """The best force that acts for one to eight windows of one record, on each axis."""
-    gradient, cross = -left @ residual, left @ left.T
+    gradient = -left @ residual
     out = []
     for axis in range(est.n_forces):
         best: tuple[float, list[int]] = (0.0, [])
         for i in range(len(est.data) + 1):  # the last: all records at the same time
             own = [j for j, (a, w) in enumerate(windows) if a == axis and w[0] == i]
+            slope, cross = gradient[own], left[own] @ left[own].T
             for a in range(len(own)):
                 for b in range(a + 1, min(a + 9, len(own) + 1)):
-                    information = cross[np.ix_(own[a:b], own[a:b])].sum()
+                    information = cross[a:b, a:b].sum()
                     if information > 0.0:
-                        best = max(
-                            best, (float(gradient[own[a:b]].sum() ** 2 / information), own[a:b]), key=lambda z: z[0]
-                        )
+                        gain = float(slope[a:b].sum() ** 2 / information)
+                        best = max(best, (gain, own[a:b]), key=lambda z: z[0])
         if best[1]:
             arrays = tuple(np.sum([windows[j][1][2][r] for j in best[1]], axis=0) for r in range(len(est.data)))
             tests = 3.0 * len(windows)
@@ -583,10 +585,11 @@ def mimicry(search: Search) -> float:
 
 def settle(search: Search) -> None:
     """Noise (and free coefficients) of largest likelihood at the present causes."""
-    if search.parameters:
+    if search.parameters and not search.accepted:
         search.setting, search.now = search.refit(search.setting, (), 3)
+    before = search.now.log_likelihood
     search.setting, search.now = search.est.settle(search.setting, search.start)
-    if search.parameters:
+    if search.parameters and search.now.log_likelihood > before + 0.05:
         search.setting, search.now = search.refit(search.setting, (), 3)
 
 

@@ -75,16 +75,17 @@ def acting_rudder(time, recorded, q, noise, parts, out):
     """Rudder angle that the hull feels at `parts` points per sample, from the recorded series and parameters q."""
     series = recorded.copy()
     if q[PLAY] > 0.0:
-        once = np.empty_like(series)
+        once, true = np.empty_like(series), np.empty_like(series)
         quieten(series, noise, once)
-        quieten(once, 0.5 * noise, series)
-        z = series[0]
+        quieten(once, 0.5 * noise, true)
+        noisy = np.exp(-q[PLAY] / noise)  # a play far below the sensor's noise leaves the recorded angle as it is
+        z = true[0]
         for k in range(series.size):
-            if series[k] - z > q[PLAY]:
-                z = series[k] - q[PLAY]
-            elif z - series[k] > q[PLAY]:
-                z = series[k] + q[PLAY]
-            series[k] = z
+            if true[k] - z > q[PLAY]:
+                z = true[k] - q[PLAY]
+            elif z - true[k] > q[PLAY]:
+                z = true[k] + q[PLAY]
+            series[k] = z + noisy * (series[k] - true[k])
     n, size = series.size, out.size
     fine = np.empty(size)
     for i in range(size):

@@ -294,6 +294,25 @@ class Estimator:
         )
         return np.hstack(list(parts))
 
+    def scores(self, s: Setting, now: Innovations, parameters: Sequence[Parameter]) -> np.ndarray:
+        """As `column`, but what moves only entries of the model's vector comes out of one pass (`tangent`)."""
+        size = len(self.names) - len(OUTER)
+        inner = [
+            p.series is None and p.law is None and p.record is None and all(i < size for i, _ in p.slots)
+            for p in parameters
+        ]
+        out = np.zeros((len(parameters), now.e.size))
+        outer = [p for p, inside in zip(parameters, inner, strict=True) if not inside]
+        out[np.flatnonzero(~np.array(inner, bool))] = self.column(s, now, outer)
+        used = sorted({i for p, inside in zip(parameters, inner, strict=True) if inside for i, _ in p.slots})
+        if used:
+            rows = dict(zip(used, self.tangent(s, used), strict=True))
+            for j in np.flatnonzero(inner):
+                for i, weight in parameters[j].slots:
+                    out[j] += weight * rows[i]
+        out[~np.isfinite(out).all(axis=1)] = 0.0
+        return out
+
     # ---- parameters
     def moved(self, s: Setting, parameter: Parameter, change: float) -> Setting:
         """The setting with `change` added to a parameter."""
