@@ -67,12 +67,12 @@ REPORTS = {
         {"base_parameters": "identify"},
     ),
     "hsva-small-angles": Report(
-        "HSVA small-angle zigzags",
-        "Zigzags of 5/1 and 15/1 degrees: the neutral rudder angle.",
+        "HSVA 5/1 zigzag, heading and rudder alone",
+        "The neutral rudder angle, from the smallest zigzag and the fewest channels.",
         "nomoto-2",
-        ("Z_05_01", "Z_15_01"),
-        ("Z_10_05",),
-        {"base_parameters": "identify"},
+        ("Z_05_01",),
+        ("Z_15_01",),
+        {"base_parameters": "identify", "channels": ("heading_rad",)},
     ),
 }
 

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 SYMBOLS = ("psi", "r", "u", "v", "x", "y")
 QUANTUM = 1e-5
 """Force that the noise fit counts in, as a share of the force unit."""
-SHORTEST_TAU_S, LONGEST_TAU_S = 1.0, 60.0
+SHORTEST_TAU_S, START_TAU_S, LONGEST_TAU_S = 1.0, 15.0, 60.0
+"""Correlation times of gusts on a 160 m ship; times of smaller ones scale by `Estimator.clock`."""
 SPIKE, NEAR = 6.5, 4.5
 FLOOR = (3e-4, 3e-4, 3e-4, 3e-4, 1e-5, 1e-5)
 CLIP = 4.5
@@ -216,7 +217,7 @@ class Estimator:
         for c in range(CHANNELS):
             found = [sensor_sd(d.measured[:, c]) for d in self.data if np.isfinite(d.measured[:, c]).any()]
             sd[c] = max(float(np.median(found)), self.floors[c]) if found else 1.0
-        noise = np.concatenate([sd, np.zeros(self.n_forces), [15.0]])
+        noise = np.concatenate([sd, np.zeros(self.n_forces), [START_TAU_S * self.clock]])
         return Setting(np.tile(self.base, (len(self.data), 1)), noise)
 
     # ---- running the filter
@@ -405,7 +406,7 @@ class Estimator:
             new = np.clip(q + shrink * change[:nf], 0.0, 30.0 * q + 100.0)
             trial[6 : 6 + nf] = QUANTUM * np.sqrt(np.where(new < 1e-6, 0.0, new))
             factor = np.exp(np.clip(shrink * change[nf], -0.7, 0.7))
-            trial[6 + nf] = np.clip(noise[6 + nf] * factor, SHORTEST_TAU_S, LONGEST_TAU_S)
+            trial[6 + nf] = np.clip(noise[6 + nf] * factor, SHORTEST_TAU_S * self.clock, LONGEST_TAU_S * self.clock)
             found = self.evaluate(replace(s, noise=trial))
             if found.log_likelihood > now.log_likelihood - 1e-6:
                 return found.log_likelihood - now.log_likelihood, replace(s, noise=trial), found
