@@ -108,6 +108,20 @@ def effective_number(
     return float(np.clip(np.log1p(-level) / np.log1p(-min(threshold, 0.5)), 1.0, 1000.0))
 
 
+def independent(rng: np.random.Generator, columns: np.ndarray, residual: np.ndarray, draws: int = 500) -> float:
+    """How many independent tests of one parameter the projected columns (m, n) amount to, by multiplier draws."""
+    from scipy.stats import chi2
+
+    if not len(columns):
+        return 1.0
+    summed = (columns * residual).reshape(len(columns), -1, 6).sum(axis=2).astype(np.float32)
+    scale = np.sqrt(np.sum(summed**2, axis=1)) + 1e-30
+    normal = rng.standard_normal((draws, summed.shape[1]), dtype=np.float32)
+    largest = np.max((normal @ summed.T / scale) ** 2, axis=1)
+    p = float(chi2.sf(np.quantile(largest, 0.9), 1))
+    return float(np.clip(np.log1p(-0.1) / np.log1p(-min(p, 0.5)), 1.0, len(columns)))
+
+
 def canonical_correlation(projector: Projector, first: np.ndarray, second: np.ndarray) -> float:
     """Largest canonical correlation of the projected columns of two causes."""
     a, b = (np.linalg.qr(projector.project(c).T)[0] for c in (first, second))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Par
 from ..models.model import CHANNELS
 from . import unknown
 from .causes import CAUSES, Cause, Variant, starts
-from .evidence import Projector, Score, effective_number, log_tail
+from .evidence import Projector, Score, canonical_correlation, effective_number, independent, log_tail
 from .unknown import Feature
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ RACE_NATS, RACE_SHARE = 10.0, 0.3
 """How far behind the best a candidate may be, in nats or as a share of the best, and still be refitted to the end."""
 TIE_NATS = 4.6
 MOST_TIED = 2
+TIE_CORRELATION = 0.5
+"""Canonical correlation of their projected sensitivities below which two causes are no tie."""
 FAULT_GRID = 12
 SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN = 0.5, 0.2, 0.3
 """How the family-wise level is spent: first cause, later ones, effects outside the bank."""
@@ -45,6 +47,7 @@ class Screened:
     log_p: float
     score: Score
     start: tuple[float, ...] = ()
+    tests: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -159,28 +162,36 @@ def _variant_columns(est: Estimator, s: Setting, now: Innovations, variants: Seq
 
 def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Projector) -> Screened:
     """Loss of effectiveness from a change time on, over a grid of times, in all records or one."""
-    est, best = search.est, None
+    est = search.est
     longest = max(d.time[-1] for d in est.data)
-    times = np.linspace(0.0, longest, FAULT_GRID + 2)[1:-1]
     at = est.index["fault_time"]
-    tests = np.log(len(times) * (1.0 + len(est.data)))
-    for t in times:
+    columns, places = [], []
+    for t in np.linspace(0.0, longest, FAULT_GRID + 2)[1:-1]:
         p = s.p.copy()
         p[:, at] = t
-        variant = fault_variant(est, None)
-        column = est.column(replace(s, p=p), now, variant[:1])[0].reshape(-1, 6)
+        column = est.column(replace(s, p=p), now, fault_variant(est, None)[:1])[0].reshape(-1, 6)
         for record in [None, *range(len(est.data))]:
             rows = slice(None) if record is None else slice(est.edges[record], est.edges[record + 1])
             part = np.zeros_like(column)
             part[rows] = column[rows]
-            score = projector.score(part.reshape(1, -1))
-            log_p = log_tail(score.statistic, 1) + tests
-            if best is None or log_p < best.log_p:
-                best = Screened(
-                    "rudder_fault", fault_variant(est, record), log_p, score, (float(score.step[0]), float(t))
-                )
-    assert best is not None
-    return best
+            columns.append(part.ravel())
+            places.append((record, float(t)))
+    best, score, tests = _supremum(search, projector, np.stack(columns))
+    record, t = places[best]
+    log_p = log_tail(score.statistic, 1) + np.log(tests)
+    start = (float(score.step[0]), t)
+    return Screened("rudder_fault", fault_variant(est, record), log_p, score, start, tests)
+
+
+def _supremum(search: Search, projector: Projector, columns: np.ndarray) -> tuple[int, Score, float]:
+    """The column (m, n) of largest score, and how many independent tests the choice among them amounts to.
+
+    What a change time or a time constant is under the null is not identified: the largest score over its values is
+    calibrated by multiplier bootstrap of all scores together (the recorded rudder is used again).
+    """
+    scores = [projector.score(column[None]) for column in columns]
+    best = int(np.argmax([score.statistic for score in scores]))
+    return best, scores[best], independent(search.rng, projector.project(columns), projector.residual)
 
 
 def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Projector, name: str) -> Screened:
@@ -188,13 +199,10 @@ def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Pro
     est, (variant,) = search.est, search.bank[name]
     first, second = variant
     values = [x * est.clock - est.base[second.slots[0][0]] for x in CAUSES[name].profile]
-    found = []
-    for value in values:
-        column = est.column(est.at(s, second, value), now, (first,))
-        score = projector.score(column)
-        log_p = log_tail(score.statistic, 1) + np.log(len(values))
-        found.append(Screened(name, variant, log_p, score, (float(score.step[0]), value)))
-    return min(found, key=lambda f: f.log_p)
+    columns = np.vstack([est.column(est.at(s, second, value), now, (first,)) for value in values])
+    best, score, tests = _supremum(search, projector, columns)
+    log_p = log_tail(score.statistic, 1) + np.log(tests)
+    return Screened(name, variant, log_p, score, (float(score.step[0]), values[best]), tests)
 
 
 def fault_variant(est: Estimator, record: int | None) -> Variant:
@@ -211,7 +219,7 @@ def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
     tests = float(len(search.bank[item.cause]))
     if item.cause == "rudder_fault":
         found, now = _refit_fault(search, item)
-        k, tests = 2, FAULT_GRID * (1.0 + len(est.data))
+        k, tests = 2, item.tests
     elif entry.profile:
         first, second = variant
         s = est.at(est.at(s, second, item.start[1]), first, item.start[0])
@@ -381,7 +389,7 @@ def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], bef
         return None
     ends = np.log([values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)]])
     low, high = min(ends) - 0.3 * (best == 0), max(ends) + 0.3 * (best == len(values) - 1)
-    found = minimize_scalar(
+    found: Any = minimize_scalar(
         lambda x: -at(float(np.exp(x)))[1].log_likelihood, bounds=(low, high), options={"xatol": 0.01, "maxiter": 14}
     )
     (variant,) = search.bank[cause]
@@ -459,7 +467,7 @@ def try_features(search: Search, before: float) -> list[Tried]:
         left = projector.project(columns)
         told = np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-300)
         if level == 1.0:
-            search.n_features = _independent(search, left[:n][told[:n]], projector.residual)
+            search.n_features = independent(search.rng, left[:n][told[:n]], projector.residual)
         loss = 2.0 * (now.log_likelihood - before)
         for t in [
             *_sets(found, left[:n], projector.residual, told[:n]),
@@ -471,20 +479,6 @@ def try_features(search: Search, before: float) -> list[Tried]:
                 best[key] = replace(t, gain=gain)
     out = [replace(t, tests=search.n_features) if t.features[0].family != "pulse" else t for t in best.values()]
     return sorted(out, key=lambda t: t.log_p)
-
-
-def _independent(search: Search, left: np.ndarray, residual: np.ndarray, draws: int = 500) -> float:
-    """How many independent tests the dictionary amounts to, by multiplier draws of its scores."""
-    from scipy.stats import chi2
-
-    if not len(left):
-        return 1.0
-    summed = (left * residual).reshape(len(left), -1, 6).sum(axis=2).astype(np.float32)
-    scale = np.sqrt(np.sum(summed**2, axis=1)) + 1e-30
-    normal = search.rng.standard_normal((draws, summed.shape[1]), dtype=np.float32)
-    largest = np.max((normal @ summed.T / scale) ** 2, axis=1)
-    p = float(chi2.sf(np.quantile(largest, 0.9), 1))
-    return float(np.clip(np.log1p(-0.1) / np.log1p(-min(p, 0.5)), 1.0, len(left)))
 
 
 def _sets(
@@ -625,11 +619,23 @@ ATTEMPTS: dict[str, Callable[[Search, float], Candidate | None]] = {
 def accept(search: Search, passed: Sequence[Candidate]) -> None:
     """Enter the best candidate, note its ties, refit everything and drop earlier causes that lost their evidence."""
     best = passed[0]
-    search.ties[best.cause] = tuple(c.cause for c in passed[1:] if c.log_p - best.log_p < TIE_NATS)[:MOST_TIED]
+    near = [c for c in passed[1:] if c.log_p - best.log_p < TIE_NATS]
+    search.ties[best.cause] = tuple(c.cause for c in near if alike(search, best, c))[:MOST_TIED]
     search.setting, search.now = best.setting, best.now
     search.accepted.append(best)
     settle(search)
     _delete(search)
+
+
+def alike(search: Search, first: Candidate, second: Candidate) -> bool:
+    """Whether two causes move the innovations alike, each at its own size: else both may be true at once."""
+    if not (first.variant and second.variant):
+        return True
+    est = search.est
+    fixed = est.column(search.setting, search.now, search.parameters) if search.parameters else np.zeros((0, 1))
+    projector = Projector(search.now, fixed, search.precisions(0))
+    columns = [est.column(c.setting, c.now, c.variant) for c in (first, second)]
+    return canonical_correlation(projector, *columns) > TIE_CORRELATION
 
 
 def _delete(search: Search) -> None:
