@@ -308,7 +308,7 @@ class Estimator:
         used = sorted({i for p, inside in zip(parameters, inner, strict=True) if inside for i, _ in p.slots})
         if used:
             rows = dict(zip(used, self.tangent(s, used), strict=True))
-            for j in np.flatnonzero(inner):
+            for j in np.flatnonzero(inner).tolist():
                 for i, weight in parameters[j].slots:
                     out[j] += weight * rows[i]
         out[~np.isfinite(out).all(axis=1)] = 0.0
