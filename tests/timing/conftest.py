@@ -59,4 +59,6 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def _text(value):
-    return "" if value is None else value if isinstance(value, str) else f"{value:.3g}" if value < 1e6 else f"{value:.2e}"
+    return (
+        "" if value is None else value if isinstance(value, str) else f"{value:.3g}" if value < 1e6 else f"{value:.2e}"
+    )

@@ -11,7 +11,7 @@ FRAME = """
 #include <math.h>
 static inline double sgn(double x) {{ return x > 0.0 ? 1.0 : (x < 0.0 ? -1.0 : 0.0); }}
 static inline double step(double x) {{ return x > 0.0 ? 1.0 : 0.0; }}
-static __attribute__((noinline)) void rates(const double *s, const double *in, const double *_th, double *out) {{
+static void rates(const double *s, const double *in, const double *_th, double *out) {{
 {body}
 }}
 void simulate(const double *x0, const double *u, const double *th, double h, long count, long samples, double *x) {{
