@@ -30,7 +30,7 @@ class Ratios:
         self.benchmark.extra_info.setdefault("ratios", []).append(self.rows[-1])
 
     def compare(self, what, unit, ours, other, target, rounds=5, remark=""):
-        """Time both sides in turn, one warm-up and `rounds` each (one round: no warm-up); rates by the least CPU time."""
+        """Time both sides in turn, one warm-up and `rounds` each (one round: no warm-up); the least CPU time counts."""
         taken = []
 
         def their_turn():

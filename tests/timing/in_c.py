@@ -1,4 +1,4 @@
-"""A generated simulation kernel in C: the assignments of its rates carried over one by one, the same RK4 around them."""
+"""A generated simulation kernel in C: assignments of the rates carried over, the same RK4 around them."""
 
 import ctypes
 import inspect
