@@ -23,7 +23,7 @@ help:
 	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print the leaderboard"
 	@echo "make test     install, lint, check types, run the tests"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
-	@echo "make timing   time simulation, fits, a suite row and record files; store the figures in $(TIMES)"
+	@echo "make timing   time simulation, fits, a suite row, record files and other implementations; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
 

@@ -20,12 +20,15 @@ from .tuning.space import Choice, Integer
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
+    from .series import Series
 
 INSTRUMENTS = ("simulated", "lagged")
 LAGS = 6
 """Samples over which the residuals may be correlated."""
 FAR = 3.0
 """Error of a run, in spreads of the measured channel, from which it is started anew from the measurements."""
+SHORTEST_PIECE = 64
+"""Samples that are simulated at first after a run has been started anew."""
 
 
 class Paired(NamedTuple):
@@ -137,7 +140,6 @@ def simulated(record: Record, model: Model, horizon_s: float | None = None) -> R
     wherever it has gone astray.
     """
     from ..models.model import CHANNELS
-    from ..models.simulate import simulate
 
     series = series_of(record, model)
     m = len(series.inputs)
@@ -147,12 +149,10 @@ def simulated(record: Record, model: Model, horizon_s: float | None = None) -> R
     spread = np.nanstd(series.outputs, axis=0)
     states, first, state = np.empty((m, len(model.states))), 0, start_state(model, series, series.start)
     while first < m:
-        inputs = np.ascontiguousarray(series.inputs[first : first + length])
-        run = simulate(model, inputs, series.dt, state)
-        good = _good(run[:, series.columns], measured[first : first + length][:, series.columns], spread)
-        states[first : first + good] = run[:good]
-        state = run[good - 1].copy()
-        first += good
+        run = _followed(model, series, state, measured[first : first + length], spread, first)
+        states[first : first + len(run)] = run
+        state = run[-1].copy()
+        first += len(run)
         if first < m:
             known = np.isfinite(measured[first])
             state[~np.isfinite(state)] = 0.0
@@ -165,11 +165,35 @@ def simulated(record: Record, model: Model, horizon_s: float | None = None) -> R
     return record.with_channels(**channels)
 
 
-def _good(run: np.ndarray, measured: np.ndarray, spread: np.ndarray) -> int:
-    """Leading rows (at least one) of a run that are finite and near the measurements."""
+def _followed(
+    model: Model, series: Series, state: np.ndarray, measured: np.ndarray, spread: np.ndarray, first: int
+) -> np.ndarray:
+    """The run from `state` at grid point `first` (at least one row), to the end of `measured` or where it goes astray.
+
+    It is simulated in pieces, each twice as long as the one before: cost stays linear in the samples, however often a
+    run has to start anew.
+    """
+    from ..models.simulate import simulate
+
+    n, piece = len(measured), SHORTEST_PIECE
+    run, done = state[None], 0
+    while done < n:
+        stop = min(done + piece, n)
+        inputs = np.ascontiguousarray(series.inputs[first + max(done - 1, 0) : first + stop])
+        ahead = simulate(model, inputs, series.dt, run[-1])[min(done, 1) :]
+        near = _near(ahead[:, series.columns], measured[done:stop][:, series.columns], spread)
+        run = np.concatenate([run[:done], ahead[:near]])
+        if near < len(ahead):
+            return run if len(run) else state[None]
+        done, piece = stop, 2 * piece
+    return run
+
+
+def _near(run: np.ndarray, measured: np.ndarray, spread: np.ndarray) -> int:
+    """Leading rows of a run that are finite and near the measurements."""
     error = np.abs(np.where(np.isfinite(measured), run - measured, 0.0))
     bad = (~np.isfinite(run)).any(axis=1) | (error > FAR * np.maximum(spread, 1e-12)).any(axis=1)
-    return max(int(np.argmax(bad)), 1) if bad.any() else len(run)
+    return int(np.argmax(bad)) if bad.any() else len(run)
 
 
 def _distance(record: Record, run: Record, model: Model) -> float:

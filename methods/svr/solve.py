@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from .. import factors
 
 Array = NDArray[np.float64]
-ROWS = 256
-"""Rows of a kernel matrix that are worked on at a time."""
+ROWS = 64
+"""Rows of a kernel matrix that are worked on at a time; 10,000 columns of them stay in a processor's cache."""
 
 
 class Primal(NamedTuple):

@@ -113,8 +113,8 @@ def ship_of_shipmmg():
     return replace(model, constants=constants, n0_rps=REVOLUTIONS)
 
 
-def run_shipmmg(model, rudder):
-    """States (6, N) of shipmmg driven by the rudder series (N,)."""
+def run_shipmmg(model, rudder, time=TIME, rtol=1e-8, atol=1e-10):
+    """States (6, N) of shipmmg driven by the rudder series (N,) at the times (N,)."""
     package = pytest.importorskip("shipmmg.mmg_3dof", reason="shipmmg is not installed (extra `dev`)")
     c, length = numbers(model), THEIRS["L"]
     mass, added = c["rho"] * c["nabla"], 0.5 * c["rho"] * c["L"] ** 2 * c["d"]
@@ -126,9 +126,9 @@ def run_shipmmg(model, rudder):
         c["gamma_R_minus"], c["gamma_R_plus"], c["l_R"], c["kappa"], c["t_P"], c["w_P0"], c["x_P"],
     )  # fmt: skip
     hull = package.Mmg3DofManeuveringParams(c["k_0"], c["k_1"], c["k_2"], *model.coefficients[:17])
-    revolutions, options = np.full(TIME.size, REVOLUTIONS), {"rtol": 1e-8, "atol": 1e-10, "max_step": 0.5}
-    run = package.simulate_mmg_3dof(ship, hull, TIME, rudder, revolutions, u0=1.179, **options)
-    return run.sol(TIME)[:6]
+    revolutions, options = np.full(time.size, REVOLUTIONS), {"rtol": rtol, "atol": atol, "max_step": 0.5}
+    run = package.simulate_mmg_3dof(ship, hull, time, rudder, revolutions, u0=1.179, **options)
+    return run.sol(time)[:6]
 
 
 def with_helpers_of_shipmmg(*names):

@@ -1,0 +1,357 @@
+"""Speed against other implementations, both timed in the same run, and how cost grows with the samples.
+
+The table of targets is that of the design; nothing is asserted but that both sides compute the same.
+"""
+
+import contextlib
+import json
+import resource
+import shutil
+import subprocess
+import sys
+import time
+import tracemalloc
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from helmbench.datasets.generator import Case, generate, record_run
+from helmbench.datasets.manoeuvres import parse_manoeuvre
+from helmbench.methods import _rls_kernels, freerun
+from helmbench.methods.base import CannotFit, FitFailed
+from helmbench.methods.likelihood.minimiser import levenberg_marquardt
+from helmbench.methods.likelihood.problem import Problem
+from helmbench.methods.observers import _kernels as observers
+from helmbench.methods.observers.smoothing import random_walk
+from helmbench.methods.registry import make, methods
+from helmbench.methods.series import series_of
+from helmbench.methods.svr import solve
+from helmbench.models.model import resolve
+from helmbench.models.simulate import initial_state, inputs_of, simulate, simulate_batch, substeps
+
+from ..models import test_reference_kvlcc2 as reference
+from .conftest import Side
+from .in_c import compiled
+
+pytestmark = pytest.mark.benchmark(timer=time.process_time)
+RUNS = 1000
+MULTIPLIERS = 10_000
+SIZES = (1_000, 10_000, 100_000, 1_000_000)
+LONGEST_FIT_S = 20.0
+STEERED = {"response-2": "zigzag:20/20", "mariner": "prbs:30deg/20s"}
+"""Vessel and manoeuvre of long records, in the order in which a method is tried; the second stays in its waters."""
+
+
+def ship(vessel, samples=401):
+    """Model, inputs (N, nu) of a rudder that moves all the time, step and initial state."""
+    model = resolve(vessel)
+    dt = float(model.suite["dt_s"])
+    rudder = 0.3 * np.sin(2.0 * np.pi * np.arange(samples) / 97.0)
+    return model, inputs_of(model, rudder), dt, initial_state(model)
+
+
+# ---- simulation
+
+
+@pytest.mark.parametrize("vessel", ["mariner", "kvlcc2-l7", "response-2"])
+def test_scalar_kernel_and_c(ratios, tmp_path, vessel):
+    if (gcc := shutil.which("gcc")) is None:
+        pytest.skip("gcc is not installed")
+    model, inputs, dt, start = ship(vessel, 20_001)
+    count, found = substeps(model, dt), np.empty((2, len(inputs), start.size))
+    in_c, steps = compiled(model, gcc, tmp_path), (len(inputs) - 1) * count
+    ours = Side(lambda: model.kernels.simulate(start, inputs, model.theta, dt / count, count, False, found[0]), steps)
+    other = Side(lambda: in_c(inputs, dt, count, start, found[1]), steps)
+    ratios.compare(f"scalar kernel, C -O3: {vessel}", "steps/s", ours, other, 0.85, rounds=15)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("vessel", ["mariner", "kvlcc2-l7", "response-2"])
+def test_lanes_and_scalar_kernel(ratios, vessel):
+    model, inputs, dt, start = ship(vessel)
+    coefficients, batch, starts = (np.stack([value] * RUNS) for value in (model.coefficients, inputs, start))
+    steps = RUNS * (len(inputs) - 1) * substeps(model, dt)
+    ours = Side(lambda: simulate_batch(model, coefficients, batch, dt, starts), steps)
+    other = Side(lambda: [simulate(model, inputs, dt, start) for _ in range(RUNS)], steps)
+    ratios.compare(f"lanes, scalar kernel, {RUNS} runs: {vessel}", "steps/s", ours, other, 4.0)
+
+
+def test_zigzag_and_shipmmg(ratios):
+    """Shipmmg at tolerances that bring its error down to about ours; errors are largest differences of a state (SI)
+    from the same code at tighter tolerances or shorter steps."""
+    model, dt = reference.ship_of_shipmmg(), 0.1
+    record = record_run(model, parse_manoeuvre("zigzag:20/20"), duration_s=200.0, dt_s=dt)
+    rudder, clock = record.rudder().copy(), record.time_s
+    inputs, start, count = inputs_of(model, rudder), initial_state(model), substeps(model, dt)
+    exact = np.empty((len(inputs), start.size))
+    model.kernels.simulate(start, inputs, model.theta, dt / (8 * count), 8 * count, False, exact)
+    own = np.abs(simulate(model, inputs, dt, start) - exact).max()
+
+    def theirs(rtol=1e-10, atol=1e-12):
+        return reference.run_shipmmg(model, rudder, clock, rtol, atol)
+
+    error = np.abs(theirs() - theirs(1e-11, 1e-13)).max()
+    ours = Side(lambda: [simulate(model, inputs, dt, start) for _ in range(10)], 2000.0)
+    ratios.compare(
+        "200 s zigzag, shipmmg", "s/s", ours, Side(theirs, 200.0), 50.0, remark=f"errors {own:.0e} and {error:.0e}"
+    )
+
+
+# ---- regressions and filters
+
+
+@pytest.mark.parametrize(("d", "rows", "target"), [(4, 200_000, 300.0), (22, 50_000, 50.0)])
+def test_rls_and_padasip(ratios, d, rows, target):
+    """Both store every estimate; P starts at 1000 I and forgets."""
+    filters = pytest.importorskip("padasip.filters", reason="padasip is not installed (extra `dev`)")
+    rng, few = np.random.default_rng(d), 3000
+    h = rng.normal(size=(rows, d))
+    y, forget, path = h @ rng.normal(size=d) + 0.1 * rng.normal(size=rows), np.full(rows, 0.999), np.empty((rows, d))
+
+    def own():
+        _rls_kernels.recursive_ls(y, h, forget, 1.0, np.zeros(d), np.eye(d), np.full(d, 1000.0), path)
+
+    def theirs():
+        return filters.FilterRLS(d, mu=0.999, eps=0.001, w="zeros").run(y[:few], h[:few])[2]
+
+    ratios.compare(f"recursive least squares, padasip: d = {d}", "rows/s", Side(own, rows), Side(theirs, few), target)
+    np.testing.assert_allclose(path[few - 2], theirs()[-1], rtol=1e-6, atol=1e-9)
+
+
+def test_linear_svr_and_its_dual(ratios):
+    rng = np.random.default_rng(5)
+    x = rng.normal(size=(MULTIPLIERS, 7))
+    y = x @ rng.normal(size=7) + 0.1 * rng.normal(size=MULTIPLIERS)
+    found = {}
+
+    def dual():
+        gram = solve.kernel_matrix("linear", x, x, 1.0, 3, 1.0)
+        found["dual"] = x.T @ solve.dual(gram, y, 1.0).alpha
+
+    ours, name = Side(lambda: solve.primal(x, y, 1.0)), f"linear LS-SVR, dual: n = {MULTIPLIERS}"
+    fits = Side(lambda: [ours.call() for _ in range(20)], 20.0)
+    ratios.compare(name, "fits/s", fits, Side(dual), 1000.0, rounds=2, remark=f"dual in {8e-9 * MULTIPLIERS**2:.1f} GB")
+    np.testing.assert_allclose(ours.call().coef, found["dual"], rtol=1e-6)
+    peaks = [traced(partial(solve.primal, np.tile(x, (k, 1)), np.tile(y, k), 1.0)) for k in (1, 10)]
+    slope = np.log10(peaks[1] / peaks[0])
+    remark = f"{peaks[0] / 1e6:.2f} MB at n, {peaks[1] / 1e6:.2f} MB at 10 n, besides the data"
+    ratios.row("linear LS-SVR, memory", "slope", slope, "linear", remark=remark)
+
+
+def traced(call):
+    """Largest memory (bytes) that NumPy holds during a call."""
+    tracemalloc.start()
+    call()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return max(peak, 1)
+
+
+RBF = """
+import json, time
+from pathlib import Path
+import numpy as np
+from scipy.spatial.distance import cdist
+from helmbench.methods.base import blas_limited
+from helmbench.methods.svr import solve
+rng = np.random.default_rng(3)
+x = rng.normal(size=({n}, 7))
+y = np.sin(x).sum(axis=1)
+
+def ours():
+    return solve.dual(solve.kernel_matrix("rbf", x, x, 0.1, 3, 1.0), y, 10.0).intercept
+
+def naive():
+    omega = np.exp(-0.1 * cdist(x, x, "sqeuclidean"))
+    kkt = np.zeros(({n} + 1, {n} + 1))
+    kkt[0, 1:] = kkt[1:, 0] = 1.0
+    kkt[1:, 1:] = omega
+    kkt[np.arange(1, {n} + 1), np.arange(1, {n} + 1)] += 1.0 / 10.0
+    return np.linalg.solve(kkt, np.concatenate([[0.0], y]))[0]
+
+def largest():
+    return float(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) / 1e6
+
+with blas_limited():
+    before, start = largest(), time.process_time()
+    level = {side}()
+    cpu = time.process_time() - start
+print(json.dumps([cpu, largest() - before, level]))
+"""
+
+
+def test_rbf_svr_and_naive_kkt(ratios, benchmark):
+    """In processes of their own, for the sake of the memory: a new process, not a forked one, has its own peak."""
+    if not Path("/proc/self/status").exists():
+        pytest.skip("the largest memory of a process is read from /proc")
+    found = {"ours": [], "naive": []}
+
+    def turn(side):
+        text = subprocess.run(
+            [sys.executable, "-c", RBF.format(n=MULTIPLIERS, side=side)], check=True, capture_output=True
+        ).stdout
+        found[side].append(json.loads(text))
+
+    benchmark.pedantic(turn, args=("ours",), setup=lambda: turn("naive"), rounds=2)
+    ours, naive = (np.min(found[side], axis=0) for side in ("ours", "naive"))
+    np.testing.assert_allclose(ours[2], naive[2], rtol=1e-6)
+    name = f"RBF LS-SVR, naive KKT: n = {MULTIPLIERS}"
+    ratios.row(name, "CPU s", ours[0], 2.5, naive[0], naive[0] / ours[0])
+    ratios.row(f"{name}, memory", "GB", ours[1], 2.3, naive[1], naive[1] / ours[1])
+
+
+def test_kalman_smoother_and_filterpy(ratios):
+    """Integrated random walk of 5 states, two of them measured.  Filterpy gives smoothed covariances besides."""
+    kalman = pytest.importorskip("filterpy.kalman", reason="filterpy is not installed (extra `dev`)")
+    n, size, few, rng = 5, 100_000, 2000, np.random.default_rng(7)
+    f, q = random_walk(n, 1e-3)
+    columns, noise, h = np.array([0, 1]), np.array([1.0, 0.3]), np.eye(2, n)
+    outputs = 0.01 * np.cumsum(np.cumsum(rng.normal(size=(size, 2)), axis=0), axis=0) + rng.normal(size=(size, 2))
+
+    def own(rows=size):
+        kept = [np.empty((rows, *shape)) for shape in ((n,), (n, n), (2, n), (2,), (2,))]
+        observers.kalman(f, q, columns, noise, outputs[:rows], np.zeros(n), 10.0 * np.eye(n), *kept, n)
+        states = np.empty((rows, n))
+        observers.smooth(f, columns, *kept, states)
+        return states
+
+    def theirs():
+        known = kalman.KalmanFilter(dim_x=n, dim_z=2)
+        known.x, known.P, known.F, known.Q, known.H, known.R = np.zeros(n), 10.0 * np.eye(n), f, q, h, np.diag(noise)
+        return known.rts_smoother(*known.batch_filter(outputs[:few], update_first=True)[:2])[0]
+
+    ratios.compare("Kalman + RTS, filterpy: 5 states", "samples/s", Side(own, size), Side(theirs, few), 60.0)
+    np.testing.assert_allclose(own(few), theirs(), rtol=1e-5, atol=1e-4)
+
+
+def test_output_error_and_least_squares(ratios):
+    """20 coefficients of kvlcc2-l7 from 1200 samples, both from a start 3 % off.
+
+    Ours estimates the channels' standard deviations along; SciPy is told them, which gives it the same minimum.
+    """
+    record = generate(Case("kvlcc2-l7", "prbs:30deg/8s", "medium", duration_s=119.9, dt_s=0.1))
+    model = resolve("kvlcc2-l7")
+    series = series_of(record, model)
+    problem = Problem(model, (series,), ((),))
+    first = model.coefficients * (1.0 + 0.03 * np.random.default_rng(2).normal(size=model.coefficients.size))
+    found = levenberg_marquardt(problem, first, 60)
+    sd = found.point.sd[series.columns]
+
+    def residuals(c):
+        return (freerun.residuals(model.with_coefficients(c), series, series.start) / sd).ravel()
+
+    def theirs():
+        return least_squares(residuals, first, x_scale=np.abs(first))
+
+    ours = Side(lambda: levenberg_marquardt(problem, first, 60))
+    costs = [0.5 * np.sum(residuals(c) ** 2) for c in (found.z, theirs().x)]
+    remark = "half sums of squares {:.3f} and {:.3f}".format(*costs)
+    ratios.compare(
+        "output error, least_squares: 20 parameters", "fits/s", ours, Side(theirs), 4.0, rounds=3, remark=remark
+    )
+
+
+# ---- starting
+
+FIRST = """
+import time
+from helmbench.models.model import resolve
+from helmbench.models.simulate import initial_state, inputs_of, simulate
+import numpy as np
+start = time.process_time()
+model = resolve("mariner")
+simulate(model, inputs_of(model, np.zeros(100)), 0.1, initial_state(model))
+print(time.process_time() - start)
+"""
+SMALLEST = """
+import time
+import numpy as np
+start = time.process_time()
+from numba import njit
+@njit("f8(f8[::1])", cache=True)
+def first(x):
+    return x[0]
+first(np.zeros(1))
+print(time.process_time() - start)
+"""
+
+
+def test_first_call_of_a_cached_kernel(ratios, benchmark, tmp_path):
+    """Import of numba, vessel file and kernels in a fresh process; numba's own share is that of a one-line kernel."""
+    files, taken = {"ours": tmp_path / "ours.py", "numba": tmp_path / "smallest.py"}, {"ours": [], "numba": []}
+    for side, text in zip(files, (FIRST, SMALLEST), strict=True):
+        files[side].write_text(text)
+
+    def turn(side):
+        printed = subprocess.run([sys.executable, files[side]], check=True, capture_output=True).stdout
+        taken[side].append(float(printed))
+
+    benchmark.pedantic(turn, args=("ours",), setup=lambda: turn("numba"), rounds=5, warmup_rounds=1)
+    ours, smallest = (min(values[1:]) for values in taken.values())
+    name = "first call of a cached kernel, numba's share"
+    ratios.row(name, "CPU s", ours, "< 0.5", smallest, smallest / ours)
+
+
+def test_help(ratios, benchmark):
+    def helped():
+        subprocess.run([sys.executable, "-m", "helmbench", "--help"], check=True, capture_output=True)
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        total.append(used.ru_utime + used.ru_stime)
+
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    total = [used.ru_utime + used.ru_stime]
+    benchmark.pedantic(helped, rounds=5, warmup_rounds=1)
+    ratios.row("helmbench --help", "CPU s", float(np.diff(total)[1:].min()), "< 0.3")
+
+
+# ---- cost against the number of samples
+
+
+@pytest.fixture(scope="module")
+def records():
+    """A vessel's records by number of samples; each is made when it is asked for, and kept."""
+    made = {}
+
+    def of(vessel, n):
+        if (vessel, n) not in made:
+            dt = float(resolve(vessel).suite["dt_s"])
+            made[vessel, n] = generate(Case(vessel, STEERED[vessel], "medium", duration_s=(n - 1) * dt))
+        return made[vessel, n]
+
+    return of
+
+
+def fit_time(name, vessel, record):
+    """Least CPU time (s) of three fits, of one if that takes a second; CannotFit if the method does not apply."""
+    model, taken = resolve(vessel).blanked(), []
+    while len(taken) < 3 and not (taken and taken[-1] > 1.0):
+        start = time.process_time()
+        with contextlib.suppress(FitFailed):
+            make(name).fit([record], model)
+        taken.append(time.process_time() - start)
+    return min(taken)
+
+
+@pytest.mark.parametrize("name", methods())
+def test_cost_against_samples(ratios, benchmark, records, name):
+    """Up to 10^6 samples, or as many as are expected to take less than `LONGEST_FIT_S`."""
+    (vessel, fallback), taken = STEERED, {}
+    try:
+        fit_time(name, vessel, records(vessel, SIZES[0]))
+    except CannotFit:
+        vessel = fallback
+    benchmark.pedantic(fit_time, args=(name, vessel, records(vessel, SIZES[0])), rounds=1)
+    for n in SIZES:
+        expected = 10.0 * taken[n // 10] if taken else 0.0
+        if expected > LONGEST_FIT_S:
+            break
+        taken[n] = fit_time(name, vessel, records(vessel, n))
+    logs = np.log10(list(taken)), np.log10(list(taken.values()))
+    last = np.diff(logs[1])[-1]
+    left_out = "" if len(taken) == len(SIZES) else f"; 1e6 left out, about {expected:.0f} s"
+    times = " ".join(f"{value:.3g}" for value in taken.values())
+    remark = f"{vessel}: {times} s; last decade {last:.2f}{left_out}"
+    ratios.row(f"cost against samples: {name}", "slope", float(np.polyfit(*logs, 1)[0]), "1.0+-0.1", remark=remark)
