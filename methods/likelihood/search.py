@@ -85,7 +85,7 @@ def fit_output_error(
     fixed = held(free)
     bound = [levenberg_marquardt(fixed, fixed.start(own), (most + 1) // 2, ROUGH) for own in tried]
     best = min(bound, key=lambda minimum: minimum.cost)
-    if left is not None and _misfit(fixed, weighed, left.minimum) < _misfit(fixed, weighed, best):
+    if left is not None and _misfit(fixed, left.minimum) < _misfit(fixed, best):
         return _finished(replace(left.chain, sensor=None), left.minimum, False, found + bound, most)
     if not np.isfinite(best.cost):
         raise FitFailed("the simulation diverges from every start")
@@ -113,15 +113,15 @@ def _by_shooting(
         if adequate(shot.chain, shot.minimum.point, ADEQUATE):
             chain = replace(shot.chain, sensor=None)
             return _finished(chain, shot.minimum, True, found, most), None, ends
-        if _misfit(weighed, weighed, found[-1]) > ADEQUATE**2 * _misfit(weighed, weighed, shot.minimum):
+        if _misfit(weighed, found[-1]) > ADEQUATE**2 * _misfit(weighed, shot.minimum):
             left.append(shot)
     return None, min(left, key=lambda shot: shot.minimum.cost, default=None), ends
 
 
-def _misfit(problem: Problem, weighed: Problem, minimum: Minimum) -> float:
+def _misfit(problem: Problem, minimum: Minimum) -> float:
     """Sum of the squared residuals in the problem's channels, in units of their sensors' noise."""
-    used, sensor = problem.counts > 0, weighed.sensor
-    return float(np.sum(minimum.point.squares[used] / sensor[used] ** 2))
+    used = problem.counts > 0
+    return float(np.sum(minimum.point.squares[used] / sensor_sd_of(problem)[used] ** 2))
 
 
 def _approached(weighed: Problem, start: np.ndarray) -> tuple[np.ndarray, int]:

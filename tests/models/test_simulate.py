@@ -64,7 +64,7 @@ def test_rk4_agrees_with_an_adaptive_integrator(vessel, rng):
 
 
 def test_sensitivities_agree_with_finite_differences(vessel, rng):
-    """At one width at least: wide ones are coarse, and a kink (gamma_R port, starboard) may lie between the two ends."""
+    """At one width at least: wide ones are coarse, and a kink (gamma_R port, starboard) may lie between the ends."""
     dt, inputs, x0 = course(vessel, rng)
     initial = (0, 1)
     states, columns = sensitivities(vessel, inputs, dt, x0, initial=initial)
