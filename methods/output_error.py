@@ -151,7 +151,7 @@ def _fit(outcome: Outcome) -> Fit:
         "channels": [names[i] for i in used],
         "residual_sd": {names[i]: float(rms[i]) for i in used},
         "explains_records": outcome.adequate,
-        "initial_states": "estimated" if outcome.adequate else "record",
+        "initial_states": "estimated" if outcome.adequate or isinstance(problem, Chain) else "record",
         "attempts": outcome.n_attempts,
         "cost": minimum.cost,
     }

@@ -14,7 +14,7 @@ from .horizons import grown, short
 from .loss import Loss
 from .minimiser import ROUGH, Minimum, levenberg_marquardt
 from .problem import Problem, adequate, held, released, sensor_sd_of
-from .shooting import ITERATIONS, shoot
+from .shooting import ITERATIONS, Shot, shoot
 from .unknowns import Unknowns
 
 if TYPE_CHECKING:
@@ -64,9 +64,9 @@ def fit_output_error(
     """
     free = released(series, model, unknowns, loss)
     weighed = replace(free, sensor=sensor_sd_of(free))
-    ranked = _ranked(weighed, starts)
+    ranked, left = _ranked(weighed, starts), None
     if shooting > 1:
-        outcome, ranked = _by_shooting(free, weighed, ranked, most, shooting)
+        outcome, left, ranked = _by_shooting(free, weighed, ranked, most, shooting)
         if outcome is not None:
             return outcome
     tried: list[np.ndarray] = []
@@ -85,6 +85,8 @@ def fit_output_error(
     fixed = held(free)
     bound = [levenberg_marquardt(fixed, fixed.start(own), (most + 1) // 2, ROUGH) for own in tried]
     best = min(bound, key=lambda minimum: minimum.cost)
+    if left is not None and _misfit(fixed, left.minimum) < _misfit(fixed, best):
+        return _finished(replace(left.chain, sensor=None), left.minimum, False, found + bound, most)
     if not np.isfinite(best.cost):
         raise FitFailed("the simulation diverges from every start")
     return _finished(fixed, best, False, found + bound, most)
@@ -92,24 +94,34 @@ def fit_output_error(
 
 def _by_shooting(
     free: Problem, weighed: Problem, starts: Sequence[np.ndarray], most: int, stretches: int
-) -> tuple[Outcome | None, list[np.ndarray]]:
-    """The first fit by multiple shooting that explains the records; without one, where its runs ended.
+) -> tuple[Outcome | None, Shot | None, list[np.ndarray]]:
+    """The first fit by multiple shooting that explains the records; the best chain that no run follows; the ends.
 
     Runs over whole records close the trajectory; where they leave it (an unstable ship, a long record), the chain of
-    stretches itself is the fit.
+    stretches itself is the fit.  It need not explain the records: a rudder sensor's noise alone moves the heading of
+    an unstable ship by more than a compass errs.
     """
     ends: list[np.ndarray] = []
     found: list[Minimum] = []
+    left: list[Shot] = []
     for start in starts:
         shot = shoot(weighed, start, stretches, most)
         ends.append(shot.minimum.z[: weighed.own])
         found.append(_released_fit(free, weighed, shot.chain.first(shot.minimum.z), most, shot.n_iterations))
         if adequate(free, found[-1].point, ADEQUATE):
-            return _finished(free, found[-1], True, found, most), ends
+            return _finished(free, found[-1], True, found, most), None, ends
         if adequate(shot.chain, shot.minimum.point, ADEQUATE):
             chain = replace(shot.chain, sensor=None)
-            return _finished(chain, shot.minimum, True, found, most), ends
-    return None, ends
+            return _finished(chain, shot.minimum, True, found, most), None, ends
+        if _misfit(weighed, found[-1]) > ADEQUATE**2 * _misfit(weighed, shot.minimum):
+            left.append(shot)
+    return None, min(left, key=lambda shot: shot.minimum.cost, default=None), ends
+
+
+def _misfit(problem: Problem, minimum: Minimum) -> float:
+    """Sum of the squared residuals in the problem's channels, in units of their sensors' noise."""
+    used = problem.counts > 0
+    return float(np.sum(minimum.point.squares[used] / sensor_sd_of(problem)[used] ** 2))
 
 
 def _approached(weighed: Problem, start: np.ndarray) -> tuple[np.ndarray, int]:

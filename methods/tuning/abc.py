@@ -205,17 +205,27 @@ def _next(distribution: IntDistribution | FloatDistribution, own: Any, direction
 def neighbour(
     space: Mapping[str, BaseDistribution], own: Mapping[str, Any], other: Mapping[str, Any], rng: np.random.Generator
 ) -> dict[str, Any]:
-    """Parameters that differ from `own` in one, moved along the line to `other`."""
+    """Parameters that differ from `own` in one, moved along the line to `other`.
+
+    Categories have no line and may move where both agree: one that all sources share would never be left.
+    """
     fits = {name for name in space if _holds(space[name], own, name)}
     params = {name: own[name] if name in fits else anywhere(space[name], rng) for name in space}
-    differing = [name for name in sorted(fits) if _holds(space[name], other, name) and own[name] != other[name]]
+    shared = [name for name in sorted(fits) if _holds(space[name], other, name)]
+    differing = [name for name in shared if own[name] != other[name]]
     if differing:
-        name = differing[rng.integers(len(differing))]
+        movable = [name for name in shared if name in differing or _kinds(space[name]) > 1]
+        name = movable[rng.integers(len(movable))]
         params[name] = beside(space[name], own[name], other[name], rng)
     elif fits == set(space):
         name = sorted(fits)[rng.integers(len(fits))]
         params[name] = anywhere(space[name], rng)
     return params
+
+
+def _kinds(distribution: BaseDistribution) -> int:
+    """Number of a categorical distribution's choices; 0 for numbers."""
+    return len(distribution.choices) if isinstance(distribution, CategoricalDistribution) else 0
 
 
 def _holds(distribution: BaseDistribution, params: Mapping[str, Any], name: str) -> bool:

@@ -38,7 +38,8 @@ def test_ridge_gcv_shrinks_more_with_more_noise(rng):
     a, x = problem(rng)
     noise = rng.normal(size=300)
     quiet, loud = (ridge(factor_of(a, a @ x + sd * noise), 300, None) for sd in (1e-6, 30.0))
-    assert quiet[0] == pytest.approx(x, rel=1e-4)
+    error = 1e-6 * np.sqrt(np.diag(np.linalg.inv(a.T @ a)))
+    assert np.all(np.abs(quiet[0] - x) < 6.0 * error)
     assert quiet[2] < loud[2] and quiet[3] > loud[3]
 
 
@@ -77,7 +78,7 @@ def test_tls_removes_the_bias_and_states_its_error(rng):
     """20 % noise on two columns, one exact: least squares is 4 % low, total least squares is not."""
     x, found, plain, stated = np.array([1.0, -2.0, 0.5]), [], [], []
     base = rng.normal(size=(2000, 3))
-    for _ in range(60):
+    for _ in range(120):
         noisy = base + rng.normal(size=base.shape) * [0.2, 0.0, 0.2]
         b = base @ x + 0.2 * rng.normal(size=2000)
         solution = total(factor_of(noisy, b), 2000, np.array([0.2, 0.0, 0.2, 0.2]))
@@ -86,7 +87,7 @@ def test_tls_removes_the_bias_and_states_its_error(rng):
         plain.append(np.linalg.lstsq(noisy, b, rcond=None)[0])
     assert np.mean(found, axis=0) == pytest.approx(x, abs=0.01)
     assert np.mean(plain, axis=0)[0] == pytest.approx(1.0 / 1.04, abs=0.01)
-    assert np.mean(stated, axis=0) == pytest.approx(np.std(found, axis=0), rel=0.4)
+    assert np.all(np.abs(np.log(np.std(found, axis=0) / np.mean(stated, axis=0))) < 0.3)  # scatters by .065
 
 
 def test_tls_of_exact_columns_is_least_squares(rng):

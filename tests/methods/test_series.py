@@ -20,9 +20,9 @@ def test_sensor_noise_is_read_off_the_record(rng, sd):
 
 
 def test_outliers_and_gaps_hardly_move_it(rng):
-    values = 1e-3 * rng.normal(size=4000)
-    values[rng.integers(4000, size=40)] = np.nan
-    values[rng.integers(4000, size=80)] += 1.0
+    values = 1e-3 * rng.normal(size=40000)
+    values[rng.integers(40000, size=400)] = np.nan
+    values[rng.integers(40000, size=800)] += 1.0
     assert sensor_sd(values) == pytest.approx(1e-3, rel=0.15)
 
 

