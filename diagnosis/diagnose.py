@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 MOST_SPIKES = 2
-RIVAL_NATS, EXTRA_NATS = 4.0, 6.0
-"""Log likelihood by which an unknown effect must beat all that was named, and as much again for each further term."""
+RIVAL_NATS = 2.0
+"""Log likelihood, less the log of how many were tried, by which an unknown effect must beat all that was named."""
 
 
 @dataclass(frozen=True)
@@ -194,13 +194,15 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
     rival = search.rival
     found = selection.best_unknown(search, before, threshold) if search.accepted else rival
     if found is None and rival is not None and search.accepted:
-        margin = RIVAL_NATS + EXTRA_NATS * (len(rival.variant) - 1)
-        found = rival if rival.now.log_likelihood > before + margin else None
+        named = sum(np.log(a.tests * search.n_effective) for a in search.accepted)
+        unnamed = len(rival.variant) * np.log(search.n_features)
+        found = rival if rival.now.log_likelihood - unnamed > before - named + RIVAL_NATS else None
     if found is not None:
         return found
     tests = [
         *unknown.activity_tests(search.est, search.now),
         *unknown.whiteness_tests(search.est, search.now),
+        *selection.size_tests(search),
     ]
     line = unknown.line_test(search.est, search.now)
     tests.append((f"a line at {line[1]:.3g} rad/s", line[0]))

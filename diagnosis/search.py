@@ -32,8 +32,8 @@ SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN = 0.5, 0.2, 0.3
 """How the family-wise level is spent: first cause, later ones, effects outside the bank."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
-MIMICRY = 1e-4
-"""Share of the accepted causes' statistic that further ones must exceed: 1 % of their effect, as no cause (a rudder's
+MIMICRY = 4e-4
+"""Share of the accepted causes' strength that further ones must exceed: 2 % of their effect, as no cause (a rudder's
 corners between samples, a limit's onset) is described to better than that."""
 DEGREE = np.pi / 180.0
 
@@ -548,7 +548,8 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
     before -= 0.5 * gain
     chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
     found += [refit_features(search, t.features, before, t.tests) for t in chosen]
-    passed = [c for c in found if c.log_p < threshold and c.statistic > mimicry(search)]
+    least = mimicry(search)
+    passed = [c for c in found if c.log_p < threshold and c.statistic > least]
     return min(passed, key=lambda c: c.log_p) if passed else None
 
 
@@ -574,7 +575,20 @@ def select(search: Search, most: int) -> None:
 
 def mimicry(search: Search) -> float:
     """Evidence that the accepted causes leave behind because no cause describes a large effect exactly."""
-    return MIMICRY * sum(a.statistic for a in search.accepted)
+    return MIMICRY * sum(strengths(search)) if search.accepted else 0.0
+
+
+def strengths(search: Search) -> list[float]:
+    """Squares of the accepted causes' sizes in units of their standard errors, or their statistics where larger."""
+    found, spread, at = [], covariance(search), len(search.nuisance)
+    for a in search.accepted:
+        k = 1 if CAUSES[a.cause].profile or a.cause == "rudder_fault" else len(a.variant)
+        size = np.array([search.est.value(search.setting, p) for p in a.variant[:k]])
+        block = spread[at : at + k, at : at + k]
+        wald = float(size @ np.linalg.pinv(block, hermitian=True) @ size) if a.variant else 0.0
+        found.append(max(wald, a.statistic))
+        at += len(a.variant)
+    return found
 
 
 def settle(search: Search) -> None:
@@ -653,6 +667,18 @@ def _delete(search: Search) -> None:
         if log_tail(gain, len(old.variant)) > np.log(search.alpha / search.n_effective):
             search.accepted, search.setting, search.now = kept, setting, now
             search.ties.pop(old.cause, None)
+
+
+def size_tests(search: Search) -> list[tuple[str, float]]:
+    """Log p-values of the accepted causes having one size throughout."""
+    est, at, own = search.est, len(search.nuisance), {}
+    columns = est.column(search.setting, search.now, search.parameters) if search.parameters else np.zeros((0, 1))
+    for a in search.accepted:
+        if a.variant:
+            own[a.cause] = columns[at : at + len(a.variant)]
+        at += len(a.variant)
+    projector = Projector(search.now, columns, search.precisions(0))
+    return unknown.size_tests(est, search.now, projector, own) if own else []
 
 
 def covariance(search: Search) -> np.ndarray:

@@ -8,12 +8,16 @@ the manoeuvre are too large there and too small elsewhere.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
+
+if TYPE_CHECKING:
+    from .evidence import Projector
 
 LAGS_S = (5.0, 12.0, 30.0, 75.0)
 WINDOWS = 24
@@ -205,6 +209,41 @@ def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
             t = np.sum((z - z.mean()) * h) / np.sqrt(used.sum() * max(np.var(z), 1e-12))
             out.append((f"{SYMBOLS[c]} with {label}", float(np.log(2.0) + norm.logsf(abs(t)))))
     return out
+
+
+def size_tests(
+    est: Estimator, now: Innovations, projector: Projector, columns: Mapping[str, np.ndarray]
+) -> list[tuple[str, float]]:
+    """Log p-values of each named cause having one size: in every record, early and late, to both sides, hard and soft.
+
+    What a cause only mimics asks for another size of it elsewhere.  columns : for each cause the derivatives (k, N*6)
+    of the innovations by its parameters; projector : with all of them projected out.
+    """
+    from .evidence import log_tail
+
+    out = []
+    for label, weight in _conditions(est, now).items():
+        for cause, own in columns.items():
+            parted = (own.reshape(len(own), -1, 6) * weight[:, None]).reshape(len(own), -1)
+            out.append((f"{cause} of another size with {label}", log_tail(projector.score(parted).statistic, len(own))))
+    return out
+
+
+def _conditions(est: Estimator, now: Innovations) -> dict[str, np.ndarray]:
+    """Weights (N,) of all samples between -1 and 1, with or against a condition."""
+    r = now.states[:, list(est.kernels.STATES).index("r")]
+    rudder = np.concatenate([np.abs(d.rudder) for d in est.data])
+    late = np.concatenate([d.time > 0.5 * d.time[-1] for d in est.data])
+    owner = np.concatenate([np.full(d.time.size, i) for i, d in enumerate(est.data)])
+    found = {
+        "time": late,
+        "the turn's side": r > 0.0,
+        "yaw rate": np.abs(r) > np.median(np.abs(r)),
+        "rudder angle": rudder > np.median(rudder),
+    }
+    if len(est.data) > 1:
+        found |= {f"record {d.name}": owner == i for i, d in enumerate(est.data)}
+    return {label: np.where(chosen, 1.0, -1.0) for label, chosen in found.items()}
 
 
 def rate_statistic(est: Estimator, now: Innovations) -> float:
