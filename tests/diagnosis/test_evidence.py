@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from helmbench.diagnosis.evidence import Projector, canonical_correlation, effective_number, log_tail
+from helmbench.diagnosis.evidence import Projector, canonical_correlation, effective_number, independent, log_tail
 from helmbench.methods.innovations.estimator import Innovations
 
 
@@ -55,6 +55,14 @@ def test_equal_causes_count_once_and_different_ones_each(rng):
     others = [[rng.standard_normal((1, noise.size))] for _ in range(10)]
     assert effective_number(projector, [one] * 10, rng) == pytest.approx(1.0, abs=0.35)
     assert effective_number(projector, others, rng) == pytest.approx(10.0, rel=0.35)
+
+
+def test_columns_count_as_many_tests_as_they_are_independent(rng):
+    residual = rng.standard_normal(6 * 2000)
+    apart = rng.standard_normal((20, residual.size))
+    assert independent(rng, np.repeat(apart[:1], 20, axis=0), residual) == pytest.approx(1.0, abs=0.5)
+    assert independent(rng, apart, residual) == pytest.approx(20.0, rel=0.5)
+    assert independent(rng, apart[:0], residual) == 1.0
 
 
 def test_canonical_correlation_of_equal_and_of_orthogonal_causes(rng):

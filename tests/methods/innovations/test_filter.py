@@ -141,13 +141,21 @@ def test_rudder_fault_sets_in_within_a_step(wiggle):
 
 
 def test_rudder_limits(wiggle):
+    """The rate first, as the gear does, and between the samples too."""
     time, rudder = wiggle
-    held = np.clip(rudder, -0.12, 0.12)
-    limited = [held[0]]
-    for value in held[1:]:
-        limited.append(limited[-1] + np.clip(value - limited[-1], -0.02, 0.02))
-    fine, found = _acting(time, rudder, rudder_limit=0.12, rudder_rate=0.04)
-    assert found == pytest.approx(np.interp(fine, time, limited), abs=1e-12)
+    fine, found = _acting(time, rudder, parts=4, rudder_limit=0.12, rudder_rate=0.04)
+    command = np.interp(fine, time, rudder)
+    limited = [command[0]]
+    for value in command[1:]:
+        limited.append(limited[-1] + np.clip(value - limited[-1], -0.04 * 0.125, 0.04 * 0.125))
+    assert found == pytest.approx(np.clip(limited, -0.12, 0.12), abs=1e-12)
+
+
+def test_a_play_far_below_the_noise_changes_nothing(wiggle, rng):
+    time, rudder = wiggle
+    noisy = rudder + 0.01 * rng.normal(size=rudder.size)
+    fine, found = _acting(time, noisy, noise=0.01, rudder_play=1e-7)
+    assert found == pytest.approx(np.interp(fine, time, noisy), abs=1e-5)
 
 
 def test_rudder_backlash(wiggle):

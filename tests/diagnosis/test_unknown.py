@@ -1,0 +1,34 @@
+"""A named cause has one size: what it only mimics asks for another elsewhere."""
+
+import numpy as np
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.diagnosis.evidence import Projector
+from helmbench.diagnosis.unknown import size_tests
+from helmbench.methods.innovations.estimator import Estimator
+from helmbench.models.model import resolve
+
+
+def _tests(share, seed):
+    """Log p-values where a cause's column stands `share` larger in the second half of each record."""
+    rng = np.random.default_rng(seed)
+    est = Estimator(resolve("response-1"), [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
+    now = est.evaluate(est.start())
+    n = len(now.e)
+    late = est.data[0].time > 0.5 * est.data[0].time[-1]
+    column = rng.standard_normal((n, 6))
+    e = rng.standard_normal((n, 6)) - share * column * np.where(late, 1.0, -1.0)[:, None]
+    now = now._replace(e=e)
+    columns = column.reshape(1, -1)
+    return dict(size_tests(est, now, Projector(now, columns), {"rudder_offset": columns}))
+
+
+def test_another_size_in_the_second_half_is_seen(seed):
+    found = _tests(0.2, seed)
+    assert min(found, key=lambda label: found[label]) == "rudder_offset of another size with time"
+    assert found["rudder_offset of another size with time"] < -10.0
+
+
+def test_one_size_throughout_is_believed(seed):
+    """Of four tests none below e^-9.5 (chance 3 in 10,000)."""
+    assert min(_tests(0.0, seed).values()) > -9.5
