@@ -439,7 +439,9 @@ def second_order_lead(est: Estimator) -> list[Variant] | str:
     if "lead" not in est.index:
         return "only for first-order response models: others have it"
     lead = Parameter("lead", "1", ((est.index["lead"], 1.0),), scale=0.02, low=-20.0, high=5.0)
-    time = Parameter("T2", "s", ((est.index["lead_T2"], 1.0),), scale=0.2, low=-9.98, high=200.0)
+    step = float(np.median(np.diff(est.data[0].time)))  # what is faster than the sampling is not told
+    base = est.base[est.index["lead_T2"]]
+    time = Parameter("T2", "s", ((est.index["lead_T2"], 1.0),), scale=0.2, low=step - base, high=200.0)
     return [(lead, time)]
 
 

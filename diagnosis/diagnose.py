@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..datasets.instruments import corrected
 from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from ..methods.innovations.layout import OUTER
 from ..models.errors import BadInput
 from . import gain as gains
+from . import kinematics, unknown, verdict
 from . import search as selection
-from . import unknown, verdict
 from .causes import CAUSES, testable
 from .evidence import log_tail
 from .extend import extended_model
@@ -89,6 +90,10 @@ def diagnose(
     started = time.perf_counter(), time.process_time()
     rng = np.random.default_rng(options.seed)
     records, flags = put_right(prepared([*train, *held_out], model, options), model)
+    tracks = kinematics.Tracks()
+    if not {"v", "x", "y"} <= set(model.states):
+        tracks = kinematics.compare(records[: len(train)], options.alpha, options.only)
+        records = [corrected(r, dict(tracks.instruments)) for r in records]
     fitted, others = records[: len(train)], records[len(train) :]
     if options.base_parameters == "identify":
         model = identified(model, fitted)
@@ -105,8 +110,8 @@ def diagnose(
         sensors = {est.index[name] for name in OUTER if name.startswith(("scale_", "bias_", "delay_", "misalignment"))}
         moved = [p for p in search.parameters if not {index for index, _ in p.slots} & sensors]
         final = gains.fitted_to_simulate(est, final, moved)
-    findings = [*_flag_findings(flags), *_spike_findings(est), *_findings(search, rng)]
-    extended = extended_model(est, final, [a.cause for a in search.accepted], flags)
+    findings = [*_flag_findings(flags), *tracks.findings, *_spike_findings(est), *_findings(search, rng)]
+    extended = extended_model(est, final, [a.cause for a in search.accepted], flags, tracks)
     measured = _gain(search, final, others, options, rng)
     said, reason = verdict.decide(poor, left, findings)
     return Diagnosis(
@@ -119,7 +124,7 @@ def diagnose(
         verdict=said,
         reason=reason,
         causes=tuple(findings) if said != "inconclusive" else (),
-        bank=_bank(search, cannot, flags, findings),
+        bank=_bank(search, cannot, flags, findings, dict(tracks.statistics)),
         gain=measured[0],
         hypothesis=_hypothesis(search, left, others),
         noise=_noise(est, search.setting),
@@ -133,7 +138,6 @@ def diagnose(
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
     """Records in the model's rudder sign, behind its instruments, with the chosen channels only."""
-    from ..datasets.instruments import corrected
     from ..datasets.record import RUDDERS
 
     out = []
@@ -292,7 +296,11 @@ def _evidence(a: Candidate, tests: float) -> str:
 
 
 def _bank(
-    search: Search, cannot: dict[str, str], flags: Sequence[Flag], findings: Sequence[Finding]
+    search: Search,
+    cannot: dict[str, str],
+    flags: Sequence[Flag],
+    findings: Sequence[Finding],
+    tracks: Mapping[str, float],
 ) -> tuple[Entry, ...]:
     """One line for every cause of the taxonomy."""
     named = {f.cause: f for f in findings}
@@ -311,6 +319,9 @@ def _bank(
             statistic, adjusted = named[name].statistic, named[name].p_adjusted
         elif name in tied:
             status, why = "tied", f"cannot be told from {tied[name].cause} on these records"
+        elif name in tracks:
+            statistic, adjusted = tracks[name], float(min(1.0, len(tracks) * np.exp(log_tail(tracks[name], 1))))
+            status, why = "not_significant", "heading, log and positions agree without it"
         elif name in cannot:
             status, why = "not_testable", cannot[name]
         elif name in search.in_span:

@@ -14,6 +14,7 @@ from ..models.families.extensions import EXTENSIONS, carries
 from ..models.instruments import SENSORS, SWAPS, combined
 from ..models.model import Model
 from .flags import Flag
+from .kinematics import Tracks
 
 TERMS = {
     "yaw_damping_quadratic": ("added_Nr_absr",),
@@ -53,7 +54,9 @@ INSTRUMENT_OF = {
 """Entry of the filter's parameter vector -> instrument of a model."""
 
 
-def extended_model(est: Estimator, s: Setting, causes: Sequence[str], flags: Sequence[Flag] = ()) -> Model:
+def extended_model(
+    est: Estimator, s: Setting, causes: Sequence[str], flags: Sequence[Flag] = (), tracks: Tracks | None = None
+) -> Model:
     """The model at a setting with the causes as extensions of its family, else as instruments.
 
     A quantity per record enters as its mean over the training records.
@@ -75,11 +78,12 @@ def extended_model(est: Estimator, s: Setting, causes: Sequence[str], flags: Seq
             own = [x * est.unit[0] for x in own]
         values += own
         taken |= {est.index[slot] for slot in slots}
+    before = _switches(flags) | dict(tracks.instruments if tracks else ())
     extended = replace(model, id=_named(model, causes), family=family, coefficients=np.array(values, float))
     return replace(
         extended,
         constants=_constants(extended, est),
-        instruments=combined(model.instruments, {**_instruments(est, row, taken), **_switches(flags)}),
+        instruments=combined(model.instruments, {**_instruments(est, row, taken), **before}),
     )
 
 

@@ -166,11 +166,12 @@ def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Proje
     longest = max(d.time[-1] for d in est.data)
     at = est.index["fault_time"]
     columns, places = [], []
+    owners = [None, *range(len(est.data))] if len(est.data) > 1 else [0]
     for t in np.linspace(0.0, longest, FAULT_GRID + 2)[1:-1]:
         p = s.p.copy()
         p[:, at] = t
         column = est.column(replace(s, p=p), now, fault_variant(est, None)[:1])[0].reshape(-1, 6)
-        for record in [None, *range(len(est.data))]:
+        for record in owners:
             rows = slice(None) if record is None else slice(est.edges[record], est.edges[record + 1])
             part = np.zeros_like(column)
             part[rows] = column[rows]
