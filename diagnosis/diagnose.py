@@ -14,14 +14,13 @@ from ..methods.innovations.estimator import Estimator, Parameter, Setting
 from ..methods.innovations.layout import OUTER
 from ..models.errors import BadInput
 from . import gain as gains
-from . import kinematics, unknown, verdict
-from . import search as selection
+from . import hypotheses, kinematics, selection, unknown, verdict
 from .causes import CAUSES, testable
 from .evidence import log_tail
 from .extend import extended_model
 from .flags import Flag, put_right
 from .result import Diagnosis, Entry, Finding
-from .search import Candidate, Search
+from .search import SHARE_UNKNOWN, Candidate, Search, channel_name, covariance, mimicry
 from .sizes import sizes_of
 
 if TYPE_CHECKING:
@@ -194,9 +193,9 @@ def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Paramete
 def _unexplained(search: Search, options: Options) -> Candidate | None:
     """An effect outside the bank that the innovations still ask for, or that alone beats all that was named."""
     before = search.now.log_likelihood
-    threshold = np.log(options.alpha * selection.SHARE_UNKNOWN)
+    threshold = np.log(options.alpha * SHARE_UNKNOWN)
     rival = search.rival
-    found = selection.best_unknown(search, before, threshold) if search.accepted else rival
+    found = hypotheses.best_unknown(search, before, threshold) if search.accepted else rival
     if found is None and rival is not None and search.accepted:
         named = sum(np.log(a.tests * search.n_effective) for a in search.accepted)
         unnamed = len(rival.variant) * np.log(search.n_features)
@@ -211,7 +210,7 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
     line = unknown.line_test(search.est, search.now)
     tests.append((f"a line at {line[1]:.3g} rad/s", line[0]))
     label, log_p = min(tests, key=lambda t: t[1])
-    if log_p + np.log(len(tests)) < min(threshold, -0.5 * selection.mimicry(search)):
+    if log_p + np.log(len(tests)) < min(threshold, -0.5 * mimicry(search)):
         return Candidate(
             f"unknown:{label}", (), log_p + np.log(len(tests)), -2.0 * log_p, search.setting, search.now, True
         )
@@ -250,12 +249,12 @@ def _spike_findings(est: Estimator) -> list[Finding]:
 
 
 def _findings(search: Search, rng: np.random.Generator) -> list[Finding]:
-    est, covariance = search.est, selection.covariance(search)
+    est, spread = search.est, covariance(search)
     at = len(search.nuisance)
     found = []
     for a in search.accepted:
         k = len(a.variant)
-        block = covariance[at : at + k, at : at + k]
+        block = spread[at : at + k, at : at + k]
         at += k
         sizes = sizes_of(est, search.setting, a.cause, a.variant, block, rng)
         adjusted = float(min(1.0, np.exp(a.log_p + np.log(search.n_effective))))
@@ -378,9 +377,9 @@ def _hypothesis(search: Search, left: Candidate | None, records: Sequence[Record
         assert p.series is not None
         axis = p.series[0]
         names = ("X", "Y", "N") if est.n_forces == 3 else ("N", "N rate")
-        where = names[axis] if axis < est.n_forces else f"channel {selection.channel_name(axis - est.n_forces)}"
+        where = names[axis] if axis < est.n_forces else f"channel {channel_name(axis - est.n_forces)}"
         terms.append({"term": p.name.rpartition(":")[0], "acts_on": where, "size": est.value(left.setting, p)})
-    confirmed = selection.confirmed(search, left, records) if left.variant and records else None
+    confirmed = hypotheses.confirmed(search, left, records) if left.variant and records else None
     return {
         "hypothesis": left.cause.removeprefix("unknown:"),
         "terms": terms,
@@ -390,7 +389,7 @@ def _hypothesis(search: Search, left: Candidate | None, records: Sequence[Record
 
 
 def _noise(est: Estimator, s: Setting) -> dict[str, Any]:
-    names = [selection.channel_name(c) for c in range(6)]
+    names = [channel_name(c) for c in range(6)]
     nf = est.n_forces
     return {
         "sensor_sd": {names[c]: float(s.noise[c]) for c in np.flatnonzero(est.channels)},

@@ -113,7 +113,7 @@ def fit_cause(runs: FreeRuns, before: Fit, entry: Cause, variants: Sequence[Vari
 
 def _fit_fault(runs: FreeRuns, before: Fit) -> tuple[Variant, Fit]:
     """A loss of effectiveness from the best of a few times on."""
-    from .search import fault_variant
+    from .screening import fault_variant
 
     e, t0 = fault_variant(runs.est, None)
     times = np.linspace(0.0, float(runs.est.data[0].time[-1]), FAULT_TIMES + 2)[1:-1]

@@ -1,0 +1,118 @@
+"""Causes that are scanned instead of scored: their derivative at the null says nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..methods.innovations.estimator import Innovations, Setting
+from . import unknown
+from .search import Candidate, Search, candidate
+
+DEGREE = np.pi / 180.0
+
+
+def try_waves(search: Search, before: float) -> Candidate | None:
+    """Narrow-band motion on heading and yaw rate: scanned, then refined by a bounded simplex search."""
+    from scipy.optimize import minimize
+
+    est, s = search.est, search.setting
+    if not est.channels[:2].any():
+        return None
+    clock = est.clock
+    slots = [est.index[n] for n in ("wave_frequency", "wave_damping", "wave_rms")]
+    low = np.log([0.25 / clock, 0.02, 1e-5])
+    high = np.log([2.2 / clock, 0.5, 0.2])
+
+    def at(base: Setting, values: Sequence[float] | np.ndarray) -> Setting:
+        p = base.p.copy()
+        p[:, slots] = values
+        return replace(base, p=p)
+
+    quiet = s.noise.copy()
+    quiet[:6] = np.minimum(quiet[:6], 1.05 * search.start.noise[:6])
+    options = []
+    for gusts in (1.0, 0.0):
+        noise = quiet.copy()
+        noise[6 : 6 + est.n_forces] *= gusts
+        for omega in (0.4, 0.55, 0.75, 1.0):
+            for rms in (0.03 * DEGREE, 0.12 * DEGREE, 0.5 * DEGREE):
+                options.append(at(replace(s, noise=noise), (omega / clock, 0.1, rms)))
+        if not s.noise[6 : 6 + est.n_forces].any():
+            break
+    gains = [n.log_likelihood for n in est.many(options)]
+    best = int(np.argmax(gains))
+    if gains[best] < before + 4.0:
+        return None
+    s = options[best]
+    x = np.log(s.p[0, slots])
+    for _ in range(3):
+        s, _ = est.fit_noise(s, 3)
+
+        def cost(y: np.ndarray, base: Setting = s) -> float:
+            inside = np.clip(y, low, high)
+            return -est.evaluate(at(base, np.exp(inside))).log_likelihood + 10.0 * float(np.sum((y - inside) ** 2))
+
+        simplex = x + np.vstack([np.zeros(3), 0.15 * np.eye(3)])
+        x = np.clip(
+            minimize(cost, x, method="Nelder-Mead", options={"maxfev": 35, "initial_simplex": simplex}).x, low, high
+        )
+        s = at(s, np.exp(x))
+    s, now = search.refit(s, (), 3)
+    return candidate("wave_motion", (), 3, 4.0, before, s, now)
+
+
+def try_jitter(search: Search, before: float) -> Candidate | None:
+    """Errors of the sampling instants: scanned if squared innovations grow with the channels' rates of change."""
+    if unknown.rate_statistic(search.est, search.now) < 2.5:
+        return None
+    step = float(np.median(np.diff(search.est.data[0].time)))
+    return _scanned(search, "clock_jitter", "clock", [share * step for share in (0.03, 0.1, 0.3)], before)
+
+
+def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate | None:
+    """A limit on the command's rate or angle: scanned below the largest value seen."""
+    d = search.est.data
+    quiet = [unknown.lagged(x.rudder, x.time, 1.5 * float(np.median(np.diff(x.time)))) for x in d]
+    if slot == "rudder_rate":
+        seen = max(float(np.max(np.abs(np.diff(q) / np.diff(x.time)))) for q, x in zip(quiet, d, strict=True))
+    else:
+        seen = max(float(np.max(np.abs(q))) for q in quiet)
+    return _scanned(search, cause, slot, [share * seen for share in (0.97, 0.9, 0.8, 0.6, 0.4, 0.2)], before)
+
+
+def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], before: float) -> Candidate | None:
+    """The best value of one entry of the parameter vector, scanned and then refined in its logarithm."""
+    from scipy.optimize import minimize_scalar
+
+    est, s = search.est, search.setting
+    index = est.index[slot]
+
+    def at(value: float) -> tuple[Setting, Innovations]:
+        p = s.p.copy()
+        p[:, index] = value
+        return est.fit_noise(replace(s, p=p), 2)
+
+    gains = [at(value)[1].log_likelihood for value in values]
+    best = int(np.argmax(gains))
+    if gains[best] < before + 2.0:
+        return None
+    ends = np.log([values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)]])
+    low, high = min(ends) - 0.3 * (best == 0), max(ends) + 0.3 * (best == len(values) - 1)
+    found: Any = minimize_scalar(
+        lambda x: -at(float(np.exp(x)))[1].log_likelihood, bounds=(low, high), options={"xatol": 0.01, "maxiter": 14}
+    )
+    (variant,) = search.bank[cause]
+    setting, now = search.refit(at(float(np.exp(found.x)))[0], variant, 2)
+    return candidate(cause, variant, 1, 2.0, before, setting, now)
+
+
+ATTEMPTS: dict[str, Callable[[Search, float], Candidate | None]] = {
+    "wave_motion": try_waves,
+    "clock_jitter": try_jitter,
+    "rudder_rate_limit": lambda search, before: try_limit(search, "rudder_rate_limit", "rudder_rate", before),
+    "rudder_saturation": lambda search, before: try_limit(search, "rudder_saturation", "rudder_limit", before),
+}

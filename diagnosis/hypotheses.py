@@ -1,0 +1,201 @@
+"""Effects outside the bank: features, sets of them and pulses tried by their likelihood, and held-out proof."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..methods.innovations.estimator import Estimator, Setting
+from . import unknown
+from .evidence import Projector, independent, log_tail
+from .search import IN_SPAN, Candidate, Search, mimicry
+from .unknown import Feature
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+
+GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
+"""Shares of the fitted gusts' sd at which features are tried: what explains their motion needs none."""
+NOT_GUSTS = "unknown:a force that does not act on surge, sway and yaw at once, as gusts do"
+GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
+"""Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A set of features with twice its gain in log likelihood, the gusts' level chosen along."""
+
+    features: tuple[Feature, ...]
+    gain: float
+    tests: float
+
+    @property
+    def log_p(self) -> float:
+        """Log p-value, the number of sets that were tried taken into account."""
+        k = len(self.features)
+        return log_tail(self.gain, k) + k * np.log(self.tests)
+
+
+def gust_like(search: Search) -> float:
+    """Log likelihood of the best noise whose forces are in the proportions of gusts."""
+    est, s, now = search.est, search.setting, search.now
+    sd = s.noise[6 : 6 + est.n_forces]
+    if est.n_forces != 3 or not sd.any():
+        return now.log_likelihood
+    largest = max(sd[2], sd[1] / GUST_Y[0], sd[0] / GUST_X[0])
+    settings = []
+    for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 14):
+        noise = s.noise.copy()
+        noise[6:9] = [np.clip(sd[0], *np.multiply(GUST_X, yaw)), np.clip(sd[1], *np.multiply(GUST_Y, yaw)), yaw]
+        settings.append(replace(s, noise=noise))
+    still = s.noise.copy()
+    still[6:9] = 0.0
+    settings.append(replace(s, noise=still))
+    found = max(n.log_likelihood for n in est.many(settings))
+    return min(found, now.log_likelihood)
+
+
+def try_features(search: Search, before: float) -> list[Tried]:
+    """Features, sets of them and pulses by the likelihood that one step and a level of gusts give, best first."""
+    est, s = search.est, search.setting
+    found = unknown.features(est, s, search.now, est.clock)
+    windows = [(axis, w) for axis in range(est.n_forces) for w in unknown.pulses(est, axis)]
+    axes = [f.axis for f in found] + [axis for axis, _ in windows]
+    series = [f.series for f in found] + [w[2] for _, w in windows]
+    n = len(found)
+    gusty = bool(s.noise[6 : 6 + est.n_forces].any())
+    best: dict[tuple[str, ...], Tried] = {}
+    for level in GUST_LEVELS if gusty else (1.0,):
+        noise = np.where(level == 0.0, search.start.noise, s.noise)
+        noise[6 : 6 + est.n_forces] = level * s.noise[6 : 6 + est.n_forces]
+        noise[6 + est.n_forces] = s.noise[6 + est.n_forces]
+        at = replace(s, noise=noise)
+        now = search.now if level == 1.0 else est.evaluate(at)
+        if now.log_likelihood <= -1e299 or np.abs(now.e).max() > 1e4:
+            continue
+        fixed = est.column(at, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
+        projector = Projector(now, fixed, search.precisions(0))
+        if level < 1.0:
+            projector.residual = now.e.ravel()
+        columns = est.responses(at, axes, series)
+        left = projector.project(columns)
+        told = np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-300)
+        if level == 1.0:
+            search.n_features = independent(search.rng, left[:n][told[:n]], projector.residual)
+        loss = 2.0 * (now.log_likelihood - before)
+        for t in [
+            *_sets(found, left[:n], projector.residual, told[:n]),
+            *_bursts(est, windows, left[n:], projector.residual),
+        ]:
+            key = tuple(f"{f.name}:{f.axis}" for f in t.features)
+            gain = t.gain + loss
+            if key not in best or gain > best[key].gain:
+                best[key] = replace(t, gain=gain)
+    out = [replace(t, tests=search.n_features) if t.features[0].family != "pulse" else t for t in best.values()]
+    return sorted(out, key=lambda t: t.log_p)
+
+
+def _sets(
+    found: Sequence[Feature], left: np.ndarray, residual: np.ndarray, told: np.ndarray, most: int = 3
+) -> list[Tried]:
+    """Every feature alone, and greedy sets of two and three of them."""
+    information = np.einsum("ij,ij->i", left, left)
+    gain = np.where(told, (left @ residual) ** 2 / np.maximum(information, 1e-300), 0.0)
+    out = [Tried((found[j],), float(gain[j]), 1.0) for j in np.flatnonzero(told).tolist()]
+    slope, size = left @ residual, information.copy()
+    chosen, units, total = [], np.zeros((0, residual.size)), 0.0
+    for _ in range(most):
+        open_ = told & (size > 0.02 * np.maximum(information, 1e-300))
+        gain = np.where(open_, slope**2 / np.maximum(size, 1e-300), 0.0)
+        j = int(np.argmax(gain))
+        if gain[j] <= 0.0:
+            break
+        total += float(gain[j])
+        chosen.append(found[j])
+        unit = left[j] - (units @ left[j]) @ units
+        unit /= np.linalg.norm(unit)
+        units = np.vstack([units, unit])
+        along = left @ unit
+        size, slope = size - along**2, slope - along * (unit @ residual)
+        if len(chosen) > 1:
+            out.append(Tried(tuple(chosen), total, 1.0))
+    return out
+
+
+def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> list[Tried]:
+    """The best force that acts for one to eight windows of one record, on each axis."""
+    gradient = -left @ residual
+    out = []
+    for axis in range(est.n_forces):
+        best: tuple[float, list[int]] = (0.0, [])
+        for i in range(len(est.data) + 1):  # the last: all records at the same time
+            own = [j for j, (a, w) in enumerate(windows) if a == axis and w[0] == i]
+            slope, cross = gradient[own], left[own] @ left[own].T
+            for a in range(len(own)):
+                for b in range(a + 1, min(a + 9, len(own) + 1)):
+                    information = cross[a:b, a:b].sum()
+                    if information > 0.0:
+                        gain = float(slope[a:b].sum() ** 2 / information)
+                        best = max(best, (gain, own[a:b]), key=lambda z: z[0])
+        if best[1]:
+            arrays = tuple(np.sum([windows[j][1][2][r] for j in best[1]], axis=0) for r in range(len(est.data)))
+            tests = 3.0 * len(windows)
+            record = windows[best[1][0]][1][0]
+            place = est.data[record].name if record < len(est.data) else "every record"
+            out.append(
+                Tried(
+                    (Feature(f"pulse in {place}", axis, arrays, "pulse"),),
+                    best[0],
+                    tests,
+                )
+            )
+    return out
+
+
+def best_unknown(search: Search, before: float, threshold: float) -> Candidate | None:
+    """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p)."""
+    gain = 2.0 * (before - gust_like(search))
+    if log_tail(gain, 2) < threshold:
+        found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, search.setting, search.now, True)]
+    else:
+        found = []
+    before -= 0.5 * gain
+    chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
+    found += [refit_features(search, t.features, before, t.tests) for t in chosen]
+    least = mimicry(search)
+    passed = [c for c in found if c.log_p < threshold and c.statistic > least]
+    return min(passed, key=lambda c: c.log_p) if passed else None
+
+
+def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:
+    """Unknown forces or sensor shifts, refitted with the noise."""
+    variant = tuple(f.parameter(search.est) for f in features)
+    found, now = search.refit(search.setting, variant, 3)
+    statistic = 2.0 * (now.log_likelihood - before)
+    k = len(variant)
+    name = " + ".join(f"{f.name}" for f in features)
+    return Candidate(
+        f"unknown:{name}", variant, log_tail(statistic, k) + k * np.log(tests), statistic, found, now, True
+    )
+
+
+def confirmed(search: Search, left: Candidate, records: Sequence[Record]) -> bool | None:
+    """Whether unexplained terms, at the size found in training, raise the likelihood of held-out records too.
+
+    None where a term belongs to one training record (a pulse) and says nothing about others.
+    """
+    est = search.est
+    held = Estimator(est.model, records, est.unit)
+    s = Setting(np.tile(search.setting.p[0], (len(held.data), 1)), search.setting.noise)
+    now = held.evaluate(s)
+    found = {(f.name, f.axis): f for f in unknown.features(held, s, now, held.clock)}
+    for p in left.variant:
+        name, _, axis = p.name.rpartition(":")
+        feature = found.get((name, int(axis)))
+        if feature is None:
+            return None
+        s = held.moved(s, feature.parameter(held), est.value(left.setting, p))
+    return bool(held.evaluate(s).log_likelihood > now.log_likelihood + 2.0)

@@ -1,0 +1,88 @@
+"""Refits of screened causes with the noise: likelihood ratios from several starts, the leaders to the end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..methods.innovations.estimator import Estimator, Innovations, Setting
+from .causes import CAUSES, Cause, Variant, starts
+from .screening import FAULT_GRID
+from .search import Candidate, Screened, Search, candidate
+
+QUICK = 2
+"""Steps of every leader's refit; those near the best go on."""
+RACE_NATS, RACE_SHARE = 10.0, 0.3
+"""How far behind the best a candidate may be, in nats or as a share of the best, and still be refitted to the end."""
+
+
+def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
+    """The cause with parameters and noise refitted from the best of its starts."""
+    est, s = search.est, search.setting
+    entry, variant = CAUSES[item.cause], item.variant
+    tests = float(len(search.bank[item.cause]))
+    if item.cause == "rudder_fault":
+        found, now = _refit_fault(search, item)
+        k, tests = 2, item.tests
+    elif entry.profile:
+        first, second = variant
+        s = est.at(est.at(s, second, item.start[1]), first, item.start[0])
+        s, _ = search.refit(s, (first,), 2)
+        found, now = search.refit(s, variant, QUICK)
+        k = 2
+    else:
+        if entry.rings:
+            s = _ring_start(est, s, entry, variant)
+        elif entry.scan:
+            options = list(starts(est, s, entry, variant))
+            s = options[int(np.argmax([n.log_likelihood for n in est.many(options)]))]
+        found, now = search.refit(s, variant, QUICK)
+        k = len(variant)
+    return candidate(item.cause, variant, k, tests, before, found, now)
+
+
+def refined(search: Search, found: Sequence[Candidate], before: float) -> list[Candidate]:
+    """The leaders among candidates refitted to the end; what is far behind after the first steps stays as it is."""
+    best = max((c.statistic for c in found), default=0.0)
+    out = []
+    for c in found:
+        if c.statistic > best - max(2.0 * RACE_NATS, RACE_SHARE * best):
+            setting, now = search.est.refit(
+                c.setting, [*search.parameters, *c.variant], 8, search.precisions(len(c.variant))
+            )
+            c = candidate(c.cause, c.variant, c.k, c.tests, before, setting, now)
+        out.append(c)
+    return out
+
+
+def _ring_start(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> Setting:
+    """Each record's (north, east) pair at the best of several sizes and eight directions."""
+    clock = est.clock if entry.id != "wave_drift" else 1.0
+    trials = [(0.0, 0.0)] + [
+        (ring * clock * np.cos(a), ring * clock * np.sin(a)) for ring in entry.rings for a in np.arange(8) * np.pi / 4.0
+    ]
+    settings = []
+    for north, east in trials:
+        moved = s
+        for j, p in enumerate(variant):
+            moved = est.at(moved, p, north if j % 2 == 0 else east)
+        settings.append(moved)
+    found = est.many(settings)
+    for i in range(len(est.data)):
+        rows = slice(est.edges[i], est.edges[i + 1])
+        gains = [-np.sum(n.log_s[rows]) - 0.5 * np.sum(n.e[rows] ** 2) for n in found]
+        north, east = trials[int(np.nanargmax(gains))]
+        own = [p for p in variant if p.record == i]
+        s = est.at(est.at(s, own[0], north), own[1], east)
+    return s
+
+
+def _refit_fault(search: Search, item: Screened) -> tuple[Setting, Innovations]:
+    est, (e, t0) = search.est, item.variant
+    s = est.at(est.at(search.setting, t0, item.start[1]), e, float(np.clip(item.start[0], -0.8, 0.8)))
+    s, _ = search.refit(s, (e,), 2)
+    width = est.data[0].time[-1] / FAULT_GRID
+    shifts = [est.at(s, t0, item.start[1] + share * width) for share in (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)]
+    s = shifts[int(np.argmax([n.log_likelihood for n in est.many(shifts)]))]
+    return search.refit(s, (e, t0), QUICK)

@@ -1,0 +1,110 @@
+"""Score tests of the whole bank at a setting: which causes are worth a refit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..methods.innovations.estimator import Estimator, Innovations, Parameter, Setting
+from .attempts import ATTEMPTS
+from .causes import CAUSES, Variant
+from .evidence import Projector, Score, effective_number, independent, log_tail
+from .search import IN_SPAN, Screened, Search
+
+FAULT_GRID = 12
+
+
+def screen(search: Search, s: Setting, now: Innovations, count: bool = False) -> list[Screened]:
+    """Score of every cause not accepted yet, best variant each, best first; `count`: find the effective number."""
+    est = search.est
+    fixed = est.column(s, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
+    projector = Projector(now, fixed, search.precisions(0))
+    used = {a.cause for a in search.accepted}
+    out, families = [], []
+    for name, variants in search.bank.items():
+        if name in used or name == "rudder_fault" or name in ATTEMPTS:
+            continue
+        if CAUSES[name].profile:
+            out.append(_screen_profile(search, s, now, projector, name))
+            continue
+        columns = _variant_columns(est, s, now, variants)
+        scores = [projector.score(c) for c in columns]
+        if all(score.share < IN_SPAN for score in scores):
+            search.in_span.add(name)
+            continue
+        families.append(columns)
+        ranked = [
+            log_tail(score.statistic, len(v)) + np.log(len(variants)) for score, v in zip(scores, variants, strict=True)
+        ]
+        best = int(np.argmin(ranked))
+        out.append(Screened(name, variants[best], float(ranked[best]), scores[best]))
+    if "rudder_fault" in search.bank and "rudder_fault" not in used:
+        out.append(_screen_fault(search, s, now, projector))
+    if count:
+        scored = effective_number(projector, families, search.rng) if families else 0.0
+        search.n_effective = scored + 1.0
+    return sorted(out, key=lambda c: c.log_p)
+
+
+def _variant_columns(est: Estimator, s: Setting, now: Innovations, variants: Sequence[Variant]) -> list[np.ndarray]:
+    """Columns (k, n) of each variant; a parameter that stands in several is run once."""
+    unique: dict[tuple, Parameter] = {}
+    for variant in variants:
+        for p in variant:
+            unique.setdefault((p.name, p.slots, p.record), p)
+    rows = dict(zip(unique, est.scores(s, now, list(unique.values())), strict=True))
+    return [np.stack([rows[p.name, p.slots, p.record] for p in variant]) for variant in variants]
+
+
+def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Projector) -> Screened:
+    """Loss of effectiveness from a change time on, over a grid of times, in all records or one."""
+    est = search.est
+    longest = max(d.time[-1] for d in est.data)
+    at = est.index["fault_time"]
+    columns, places = [], []
+    owners = [None, *range(len(est.data))] if len(est.data) > 1 else [0]
+    for t in np.linspace(0.0, longest, FAULT_GRID + 2)[1:-1]:
+        p = s.p.copy()
+        p[:, at] = t
+        column = est.column(replace(s, p=p), now, fault_variant(est, None)[:1])[0].reshape(-1, 6)
+        for record in owners:
+            rows = slice(None) if record is None else slice(est.edges[record], est.edges[record + 1])
+            part = np.zeros_like(column)
+            part[rows] = column[rows]
+            columns.append(part.ravel())
+            places.append((record, float(t)))
+    best, score, tests = _supremum(search, projector, np.stack(columns))
+    record, t = places[best]
+    log_p = log_tail(score.statistic, 1) + np.log(tests)
+    start = (float(score.step[0]), t)
+    return Screened("rudder_fault", fault_variant(est, record), log_p, score, start, tests)
+
+
+def _supremum(search: Search, projector: Projector, columns: np.ndarray) -> tuple[int, Score, float]:
+    """The column (m, n) of largest score, and how many independent tests the choice among them amounts to.
+
+    What a change time or a time constant is under the null is not identified: the largest score over its values is
+    calibrated by multiplier bootstrap of all scores together (the recorded rudder is used again).
+    """
+    scores = [projector.score(column[None]) for column in columns]
+    best = int(np.argmax([score.statistic for score in scores]))
+    return best, scores[best], independent(search.rng, projector.project(columns), projector.residual)
+
+
+def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Projector, name: str) -> Screened:
+    """The first parameter's score over values of the second, which means nothing while the first is zero."""
+    est, (variant,) = search.est, search.bank[name]
+    first, second = variant
+    values = [x * est.clock - est.base[second.slots[0][0]] for x in CAUSES[name].profile]
+    columns = np.vstack([est.column(est.at(s, second, value), now, (first,)) for value in values])
+    best, score, tests = _supremum(search, projector, columns)
+    log_p = log_tail(score.statistic, 1) + np.log(tests)
+    return Screened(name, variant, log_p, score, (float(score.step[0]), values[best]), tests)
+
+
+def fault_variant(est: Estimator, record: int | None) -> Variant:
+    """Effectiveness 1 + e from time t0 (s) on."""
+    e = Parameter("e", "1", ((est.index["fault"], 1.0),), record, -1.0, 1.0, 0.02)
+    return (e, Parameter("t0", "s", ((est.index["fault_time"], 1.0),), record, 0.0, float(est.data[0].time[-1]), 1.0))

@@ -1,0 +1,122 @@
+"""Forward selection: screen, refit the leaders, rank, accept, delete, screen again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from . import unknown
+from .attempts import ATTEMPTS
+from .evidence import Projector, canonical_correlation, log_tail
+from .hypotheses import best_unknown
+from .refitting import refined, refit_cause
+from .screening import screen
+from .search import SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, mimicry
+
+LEADERS = 6
+TIE_NATS = 4.6
+MOST_TIED = 2
+TIE_CORRELATION = 0.5
+"""Canonical correlation of their projected sensitivities below which two causes are no tie."""
+
+
+def select(search: Search, most: int) -> None:
+    """Accept causes one after the other while they pass the family-wise level."""
+    settle(search)
+    for step in range(most):
+        before = search.now.log_likelihood
+        candidates = _candidates(search, step, before)
+        share = SHARE_FIRST if step == 0 else SHARE_LATER / max(most - 1, 1)
+        threshold = np.log(search.alpha * share / search.n_effective)
+        candidates.sort(key=lambda c: c.log_p)
+        if step == 0:
+            search.first_candidates = candidates
+            search.rival = best_unknown(search, before, np.log(search.alpha * SHARE_UNKNOWN))
+        least = mimicry(search)
+        passed = [c for c in candidates if c.log_p < threshold and c.statistic > least]
+        if not passed:
+            return
+        accept(search, passed)
+
+
+def settle(search: Search) -> None:
+    """Noise (and free coefficients) of largest likelihood at the present causes."""
+    if search.parameters and not search.accepted:
+        search.setting, search.now = search.refit(search.setting, (), 3)
+    before = search.now.log_likelihood
+    search.setting, search.now = search.est.settle(search.setting, search.start)
+    if search.parameters and search.now.log_likelihood > before + 0.05:
+        search.setting, search.now = search.refit(search.setting, (), 3)
+
+
+def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
+    items = screen(search, search.setting, search.now, count=step == 0)
+    if step == 0:
+        search.first_screen = {i.cause: i for i in items}
+    level = np.log(0.1 / search.n_effective)
+    chosen = [i for i in items if i.log_p < level][:LEADERS]
+    if search.setting.noise[6 : 6 + search.est.n_forces].any():
+        bare = search.quiet(search.setting)
+        now = search.est.evaluate(bare)
+        if now.log_likelihood > -1e299 and np.abs(now.e).max() < 1e3:
+            have = {i.cause for i in chosen}
+            chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
+    found = [refit_cause(search, item, before) for item in chosen]
+    named = {a.cause for a in search.accepted}
+    for name, attempt in ATTEMPTS.items():
+        candidate = attempt(search, before) if name in search.bank and name not in named else None
+        found += [candidate] if candidate is not None else []
+    return refined(search, found, before)
+
+
+def accept(search: Search, passed: Sequence[Candidate]) -> None:
+    """Enter the best candidate, note its ties, refit everything and drop earlier causes that lost their evidence."""
+    best = passed[0]
+    near = [c for c in passed[1:] if c.log_p - best.log_p < TIE_NATS]
+    search.ties[best.cause] = tuple(c.cause for c in near if alike(search, best, c))[:MOST_TIED]
+    search.setting, search.now = best.setting, best.now
+    search.accepted.append(best)
+    settle(search)
+    _delete(search)
+
+
+def alike(search: Search, first: Candidate, second: Candidate) -> bool:
+    """Whether two causes move the innovations alike, each at its own size: else both may be true at once."""
+    if not (first.variant and second.variant):
+        return True
+    est = search.est
+    fixed = est.column(search.setting, search.now, search.parameters) if search.parameters else np.zeros((0, 1))
+    projector = Projector(search.now, fixed, search.precisions(0))
+    columns = [est.column(c.setting, c.now, c.variant) for c in (first, second)]
+    return canonical_correlation(projector, *columns) > TIE_CORRELATION
+
+
+def _delete(search: Search) -> None:
+    """Backward deletion of causes other than the last that no longer gain significantly."""
+    for old in search.accepted[:-1]:
+        if not old.variant:
+            continue
+        bare = search.setting
+        for p in old.variant:
+            bare = search.est.at(bare, p, 0.0)
+        kept = [a for a in search.accepted if a is not old]
+        trial = replace(search, accepted=kept)
+        setting, now = trial.refit(bare, (), 4)
+        gain = 2.0 * (search.now.log_likelihood - now.log_likelihood)
+        if log_tail(gain, len(old.variant)) > np.log(search.alpha / search.n_effective):
+            search.accepted, search.setting, search.now = kept, setting, now
+            search.ties.pop(old.cause, None)
+
+
+def size_tests(search: Search) -> list[tuple[str, float]]:
+    """Log p-values of the accepted causes having one size throughout."""
+    est, at, own = search.est, len(search.nuisance), {}
+    columns = est.column(search.setting, search.now, search.parameters) if search.parameters else np.zeros((0, 1))
+    for a in search.accepted:
+        if a.variant:
+            own[a.cause] = columns[at : at + len(a.variant)]
+        at += len(a.variant)
+    projector = Projector(search.now, columns, search.precisions(0))
+    return unknown.size_tests(est, search.now, projector, own) if own else []
