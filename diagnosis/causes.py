@@ -140,7 +140,7 @@ def rudder_backlash(est: Estimator) -> list[Variant] | str:
     return [_one(est, "b", "rad", "rudder_play", scale=0.1 * DEGREE, low=0.0, high=12.0 * DEGREE)]
 
 
-@cause("1, s", separate_by="a rudder-force check before and after")
+@cause("1, s", matters=0.1, separate_by="a rudder-force check before and after")
 def rudder_fault(est: Estimator) -> list[Variant] | str:
     """Sudden loss (or gain) of rudder force: effectiveness 1 + e from time t0 (s) of the record on."""
     e = Parameter("e", "1", ((est.index["fault"], 1.0),), low=-1.0, high=1.0, scale=0.02)
@@ -161,13 +161,13 @@ def clock_jitter(est: Estimator) -> list[Variant] | str:
     return [()]
 
 
-@cause("rad/s", matters=None, separate_by="record the rudder angle itself beside the command")
+@cause("rad/s", separate_by="record the rudder angle itself beside the command")
 def rudder_rate_limit(est: Estimator) -> list[Variant] | str:
     """The rudder cannot turn faster than a rate (rad/s); only where the rudder column is a command."""
     return _unlimited(est) or [_one(est, "rate", "rad/s", "rudder_rate", scale=0.01 * DEGREE, low=0.0)]
 
 
-@cause("rad", matters=None, separate_by="record the rudder angle itself beside the command")
+@cause("rad", separate_by="record the rudder angle itself beside the command")
 def rudder_saturation(est: Estimator) -> list[Variant] | str:
     """The rudder stops at an angle (rad) short of the command; only where the rudder column is a command."""
     return _unlimited(est) or [_one(est, "limit", "rad", "rudder_limit", scale=0.05 * DEGREE, low=0.0)]
@@ -239,6 +239,7 @@ def axis_misalignment(est: Estimator) -> list[Variant] | str:
     "m/s, rad",
     rings=(0.02, 0.1, 0.4),
     polar=Polar("speed", "towards", False),
+    matters=0.05,
     separate_by="the same manoeuvre on two headings, or a log that measures speed through the water",
 )
 def current(est: Estimator) -> list[Variant] | str:
@@ -251,6 +252,7 @@ def current(est: Estimator) -> list[Variant] | str:
     "m/s, rad",
     rings=(3.0, 7.0, 13.0),
     polar=Polar("speed", "from", True),
+    matters=3.0,
     separate_by="an anemometer, or the same manoeuvre on two headings and at two speeds",
 )
 def wind(est: Estimator) -> list[Variant] | str:
@@ -276,7 +278,7 @@ def drift_height(est: Estimator, amount: float) -> float:
     return float(np.sqrt(max(amount, 0.0) * est.unit[0] / (p.get("rho", 1025.0) * GRAVITY * p.get("L", 1.0))))
 
 
-@cause("N, N m", matters=None, separate_by="straight runs at two speeds: a constant force does not grow with the speed")
+@cause("N, N m", separate_by="straight runs at two speeds: a constant force does not grow with the speed")
 def constant_force(est: Estimator) -> list[Variant] | str:
     """Constant force in body axes, X and Y in N and N in N m (a towed sonar, a bent fin, asymmetric thrust)."""
     if not est.model.is_3dof:
@@ -333,7 +335,7 @@ def crossflow_coupling(est: Estimator) -> list[Variant] | str:
     return [*((p,) for p in single), tuple(single)]
 
 
-@cause("1", separate_by="the draught, or a stopping and a turning test at two loadings")
+@cause("1", matters=0.02, separate_by="the draught, or a stopping and a turning test at two loadings")
 def loading_change(est: Estimator) -> list[Variant] | str:
     """Rigid-body mass and yaw inertia (with the centripetal terms they carry) differ by a common fraction."""
     if not est.model.is_3dof:
