@@ -74,14 +74,14 @@ def try_jitter(search: Search, before: float) -> Candidate | None:
 
 
 def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate | None:
-    """A limit on the command's rate or angle: scanned below the largest value seen."""
+    """A limit on the command's rate or angle: scanned about and below the largest value that the quietened command has."""
     d = search.est.data
     quiet = [unknown.lagged(x.rudder, x.time, 1.5 * float(np.median(np.diff(x.time)))) for x in d]
     if slot == "rudder_rate":
         seen = max(float(np.max(np.abs(np.diff(q) / np.diff(x.time)))) for q, x in zip(quiet, d, strict=True))
     else:
         seen = max(float(np.max(np.abs(q))) for q in quiet)
-    return _scanned(search, cause, slot, [share * seen for share in (0.97, 0.9, 0.8, 0.6, 0.4, 0.2)], before)
+    return _scanned(search, cause, slot, [share * seen for share in (1.5, 1.2, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)], before)
 
 
 def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], before: float) -> Candidate | None:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 MOST_SPIKES = 2
+PREDICTED, WORSE = ("heading_rad", "yaw_rate_rad_s"), 1.2
+"""Channels by which the extended model is judged, and the ratio of its errors to the base model's that is too much."""
 RIVAL_NATS = 2.0
 """Log likelihood, less the log of how many were tried, by which an unknown effect must beat all that was named."""
 
@@ -104,14 +106,13 @@ def diagnose(
         left = _unexplained(search, options)
     else:
         left = None
-    final = search.setting
-    if options.base_parameters == "identify":
-        sensors = {est.index[name] for name in OUTER if name.startswith(("scale_", "bias_", "delay_", "misalignment"))}
-        moved = [p for p in search.parameters if not {index for index, _ in p.slots} & sensors]
-        final = gains.fitted_to_simulate(est, final, moved)
-    findings = [*_flag_findings(flags), *tracks.findings, *_spike_findings(est), *_findings(search, rng)]
-    extended = extended_model(est, final, [a.cause for a in search.accepted], flags, tracks)
-    measured = _gain(search, final, others, options, rng)
+    kept, final, measured, failing = _predicting(search, others, options, rng)
+    if failing and left is None:
+        said = f"{' and '.join(failing)}, or what looks like it here: held-out records are predicted worse with it"
+        left = Candidate(f"unknown:{said}", (), 0.0, 0.0, search.setting, search.now, True)
+    own = [_remarked(f) if f.cause in failing else f for f in _findings(search, rng)]
+    findings = [*_flag_findings(flags), *tracks.findings, *_spike_findings(est), *own]
+    extended = extended_model(est, final, [a.cause for a in kept.accepted], flags, tracks)
     said, reason = verdict.decide(poor, left, findings)
     return Diagnosis(
         model=model,
@@ -336,7 +337,40 @@ def _bank(
     return tuple(out)
 
 
+def _remarked(f: Finding) -> Finding:
+    return replace(
+        f, evidence=f"{f.evidence}; left out of the extended model, which predicts held-out records worse with it"
+    )
+
+
 # ---- gain
+def _predicting(search: Search, others: Sequence[Record], options: Options, rng: np.random.Generator):
+    """The search without the last causes as long as they make free runs of held-out records worse than the base model.
+
+    Returns it, its setting for simulation, the gain with the traces, and the causes that were left out.
+    """
+    failing: list[str] = []
+    while True:
+        final = _simulating(search, options)
+        measured = _gain(search, final, others, options, rng)
+        ratios = [measured[0][c].rmse_after / measured[0][c].rmse_before for c in PREDICTED if c in measured[0]]
+        bad = bool(ratios) and not any(ratio <= WORSE for ratio in ratios)
+        if not bad or not search.accepted or not search.accepted[-1].variant:
+            return search, final, measured, failing
+        failing.append(search.accepted[-1].cause)
+        search = selection.without(search, search.accepted[-1])
+
+
+def _simulating(search: Search, options: Options) -> Setting:
+    """The setting that the extended model is simulated at: free coefficients are fitted to free runs."""
+    if options.base_parameters != "identify":
+        return search.setting
+    index = search.est.index
+    sensors = {index[name] for name in OUTER if name.startswith(("scale_", "bias_", "delay_", "misalignment"))}
+    moved = [p for p in search.parameters if not {i for i, _ in p.slots} & sensors]
+    return gains.fitted_to_simulate(search.est, search.setting, moved)
+
+
 def _gain(search: Search, final: Setting, records: Sequence[Record], options: Options, rng: np.random.Generator):
     """Gain on the held-out records, and the traces that the page shows."""
     est = search.est

@@ -98,16 +98,21 @@ def _delete(search: Search) -> None:
     for old in search.accepted[:-1]:
         if not old.variant:
             continue
-        bare = search.setting
-        for p in old.variant:
-            bare = search.est.at(bare, p, 0.0)
-        kept = [a for a in search.accepted if a is not old]
-        trial = replace(search, accepted=kept)
-        setting, now = trial.refit(bare, (), 4)
-        gain = 2.0 * (search.now.log_likelihood - now.log_likelihood)
+        trial = without(search, old)
+        gain = 2.0 * (search.now.log_likelihood - trial.now.log_likelihood)
         if log_tail(gain, len(old.variant)) > np.log(search.alpha / search.n_effective):
-            search.accepted, search.setting, search.now = kept, setting, now
+            search.accepted, search.setting, search.now = trial.accepted, trial.setting, trial.now
             search.ties.pop(old.cause, None)
+
+
+def without(search: Search, cause: Candidate) -> Search:
+    """The search with one accepted cause taken out and the rest refitted."""
+    bare = search.setting
+    for p in cause.variant:
+        bare = search.est.at(bare, p, 0.0)
+    trial = replace(search, accepted=[a for a in search.accepted if a is not cause])
+    trial.setting, trial.now = trial.refit(bare, (), 4)
+    return trial
 
 
 def size_tests(search: Search) -> list[tuple[str, float]]:
