@@ -74,7 +74,7 @@ def try_jitter(search: Search, before: float) -> Candidate | None:
 
 
 def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate | None:
-    """A limit on the command's rate or angle: scanned about and below the largest value that the quietened command has."""
+    """A limit on the command's rate or angle: scanned about and below the quietened command's largest value."""
     d = search.est.data
     quiet = [unknown.lagged(x.rudder, x.time, 1.5 * float(np.median(np.diff(x.time)))) for x in d]
     if slot == "rudder_rate":
