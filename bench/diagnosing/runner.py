@@ -92,8 +92,9 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
 
 
 def _options(spec: CaseSpec) -> Any:
-    """Defaults of the command, seeded by the case; the oracle is told the causes."""
+    """Defaults of the command, seeded by the case; the oracle is told the causes (gross faults are put right anyway)."""
+    from ...diagnosis.causes import CAUSES
     from ...diagnosis.diagnose import Options
 
-    seed = spec.seed % 2**32
-    return Options(seed=seed, only=spec.planted) if spec.method == ORACLE else Options(seed=seed)
+    told = tuple(cause for cause in spec.planted if cause in CAUSES)
+    return Options(seed=spec.seed % 2**32, only=told if spec.method == ORACLE else None)

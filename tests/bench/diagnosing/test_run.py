@@ -10,6 +10,7 @@ from helmbench.bench import runner
 from helmbench.bench.cli import status_of
 from helmbench.bench.diagnosing import runner as diagnosing
 from helmbench.bench.diagnosing.columns import CASES, SIZES
+from helmbench.bench.diagnosing.plan import CaseSpec
 from helmbench.bench.runner import Selection
 from helmbench.bench.store import RUNS
 from helmbench.bench.suites import load_suite
@@ -109,3 +110,10 @@ def test_a_diagnoser_that_fails_is_a_row(suite, tmp_path, seed, guess):
     (run,) = store.runs
     assert run["row"]["status"] == "failed" and run["row"]["error"] == "RuntimeError: no idea"
     assert run["row"]["noncentrality"] > 0 and "no idea" in diagnosing.describe(run["row"])
+
+
+def test_the_oracle_of_a_gross_fault_runs(seed):
+    """Its causes are no parameters of the filter: the bank it is told is empty."""
+    spec = CaseSpec("diagnosis", "oracle", "oracle", "planted", "cargo", ("rudder_sign",), "moderate", "none", seed)
+    row = diagnosing.execute(spec)["row"]
+    assert (row["status"], row["named"]) == ("ok", "rudder_sign"), row["error"]
