@@ -92,7 +92,7 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
 
 
 def _options(spec: CaseSpec) -> Any:
-    """Defaults of the command, seeded by the case; the oracle is told the causes (gross faults are put right anyway)."""
+    """Defaults of the command, seeded by the case; the oracle is told the causes (gross faults are put right)."""
     from ...diagnosis.causes import CAUSES
     from ...diagnosis.diagnose import Options
 
