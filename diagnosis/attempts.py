@@ -61,6 +61,8 @@ def try_waves(search: Search, before: float) -> Candidate | None:
             minimize(cost, x, method="Nelder-Mead", options={"maxfev": 35, "initial_simplex": simplex}).x, low, high
         )
         s = at(s, np.exp(x))
+    if np.any(np.abs(x[:2] - high[:2]) < 1e-3) or abs(x[0] - low[0]) < 1e-3:
+        return None  # broad-band, or beyond the band that is searched: noise, no waves
     s, now = search.refit(s, (), 3)
     return candidate("wave_motion", (), 3, 4.0, before, s, now)
 

@@ -98,7 +98,8 @@ class Innovations(NamedTuple):
 
     @property
     def log_likelihood(self) -> float:
-        value = -np.sum(self.log_s) - 0.5 * np.sum(self.e**2)
+        with np.errstate(over="ignore"):  # a diverged run counts as impossible
+            value = -np.sum(self.log_s) - 0.5 * np.sum(self.e**2)
         return float(value) if np.isfinite(value) else -1e300
 
 
