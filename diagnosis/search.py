@@ -124,6 +124,11 @@ def strengths(search: Search) -> list[float]:
     return found
 
 
+def strength(search: Search, found: Candidate) -> float:
+    """The strength that a candidate would have beside the accepted causes."""
+    return strengths(replace(search, accepted=[*search.accepted, found], setting=found.setting, now=found.now))[-1]
+
+
 def covariance(search: Search) -> np.ndarray:
     """Covariance of `search.parameters` at the present setting."""
     if not search.parameters:

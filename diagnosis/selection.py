@@ -13,7 +13,7 @@ from .evidence import Projector, canonical_correlation, log_tail
 from .hypotheses import best_unknown
 from .refitting import refined, refit_cause
 from .screening import screen
-from .search import SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, mimicry
+from .search import SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, mimicry, strength
 
 LEADERS = 6
 TIE_NATS = 4.6
@@ -35,7 +35,7 @@ def select(search: Search, most: int) -> None:
             search.first_candidates = candidates
             search.rival = best_unknown(search, before, np.log(search.alpha * SHARE_UNKNOWN))
         least = mimicry(search)
-        passed = [c for c in candidates if c.log_p < threshold and c.statistic > least]
+        passed = [c for c in candidates if c.log_p < threshold and (not least or strength(search, c) > least)]
         if not passed:
             return
         accept(search, passed)
