@@ -63,9 +63,11 @@ def try_features(search: Search, before: float) -> list[Tried]:
     est, s = search.est, search.setting
     found = unknown.features(est, s, search.now, est.clock)
     windows = [(axis, w) for axis in range(est.n_forces) for w in unknown.pulses(est, axis)]
-    axes = [f.axis for f in found] + [axis for axis, _ in windows]
-    series = [f.series for f in found] + [w[2] for _, w in windows]
-    n = len(found)
+    waves = unknown.lines(est)
+    single = [*found, *(f for pair in waves for f in pair)]
+    axes = [f.axis for f in single] + [axis for axis, _ in windows]
+    series = [f.series for f in single] + [w[2] for _, w in windows]
+    n, m = len(found), len(single)
     gusty = bool(s.noise[6 : 6 + est.n_forces].any())
     best: dict[tuple[str, ...], Tried] = {}
     for level in GUST_LEVELS if gusty else (1.0,):
@@ -88,13 +90,14 @@ def try_features(search: Search, before: float) -> list[Tried]:
         loss = 2.0 * (now.log_likelihood - before)
         for t in [
             *_sets(found, left[:n], projector.residual, told[:n]),
-            *_bursts(est, windows, left[n:], projector.residual),
+            *_periodic(waves, left[n:m], projector.residual),
+            *_bursts(est, windows, left[m:], projector.residual),
         ]:
             key = tuple(f"{f.name}:{f.axis}" for f in t.features)
             gain = t.gain + loss
             if key not in best or gain > best[key].gain:
                 best[key] = replace(t, gain=gain)
-    out = [replace(t, tests=search.n_features) if t.features[0].family != "pulse" else t for t in best.values()]
+    out = [replace(t, tests=search.n_features) if t.tests == 1.0 else t for t in best.values()]
     return sorted(out, key=lambda t: t.log_p)
 
 
@@ -123,6 +126,17 @@ def _sets(
         if len(chosen) > 1:
             out.append(Tried(tuple(chosen), total, 1.0))
     return out
+
+
+def _periodic(waves: Sequence[tuple[Feature, Feature]], left: np.ndarray, residual: np.ndarray) -> list[Tried]:
+    """The moment at a fixed frequency, of any phase, that gains most."""
+    slope, pairs = left @ residual, left.reshape(len(waves), 2, -1)
+    gains = [
+        float(g @ np.linalg.pinv(pair @ pair.T, hermitian=True) @ g)
+        for g, pair in zip(slope.reshape(-1, 2), pairs, strict=True)
+    ]
+    best = int(np.argmax(gains))
+    return [Tried(waves[best], gains[best], np.sqrt(len(waves)))]  # one choice for both features
 
 
 def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> list[Tried]:

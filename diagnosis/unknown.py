@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from .evidence import Projector
 
 LAGS_S = (5.0, 12.0, 30.0, 75.0)
+LINES = (0.08, 0.6)
+"""Angular frequencies of periodic moments that are tried, rad/s for a 160 m ship."""
 WINDOWS = 24
 """Windows a record is cut into for effects that act for a while."""
 
@@ -175,6 +177,19 @@ def pulses(est: Estimator, axis: int) -> list[tuple[int, int, tuple[np.ndarray, 
     for w in range(WINDOWS):
         arrays = tuple(((d.time >= edges[w]) & (d.time < edges[w + 1])).astype(float) for d in est.data)
         found.append((len(est.data), w, arrays))
+    return found
+
+
+def lines(est: Estimator) -> list[tuple[Feature, Feature]]:
+    """Yaw moments at a fixed frequency, cosine and sine over the record's time, at frequencies half a bin apart."""
+    longest = max(d.time[-1] for d in est.data)
+    axis = est.n_forces - 1 if est.model.is_3dof else 0
+    found = []
+    for omega in np.arange(LINES[0] / est.clock, LINES[1] / est.clock, np.pi / longest):
+        waves = [tuple(wave(omega * d.time) for d in est.data) for wave in (np.cos, np.sin)]
+        pair = zip(("cos", "sin"), waves, strict=True)
+        cosine, sine = (Feature(f"{name} {omega:.3g} t", axis, arrays, "line") for name, arrays in pair)
+        found.append((cosine, sine))
     return found
 
 

@@ -4,7 +4,8 @@ import numpy as np
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.evidence import Projector
-from helmbench.diagnosis.unknown import size_tests
+from helmbench.diagnosis.hypotheses import _periodic
+from helmbench.diagnosis.unknown import lines, size_tests
 from helmbench.methods.innovations.estimator import Estimator
 from helmbench.models.model import resolve
 
@@ -32,3 +33,18 @@ def test_another_size_in_the_second_half_is_seen(seed):
 def test_one_size_throughout_is_believed(seed):
     """Of four tests none below e^-9.5 (chance 3 in 10,000)."""
     assert min(_tests(0.0, seed).values()) > -9.5
+
+
+def test_a_periodic_moment_is_seen_through_its_phase(rng):
+    """Cosine and sine of the frequency nearest to the planted one gain what the moment is worth."""
+    est = Estimator(resolve("response-1"), [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
+    waves = lines(est)
+    n = est.data[0].time.size
+    left = rng.standard_normal((2 * len(waves), 6 * n))
+    k = int(rng.integers(len(waves)))
+    residual = rng.standard_normal(6 * n) + 0.2 * left[2 * k] - 0.3 * left[2 * k + 1]
+    (found,) = _periodic(waves, left, residual)
+    assert found.features == waves[k]
+    size = np.array([0.2, -0.3])
+    wanted = float(size @ (left[2 * k : 2 * k + 2] @ left[2 * k : 2 * k + 2].T) @ size)
+    assert abs(found.gain - wanted) < 5.0 * 2.0 * np.sqrt(wanted)
