@@ -36,9 +36,9 @@ def test_more_rounds_only_add(seed):
 def test_the_default_covers_what_the_design_asks_for(seed):
     suite = load_suite("diagnosis")
     specs = [spec for spec in plan(suite, Selection("diagnosis", seed=seed)) if spec.method == "innovations"]
-    assert 120 <= len(specs) <= 160
+    assert 90 <= len(specs) <= 130
     planted = Counter(spec.planted for spec in specs if spec.group == "planted")
-    assert set(planted) == {(cause,) for cause in CAUSES} and min(planted.values()) >= 2
+    assert set(planted) == {(cause,) for cause in CAUSES} and min(planted.values()) >= 1
     kinds = {
         group: {spec.planted[0] for spec in specs if spec.group == group} for group in ("anticipated", "unforeseen")
     }
