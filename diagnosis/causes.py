@@ -143,8 +143,13 @@ def rudder_backlash(est: Estimator) -> list[Variant] | str:
 @cause("1, s", matters=0.1, separate_by="a rudder-force check before and after")
 def rudder_fault(est: Estimator) -> list[Variant] | str:
     """Sudden loss (or gain) of rudder force: effectiveness 1 + e from time t0 (s) of the record on."""
-    e = Parameter("e", "1", ((est.index["fault"], 1.0),), low=-1.0, high=1.0, scale=0.02)
-    return [(e, Parameter("t0", "s", ((est.index["fault_time"], 1.0),), low=0.0, scale=1.0))]
+    return [fault_variant(est, None)]
+
+
+def fault_variant(est: Estimator, record: int | None) -> Variant:
+    """Effectiveness 1 + e from time t0 (s) on."""
+    e = Parameter("e", "1", ((est.index["fault"], 1.0),), record, -1.0, 1.0, 0.02)
+    return (e, Parameter("t0", "s", ((est.index["fault_time"], 1.0),), record, 0.0, float(est.data[0].time[-1]), 1.0))
 
 
 @cause("rad/s, 1, rad", separate_by="heading and rate sampled at several times the wave frequency")

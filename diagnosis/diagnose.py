@@ -109,7 +109,7 @@ def diagnose(
     kept, final, measured, failing = _predicting(search, others, options, rng)
     if failing and left is None:
         said = f"{' and '.join(failing)}, or what looks like it here: held-out records are predicted worse with it"
-        left = Candidate(f"unknown:{said}", (), 0.0, 0.0, search.setting, search.now, True)
+        left = Candidate(f"unknown:{said}", (), 0.0, 0.0, search.setting, search.now)
     own = [_remarked(f) if f.cause in failing else f for f in _findings(search, rng)]
     findings = [*_flag_findings(flags), *tracks.findings, *_spike_findings(est), *own]
     extended = extended_model(est, final, [a.cause for a in kept.accepted], flags, tracks)
@@ -212,9 +212,7 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
     tests.append((f"a line at {line[1]:.3g} rad/s", line[0]))
     label, log_p = min(tests, key=lambda t: t[1])
     if log_p + np.log(len(tests)) < min(threshold, -0.5 * mimicry(search)):
-        return Candidate(
-            f"unknown:{label}", (), log_p + np.log(len(tests)), -2.0 * log_p, search.setting, search.now, True
-        )
+        return Candidate(f"unknown:{label}", (), log_p + np.log(len(tests)), -2.0 * log_p, search.setting, search.now)
     return None
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from ..methods.innovations.estimator import CLIP, Innovations
 
 DRAWS = 2000
+TIE_NATS, MOST_TIED = 4.6, 2
+"""Log p-values within which significant rivals are tied, and how many are told beside the best."""
 
 
 def log_tail(statistic: float, k: int) -> float:

@@ -67,12 +67,14 @@ def _yaw_rate_column(records: list[Record]) -> tuple[Flag | None, list[Record]]:
 
 def _rate_error(record: Record, name: str) -> float:
     """Share of the heading's changes over windows that a rate column does not give."""
+    from scipy.integrate import cumulative_trapezoid
+
     psi, rate, time = record.heading_unwrapped(), record.column(name), record.time_s
     known = np.isfinite(psi) & np.isfinite(rate)
     psi, rate, time = psi[known], rate[known], time[known]
     step = max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time))))
     turned = psi[step:] - psi[:-step]
-    given = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
+    given = cumulative_trapezoid(rate, time, initial=0.0)
     error = turned - (given[step:] - given[:-step])
     return float(np.sqrt(np.mean(error**2) / max(np.mean(turned**2), 1e-300)))
 
@@ -105,6 +107,8 @@ def _velocity_reading(records: list[Record]) -> tuple[Flag | None, list[Record]]
 
 def _track_error(record: Record) -> float:
     """Error of the displacement over windows that heading and velocities give, as a share of the way made."""
+    from scipy.integrate import cumulative_trapezoid
+
     psi, u, v = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
     x, y, time = record.column("north_m"), record.column("east_m"), record.time_s
     known = np.all(np.isfinite([psi, u, v, x, y]), axis=0)
@@ -113,7 +117,7 @@ def _track_error(record: Record) -> float:
     north, east = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
     errors, way = [], []
     for place, rate in ((x, north), (y, east)):
-        given = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
+        given = cumulative_trapezoid(rate, time, initial=0.0)
         moved = place[step:] - place[:-step]
         errors.append(moved - (given[step:] - given[:-step]))
         way.append(moved)

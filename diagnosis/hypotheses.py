@@ -10,8 +10,8 @@ import numpy as np
 
 from ..methods.innovations.estimator import Estimator, Setting
 from . import unknown
-from .evidence import Projector, independent, log_tail
-from .search import IN_SPAN, Candidate, Search, mimicry
+from .evidence import independent, log_tail
+from .search import IN_SPAN, Candidate, Search, candidate, mimicry
 from .unknown import Feature
 
 if TYPE_CHECKING:
@@ -78,8 +78,7 @@ def try_features(search: Search, before: float) -> list[Tried]:
         now = search.now if level == 1.0 else est.evaluate(at)
         if now.log_likelihood <= -1e299 or np.abs(now.e).max() > 1e4:
             continue
-        fixed = est.column(at, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
-        projector = Projector(now, fixed, search.precisions(0))
+        projector = search.projector(at, now)
         if level < 1.0:
             projector.residual = now.e.ravel()
         columns = est.responses(at, axes, series)
@@ -173,7 +172,7 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
     """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p)."""
     gain = 2.0 * (before - gust_like(search))
     if log_tail(gain, 2) < threshold:
-        found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, search.setting, search.now, True)]
+        found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, search.setting, search.now)]
     else:
         found = []
     before -= 0.5 * gain
@@ -188,12 +187,8 @@ def refit_features(search: Search, features: Sequence[Feature], before: float, t
     """Unknown forces or sensor shifts, refitted with the noise."""
     variant = tuple(f.parameter(search.est) for f in features)
     found, now = search.refit(search.setting, variant, 3)
-    statistic = 2.0 * (now.log_likelihood - before)
-    k = len(variant)
-    name = " + ".join(f"{f.name}" for f in features)
-    return Candidate(
-        f"unknown:{name}", variant, log_tail(statistic, k) + k * np.log(tests), statistic, found, now, True
-    )
+    name = " + ".join(f.name for f in features)
+    return candidate(f"unknown:{name}", variant, len(variant), tests ** len(variant), before, found, now)
 
 
 def confirmed(search: Search, left: Candidate, records: Sequence[Record]) -> bool | None:

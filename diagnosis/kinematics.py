@@ -16,7 +16,7 @@ import numpy as np
 
 from ..datasets.instruments import corrected
 from ..methods.series import bridged, sensor_sd
-from .evidence import log_tail
+from .evidence import MOST_TIED, TIE_NATS, log_tail
 from .result import Finding, Size
 from .sizes import NORMAL_90
 
@@ -37,7 +37,6 @@ CAUSES: dict[str, tuple[str, str, tuple[str, ...]]] = {
 SHARE = 0.1
 """Share of the family-wise level that this stage spends."""
 STEPS, MOST = 4, 2
-TIE_NATS, MOST_TIED = 4.6, 2
 LEAST_DELAY = 0.1
 """Share of the sampling step below which a delay is not told from how velocities were made."""
 SEPARATE = "rudder manoeuvres with a model that holds sway, or the compass and the log checked each by itself"
@@ -66,8 +65,11 @@ def compare(records: Sequence[Record], alpha: float, only: Sequence[str] | None 
     threshold = np.log(SHARE * alpha / (len(bank) * MOST))
     chosen: dict[str, tuple[str, ...]] = {}
     first: dict[str, float] = {}
-    while len(chosen) < MOST:
-        values, _ = _fitted(records, [*chosen])
+    told: list[float] = []
+    while True:
+        values, spread = _fitted(records, [*chosen])
+        if len(chosen) == MOST:
+            break
         open_ = [name for name in bank if _cause(name) not in map(_cause, chosen)]
         statistics = {name: _statistic(records, [*chosen], values, name) for name in open_}
         first = first or dict(statistics)
@@ -77,11 +79,11 @@ def compare(records: Sequence[Record], alpha: float, only: Sequence[str] | None 
         near = [best, *(name for name in statistics if statistics[best] - statistics[name] < 2.0 * TIE_NATS)]
         alike = dict.fromkeys(x for name in map(_cause, near) for x in (name, ALIKE.get(name, name)))
         chosen[best] = tuple(x for x in alike if x != _cause(best))
-    values, spread = _fitted(records, [*chosen])
+        told.append(statistics[best])
     instruments = {slot: float(v) for name, v in zip(chosen, values, strict=True) for slot in CAUSES[name][2]}
     findings = tuple(
-        _finding(name, ties[:MOST_TIED], float(v), float(sd), first[name], len(bank))
-        for (name, ties), v, sd in zip(chosen.items(), values, spread, strict=True)
+        _finding(name, ties[:MOST_TIED], float(v), float(sd), statistic, len(bank))
+        for (name, ties), v, sd, statistic in zip(chosen.items(), values, spread, told, strict=True)
     )
     best_of = {_cause(name): max(first[x] for x in first if _cause(x) == _cause(name)) for name in first}
     best_of |= {other: best_of[name] for name, other in ALIKE.items() if name in best_of}
@@ -167,10 +169,10 @@ def _whitened(record: Record, names: Sequence[str]) -> tuple[np.ndarray, np.ndar
     u, v, north, east = (bridged(record.column(name), time) for name in NEEDED[1:])
     cosine, sine = np.cos(psi), np.sin(psi)
     rates = np.stack([u * cosine - v * sine, u * sine + v * cosine])
-    path = _integral(rates[0], rates[1], time)
+    path = _integral(rates, time)
     made = {
         "speed_scale": -path,
-        "sway_offset": _integral(sine, -cosine, time),
+        "sway_offset": _integral(np.stack([sine, -cosine]), time),
         "heading_offset": np.stack([path[1], -path[0]]),
         "velocity_delay": _late(u, v, psi),
         "velocity_delay:all": rates - rates[:, :1],
@@ -187,11 +189,11 @@ def _whitened(record: Record, names: Sequence[str]) -> tuple[np.ndarray, np.ndar
     return rows[0], rows[1 : 1 + len(names)].T, rows[1 + len(names) :].T
 
 
-def _integral(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """(2, T) integrals by the trapezoidal rule, 0 at the start."""
-    rates = np.stack([north, east])
-    steps = 0.5 * (rates[:, 1:] + rates[:, :-1]) * np.diff(time)
-    return np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1)
+def _integral(rates: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Integrals (2, T) of rates (2, T), 0 at the start."""
+    from scipy.integrate import cumulative_trapezoid
+
+    return cumulative_trapezoid(rates, time, initial=0.0)
 
 
 def _late(u: np.ndarray, v: np.ndarray, psi: np.ndarray) -> np.ndarray:

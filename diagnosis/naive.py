@@ -79,10 +79,11 @@ def ljung_box(series: np.ndarray) -> float:
 
 def select(runs: FreeRuns, base: Fit, only: Sequence[str] | None) -> list[tuple[str, Variant, Fit]]:
     """Causes added while BIC falls: the best of all that can be fitted, at most MOST."""
+    from .attempts import ATTEMPTS
     from .causes import CAUSES, testable
 
     bank, _ = testable(runs.est)
-    names = [name for name in bank if (not only or name in only) and (name == "rudder_fault" or bank[name][0])]
+    names = [name for name in bank if (not only or name in only) and name not in ATTEMPTS]
     chosen: list[tuple[str, Variant, Fit]] = []
     now, charged = base, 0
     for _ in range(MOST):
@@ -113,7 +114,7 @@ def fit_cause(runs: FreeRuns, before: Fit, entry: Cause, variants: Sequence[Vari
 
 def _fit_fault(runs: FreeRuns, before: Fit) -> tuple[Variant, Fit]:
     """A loss of effectiveness from the best of a few times on."""
-    from .screening import fault_variant
+    from .causes import fault_variant
 
     e, t0 = fault_variant(runs.est, None)
     times = np.linspace(0.0, float(runs.est.data[0].time[-1]), FAULT_TIMES + 2)[1:-1]

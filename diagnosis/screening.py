@@ -9,7 +9,7 @@ import numpy as np
 
 from ..methods.innovations.estimator import Estimator, Innovations, Parameter, Setting
 from .attempts import ATTEMPTS
-from .causes import CAUSES, Variant
+from .causes import CAUSES, Variant, fault_variant
 from .evidence import Projector, Score, effective_number, independent, log_tail
 from .search import IN_SPAN, Screened, Search
 
@@ -19,8 +19,7 @@ FAULT_GRID = 12
 def screen(search: Search, s: Setting, now: Innovations, count: bool = False) -> list[Screened]:
     """Score of every cause not accepted yet, best variant each, best first; `count`: find the effective number."""
     est = search.est
-    fixed = est.column(s, now, search.parameters) if search.parameters else np.zeros((0, now.e.size))
-    projector = Projector(now, fixed, search.precisions(0))
+    projector = search.projector(s, now)
     used = {a.cause for a in search.accepted}
     out, families = [], []
     for name, variants in search.bank.items():
@@ -102,9 +101,3 @@ def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Pro
     best, score, tests = _supremum(search, projector, columns)
     log_p = log_tail(score.statistic, 1) + np.log(tests)
     return Screened(name, variant, log_p, score, (float(score.step[0]), values[best]), tests)
-
-
-def fault_variant(est: Estimator, record: int | None) -> Variant:
-    """Effectiveness 1 + e from time t0 (s) on."""
-    e = Parameter("e", "1", ((est.index["fault"], 1.0),), record, -1.0, 1.0, 0.02)
-    return (e, Parameter("t0", "s", ((est.index["fault_time"], 1.0),), record, 0.0, float(est.data[0].time[-1]), 1.0))

@@ -9,7 +9,7 @@ import numpy as np
 from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
 from ..models.model import CHANNELS
 from .causes import CAUSES, Variant
-from .evidence import Score, log_tail
+from .evidence import Projector, Score, log_tail
 
 SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN = 0.5, 0.2, 0.3
 """How the family-wise level is spent: first cause, later ones, effects outside the bank."""
@@ -42,7 +42,6 @@ class Candidate:
     statistic: float
     setting: Setting
     now: Innovations
-    feature: bool = False
     tests: float = 1.0
     k: int = 0
     """Number of variants or starts that were tried, and degrees of freedom."""
@@ -93,6 +92,11 @@ class Search:
             if calm.log_likelihood > now.log_likelihood:
                 return still, calm
         return found, now
+
+    def projector(self, s: Setting, now: Innovations) -> Projector:
+        """Scores at a setting with all that a refit moves projected out."""
+        fixed = self.est.column(s, now, self.parameters) if self.parameters else np.zeros((0, now.e.size))
+        return Projector(now, fixed, self.precisions(0))
 
     def quiet(self, s: Setting) -> Setting:
         """The setting under the sensors' noise alone."""

@@ -9,15 +9,13 @@ import numpy as np
 
 from . import unknown
 from .attempts import ATTEMPTS
-from .evidence import Projector, canonical_correlation, log_tail
+from .evidence import MOST_TIED, TIE_NATS, canonical_correlation, log_tail
 from .hypotheses import best_unknown
 from .refitting import refined, refit_cause
 from .screening import screen
 from .search import SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, mimicry, strength
 
 LEADERS = 6
-TIE_NATS = 4.6
-MOST_TIED = 2
 TIE_CORRELATION = 0.5
 """Canonical correlation of their projected sensitivities below which two causes are no tie."""
 
@@ -34,8 +32,10 @@ def select(search: Search, most: int) -> None:
         if step == 0:
             search.first_candidates = candidates
             search.rival = best_unknown(search, before, np.log(search.alpha * SHARE_UNKNOWN))
-        least = mimicry(search)
-        passed = [c for c in candidates if c.log_p < threshold and (not least or strength(search, c) > least)]
+        passed = [c for c in candidates if c.log_p < threshold]
+        if passed and search.accepted:
+            least = mimicry(search)
+            passed = [c for c in passed if strength(search, c) > least]
         if not passed:
             return
         accept(search, passed)
@@ -87,8 +87,7 @@ def alike(search: Search, first: Candidate, second: Candidate) -> bool:
     if not (first.variant and second.variant):
         return True
     est = search.est
-    fixed = est.column(search.setting, search.now, search.parameters) if search.parameters else np.zeros((0, 1))
-    projector = Projector(search.now, fixed, search.precisions(0))
+    projector = search.projector(search.setting, search.now)
     columns = [est.column(c.setting, c.now, c.variant) for c in (first, second)]
     return canonical_correlation(projector, *columns) > TIE_CORRELATION
 
@@ -118,10 +117,9 @@ def without(search: Search, cause: Candidate) -> Search:
 def size_tests(search: Search) -> list[tuple[str, float]]:
     """Log p-values of the accepted causes having one size throughout."""
     est, at, own = search.est, len(search.nuisance), {}
-    columns = est.column(search.setting, search.now, search.parameters) if search.parameters else np.zeros((0, 1))
+    projector = search.projector(search.setting, search.now)
     for a in search.accepted:
         if a.variant:
-            own[a.cause] = columns[at : at + len(a.variant)]
+            own[a.cause] = projector.nuisance[at : at + len(a.variant)]
         at += len(a.variant)
-    projector = Projector(search.now, columns, search.precisions(0))
     return unknown.size_tests(est, search.now, projector, own) if own else []
