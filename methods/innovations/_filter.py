@@ -3,8 +3,7 @@
 States: the model's n, then Ornstein-Uhlenbeck forces (one per force input), then two of wave-frequency motion where
 that is switched on.  Measurements enter one by one, so that what comes out are whitened innovations e and log S / 2;
 their likelihood is exact for a linear model.  The rudder's own sensor noise and its corners between samples are
-process noise.  Columns of forcing (a force or a sensor shift, as a time series) are carried along with the filter's
-gains: their responses are the derivatives of the whitened innovations.
+process noise.  What derivatives need of a run is written down as it goes (`_linear` carries them along it).
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, types
 
-from ...models.drivers import A1, A2, JIT, RHS, f8, i8
+from ...models.drivers import A1, A2, A3, I1, JIT, RHS, f8, i8
 from .layout import (
     B_C,
     CHANNELS,
@@ -43,7 +42,6 @@ from .layout import (
     ZETA,
 )
 
-I1 = types.Array(types.int64, 1, "C")
 JACOBIAN = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
 
 
@@ -158,15 +156,15 @@ def _back(rhs, x, rudder, k, dt, other, n, theta, q, unit, force, first, env, i_
 
 
 SIGNATURE = types.void(
-    *(RHS, JACOBIAN, A1, A1, A2, A2, A1, I1, A1, A1, A1, A2, A1, A1, i8, I1, A2, A1),
-    *(A2, A2, A2, A2, A2),
+    *(RHS, JACOBIAN, A1, A1, A2, A2, A1, I1, A1, A1, A1, A2, A1, A1, i8, I1, A1),
+    *(A2, A2, A2, A2, A3, A3, A3, A2, A3, A3),
 )
 
 
 @njit(SIGNATURE, **JIT)
 def run_filter(
-    rhs, jacobian, time, recorded, other, measured, p, layout, unit, noise, rudder_noise, exogenous, x0, p0, free, axes,
-    forcing, probes, whitened, log_s, filtered, predicted, columns,
+    rhs, jacobian, time, recorded, other, measured, p, layout, unit, noise, rudder_noise, exogenous, x0, p0, free,
+    varied, probes, whitened, log_s, filtered, predicted, transition, slopes, gains, roots, spreads, pushes,
 ):  # fmt: skip
     """Filter one record.
 
@@ -176,17 +174,18 @@ def run_filter(
     covariance)]; unit (nf,) force units; noise (6 + nf + 1,) sensor sds, force sds in units,
     correlation time; rudder_noise (2,) sd of the rudder's sensor and share of its second difference that is error at a
     corner; exogenous (T, nf + 6) added forces and sensor shifts; x0, p0
-    (n,) start and variance of states without a channel; free: sample from which nothing is updated any more; axes
-    (m,), forcing (m, T): columns, axis < nf a force in units, then channel axis - nf, then theta[axis - nf - 6], times
-    the forcing and differenced over probes (m,) (midpoint rule; how the gains change is left out).
+    (n,) start and variance of states without a channel; free: sample from which nothing is updated any more; varied
+    (m,): entries of theta, differenced over probes (m,).
 
-    Filled: whitened, log_s (T, 6) innovations and log S / 2 (0 at gaps), filtered (T, nx) states, predicted (T, 6),
-    columns (m, T*6) derivatives of the whitened innovations.
+    Filled: whitened, log_s (T, 6) innovations and log S / 2 (0 at gaps), filtered (T, nx) states, predicted (T, 6);
+    and, unless they have no rows: transition (T, nx, nx) to the next sample, slopes (T, 6, nx) of the channels by the
+    states, gains (T, 6, nx) covariances with them, roots (T, 6) 1 / sqrt S or 0, spreads (T, nf, nx) covariances of the
+    forces after the sample, pushes (m, T, n) of the states over the next step by the varied entries (midpoint rule).
     """
     n, nth, nu, first, env, parts_of = layout[0], layout[1], layout[2], layout[3], layout[4], layout[5]
     channel = layout[6:]
     theta, q = p[:nth], p[nth:]
-    nf, size, m = unit.size, time.size, axes.size
+    nf, size, m, kept = unit.size, time.size, varied.size, transition.shape[0] > 0
     waves = q[RMS] > 0.0
     nx = n + nf + (2 if waves else 0)
     na = n + nf
@@ -201,12 +200,7 @@ def run_filter(
     u, rate, probe, total = np.zeros(nu), np.zeros(n), np.zeros(n), np.zeros(n)
     h, ph, force = np.zeros(nx), np.zeros(nx), np.zeros(nf)
     late, work = np.zeros((CHANNELS, n)), np.zeros(nu + 2 * n)
-    shift = np.zeros((m, nx))
-    moved = np.zeros(nx)
     other_theta, base_rate, push = theta.copy(), np.zeros(n), np.zeros(n)
-    varied = False
-    for column in range(m):
-        varied = varied or axes[column] >= nf + CHANNELS
     i_psi = channel[0]
     live = np.ones(n, np.bool_)
     for c in range(CHANNELS):
@@ -248,8 +242,6 @@ def run_filter(
             i = channel[c]
             if i < 0:
                 whitened[k, c], log_s[k, c], predicted[k, c] = 0.0, 0.0, np.nan
-                for j in range(m):
-                    columns[j, k * CHANNELS + c] = 0.0
                 continue
             for j in range(nx):
                 h[j] = 0.0
@@ -287,8 +279,6 @@ def run_filter(
             predicted[k, c] = expected
             if np.isnan(y):
                 whitened[k, c], log_s[k, c] = 0.0, 0.0
-                for j in range(m):
-                    columns[j, k * CHANNELS + c] = 0.0
                 continue
             nu_c = y - expected
             if c == 0:
@@ -317,15 +307,10 @@ def run_filter(
                 if w != 0.0:
                     for j in range(nx):
                         cov[i2, j] -= w * ph[j]
-            for column in range(m):
-                seen = forcing[column, k] if axes[column] == nf + c else 0.0
+            if kept:
+                roots[k, c] = root
                 for j in range(nx):
-                    if h[j] != 0.0:
-                        seen += h[j] * shift[column, j]
-                columns[column, k * CHANNELS + c] = -seen * root
-                seen *= inverse
-                for j in range(nx):
-                    shift[column, j] -= ph[j] * seen
+                    slopes[k, c, j], gains[k, c, j] = h[j], ph[j]
         for i in range(nx):
             filtered[k, i] = x[i]
         if k == size - 1:
@@ -407,50 +392,36 @@ def run_filter(
                 for j in range(na):
                     power[i, j] = next_power[i, j]
                     phi[i, j] += power[i, j]
-        if varied:
+        if m > 0:
             for i in range(n):
                 probe[i] = 0.5 * (filtered[k, i] + x[i])
             _inputs(u, rudder[k * parts + parts_of], other, k, q, unit, force, first, env, probe[i_psi])
             rhs(probe, u, theta, base_rate)
         for column in range(m):
-            held = forcing[column, k] if axes[column] < nf else 0.0
+            other_theta[varied[column]] += probes[column]
+            rhs(probe, u, other_theta, push)
+            other_theta[varied[column]] = theta[varied[column]]
             for i in range(n):
-                moved[i] = 0.0
+                push[i] = (push[i] - base_rate[i]) * dt / probes[column]
+            for i in range(n):
                 if not live[i]:
                     continue
-                value = 0.0
-                for j in range(na):
-                    value += phi[i, j] * shift[column, j]
-                if held != 0.0:
-                    value += phi[i, n + axes[column]] * held
-                moved[i] = value
-            if axes[column] >= nf + CHANNELS and forcing[column, k] != 0.0:
-                index = axes[column] - nf - CHANNELS
-                other_theta[index] += probes[column]
-                rhs(probe, u, other_theta, push)
-                other_theta[index] = theta[index]
-                size_of = forcing[column, k] * dt / probes[column]
-                for i in range(n):
-                    push[i] = (push[i] - base_rate[i]) * size_of
-                for i in range(n):
-                    if not live[i]:
-                        continue
-                    value = push[i]
-                    for j in range(n):
-                        value += 0.5 * a[i, j] * push[j]
-                    moved[i] += value
-            for i in range(n):
-                shift[column, i] = moved[i]
-            for i in range(nf):
-                shift[column, n + i] *= decay
-            if waves:
-                w1 = shift[column, na]
-                shift[column, na] = f11 * w1 + f12 * shift[column, na + 1]
-                shift[column, na + 1] = f21 * w1 + f22 * shift[column, na + 1]
+                value = push[i]
+                for j in range(n):
+                    value += 0.5 * a[i, j] * push[j]
+                pushes[column, k, i] = value
         for i in range(nf):
             phi[n + i, n + i] = decay
         if waves:
             phi[na, na], phi[na, na + 1], phi[na + 1, na], phi[na + 1, na + 1] = f11, f12, f21, f22
+        if kept:
+            for i in range(nx):
+                if i >= n or live[i]:
+                    for j in range(nx):
+                        transition[k, i, j] = phi[i, j]
+            for i in range(nf):
+                for j in range(nx):
+                    spreads[k, i, j] = cov[n + i, j]
         for i in range(nx):
             if i < n and not live[i]:
                 continue

@@ -6,7 +6,7 @@ shifts added as time series.  `Estimator` holds the records and evaluates settin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -101,6 +101,32 @@ class Innovations(NamedTuple):
         with np.errstate(over="ignore"):  # a diverged run counts as impossible
             value = -np.sum(self.log_s) - 0.5 * np.sum(self.e**2)
         return float(value) if np.isfinite(value) else -1e300
+
+
+class Run(NamedTuple):
+    """One record through the filter: whitened innovations and log S / 2 (T, 6), states (T, nx), predicted (T, 6)."""
+
+    e: np.ndarray
+    log_s: np.ndarray
+    states: np.ndarray
+    predicted: np.ndarray
+
+
+class Trace(NamedTuple):
+    """What derivatives need of a run (see `_filter.run_filter`); without rows nothing is written down."""
+
+    transition: np.ndarray
+    slopes: np.ndarray
+    gains: np.ndarray
+    roots: np.ndarray
+    spreads: np.ndarray
+    pushes: np.ndarray
+
+    @classmethod
+    def empty(cls, size: int, n: int, nx: int, nf: int, m: int) -> Trace:
+        """For T samples, n states of the model, nx of the filter, nf forces and m varied entries."""
+        of_states = ((size, nx, nx), (size, CHANNELS, nx), (size, CHANNELS, nx), (size, CHANNELS), (size, nf, nx))
+        return cls(*map(np.zeros, (*of_states, (m, size, n))))
 
 
 class Estimator:
@@ -225,32 +251,44 @@ class Estimator:
     def evaluate(self, s: Setting, records: Sequence[int] | None = None) -> Innovations:
         """Innovations at a setting, of all records or some (then in their order)."""
         chosen = range(len(self.data)) if records is None else records
-        parts = list(self._pool.map(lambda i: self._run(s, i)[:3], chosen))
-        return Innovations(*(np.concatenate([part[j] for part in parts]) for j in range(3)))
+        return self._joined(self._pool.map(lambda i: self._run(s, i), chosen))
 
-    def _run(self, s: Setting, i: int, free: int | None = None, axes=None, forcing=None, probes=None):
+    def _joined(self, runs: Iterable[Run]) -> Innovations:
+        """Innovations of several records in turn, without the states of waves."""
+        parts, n = list(runs), len(self.kernels.STATES) + self.n_forces
+        e, log_s = (np.concatenate([getattr(part, name) for part in parts]) for name in ("e", "log_s"))
+        return Innovations(e, log_s, np.concatenate([part.states[:, :n] for part in parts]))
+
+    def _run(self, s: Setting, i: int, free: int | None = None) -> Run:
+        """Record i through the filter, freely from sample `free` on."""
+        return self._filter(s, i, free, Trace.empty(0, 0, 0, 0, 0), ())
+
+    def _traced(self, s: Setting, i: int, varied: Sequence[int] = ()) -> tuple[Run, Trace]:
+        """Record i through the filter with all that derivatives need of the run."""
+        trace = Trace.empty(
+            self.data[i].time.size, len(self.kernels.STATES), self._size(s, i), self.n_forces, len(varied)
+        )
+        return self._filter(s, i, None, trace, varied), trace
+
+    def _size(self, s: Setting, i: int) -> int:
+        """States of the filter: the model's, the forces, and those of waves."""
+        waves = s.p[i, len(self.names) - len(OUTER) + RMS] > 0.0
+        return len(self.kernels.STATES) + self.n_forces + (2 if waves else 0)
+
+    def _filter(self, s: Setting, i: int, free: int | None, trace: Trace, varied: Sequence[int]) -> Run:
         from ._filter import run_filter  # numba
 
         d = self.data[i]
-        size, nf = d.time.size, self.n_forces
-        waves = s.p[i, len(self.names) - len(OUTER) + RMS] > 0.0
-        nx = len(self.kernels.STATES) + nf + (2 if waves else 0)
-        e, log_s, predicted = np.empty((size, CHANNELS)), np.empty((size, CHANNELS)), np.empty((size, CHANNELS))
-        states = np.empty((size, nx))
-        axes = np.zeros(0, np.int64) if axes is None else axes
-        forcing = np.zeros((0, size)) if forcing is None else forcing
-        probes = np.zeros(axes.size) if probes is None else probes
-        columns = np.zeros((axes.size, size * CHANNELS))
+        size, nf, which = d.time.size, self.n_forces, np.array(varied, np.int64)
+        run = Run(*(np.empty((size, m)) for m in (CHANNELS, CHANNELS, self._size(s, i), CHANNELS)))
         added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
         model = (self.kernels.rhs, self.kernels.jacobian)
         record = (d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]))
         fixed = (self.layout, self.unit, s.noise, np.array([self.rudder_sd, self.between]), added, d.start, d.start_var)
         if free is None and self.free_s is not None:
             free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
-        last = size if free is None else free
-        out = (e, log_s, states, predicted, columns)
-        run_filter(*model, *record, *fixed, last, axes, forcing, probes, *out)
-        return e, log_s, states[:, : len(self.kernels.STATES) + nf], predicted, columns
+        run_filter(*model, *record, *fixed, size if free is None else free, which, probes(s.p[i, which]), *run, *trace)
+        return run
 
     def many(
         self, settings: Sequence[Setting], records: Sequence[Sequence[int] | None] | None = None
@@ -261,25 +299,17 @@ class Estimator:
         jobs = [
             (s, i) for s, chosen in zip(settings, which, strict=True) for i in (everyone if chosen is None else chosen)
         ]
-        parts = iter(list(self._pool.map(lambda job: self._run(*job)[:3], jobs)))
-        out = []
-        for chosen in which:
-            own = [next(parts) for _ in (everyone if chosen is None else chosen)]
-            out.append(Innovations(*(np.concatenate([part[j] for part in own]) for j in range(3))))
-        return out
+        runs = self._pool.map(lambda job: self._run(*job), jobs)
+        return [self._joined([next(runs) for _ in (everyone if chosen is None else chosen)]) for chosen in which]
 
     def free_run(self, s: Setting, i: int, free: int) -> np.ndarray:
         """Predicted channels (T, 6) of record i: filtered up to sample `free`, simulated from there."""
-        return self._run(s, i, free)[3]
+        return self._run(s, i, free).predicted
 
     def responses(self, s: Setting, axes: Sequence[int], forcing: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
         """Derivatives (m, N*6) of the whitened innovations by the size of added series; forcing[j][i] is (T,)."""
-        which = np.array(axes, np.int64)
-        jobs = range(len(self.data))
-        parts = self._pool.map(
-            lambda i: self._run(s, i, None, which, np.ascontiguousarray(np.stack([f[i] for f in forcing])))[4], jobs
-        )
-        return np.hstack(list(parts))
+        sizes = [np.ascontiguousarray(np.stack([f[i] for f in forcing])) for i in range(len(self.data))]
+        return self._carried(s, np.array(axes, np.int64), sizes, ())
 
     def tangent(self, s: Setting, indices: Sequence[int]) -> np.ndarray:
         """Derivatives (m, N*6) of the whitened innovations by entries of the model's vector, in one pass.
@@ -287,14 +317,23 @@ class Estimator:
         With the filter's gains held: what is left out has mean zero, so that the estimating equations D e = 0 keep
         their root.
         """
-        which = np.array(indices, np.int64)
-        probes = 1e-3 * np.where(s.p[0, which] != 0.0, np.abs(s.p[0, which]), 1.0)
-        axes = which + self.n_forces + CHANNELS
-        parts = self._pool.map(
-            lambda i: self._run(s, i, None, axes, np.ones((axes.size, self.data[i].time.size)), probes)[4],
-            range(len(self.data)),
-        )
-        return np.hstack(list(parts))
+        axes = np.arange(len(indices)) + self.n_forces + CHANNELS
+        return self._carried(s, axes, [np.ones((axes.size, d.time.size)) for d in self.data], indices)
+
+    def _carried(
+        self, s: Setting, axes: np.ndarray, forcing: Sequence[np.ndarray], varied: Sequence[int]
+    ) -> np.ndarray:
+        from ._linear import carry  # numba
+
+        out, n = np.zeros((axes.size, self.edges[-1] * CHANNELS)), len(self.kernels.STATES)
+
+        def along(i: int) -> None:
+            _, t = self._traced(s, i, varied)
+            run = (t.transition, t.slopes, t.gains, t.roots)
+            carry(*run, n, self.n_forces, axes, forcing[i], t.pushes, self.edges[i], out)
+
+        list(self._pool.map(along, range(len(self.data))))
+        return out
 
     def scores(self, s: Setting, now: Innovations, parameters: Sequence[Parameter]) -> np.ndarray:
         """As `column`, but what moves only entries of the model's vector comes out of one pass (`tangent`)."""
@@ -398,7 +437,7 @@ class Estimator:
         nf, noise = self.n_forces, s.noise
         sensors = self._sensor_step(noise, now)
         q = (noise[6 : 6 + nf] / QUANTUM) ** 2
-        gradient, fisher = self._force_scores(s, now, q)
+        gradient, fisher = self._force_scores(s, now)
         change = _bounded_step(gradient, fisher, q)
         for power in range(5):
             shrink = 0.5**power if power < 4 else 0.0
@@ -420,28 +459,29 @@ class Estimator:
         weight = np.maximum(np.sum(share**2 * used, axis=0), 1e-9)
         return np.maximum(noise[:CHANNELS] * np.exp(np.clip(0.5 * excess / weight, -0.4, 0.4)), self.floors)
 
-    def _force_scores(self, s: Setting, now: Innovations, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _force_scores(self, s: Setting, now: Innovations) -> tuple[np.ndarray, np.ndarray]:
         nf = self.n_forces
-        steps, settings = [], []
-        for j in range(nf):
-            steps.append(max(0.1 * q[j], 1e-3))
-            trial = s.noise.copy()
-            trial[6 + j] = QUANTUM * np.sqrt(q[j] + steps[-1])
-            settings.append(replace(s, noise=trial))
-        steps.append(np.log(1.1))
-        if q.any():
-            trial = s.noise.copy()
-            trial[6 + nf] *= 1.1
-            settings.append(replace(s, noise=trial))
-        found = self.many(settings) + [now] * (nf + 1 - len(settings))
-        de = [(f.e - now.e) / h for f, h in zip(found, steps, strict=True)]
-        dl = [(f.log_s - now.log_s) / h for f, h in zip(found, steps, strict=True)]
-        gradient = np.array([-np.sum(b + now.e * a) for a, b in zip(de, dl, strict=True)])
-        mean = np.stack([(a + now.e * b).ravel() for a, b in zip(de, dl, strict=True)])
-        spread = np.stack([b.ravel() for b in dl])
-        fisher = mean @ mean.T + 2.0 * spread @ spread.T
+        de, dl = self._by_noise(s)
+        gradient = -np.sum(dl + now.e.ravel() * de, axis=1)
+        mean = de + now.e.ravel() * dl
+        fisher = mean @ mean.T + 2.0 * dl @ dl.T
         fisher[nf, nf] += 1.0
         return gradient, fisher
+
+    def _by_noise(self, s: Setting) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives (nf + 1, N*6) of innovations and of log S / 2 by variances (QUANTUM^2) and log time of forces."""
+        from ._linear import LANES, vary  # numba
+
+        by_e, by_log_s = np.zeros((2, LANES, self.edges[-1] * CHANNELS))
+
+        def along(i: int) -> None:
+            run, t = self._traced(s, i)
+            done = (t.transition, t.slopes, t.gains, t.roots, t.spreads, run.e, run.states)
+            n, first = len(self.kernels.STATES), self.edges[i]
+            vary(*done, self.data[i].time, s.noise, n, QUANTUM, first, by_e, by_log_s)
+
+        list(self._pool.map(along, range(len(self.data))))
+        return by_e[: self.n_forces + 1], by_log_s[: self.n_forces + 1]
 
     def settle(self, s: Setting, start: Setting) -> tuple[Setting, Innovations]:
         """The best noise of several starts: the present one, none, and faint gusts."""
@@ -507,6 +547,11 @@ class Estimator:
             if found.log_likelihood - cost > now.log_likelihood - penalty:
                 return trial, found
         return s, now
+
+
+def probes(values: np.ndarray) -> np.ndarray:
+    """Steps over which derivatives by entries of the model's vector are differenced."""
+    return 1e-3 * np.where(values != 0.0, np.abs(values), 1.0)
 
 
 def _key(p: Parameter) -> tuple:

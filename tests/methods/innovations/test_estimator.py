@@ -8,7 +8,7 @@ import pytest
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.sensors import NOISE
 from helmbench.methods.base import CannotFit
-from helmbench.methods.innovations.estimator import Estimator, Parameter, without_spikes
+from helmbench.methods.innovations.estimator import QUANTUM, Estimator, Parameter, without_spikes
 from helmbench.models.model import resolve
 
 SENSORS = ("heading", "yaw_rate", "surge", "sway", "north", "east")
@@ -103,6 +103,26 @@ def test_responses_are_derivatives_by_added_series(short, rng):
 
         own = (est.evaluate(added(h)).e - est.evaluate(added(-h)).e).ravel() / (2.0 * h)
         assert _apart(response, own) < 0.03
+
+
+@pytest.mark.parametrize("waves", [False, True])
+def test_derivatives_by_the_noise_are_those_of_the_likelihood(short, waves):
+    """Exact but for the model's slopes, which the noise moves a little by moving the states."""
+    est, s = short
+    if waves:
+        s = est.at(s, Parameter("rms", "rad", ((est.index["wave_rms"], 1.0),)), 0.005)
+    nf, (by_e, by_log_s) = est.n_forces, est._by_noise(s)
+    for j in range(nf + 1):
+
+        def moved(h, j=j):
+            noise = s.noise.copy()
+            noise[6 + j] = noise[6 + j] * np.exp(h) if j == nf else np.sqrt(noise[6 + j] ** 2 + h * QUANTUM**2)
+            return est.evaluate(replace(s, noise=noise))
+
+        h = 1e-3 if j == nf else 1e-3 * (s.noise[6 + j] / QUANTUM) ** 2
+        up, down = moved(h), moved(-h)
+        assert _apart(by_e[j], (up.e - down.e).ravel() / (2.0 * h)) < 0.02
+        assert _apart(by_log_s[j], (up.log_s - down.log_s).ravel() / (2.0 * h)) < 0.02
 
 
 @pytest.mark.parametrize("vessel", ["mariner", "response-2"])
