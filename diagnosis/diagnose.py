@@ -211,7 +211,7 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
     line = unknown.line_test(search.est, search.now)
     tests.append((f"a line at {line[1]:.3g} rad/s", line[0]))
     label, log_p = min(tests, key=lambda t: t[1])
-    if log_p + np.log(len(tests)) < min(threshold, -0.5 * mimicry(search)):
+    if log_p + np.log(len(tests)) < min(threshold, -0.5 * mimicry(search).sum()):
         return Candidate(f"unknown:{label}", (), log_p + np.log(len(tests)), -2.0 * log_p, search.setting, search.now)
     return None
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..methods.innovations.estimator import Estimator, Setting
 from . import unknown
 from .evidence import independent, log_tail
-from .search import IN_SPAN, Candidate, Search, candidate, mimicry
+from .search import IN_SPAN, Candidate, Search, candidate, stands_out
 from .unknown import Feature
 
 if TYPE_CHECKING:
@@ -178,8 +178,7 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
     before -= 0.5 * gain
     chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
     found += [refit_features(search, t.features, before, t.tests) for t in chosen]
-    least = mimicry(search)
-    passed = [c for c in found if c.log_p < threshold and c.statistic > least]
+    passed = [c for c in found if c.log_p < threshold and stands_out(search, c)]
     return min(passed, key=lambda c: c.log_p) if passed else None
 
 

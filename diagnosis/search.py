@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..methods.innovations.estimator import SYMBOLS, Estimator, Innovations, Parameter, Setting
-from ..models.model import CHANNELS
+from ..methods.innovations.layout import CHANNELS
+from ..models import model as models
 from .causes import CAUSES, Variant
 from .evidence import Projector, Score, log_tail
 
@@ -110,9 +111,40 @@ def candidate(
     return Candidate(cause, variant, log_tail(statistic, k) + np.log(tests), statistic, setting, now, tests=tests, k=k)
 
 
-def mimicry(search: Search) -> float:
-    """Evidence that the accepted causes leave behind because no cause describes a large effect exactly."""
-    return MIMICRY * sum(strengths(search)) if search.accepted else 0.0
+def mimicry(search: Search) -> np.ndarray:
+    """Evidence (6,) by channel that the accepted causes leave behind because no cause describes a large effect exactly.
+
+    It shows where the effects show.
+    """
+    left = np.zeros(CHANNELS)
+    for a, strength in zip(search.accepted, strengths(search), strict=True):
+        left += MIMICRY * strength * shown(search, a.variant)
+    return left
+
+
+def shown(search: Search, variant: Variant) -> np.ndarray:
+    """Shares (6,) of the channels in an effect of the present setting; even ones where no parameter moves it."""
+    est, even = search.est, search.est.channels / search.est.channels.sum()
+    if not variant:
+        return even
+    size = np.array([est.value(search.setting, p) for p in variant])
+    effect = size @ est.column(search.setting, search.now, variant)
+    energy = np.sum(effect.reshape(-1, CHANNELS) ** 2, axis=0)
+    return energy / energy.sum() if energy.sum() > 0.0 else even
+
+
+def stands_out(search: Search, found: Candidate) -> bool:
+    """Whether a candidate is stronger, in the channel where it shows most, than what the accepted causes may leave."""
+    if not search.accepted:
+        return True
+    left = mimicry(search)
+    if not found.variant:
+        return found.statistic > left.sum()
+    beside = replace(search, accepted=[*search.accepted, found], setting=found.setting, now=found.now)
+    where = shown(beside, found.variant)
+    own = found.statistic if found.variant[0].series is not None else strengths(beside)[-1]
+    most = int(np.argmax(where))
+    return own * where[most] > left[most]
 
 
 def strengths(search: Search) -> list[float]:
@@ -126,11 +158,6 @@ def strengths(search: Search) -> list[float]:
         found.append(max(wald, a.statistic))
         at += len(a.variant)
     return found
-
-
-def strength(search: Search, found: Candidate) -> float:
-    """The strength that a candidate would have beside the accepted causes."""
-    return strengths(replace(search, accepted=[*search.accepted, found], setting=found.setting, now=found.now))[-1]
 
 
 def covariance(search: Search) -> np.ndarray:
@@ -147,4 +174,4 @@ def covariance(search: Search) -> np.ndarray:
 
 def channel_name(c: int) -> str:
     """Record channel of one of the filter's six."""
-    return CHANNELS[SYMBOLS[c]]
+    return models.CHANNELS[SYMBOLS[c]]

@@ -13,7 +13,7 @@ from .evidence import MOST_TIED, TIE_NATS, canonical_correlation, log_tail
 from .hypotheses import best_unknown
 from .refitting import refined, refit_cause
 from .screening import screen
-from .search import SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, mimicry, strength
+from .search import SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, stands_out
 
 LEADERS = 6
 TIE_CORRELATION = 0.5
@@ -32,10 +32,7 @@ def select(search: Search, most: int) -> None:
         if step == 0:
             search.first_candidates = candidates
             search.rival = best_unknown(search, before, np.log(search.alpha * SHARE_UNKNOWN))
-        passed = [c for c in candidates if c.log_p < threshold]
-        if passed and search.accepted:
-            least = mimicry(search)
-            passed = [c for c in passed if strength(search, c) > least]
+        passed = [c for c in candidates if c.log_p < threshold and stands_out(search, c)]
         if not passed:
             return
         accept(search, passed)

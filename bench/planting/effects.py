@@ -332,13 +332,17 @@ def _shifted(ship: Ship, p: dict) -> Ship:
 
 
 def _led(ship: Ship, p: dict) -> Ship:
-    """(1 + T s)(1 + T2 s) r + alpha r^3 = K (1 + T3 s) delta for the first-order ship's own T."""
+    """(1 + T s)(1 + T2 s) r + alpha r^3 = K (1 + T3 s) delta for the first-order ship's own T.
+
+    Both times are moved up where T2 is too short to be integrated, which leaves their effect as it is.
+    """
     from dataclasses import replace
 
     from .ships import SECOND_NAMES
 
-    t, t2 = ship.coefficient("T"), max(p["T2"], 0.02)
-    values = {"h": t * t2, "g": t + t2, "K": ship.coefficient("K"), "T3": p["T3"], "alpha": ship.coefficient("alpha")}
+    t, short = ship.coefficient("T"), max(0.02 - p["T2"], 0.0)
+    t2, t3 = p["T2"] + short, p["T3"] + short
+    values = {"h": t * t2, "g": t + t2, "K": ship.coefficient("K"), "T3": t3, "alpha": ship.coefficient("alpha")}
     numbers = np.array([values[name] for name in SECOND_NAMES])
     return replace(ship, kind=SECOND, names=tuple(SECOND_NAMES), coefficients=numbers)
 

@@ -234,6 +234,8 @@ def run_filter(
                     rhs, x, rudder, k, step, other, n, theta, q, unit, force, first, env, i_psi, parts,
                     q[TAU_C + c], nu, late[c], work,
                 )  # fmt: skip
+                for i in range(n):  # what the sample's channels tell in turn moves the late state as the present one
+                    late[c, i] -= x[i]
         if q[CLOCK] > 0.0:
             _inputs(u, rudder[k * parts], other, k, q, unit, force, first, env, x[i_psi])
             rhs(own, u, theta, rate)
@@ -246,9 +248,11 @@ def run_filter(
             for j in range(nx):
                 h[j] = 0.0
             gain = 1.0 + q[S_C + c]
-            value = late[c, i] if q[TAU_C + c] > 0.0 else x[i]
+            value = late[c, i] + x[i] if q[TAU_C + c] > 0.0 else x[i]
             if (c == 2 or c == 3) and channel[5 - c] >= 0:
-                other_value = late[c, channel[5 - c]] if q[TAU_C + c] > 0.0 else x[channel[5 - c]]
+                other_value = x[channel[5 - c]]
+                if q[TAU_C + c] > 0.0:
+                    other_value += late[c, channel[5 - c]]
                 along, across = (value, other_value) if c == 2 else (other_value, value)
                 angle = q[MISALIGNED]
                 if q[EARTH] > 0.0:

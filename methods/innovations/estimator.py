@@ -30,6 +30,9 @@ QUANTUM = 1e-5
 """Force that the noise fit counts in, as a share of the force unit."""
 SHORTEST_TAU_S, START_TAU_S, LONGEST_TAU_S = 1.0, 15.0, 60.0
 """Correlation times of gusts on a 160 m ship; times of smaller ones scale by `Estimator.clock`."""
+DAMPINGS = (0.0, 0.1, 1.0, 10.0, 1e9)
+"""Shares of the Fisher information added to its diagonal in turn until a step of the noise gains (forces of response
+models are nearly collinear); at the last only the sensors move."""
 SPIKE, NEAR = 6.5, 4.5
 FLOOR = (3e-4, 3e-4, 3e-4, 3e-4, 1e-5, 1e-5)
 CLIP = 4.5
@@ -438,14 +441,13 @@ class Estimator:
         sensors = self._sensor_step(noise, now)
         q = (noise[6 : 6 + nf] / QUANTUM) ** 2
         gradient, fisher = self._force_scores(s, now)
-        change = _bounded_step(gradient, fisher, q)
-        for power in range(5):
-            shrink = 0.5**power if power < 4 else 0.0
+        for damping in DAMPINGS:
+            change = _bounded_step(gradient, fisher + damping * np.diag(np.diag(fisher)), q)
             trial = noise.copy()
             trial[:CHANNELS] = sensors
-            new = np.clip(q + shrink * change[:nf], 0.0, 30.0 * q + 100.0)
+            new = np.clip(q + change[:nf], 0.0, 30.0 * q + 100.0)
             trial[6 : 6 + nf] = QUANTUM * np.sqrt(np.where(new < 1e-6, 0.0, new))
-            factor = np.exp(np.clip(shrink * change[nf], -0.7, 0.7))
+            factor = np.exp(np.clip(change[nf], -0.7, 0.7))
             trial[6 + nf] = np.clip(noise[6 + nf] * factor, SHORTEST_TAU_S * self.clock, LONGEST_TAU_S * self.clock)
             found = self.evaluate(replace(s, noise=trial))
             if found.log_likelihood > now.log_likelihood - 1e-6:
