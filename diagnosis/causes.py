@@ -356,7 +356,7 @@ SHALLOW = {
 }  # fmt: skip
 
 
-@cause("1", scan=(0.4, 0.6, 0.8), separate_by="an echo sounder, or the same manoeuvre in deep water")
+@cause("1", scan=(0.05, 0.1, 0.2, 0.4, 0.6, 0.8), separate_by="an echo sounder, or the same manoeuvre in deep water")
 def shallow_water(est: Estimator) -> list[Variant] | str:
     """Depth over draught h/d: Y_v, N_v and N_r grow as in Hirano et al. 1985 (Inoue's formulas with the effective
     aspect ratio k_e = k/(d k/(2 h) + (x cot x)^q), x = pi d/(2 h), q = 2.3, 1.7, .7)."""

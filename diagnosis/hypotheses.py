@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..methods.innovations.estimator import Estimator, Setting
+from ..methods.innovations.estimator import Estimator, Innovations, Setting
 from . import unknown
 from .evidence import independent, log_tail
 from .search import IN_SPAN, Candidate, Search, candidate, stands_out
@@ -39,15 +39,14 @@ class Tried:
         return log_tail(self.gain, k) + k * np.log(self.tests)
 
 
-def gust_like(search: Search) -> float:
+def gust_like(est: Estimator, s: Setting, now: Innovations) -> float:
     """Log likelihood of the best noise whose forces are in the proportions of gusts."""
-    est, s, now = search.est, search.setting, search.now
     sd = s.noise[6 : 6 + est.n_forces]
     if est.n_forces != 3 or not sd.any():
         return now.log_likelihood
     largest = max(sd[2], sd[1] / GUST_Y[0], sd[0] / GUST_X[0])
     settings = []
-    for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 14):
+    for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 20):
         noise = s.noise.copy()
         noise[6:9] = [np.clip(sd[0], *np.multiply(GUST_X, yaw)), np.clip(sd[1], *np.multiply(GUST_Y, yaw)), yaw]
         settings.append(replace(s, noise=noise))
@@ -170,7 +169,7 @@ def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> 
 
 def best_unknown(search: Search, before: float, threshold: float) -> Candidate | None:
     """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p)."""
-    gain = 2.0 * (before - gust_like(search))
+    gain = 2.0 * (before - gust_like(search.est, search.setting, search.now))
     if log_tail(gain, 2) < threshold:
         found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, search.setting, search.now)]
     else:
@@ -183,9 +182,13 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
 
 
 def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:
-    """Unknown forces or sensor shifts, refitted with the noise."""
+    """Unknown forces or sensor shifts, refitted with the noise; before: log likelihood without them, under gusts.
+
+    Beside them, too, the noise counts as far as it is like gusts.
+    """
     variant = tuple(f.parameter(search.est) for f in features)
     found, now = search.refit(search.setting, variant, 3)
+    before += now.log_likelihood - gust_like(search.est, found, now)
     name = " + ".join(f.name for f in features)
     return candidate(f"unknown:{name}", variant, len(variant), tests ** len(variant), before, found, now)
 
