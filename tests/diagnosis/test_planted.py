@@ -49,6 +49,19 @@ def test_each_cause_is_found_when_it_is_all_that_the_bank_holds(cause, rng):
     assert in_some_draw(check, rng)
 
 
+def test_faint_shallow_water_is_no_crossflow(rng):
+    """Water of six to thirty draughts' depth; others of the bank can mimic most of it."""
+    names = ("shallow_water", "crossflow_coupling", "coefficient_shift", "yaw_damping_quadratic")
+
+    def check(rng):
+        case = planted("mariner", ("shallow_water",), rng, strength="small")
+        found = diagnose(resolve("mariner"), case.train, options=Options(max_effects=1, only=names))
+        print(case.truth, found.verdict, found.causes)
+        return [f.cause for f in found.causes] == ["shallow_water"]
+
+    assert in_some_draw(check, rng)
+
+
 def test_drawn_causes_are_named(rng):
     """Six draws; correct code misses three of them less than .3 % of the time (rate of a miss at most .05)."""
     hits, said = 0, []

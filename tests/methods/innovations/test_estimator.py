@@ -209,3 +209,17 @@ def test_spikes_become_gaps(rng):
     found, count, _ = without_spikes(spoilt)
     assert count == 3 and np.flatnonzero(np.isnan(found)).tolist() == [50, 200, 333]
     assert np.array_equal(np.delete(found, [50, 200, 333]), np.delete(clean, [50, 200, 333]))
+
+
+def test_a_step_of_the_noise_gains_where_forces_are_nearly_collinear(rng):
+    """The two forces of a second-order response model do much the same; no start above the truth is a dead end."""
+    model, records = _records("response-2", duration_s=150.0)
+    est = Estimator(model, records)
+    for _ in range(10):
+        s = est.start()
+        noise = s.noise.copy()
+        noise[6:8] = QUANTUM * np.sqrt(10.0 ** rng.uniform(0.0, 1.5, 2))
+        noise[8] = est.clock * 10.0 ** rng.uniform(0.0, 1.5)
+        s = replace(s, noise=noise)
+        gain, _, _ = est._noise_step(s, est.evaluate(s))
+        assert gain > 1.0, noise[6:]

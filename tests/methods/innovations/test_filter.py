@@ -172,3 +172,14 @@ def test_the_sigma_filter_keeps_steps_and_loses_noise(rng):
     out = np.empty(400)
     _filter.quieten(clean + 0.01 * rng.normal(size=400), 0.01, out)
     assert np.std(out - clean) < 0.5 * 0.01
+
+
+def test_late_channels_have_no_jump_at_zero():
+    """What the channels of a sample tell one after the other moves a late channel as it moves a present one."""
+    model = resolve("mariner")
+    est = Estimator(model, [generate(Case("mariner", "zigzag:20/20", "low", seed=4, duration_s=200.0))])
+    s = est.start()
+    p = s.p.copy()
+    p[:, [est.index[f"delay_{c}"] for c in ("psi", "r", "u", "v", "x", "y")]] = 1e-9
+    now, late = est.evaluate(s), est.evaluate(Setting(p, s.noise))
+    assert late.e == pytest.approx(now.e, abs=1e-5)

@@ -1,0 +1,51 @@
+"""What a large cause leaves behind counts only in the channels where the cause shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.diagnosis import causes
+from helmbench.diagnosis.search import Candidate, Search, mimicry, shown, stands_out
+from helmbench.methods.innovations.estimator import Estimator
+from helmbench.models.model import resolve
+
+R, X, Y = 1, 4, 5
+
+
+@pytest.fixture
+def under_current(rng):
+    """A search that has accepted a current of .3 m/s, thousands of times its standard error."""
+    est = Estimator(resolve("mariner"), [generate(Case("mariner", "zigzag:20/20", "low", seed=1))])
+    bank, _ = causes.testable(est)
+    (variant,) = bank["current"]
+    s = est.start()
+    for p, value in zip(variant, (0.2, -0.25), strict=False):
+        s = est.at(s, p, value)
+    now = est.evaluate(s)
+    current = Candidate("current", variant, -500.0, 1000.0, s, now)
+    return Search(est, est.start(), s, now, bank, rng, 0.01, accepted=[current])
+
+
+def _candidate(search, cause, sds):
+    """A cause of one parameter, so many of its standard errors large."""
+    variant = search.bank[cause][0][:1]
+    spread = 1.0 / np.linalg.norm(search.est.column(search.setting, search.now, variant))
+    s = search.est.at(search.setting, variant[0], sds * spread)
+    return Candidate(cause, variant, -0.5 * sds**2, sds**2, s, search.est.evaluate(s))
+
+
+def test_a_current_shows_in_the_track(under_current):
+    share = shown(under_current, under_current.accepted[0].variant)
+    assert share.sum() == pytest.approx(1.0)
+    assert share[[X, Y]].sum() > 0.7 and share[R] < 0.05
+
+
+def test_leftovers_of_a_current_leave_the_yaw_rate_alone(under_current):
+    """Twelve standard errors are much for a gyro's bias and nothing beside 2 % of a large current's way."""
+    left = mimicry(under_current)
+    assert left[X] > 500.0 and left[R] < 50.0
+    assert stands_out(under_current, _candidate(under_current, "yaw_rate_bias", 12.0))
+    assert not stands_out(under_current, _candidate(under_current, "constant_force", 12.0))
+    assert stands_out(replace(under_current, accepted=[]), _candidate(under_current, "constant_force", 12.0))
