@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
 """Shares of the fitted gusts' sd at which features are tried: what explains their motion needs none."""
 NOT_GUSTS = "unknown:a force that does not act on surge, sway and yaw at once, as gusts do"
+SEARCHES = 4
 GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
 """Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
 
@@ -140,7 +141,8 @@ def _periodic(waves: Sequence[tuple[Feature, Feature]], left: np.ndarray, residu
 def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> list[Tried]:
     """The best force that acts for one to eight windows of one record, on each axis."""
     gradient = -left @ residual
-    out = []
+    found: list[tuple[int, float, list[int]]] = []
+    tests = 0
     for axis in range(est.n_forces):
         best: tuple[float, list[int]] = (0.0, [])
         for i in range(len(est.data) + 1):  # the last: all records at the same time
@@ -148,27 +150,28 @@ def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> 
             slope, cross = gradient[own], left[own] @ left[own].T
             for a in range(len(own)):
                 for b in range(a + 1, min(a + 9, len(own) + 1)):
+                    tests += 1
                     information = cross[a:b, a:b].sum()
                     if information > 0.0:
                         gain = float(slope[a:b].sum() ** 2 / information)
                         best = max(best, (gain, own[a:b]), key=lambda z: z[0])
         if best[1]:
-            arrays = tuple(np.sum([windows[j][1][2][r] for j in best[1]], axis=0) for r in range(len(est.data)))
-            tests = 3.0 * len(windows)
-            record = windows[best[1][0]][1][0]
-            place = est.data[record].name if record < len(est.data) else "every record"
-            out.append(
-                Tried(
-                    (Feature(f"pulse in {place}", axis, arrays, "pulse"),),
-                    best[0],
-                    tests,
-                )
-            )
+            found.append((axis, *best))
+    out = []
+    for axis, gain, chosen in found:
+        arrays = tuple(np.sum([windows[j][1][2][r] for j in chosen], axis=0) for r in range(len(est.data)))
+        record = windows[chosen[0]][1][0]
+        place = est.data[record].name if record < len(est.data) else "every record"
+        out.append(Tried((Feature(f"pulse in {place}", axis, arrays, "pulse"),), gain, float(tests)))
     return out
 
 
 def best_unknown(search: Search, before: float, threshold: float) -> Candidate | None:
-    """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p)."""
+    """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p).
+
+    Features, periodic moments, pulses and forces unlike gusts are four searches; each has its share.
+    """
+    threshold -= np.log(SEARCHES)
     gain = 2.0 * (before - gust_like(search.est, search.setting, search.now))
     if log_tail(gain, 2) < threshold:
         found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, search.setting, search.now)]
