@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..methods.innovations.estimator import Innovations, Setting
+from ..methods.innovations.estimator import Estimator, Innovations, Setting
 from . import unknown
 from .search import Candidate, Search, candidate
 
@@ -16,9 +16,10 @@ DEGREE = np.pi / 180.0
 
 
 def try_waves(search: Search, before: float) -> Candidate | None:
-    """Narrow-band motion on heading and yaw rate: scanned, then refined by a bounded simplex search."""
-    from scipy.optimize import minimize
+    """Narrow-band motion on heading and yaw rate: scanned, then refined by a bounded simplex search.
 
+    Each record has its own, as course and speed change how waves are met; faint ones are seen as if they were the same.
+    """
     est, s = search.est, search.setting
     if not est.channels[:2].any():
         return None
@@ -28,9 +29,7 @@ def try_waves(search: Search, before: float) -> Candidate | None:
     high = np.log([2.2 / clock, 0.5, 0.2])
 
     def at(base: Setting, values: Sequence[float] | np.ndarray) -> Setting:
-        p = base.p.copy()
-        p[:, slots] = values
-        return replace(base, p=p)
+        return _waves_at(base, slots, values, None)
 
     quiet = s.noise.copy()
     quiet[:6] = np.minimum(quiet[:6], 1.05 * search.start.noise[:6])
@@ -48,23 +47,46 @@ def try_waves(search: Search, before: float) -> Candidate | None:
     if gains[best] < before + 4.0:
         return None
     s = options[best]
-    x = np.log(s.p[0, slots])
     for _ in range(3):
         s, _ = est.fit_noise(s, 3)
-
-        def cost(y: np.ndarray, base: Setting = s) -> float:
-            inside = np.clip(y, low, high)
-            return -est.evaluate(at(base, np.exp(inside))).log_likelihood + 10.0 * float(np.sum((y - inside) ** 2))
-
-        simplex = x + np.vstack([np.zeros(3), 0.15 * np.eye(3)])
-        x = np.clip(
-            minimize(cost, x, method="Nelder-Mead", options={"maxfev": 35, "initial_simplex": simplex}).x, low, high
-        )
+        x = _simplex(est, s, slots, None, low, high)
         s = at(s, np.exp(x))
     if np.any(np.abs(x[:2] - high[:2]) < 1e-3) or abs(x[0] - low[0]) < 1e-3:
         return None  # broad-band, or beyond the band that is searched: noise, no waves
-    s, now = search.refit(s, (), 3)
-    return candidate("wave_motion", (), 3, 4.0, before, s, now)
+    common = candidate("wave_motion", (), 3, 4.0, before, *search.refit(s, (), 3))
+    if len(est.data) == 1:
+        return common
+    s = common.setting
+    for i in range(len(est.data)):
+        s = _waves_at(s, slots, np.exp(_simplex(est, s, slots, i, low, high)), i)
+    own = candidate("wave_motion", (), 3 * len(est.data), 4.0, before, *search.refit(s, (), 3))
+    return replace(own, log_p=min(common.log_p, own.log_p))
+
+
+def _waves_at(s: Setting, slots: Sequence[int], values: Sequence[float] | np.ndarray, record: int | None) -> Setting:
+    """The setting with waves (frequency, damping, rms) in all records or one."""
+    p = s.p.copy()
+    p[slice(None) if record is None else record, slots] = values
+    return replace(s, p=p)
+
+
+def _simplex(
+    est: Estimator, s: Setting, slots: Sequence[int], record: int | None, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Logarithms of the waves of largest likelihood in all records or one, between bounds."""
+    from scipy.optimize import minimize
+
+    some = None if record is None else [record]
+    x = np.log(s.p[record or 0, slots])
+
+    def cost(y: np.ndarray) -> float:
+        inside = np.clip(y, low, high)
+        now = est.evaluate(_waves_at(s, slots, np.exp(inside), record), some)
+        return -now.log_likelihood + 10.0 * float(np.sum((y - inside) ** 2))
+
+    simplex = x + np.vstack([np.zeros(3), 0.15 * np.eye(3)])
+    options = {"maxfev": 35 if record is None else 60, "initial_simplex": simplex}
+    return np.clip(minimize(cost, x, method="Nelder-Mead", options=options).x, low, high)
 
 
 def try_jitter(search: Search, before: float) -> Candidate | None:

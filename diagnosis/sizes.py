@@ -85,17 +85,41 @@ def _jitter(est: Estimator, s: Setting) -> tuple[Size, ...]:
 
 
 def _waves(est: Estimator, s: Setting) -> tuple[Size, ...]:
+    """Frequency, damping and rms, of all records or each, with intervals from the curvature of the likelihood."""
     names = {"omega": ("wave_frequency", "rad/s"), "damping": ("wave_damping", "1"), "rms": ("wave_rms", "rad")}
-    duration = sum(d.time[-1] for d in est.data)
-    values = {name: float(s.p[0, est.index[slot]]) for name, (slot, _) in names.items()}
-    cycles = max(duration * values["damping"] * values["omega"], 4.0)
-    relative = {
-        "omega": values["damping"] / np.sqrt(cycles),
-        "damping": 1.0 / np.sqrt(cycles),
-        "rms": 0.5 / np.sqrt(cycles) + 0.02,
-    }
+    slots = [est.index[slot] for slot, _ in names.values()]
+    shared = bool(np.all(s.p[:, slots] == s.p[0, slots]))
     out = []
-    for name, (_, unit) in names.items():
-        half = NORMAL_90 * 1.5 * relative[name] * values[name]
-        out.append(Size(name, values[name], max(values[name] - half, 0.0), values[name] + half, unit))
+    for owner in [None] if shared else range(len(est.data)):
+        values = s.p[owner or 0, slots]
+        half = NORMAL_90 * np.sqrt(np.diag(_wave_covariance(est, s, slots, owner)))
+        label = None if owner is None else est.data[owner].name
+        out += [
+            Size(name, float(v), float(v * np.exp(-w)), float(v * np.exp(w)), unit, label)
+            for (name, (_, unit)), v, w in zip(names.items(), values, half, strict=True)
+        ]
     return tuple(out)
+
+
+def _wave_covariance(est: Estimator, s: Setting, slots: list[int], owner: int | None) -> np.ndarray:
+    """Covariance (3, 3) of the logarithms of frequency, damping and rms, the noise held."""
+    h = np.array([0.02, 0.1, 0.05])
+    rows, some = (slice(None), None) if owner is None else (owner, [owner])
+
+    def likelihood(step: np.ndarray) -> float:
+        p = s.p.copy()
+        p[rows, slots] *= np.exp(step)
+        return est.evaluate(replace(s, p=p), some).log_likelihood
+
+    steps = np.diag(h)
+    middle = likelihood(np.zeros(3))
+    hessian = np.zeros((3, 3))
+    for i in range(3):
+        up, down = likelihood(steps[i]), likelihood(-steps[i])
+        hessian[i, i] = -(up - 2.0 * middle + down) / h[i] ** 2
+        for j in range(i):
+            mixed = likelihood(steps[i] + steps[j]) - likelihood(steps[i] - steps[j])
+            mixed += likelihood(-steps[i] - steps[j]) - likelihood(steps[j] - steps[i])
+            hessian[i, j] = hessian[j, i] = -mixed / (4.0 * h[i] * h[j])
+    value, axes = np.linalg.eigh(hessian)
+    return axes @ np.diag(1.0 / np.maximum(value, 1.0)) @ axes.T
