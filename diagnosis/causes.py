@@ -408,16 +408,11 @@ def _public_shifts(est: Estimator) -> list[Variant]:
 
         return moved
 
-    taken = {"K"}  # the rudder's effectiveness
-    own = [
-        n
-        for n in model.parameter_names
-        if n not in taken and n not in {x for e in EXTENSIONS.values() for x in e.units}
-    ]
+    added = {name for extension in EXTENSIONS.values() for name in extension.units}
     return [
-        (Parameter(f"fraction:{n}", "1", slots, law=law(j), scale=0.01, low=-0.9, high=5.0),)
-        for j, n in enumerate(own)
-        if p0[j] != 0.0
+        (Parameter(f"fraction:{name}", "1", slots, law=law(j), scale=0.01, low=-0.9, high=5.0),)
+        for j, name in enumerate(model.parameter_names)
+        if p0[j] != 0.0 and name not in added and name != "K"  # K is the rudder's effectiveness
     ]
 
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 MOST_SPIKES = 2
 PREDICTED, WORSE = ("heading_rad", "yaw_rate_rad_s"), 1.2
 """Channels by which the extended model is judged, and the ratio of its errors to the base model's that is too much."""
-RIVAL_NATS = 2.0
-"""Log likelihood, less the log of how many were tried, by which an unknown effect must beat all that was named."""
 
 
 @dataclass(frozen=True)
@@ -195,12 +193,10 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
     """An effect outside the bank that the innovations still ask for, or that alone beats all that was named."""
     before = search.now.log_likelihood
     threshold = np.log(options.alpha * SHARE_UNKNOWN)
-    rival = search.rival
-    found = hypotheses.best_unknown(search, before, threshold) if search.accepted else rival
-    if found is None and rival is not None and search.accepted:
-        named = sum(np.log(a.tests * search.n_effective) for a in search.accepted)
-        unnamed = len(rival.variant) * np.log(search.n_features)
-        found = rival if rival.now.log_likelihood - unnamed > before - named + RIVAL_NATS else None
+    if search.accepted:
+        found = hypotheses.best_unknown(search, before, threshold) or hypotheses.outdoing(search)
+    else:
+        found = search.rival
     if found is not None:
         return found
     tests = [

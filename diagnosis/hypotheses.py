@@ -21,6 +21,9 @@ GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
 """Shares of the fitted gusts' sd at which features are tried: what explains their motion needs none."""
 NOT_GUSTS = "unknown:a force that does not act on surge, sway and yaw at once, as gusts do"
 SEARCHES = 4
+FURTHER_NATS = 12.0
+"""Log likelihood, less the log of how many were tried, by which every named cause after the first must beat a single
+unknown effect: that several act at once has to be worth more than that one is not known."""
 GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
 """Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
 
@@ -70,6 +73,7 @@ def try_features(search: Search, before: float) -> list[Tried]:
     n, m = len(found), len(single)
     gusty = bool(s.noise[6 : 6 + est.n_forces].any())
     best: dict[tuple[str, ...], Tried] = {}
+    tests = float(n)
     for level in GUST_LEVELS if gusty else (1.0,):
         noise = np.where(level == 0.0, search.start.noise, s.noise)
         noise[6 : 6 + est.n_forces] = level * s.noise[6 : 6 + est.n_forces]
@@ -85,7 +89,7 @@ def try_features(search: Search, before: float) -> list[Tried]:
         left = projector.project(columns)
         told = np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-300)
         if level == 1.0:
-            search.n_features = independent(search.rng, left[:n][told[:n]], projector.residual)
+            tests = independent(search.rng, left[:n][told[:n]], projector.residual)
         loss = 2.0 * (now.log_likelihood - before)
         for t in [
             *_sets(found, left[:n], projector.residual, told[:n]),
@@ -96,7 +100,7 @@ def try_features(search: Search, before: float) -> list[Tried]:
             gain = t.gain + loss
             if key not in best or gain > best[key].gain:
                 best[key] = replace(t, gain=gain)
-    out = [replace(t, tests=search.n_features) if t.tests == 1.0 else t for t in best.values()]
+    out = [replace(t, tests=tests) if t.tests == 1.0 else t for t in best.values()]
     return sorted(out, key=lambda t: t.log_p)
 
 
@@ -182,6 +186,15 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
     found += [refit_features(search, t.features, before, t.tests) for t in chosen]
     passed = [c for c in found if c.log_p < threshold and stands_out(search, c)]
     return min(passed, key=lambda c: c.log_p) if passed else None
+
+
+def outdoing(search: Search) -> Candidate | None:
+    """The unknown effect of the first step if, alone, it is worth more than all the causes that were named."""
+    if search.rival is None:
+        return None
+    named = sum(np.log(a.tests * search.n_effective) + FURTHER_NATS for a in search.accepted) - FURTHER_NATS
+    alone = search.rival.now.log_likelihood - np.log(search.rival.tests)
+    return search.rival if alone > search.now.log_likelihood - named else None
 
 
 def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:

@@ -68,7 +68,6 @@ class Search:
     first_candidates: list[Candidate] = field(default_factory=list)
     rival: Candidate | None = None
     in_span: set[str] = field(default_factory=set)
-    n_features: float = 100.0
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

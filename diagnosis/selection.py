@@ -90,9 +90,11 @@ def alike(search: Search, first: Candidate, second: Candidate) -> bool:
 
 
 def _delete(search: Search) -> None:
-    """Backward deletion of causes other than the last that no longer gain significantly."""
-    for old in search.accepted[:-1]:
-        if not old.variant:
+    """Backward deletion of causes that no longer gain significantly; the last only if it brought another down."""
+    count = len(search.accepted)
+    for old in tuple(search.accepted):
+        last = old is search.accepted[-1]
+        if not old.variant or (last and len(search.accepted) == count):
             continue
         trial = without(search, old)
         gain = 2.0 * (search.now.log_likelihood - trial.now.log_likelihood)

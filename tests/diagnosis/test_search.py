@@ -1,4 +1,4 @@
-"""What a large cause leaves behind counts only in the channels where the cause shows."""
+"""What a large cause leaves behind counts only where it shows; several causes must be worth more than one unknown."""
 
 from dataclasses import replace
 
@@ -7,6 +7,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis import causes
+from helmbench.diagnosis.hypotheses import FURTHER_NATS, outdoing
 from helmbench.diagnosis.search import Candidate, Search, mimicry, shown, stands_out
 from helmbench.methods.innovations.estimator import Estimator
 from helmbench.models.model import resolve
@@ -49,3 +50,16 @@ def test_leftovers_of_a_current_leave_the_yaw_rate_alone(under_current):
     assert stands_out(under_current, _candidate(under_current, "yaw_rate_bias", 12.0))
     assert not stands_out(under_current, _candidate(under_current, "constant_force", 12.0))
     assert stands_out(replace(under_current, accepted=[]), _candidate(under_current, "constant_force", 12.0))
+
+
+def test_one_unknown_effect_outdoes_two_causes_that_fit_little_better(under_current):
+    """One cause stands against an unknown effect that fits as well; two must fit better than it by twelve nats."""
+    second = _candidate(under_current, "yaw_rate_bias", 12.0)
+    one, two = under_current, replace(under_current, accepted=[*under_current.accepted, second])
+    for nats, alone, both in ((3.0, False, True), (FURTHER_NATS, False, True), (2.0 * FURTHER_NATS, False, False)):
+        log_s = one.now.log_s.copy()
+        log_s[0, 0] += np.log(one.n_effective) + nats
+        rival = Candidate("unknown:r", second.variant, -40.0, 90.0, one.setting, one.now._replace(log_s=log_s))
+        assert (outdoing(replace(one, rival=rival)) is not None) == alone
+        assert (outdoing(replace(two, rival=rival)) is not None) == both
+    assert outdoing(two) is None
