@@ -33,6 +33,8 @@ SHORTEST_TAU_S, START_TAU_S, LONGEST_TAU_S = 1.0, 15.0, 60.0
 DAMPINGS = (0.0, 0.1, 1.0, 10.0, 1e9)
 """Shares of the Fisher information added to its diagonal in turn until a step of the noise gains (forces of response
 models are nearly collinear); at the last only the sensors move."""
+CUT = 2e-3
+"""Change of an innovation, in standard deviations, that a coarser step of the model's integration may make."""
 SPIKE, NEAR = 6.5, 4.5
 FLOOR = (3e-4, 3e-4, 3e-4, 3e-4, 1e-5, 1e-5)
 CLIP = 4.5
@@ -174,17 +176,36 @@ class Estimator:
     @cached_property
     def layout(self) -> np.ndarray:
         """What the kernel needs to know about the model."""
+        return self._laid_out(self._substeps())
+
+    def _laid_out(self, steps: int) -> np.ndarray:
         states, inputs = self.kernels.STATES, list(self.kernels.INPUTS)
         first = inputs.index("force_x" if "force_x" in inputs else "force")
         env = inputs.index("current_north") if "current_north" in inputs else -1
-        dt = float(np.median(np.diff(self.data[0].time)))
-        steps = max(1, int(np.ceil(dt / (4.0 * self.model.max_step_s) - 1e-9)))
         size = len(self.names) - len(OUTER)
         seen = [state_seen(s, states) for s in SYMBOLS]
         places = [-1 if s is None else states.index(s) for s in seen]
         idle = [not used and symbol in ("x", "y") for used, symbol in zip(self.channels, SYMBOLS, strict=True)]
         places = [-2 - i if i >= 0 and out else i for i, out in zip(places, idle, strict=True)]
         return np.array([len(states), size, len(inputs), first, env, steps, *places], dtype=np.int64)
+
+    def _substeps(self) -> int:
+        """RK4 steps a sample is cut into: twice as many until the base model's innovations hardly change."""
+        dt = float(np.median(np.diff(self.data[0].time)))
+        steps, most = 1, int(np.ceil(dt / (4.0 * self.model.max_step_s) - 1e-9))
+        coarse = self._cut_into(steps) if most > 1 else None
+        while coarse is not None and steps < most:
+            fine = self._cut_into(2 * steps)
+            if np.all(np.abs(fine - coarse) < CUT * (1.0 + np.abs(fine))):
+                break
+            coarse, steps = fine, 2 * steps
+        return max(1, min(steps, most))
+
+    def _cut_into(self, steps: int) -> np.ndarray:
+        """Innovations of the base model with so many steps a sample."""
+        other = copy(self)
+        other.__dict__["layout"] = self._laid_out(steps)
+        return np.concatenate([other._run(other.start(), i).e for i in range(len(self.data))])
 
     @cached_property
     def floors(self) -> np.ndarray:
