@@ -44,19 +44,25 @@ class Projector:
     def __init__(self, now: Innovations, nuisance: np.ndarray, prior: np.ndarray | None = None) -> None:
         self.residual = np.clip(now.e, -CLIP, CLIP).ravel()
         self.nuisance = nuisance
-        if len(nuisance):
-            fisher = nuisance @ nuisance.T
-            fisher += np.diag(prior) if prior is not None else 0.0
-            scale = np.sqrt(np.diag(fisher)) + 1e-300
-            self.inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-11, hermitian=True) / np.outer(
-                scale, scale
-            )
+        information = nuisance @ nuisance.T
+        fisher = information + (np.diag(prior) if prior is not None else 0.0)
+        scale = np.sqrt(np.diag(fisher)) + 1e-300
+        outer = np.outer(scale, scale)
+        self.inverse = np.linalg.pinv(fisher / outer, rcond=1e-11, hermitian=True) / outer if len(nuisance) else fisher
+        self.lost = 2.0 * self.inverse - self.inverse @ information @ self.inverse
 
     def project(self, columns: np.ndarray) -> np.ndarray:
-        """Columns (m, n) less their regression on the nuisance."""
+        """Columns (m, n) or one (n,) less their regression on the nuisance."""
         if not len(self.nuisance):
             return columns
         return columns - (columns @ self.nuisance.T) @ self.inverse @ self.nuisance
+
+    def products(self, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Inner products (..., k, k) of projected columns (..., k, n), and (..., k) of those with the residual, without
+        holding the projected columns."""
+        along = columns @ self.nuisance.T
+        inner = columns @ columns.swapaxes(-1, -2) - along @ self.lost @ along.swapaxes(-1, -2)
+        return inner, columns @ self.project(self.residual)
 
     def score(self, columns: np.ndarray) -> Score:
         """Test that the parameters of columns (k, n) are zero."""

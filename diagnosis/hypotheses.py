@@ -16,6 +16,7 @@ from .unknown import Feature
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
+    from .evidence import Projector
 
 GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
 """Shares of the fitted gusts' sd at which features are tried: what explains their motion needs none."""
@@ -86,15 +87,16 @@ def try_features(search: Search, before: float) -> list[Tried]:
         if level < 1.0:
             projector.residual = now.e.ravel()
         columns = est.responses(at, axes, series)
-        left = projector.project(columns)
-        told = np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-300)
+        left = projector.project(columns[:n])
+        whole = np.einsum("ij,ij->i", columns[:n], columns[:n])
+        told = np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(whole, 1e-300)
         if level == 1.0:
-            tests = independent(search.rng, left[:n][told[:n]], projector.residual)
+            tests = independent(search.rng, left[told], projector.residual)
         loss = 2.0 * (now.log_likelihood - before)
         for t in [
-            *_sets(found, left[:n], projector.residual, told[:n]),
-            *_periodic(waves, left[n:m], projector.residual),
-            *_bursts(est, windows, left[m:], projector.residual),
+            *_sets(found, left, projector.residual, told),
+            *_periodic(waves, columns[n:m], projector),
+            *_bursts(est, windows, columns[m:], projector),
         ]:
             key = tuple(f"{f.name}:{f.axis}" for f in t.features)
             gain = t.gain + loss
@@ -131,27 +133,23 @@ def _sets(
     return out
 
 
-def _periodic(waves: Sequence[tuple[Feature, Feature]], left: np.ndarray, residual: np.ndarray) -> list[Tried]:
+def _periodic(waves: Sequence[tuple[Feature, Feature]], columns: np.ndarray, projector: Projector) -> list[Tried]:
     """The moment at a fixed frequency, of any phase, that gains most."""
-    slope, pairs = left @ residual, left.reshape(len(waves), 2, -1)
-    gains = [
-        float(g @ np.linalg.pinv(pair @ pair.T, hermitian=True) @ g)
-        for g, pair in zip(slope.reshape(-1, 2), pairs, strict=True)
-    ]
+    information, slope = projector.products(columns.reshape(len(waves), 2, -1))
+    gains = np.einsum("ij,ijk,ik->i", slope, np.linalg.pinv(information, hermitian=True), slope)
     best = int(np.argmax(gains))
-    return [Tried(waves[best], gains[best], np.sqrt(len(waves)))]  # one choice for both features
+    return [Tried(waves[best], float(gains[best]), np.sqrt(len(waves)))]  # one choice for both features
 
 
-def _bursts(est: Estimator, windows, left: np.ndarray, residual: np.ndarray) -> list[Tried]:
+def _bursts(est: Estimator, windows, columns: np.ndarray, projector: Projector) -> list[Tried]:
     """The best force that acts for one to eight windows of one record, on each axis."""
-    gradient = -left @ residual
     found: list[tuple[int, float, list[int]]] = []
     tests = 0
     for axis in range(est.n_forces):
         best: tuple[float, list[int]] = (0.0, [])
         for i in range(len(est.data) + 1):  # the last: all records at the same time
             own = [j for j, (a, w) in enumerate(windows) if a == axis and w[0] == i]
-            slope, cross = gradient[own], left[own] @ left[own].T
+            cross, slope = projector.products(columns[own])
             for a in range(len(own)):
                 for b in range(a + 1, min(a + 9, len(own) + 1)):
                     tests += 1
@@ -183,7 +181,7 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
         found = []
     before -= 0.5 * gain
     chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
-    found += [refit_features(search, t.features, before, t.tests) for t in chosen]
+    found += search.side_by_side(lambda own, t: refit_features(own, t.features, before, t.tests), chosen)
     passed = [c for c in found if c.log_p < threshold and stands_out(search, c)]
     return min(passed, key=lambda c: c.log_p) if passed else None
 

@@ -45,15 +45,15 @@ def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
 def refined(search: Search, found: Sequence[Candidate], before: float) -> list[Candidate]:
     """The leaders among candidates refitted to the end; what is far behind after the first steps stays as it is."""
     best = max((c.statistic for c in found), default=0.0)
-    out = []
-    for c in found:
-        if c.statistic > best - max(2.0 * RACE_NATS, RACE_SHARE * best):
-            setting, now = search.est.refit(
-                c.setting, [*search.parameters, *c.variant], 8, search.precisions(len(c.variant))
-            )
-            c = candidate(c.cause, c.variant, c.k, c.tests, before, setting, now)
-        out.append(c)
-    return out
+    least = best - max(2.0 * RACE_NATS, RACE_SHARE * best)
+
+    def to_the_end(own: Search, c: Candidate) -> Candidate:
+        moved = [*own.parameters, *c.variant]
+        setting, now = own.est.refit(c.setting, moved, 8, own.precisions(len(c.variant)))
+        return candidate(c.cause, c.variant, c.k, c.tests, before, setting, now)
+
+    leaders = [c for c in found if c.statistic > least]
+    return [*search.side_by_side(to_the_end, leaders), *(c for c in found if c.statistic <= least)]
 
 
 def _ring_start(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> Setting:

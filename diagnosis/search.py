@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +15,7 @@ from ..models import model as models
 from .causes import CAUSES, Variant
 from .evidence import Projector, Score, log_tail
 
+T = TypeVar("T")
 SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN = 0.5, 0.2, 0.3
 """How the family-wise level is spent: first cause, later ones, effects outside the bank."""
 IN_SPAN = 1e-3
@@ -92,6 +96,12 @@ class Search:
             if calm.log_likelihood > now.log_likelihood:
                 return still, calm
         return found, now
+
+    def side_by_side(self, refit: Callable[[Search, T], Candidate], items: Sequence[T]) -> list[Candidate]:
+        """Refits of several items at once: while one sets up its next step, the filter runs for another."""
+        own = [replace(self, est=self.est.apart()) for _ in items]
+        with ThreadPoolExecutor(2) as pool:
+            return list(pool.map(refit, own, items))
 
     def projector(self, s: Setting, now: Innovations) -> Projector:
         """Scores at a setting with all that a refit moves projected out."""

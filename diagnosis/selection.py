@@ -60,7 +60,7 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
         if now.log_likelihood > -1e299 and np.abs(now.e).max() < 1e3:
             have = {i.cause for i in chosen}
             chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
-    found = [refit_cause(search, item, before) for item in chosen]
+    found = search.side_by_side(lambda own, item: refit_cause(own, item, before), chosen)
     named = {a.cause for a in search.accepted}
     for name, attempt in ATTEMPTS.items():
         candidate = attempt(search, before) if name in search.bank and name not in named else None

@@ -296,6 +296,8 @@ def whiteness_tests(est: Estimator, now: Innovations, lags: int = 12) -> list[tu
 
 def line_test(est: Estimator, now: Innovations) -> tuple[float, float]:
     """A spectral line in the innovations of heading, yaw rate and sway: log p and its angular frequency (rad/s)."""
+    from scipy.stats import chi2
+
     from .evidence import log_tail
 
     best = (0.0, 1.0)
@@ -315,15 +317,10 @@ def line_test(est: Estimator, now: Innovations) -> tuple[float, float]:
             runs += 1
         if not runs:
             continue
-        level = 2.0 * power[band] / np.array([_background(power, k, runs) for k in band.tolist()])
+        median = float(chi2.median(2 * runs)) / 2.0
+        background = [np.median(power[max(3, k - 80) : k + 80]) / median for k in band.tolist()]
+        level = 2.0 * power[band] / np.maximum(background, 0.9)
         k = int(np.argmax(level))
         tests = 3.0 * shortest / dt / 4.0
         best = min(best, (log_tail(float(level[k]), 2 * runs) + np.log(tests), float(omega[band[k]])))
     return best
-
-
-def _background(power: np.ndarray, k: int, runs: int) -> float:
-    from scipy.stats import chi2
-
-    around = power[max(3, k - 80) : k + 80]
-    return max(float(np.median(around)) / (chi2.median(2 * runs) / (2.0 * runs)) / runs, 0.9)

@@ -233,6 +233,12 @@ class Estimator:
         early._steps = {}
         return early
 
+    def apart(self) -> Estimator:
+        """The same with its own memory of the parameters' steps: what runs beside others does not depend on them."""
+        own = copy(self)
+        own._steps = dict(self._steps)
+        return own
+
     def with_corners(self, share: float) -> Estimator:
         """The same, with another share of the rudder's second difference in doubt at its corners (0: none)."""
         other = copy(self)

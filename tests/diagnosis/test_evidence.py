@@ -38,6 +38,18 @@ def test_score_is_blind_to_the_nuisance(rng):
     assert spanned.share < 1e-8
 
 
+@pytest.mark.parametrize("prior", [None, np.array([3.0, 0.0, 900.0])])
+def test_products_are_those_of_the_projected_columns(prior, rng):
+    """With a prior the projection shrinks; stacks of columns (pairs) are taken one by one."""
+    projector = Projector(innovations(rng.standard_normal(600)), rng.standard_normal((3, 600)), prior)
+    columns = rng.standard_normal((5, 2, 600))
+    inner, slope = projector.products(columns)
+    for pair, found, along in zip(columns, inner, slope, strict=True):
+        left = projector.project(pair)
+        assert found == pytest.approx(left @ left.T, rel=1e-9, abs=1e-9)
+        assert along == pytest.approx(left @ projector.residual, rel=1e-9, abs=1e-9)
+
+
 def test_score_has_its_distribution(rng):
     """Mean of chi2_2 over 400 draws: 2 +- 4 standard errors of .1."""
     columns = rng.standard_normal((2, 1200))

@@ -6,7 +6,7 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.evidence import Projector
 from helmbench.diagnosis.hypotheses import _periodic
 from helmbench.diagnosis.unknown import lines, size_tests
-from helmbench.methods.innovations.estimator import Estimator
+from helmbench.methods.innovations.estimator import Estimator, Innovations
 from helmbench.models.model import resolve
 
 
@@ -40,11 +40,12 @@ def test_a_periodic_moment_is_seen_through_its_phase(rng):
     est = Estimator(resolve("response-1"), [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
     waves = lines(est)
     n = est.data[0].time.size
-    left = rng.standard_normal((2 * len(waves), 6 * n))
+    columns = rng.standard_normal((2 * len(waves), 6 * n))
     k = int(rng.integers(len(waves)))
-    residual = rng.standard_normal(6 * n) + 0.2 * left[2 * k] - 0.3 * left[2 * k + 1]
-    (found,) = _periodic(waves, left, residual)
+    residual = rng.standard_normal(6 * n) + 0.2 * columns[2 * k] - 0.3 * columns[2 * k + 1]
+    now = Innovations(residual.reshape(-1, 6), np.zeros((n, 6)), np.zeros((n, 1)))
+    (found,) = _periodic(waves, columns, Projector(now, np.zeros((0, 6 * n))))
     assert found.features == waves[k]
     size = np.array([0.2, -0.3])
-    wanted = float(size @ (left[2 * k : 2 * k + 2] @ left[2 * k : 2 * k + 2].T) @ size)
+    wanted = float(size @ (columns[2 * k : 2 * k + 2] @ columns[2 * k : 2 * k + 2].T) @ size)
     assert abs(found.gain - wanted) < 5.0 * 2.0 * np.sqrt(wanted)
