@@ -11,17 +11,22 @@ import numpy as np
 from ..methods.innovations.estimator import Estimator, Innovations, Setting
 from . import unknown
 from .evidence import independent, log_tail
-from .search import IN_SPAN, Candidate, Search, candidate, stands_out
+from .search import IN_SPAN, Candidate, Search, T, candidate, on_both_threads, stands_out
 from .unknown import Feature
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
+    from ..methods.innovations.estimator import Trace
     from .evidence import Projector
+
+    Series = tuple[np.ndarray, ...]
 
 GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
 """Shares of the fitted gusts' sd at which features are tried: what explains their motion needs none."""
 NOT_GUSTS = "unknown:a force that does not act on surge, sway and yaw at once, as gusts do"
 SEARCHES = 4
+BLOCK, LONGEST_PULSE = 192, 8
+"""Features (or pairs of them) whose columns are held at once, and windows that a pulse may last."""
 FURTHER_NATS = 12.0
 """Log likelihood, less the log of how many were tried, by which every named cause after the first must beat a single
 unknown effect: that several act at once has to be worth more than that one is not known."""
@@ -65,16 +70,10 @@ def gust_like(est: Estimator, s: Setting, now: Innovations) -> float:
 def try_features(search: Search, before: float) -> list[Tried]:
     """Features, sets of them and pulses by the likelihood that one step and a level of gusts give, best first."""
     est, s = search.est, search.setting
-    found = unknown.features(est, s, search.now, est.clock)
-    windows = [(axis, w) for axis in range(est.n_forces) for w in unknown.pulses(est, axis)]
-    waves = unknown.lines(est)
-    single = [*found, *(f for pair in waves for f in pair)]
-    axes = [f.axis for f in single] + [axis for axis, _ in windows]
-    series = [f.series for f in single] + [w[2] for _, w in windows]
-    n, m = len(found), len(single)
+    found, waves, bursts = unknown.features(est, s, search.now, est.clock), unknown.lines(est), unknown.pulses(est)
     gusty = bool(s.noise[6 : 6 + est.n_forces].any())
     best: dict[tuple[str, ...], Tried] = {}
-    tests = float(n)
+    tests = float(len(found))
     for level in GUST_LEVELS if gusty else (1.0,):
         noise = np.where(level == 0.0, search.start.noise, s.noise)
         noise[6 : 6 + est.n_forces] = level * s.noise[6 : 6 + est.n_forces]
@@ -86,24 +85,46 @@ def try_features(search: Search, before: float) -> list[Tried]:
         projector = search.projector(at, now)
         if level < 1.0:
             projector.residual = now.e.ravel()
-        columns = est.responses(at, axes, series)
-        left = projector.project(columns[:n])
-        whole = np.einsum("ij,ij->i", columns[:n], columns[:n])
-        told = np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(whole, 1e-300)
+        here = Here(est, est.traces(at), projector)
+        left, told = here.projected(found)
         if level == 1.0:
             tests = independent(search.rng, left[told], projector.residual)
         loss = 2.0 * (now.log_likelihood - before)
-        for t in [
-            *_sets(found, left, projector.residual, told),
-            *_periodic(waves, columns[n:m], projector),
-            *_bursts(est, windows, columns[m:], projector),
-        ]:
+        for t in [*_sets(found, left, projector.residual, told), *_periodic(waves, here), *_bursts(bursts, here)]:
             key = tuple(f"{f.name}:{f.axis}" for f in t.features)
             gain = t.gain + loss
             if key not in best or gain > best[key].gain:
                 best[key] = replace(t, gain=gain)
     out = [replace(t, tests=tests) if t.tests == 1.0 else t for t in best.values()]
     return sorted(out, key=lambda t: t.log_p)
+
+
+@dataclass(frozen=True)
+class Here:
+    """The filter's runs at a setting, and the projection of what is free there."""
+
+    est: Estimator
+    traces: list[Trace]
+    projector: Projector
+
+    def columns(self, axes: Sequence[int], series: Sequence[Series]) -> np.ndarray:
+        return self.est.responses(self.traces, axes, series)
+
+    def projected(self, found: Sequence[Feature]) -> tuple[np.ndarray, np.ndarray]:
+        """Projected columns (m, N*6) of features, and (m,) whether enough of each is left to be told."""
+
+        def work(block: Sequence[Feature]) -> tuple[np.ndarray, np.ndarray]:
+            columns = self.columns([f.axis for f in block], [f.series for f in block])
+            left = self.projector.project(columns)
+            whole = np.einsum("ij,ij->i", columns, columns)
+            return left, np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(whole, 1e-300)
+
+        left, told = zip(*on_both_threads(work, _blocks(found)), strict=True)
+        return np.concatenate(left), np.concatenate(told)
+
+
+def _blocks(items: Sequence[T]) -> list[Sequence[T]]:
+    return [items[i : i + BLOCK] for i in range(0, len(items), BLOCK)]
 
 
 def _sets(
@@ -133,38 +154,45 @@ def _sets(
     return out
 
 
-def _periodic(waves: Sequence[tuple[Feature, Feature]], columns: np.ndarray, projector: Projector) -> list[Tried]:
+def _periodic(waves: Sequence[tuple[Feature, Feature]], here: Here) -> list[Tried]:
     """The moment at a fixed frequency, of any phase, that gains most."""
-    information, slope = projector.products(columns.reshape(len(waves), 2, -1))
-    gains = np.einsum("ij,ijk,ik->i", slope, np.linalg.pinv(information, hermitian=True), slope)
-    best = int(np.argmax(gains))
-    return [Tried(waves[best], float(gains[best]), np.sqrt(len(waves)))]  # one choice for both features
+
+    def gains(block: Sequence[tuple[Feature, Feature]]) -> np.ndarray:
+        both = [f for pair in block for f in pair]
+        columns = here.columns([f.axis for f in both], [f.series for f in both])
+        information, slope = here.projector.products(columns.reshape(len(block), 2, -1))
+        return np.einsum("ij,ijk,ik->i", slope, np.linalg.pinv(information, hermitian=True), slope)
+
+    gain = np.concatenate(on_both_threads(gains, _blocks(waves)))
+    best = int(np.argmax(gain))
+    return [Tried(waves[best], float(gain[best]), np.sqrt(len(waves)))]  # one choice for both features
 
 
-def _bursts(est: Estimator, windows, columns: np.ndarray, projector: Projector) -> list[Tried]:
-    """The best force that acts for one to eight windows of one record, on each axis."""
-    found: list[tuple[int, float, list[int]]] = []
-    tests = 0
-    for axis in range(est.n_forces):
-        best: tuple[float, list[int]] = (0.0, [])
-        for i in range(len(est.data) + 1):  # the last: all records at the same time
-            own = [j for j, (a, w) in enumerate(windows) if a == axis and w[0] == i]
-            cross, slope = projector.products(columns[own])
-            for a in range(len(own)):
-                for b in range(a + 1, min(a + 9, len(own) + 1)):
-                    tests += 1
-                    information = cross[a:b, a:b].sum()
-                    if information > 0.0:
-                        gain = float(slope[a:b].sum() ** 2 / information)
-                        best = max(best, (gain, own[a:b]), key=lambda z: z[0])
-        if best[1]:
-            found.append((axis, *best))
+def _bursts(bursts: Sequence[Sequence[Series]], here: Here) -> list[Tried]:
+    """The best force that acts for one to eight windows of one record (or of all at the same time), on each axis."""
+    windows = len(bursts[0])
+    first, last = (i.ravel() for i in np.indices((windows + 1, windows + 1)))
+    interval = (last - first >= 1) & (last - first <= LONGEST_PULSE)
+    first, last = first[interval], last[interval]
+
+    def gains(block: tuple[int, Sequence[Series]]) -> np.ndarray:
+        axis, series = block
+        information, slope = here.projector.products(here.columns([axis] * windows, series))
+        whole, along = np.zeros((windows + 1, windows + 1)), np.zeros(windows + 1)
+        whole[1:, 1:], along[1:] = information.cumsum(axis=0).cumsum(axis=1), slope.cumsum()
+        own = whole[last, last] - whole[first, last] - whole[last, first] + whole[first, first]
+        return np.where(own > 0.0, (along[last] - along[first]) ** 2 / np.where(own > 0.0, own, 1.0), 0.0)
+
+    axes, data = range(here.est.n_forces), here.est.data
+    found = on_both_threads(gains, [(axis, series) for axis in axes for series in bursts])
+    gain = np.stack(found).reshape(len(axes), -1)
     out = []
-    for axis, gain, chosen in found:
-        arrays = tuple(np.sum([windows[j][1][2][r] for j in chosen], axis=0) for r in range(len(est.data)))
-        record = windows[chosen[0]][1][0]
-        place = est.data[record].name if record < len(est.data) else "every record"
-        out.append(Tried((Feature(f"pulse in {place}", axis, arrays, "pulse"),), gain, float(tests)))
+    for axis in axes:
+        owner, k = divmod(int(np.argmax(gain[axis])), first.size)
+        arrays = tuple(np.sum(parts, axis=0) for parts in zip(*bursts[owner][first[k] : last[k]], strict=True))
+        place = data[owner].name if owner < len(data) else "every record"
+        pulse = Feature(f"pulse in {place}", axis, arrays, "pulse")
+        out.append(Tried((pulse,), float(gain[axis].max()), float(gain.size)))
     return out
 
 

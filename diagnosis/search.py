@@ -16,6 +16,7 @@ from .causes import CAUSES, Variant
 from .evidence import Projector, Score, log_tail
 
 T = TypeVar("T")
+R = TypeVar("R")
 SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN = 0.5, 0.2, 0.3
 """How the family-wise level is spent: first cause, later ones, effects outside the bank."""
 IN_SPAN = 1e-3
@@ -99,9 +100,7 @@ class Search:
 
     def side_by_side(self, refit: Callable[[Search, T], Candidate], items: Sequence[T]) -> list[Candidate]:
         """Refits of several items at once: while one sets up its next step, the filter runs for another."""
-        own = [replace(self, est=self.est.apart()) for _ in items]
-        with ThreadPoolExecutor(2) as pool:
-            return list(pool.map(refit, own, items))
+        return on_both_threads(lambda item: refit(replace(self, est=self.est.apart()), item), items)
 
     def projector(self, s: Setting, now: Innovations) -> Projector:
         """Scores at a setting with all that a refit moves projected out."""
@@ -111,6 +110,12 @@ class Search:
     def quiet(self, s: Setting) -> Setting:
         """The setting under the sensors' noise alone."""
         return replace(s, noise=self.start.noise.copy())
+
+
+def on_both_threads(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """The work of every item, in their order, two at a time."""
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(work, items))
 
 
 def candidate(

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -162,21 +163,18 @@ def _channel_shapes(est: Estimator, now: Innovations, c: int) -> dict[str, list[
     return shapes
 
 
-def pulses(est: Estimator, axis: int) -> list[tuple[int, int, tuple[np.ndarray, ...]]]:
-    """Unit forces on `axis` over each window of each record, and of all at the same time (record = their number):
-    (record, window, series)."""
+def pulses(est: Estimator) -> list[list[tuple[np.ndarray, ...]]]:
+    """Unit series over each window of each record, and last of all records at the same time: [record][window]."""
     found = []
     for i, d in enumerate(est.data):
         edges = np.linspace(0.0, d.time[-1] + 1e-9, WINDOWS + 1)
-        for w in range(WINDOWS):
-            arrays = [np.zeros(other.time.size) for other in est.data]
-            arrays[i][(d.time >= edges[w]) & (d.time < edges[w + 1])] = 1.0
-            found.append((i, w, tuple(arrays)))
-    longest = max(d.time[-1] for d in est.data)
-    edges = np.linspace(0.0, longest + 1e-9, WINDOWS + 1)
-    for w in range(WINDOWS):
-        arrays = tuple(((d.time >= edges[w]) & (d.time < edges[w + 1])).astype(float) for d in est.data)
-        found.append((len(est.data), w, arrays))
+        still = [np.zeros(other.time.size) for other in est.data]
+        inside = [(d.time >= start) & (d.time < end) for start, end in pairwise(edges)]
+        found.append([(*still[:i], own.astype(float), *still[i + 1 :]) for own in inside])
+    edges = np.linspace(0.0, max(d.time[-1] for d in est.data) + 1e-9, WINDOWS + 1)
+    found.append(
+        [tuple(((d.time >= start) & (d.time < end)).astype(float) for d in est.data) for start, end in pairwise(edges)]
+    )
     return found
 
 

@@ -128,7 +128,7 @@ def best_start(est: Estimator, starts: Sequence[np.ndarray]) -> Point:
 def effective_forces(est: Estimator, s: Setting) -> np.ndarray:
     """(nf,) whether a force moves anything: a model without a surge equation has no surge force."""
     steady = [[np.ones(d.time.size) for d in est.data]] * est.n_forces
-    return np.linalg.norm(est.responses(s, range(est.n_forces), steady), axis=1) != 0.0
+    return np.linalg.norm(est.responses(est.traces(s), range(est.n_forces), steady), axis=1) != 0.0
 
 
 def with_coefficients(s: Setting, coefficients: np.ndarray) -> Setting:

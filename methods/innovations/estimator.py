@@ -336,10 +336,20 @@ class Estimator:
         """Predicted channels (T, 6) of record i: filtered up to sample `free`, simulated from there."""
         return self._run(s, i, free).predicted
 
-    def responses(self, s: Setting, axes: Sequence[int], forcing: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
+    def traces(self, s: Setting) -> list[Trace]:
+        """Every record through the filter, written down for `responses`."""
+        return list(self._pool.map(lambda i: self._traced(s, i)[1], range(len(self.data))))
+
+    def responses(
+        self, traces: Sequence[Trace], axes: Sequence[int], forcing: Sequence[Sequence[np.ndarray]]
+    ) -> np.ndarray:
         """Derivatives (m, N*6) of the whitened innovations by the size of added series; forcing[j][i] is (T,)."""
-        sizes = [np.ascontiguousarray(np.stack([f[i] for f in forcing])) for i in range(len(self.data))]
-        return self._carried(s, np.array(axes, np.int64), sizes, ())
+        out = np.zeros((len(axes), self.edges[-1] * CHANNELS))
+        for i, trace in enumerate(traces):
+            self._carry(
+                trace, i, np.array(axes, np.int64), np.ascontiguousarray(np.stack([f[i] for f in forcing])), out
+            )
+        return out
 
     def tangent(self, s: Setting, indices: Sequence[int]) -> np.ndarray:
         """Derivatives (m, N*6) of the whitened innovations by entries of the model's vector, in one pass.
@@ -348,22 +358,19 @@ class Estimator:
         their root.
         """
         axes = np.arange(len(indices)) + self.n_forces + CHANNELS
-        return self._carried(s, axes, [np.ones((axes.size, d.time.size)) for d in self.data], indices)
-
-    def _carried(
-        self, s: Setting, axes: np.ndarray, forcing: Sequence[np.ndarray], varied: Sequence[int]
-    ) -> np.ndarray:
-        from ._linear import carry  # numba
-
-        out, n = np.zeros((axes.size, self.edges[-1] * CHANNELS)), len(self.kernels.STATES)
+        out = np.zeros((axes.size, self.edges[-1] * CHANNELS))
 
         def along(i: int) -> None:
-            _, t = self._traced(s, i, varied)
-            run = (t.transition, t.slopes, t.gains, t.roots)
-            carry(*run, n, self.n_forces, axes, forcing[i], t.pushes, self.edges[i], out)
+            self._carry(self._traced(s, i, indices)[1], i, axes, np.ones((axes.size, self.data[i].time.size)), out)
 
         list(self._pool.map(along, range(len(self.data))))
         return out
+
+    def _carry(self, trace: Trace, i: int, axes: np.ndarray, forcing: np.ndarray, out: np.ndarray) -> None:
+        from ._linear import carry  # numba
+
+        run = (trace.transition, trace.slopes, trace.gains, trace.roots)
+        carry(*run, len(self.kernels.STATES), self.n_forces, axes, forcing, trace.pushes, self.edges[i], out)
 
     def scores(self, s: Setting, now: Innovations, parameters: Sequence[Parameter]) -> np.ndarray:
         """As `column`, but what moves only entries of the model's vector comes out of one pass (`tangent`)."""

@@ -91,7 +91,7 @@ def test_responses_are_derivatives_by_added_series(short, rng):
     nf, sizes = est.n_forces, [d.time.size for d in est.data]
     axes = [nf - 1, nf, nf + 1]  # a force, a heading shift, a rate shift
     forcing = [[np.cumsum(rng.normal(size=n)) / np.sqrt(n) for n in sizes] for _ in axes]
-    found = est.responses(s, axes, forcing)
+    found = est.responses(est.traces(s), axes, forcing)
     for axis, series, response, h in zip(axes, forcing, found, (1e-5, 1e-5, 1e-6), strict=True):
 
         def added(v, axis=axis, series=series):
