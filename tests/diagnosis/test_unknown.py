@@ -1,5 +1,7 @@
 """A named cause has one size: what it only mimics asks for another elsewhere."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from helmbench.datasets.generator import Case, generate
@@ -44,7 +46,12 @@ def test_a_periodic_moment_is_seen_through_its_phase(rng):
     k = int(rng.integers(len(waves)))
     residual = rng.standard_normal(6 * n) + 0.2 * columns[2 * k] - 0.3 * columns[2 * k + 1]
     now = Innovations(residual.reshape(-1, 6), np.zeros((n, 6)), np.zeros((n, 1)))
-    (found,) = _periodic(waves, columns, Projector(now, np.zeros((0, 6 * n))))
+    row = {id(f.series): column for f, column in zip((f for pair in waves for f in pair), columns, strict=True)}
+    here = SimpleNamespace(
+        columns=lambda axes, series: np.stack([row[id(one)] for one in series]),
+        projector=Projector(now, np.zeros((0, 6 * n))),
+    )
+    (found,) = _periodic(waves, here)
     assert found.features == waves[k]
     size = np.array([0.2, -0.3])
     wanted = float(size @ (columns[2 * k : 2 * k + 2] @ columns[2 * k : 2 * k + 2].T) @ size)
