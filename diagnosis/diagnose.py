@@ -111,7 +111,7 @@ def diagnose(
     own = [_remarked(f) if f.cause in failing else f for f in _findings(search, rng)]
     findings = [*_flag_findings(flags), *tracks.findings, *_spike_findings(est), *own]
     extended = extended_model(est, final, [a.cause for a in kept.accepted], flags, tracks)
-    said, reason = verdict.decide(poor, left, findings)
+    said, reason = verdict.decide(poor, left, bool(search.accepted) and left is search.rival, findings)
     return Diagnosis(
         model=model,
         extended=extended,

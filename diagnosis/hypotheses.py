@@ -242,7 +242,7 @@ def confirmed(search: Search, left: Candidate, records: Sequence[Record]) -> boo
     """
     est = search.est
     held = Estimator(est.model, records, est.unit)
-    s = Setting(np.tile(search.setting.p[0], (len(held.data), 1)), search.setting.noise)
+    s = Setting(np.tile(left.setting.p[0], (len(held.data), 1)), left.setting.noise)
     now = held.evaluate(s)
     found = {(f.name, f.axis): f for f in unknown.features(held, s, now, held.clock)}
     for p in left.variant:

@@ -42,12 +42,18 @@ def undecidable(est: Estimator, search: Search) -> str | None:
     return None
 
 
-def decide(poor: str | None, left: Candidate | None, findings: Sequence[Finding]) -> tuple[str, str]:
-    """The verdict by precedence, and the sentence that supports it."""
+def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Sequence[Finding]) -> tuple[str, str]:
+    """The verdict by precedence, and the sentence that supports it.
+
+    left : what is not explained; instead: it stands in the place of what was named, not beside it.
+    """
     if poor is not None:
         return "inconclusive", poor
     if left is not None:
-        return "unexplained", f"an effect outside the bank remains: {left.cause.removeprefix('unknown:')}"
+        effect = left.cause.removeprefix("unknown:")
+        if instead:
+            return "unexplained", f"one effect outside the bank ({effect}) is as likely as all that is named"
+        return "unexplained", f"an effect outside the bank remains: {effect}"
     ties = [f for f in findings if f.tied_with]
     if ties:
         said = "; ".join(f"{f.cause} cannot be told from {' or '.join(f.tied_with)}" for f in ties)
