@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -82,7 +83,25 @@ def _refit_fault(search: Search, item: Screened) -> tuple[Setting, Innovations]:
     est, (e, t0) = search.est, item.variant
     s = est.at(est.at(search.setting, t0, item.start[1]), e, float(np.clip(item.start[0], -0.8, 0.8)))
     s, _ = search.refit(s, (e,), 2)
-    width = est.data[0].time[-1] / FAULT_GRID
-    shifts = [est.at(s, t0, item.start[1] + share * width) for share in (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)]
+    times = np.linspace(0.0, max(d.time[-1] for d in est.data), 4 * FAULT_GRID + 2)[1:-1]
+    trials = [s, *(est.at(s, t0, float(t)) for t in times)]  # under gusts that the loss no longer is hidden in
+    s = trials[int(np.argmax([n.log_likelihood for n in est.many(trials)]))]
+    width, middle = times[1] - times[0], est.value(s, t0)
+    shifts = [est.at(s, t0, middle + share * width) for share in (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)]
     s = shifts[int(np.argmax([n.log_likelihood for n in est.many(shifts)]))]
     return search.refit(s, (e, t0), QUICK)
+
+
+def as_effectiveness(search: Search, fault: Candidate, before: float) -> Candidate | None:
+    """The rudder's effectiveness, from where the fit of a fault has come to that is there before the rudder moves."""
+    est, (e, t0) = search.est, fault.variant
+    moved = [d.time[np.argmax(np.abs(d.rudder - d.rudder[0]) > 0.5 * np.ptp(d.rudder))] for d in est.data]
+    named = {a.cause for a in search.accepted}
+    if e.record is not None or est.value(fault.setting, t0) > min(moved) or "rudder_effectiveness" in named:
+        return None
+    (variant,) = search.bank.get("rudder_effectiveness", [None])
+    if variant is None:
+        return None
+    s = est.at(replace(search.setting, noise=fault.setting.noise), variant[0], est.value(fault.setting, e))
+    found, now = search.refit(s, variant, QUICK)
+    return candidate("rudder_effectiveness", variant, 1, 1.0, before, found, now)

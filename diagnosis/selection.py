@@ -11,7 +11,7 @@ from . import unknown
 from .attempts import ATTEMPTS
 from .evidence import MOST_TIED, TIE_NATS, canonical_correlation, log_tail
 from .hypotheses import best_unknown
-from .refitting import refined, refit_cause
+from .refitting import as_effectiveness, refined, refit_cause
 from .screening import screen
 from .search import SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, stands_out
 
@@ -61,6 +61,10 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
             have = {i.cause for i in chosen}
             chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
     found = search.side_by_side(lambda own, item: refit_cause(own, item, before), chosen)
+    for fault in [c for c in found if c.cause == "rudder_fault"]:
+        steady = as_effectiveness(search, fault, before)
+        if steady is not None and all(c.log_p > steady.log_p for c in found if c.cause == steady.cause):
+            found = [*(c for c in found if c.cause != steady.cause), steady]
     named = {a.cause for a in search.accepted}
     for name, attempt in ATTEMPTS.items():
         candidate = attempt(search, before) if name in search.bank and name not in named else None

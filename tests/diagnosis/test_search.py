@@ -8,6 +8,7 @@ import pytest
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis import causes
 from helmbench.diagnosis.hypotheses import FURTHER_NATS, outdoing
+from helmbench.diagnosis.refitting import as_effectiveness
 from helmbench.diagnosis.search import Candidate, Search, mimicry, shown, stands_out
 from helmbench.methods.innovations.estimator import Estimator
 from helmbench.models.model import resolve
@@ -63,3 +64,20 @@ def test_one_unknown_effect_outdoes_two_causes_that_fit_little_better(under_curr
         assert (outdoing(replace(one, rival=rival)) is not None) == alone
         assert (outdoing(replace(two, rival=rival)) is not None) == both
     assert outdoing(two) is None
+
+
+def test_a_fault_before_the_rudder_moves_is_a_loss_of_effectiveness(rng):
+    """From the size that the fault's fit has come to; not where the fault comes later."""
+    model = resolve("response-1")
+    est = Estimator(model, [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
+    bank, _ = causes.testable(est)
+    search = Search(est, est.start(), est.start(), est.evaluate(est.start()), bank, rng, 0.01)
+    (fault,) = bank["rudder_fault"]
+    for t0, steady in ((0.0, True), (0.5 * est.data[0].time[-1], False)):
+        s = est.at(est.at(search.setting, fault[1], t0), fault[0], 0.02)
+        there = Candidate("rudder_fault", fault, -40.0, 90.0, s, est.evaluate(s))
+        found = as_effectiveness(search, there, search.now.log_likelihood)
+        assert (found is not None) == steady
+        if found is not None:
+            assert found.cause == "rudder_effectiveness" and found.statistic > -0.1
+            assert abs(est.value(found.setting, found.variant[0])) < 0.01
