@@ -93,7 +93,7 @@ def verdict(found: Diagnosis) -> str:
         "adequate": "The simulation agrees with the records: no cause of the bank is needed.",
         "inconclusive": "The records decide nothing.",
         "unexplained": "The simulation is wrong in a way that no cause of the bank explains"
-        + (f"; named beside it, or as the nearest that the bank has: {causes}." if causes else "."),
+        + (f"; of its causes {causes} fit best." if causes else "."),
         "named": f"The simulation misses {causes}.",
         "tied": f"The simulation misses {causes}; the records cannot tell the tied causes apart.",
     }[found.verdict]
