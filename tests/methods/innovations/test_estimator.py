@@ -225,6 +225,26 @@ def test_spikes_beside_each_other_are_seen(rng):
     assert check() or check()
 
 
+@pytest.mark.parametrize("vessel", ["mariner", "s175", "kvlcc2-l7", "patrol"])
+def test_corners_of_a_motion_without_noise_are_no_spikes(vessel):
+    record = generate(Case(vessel, "zigzag:20/20", "none", seed=1))
+    channels = [
+        record.heading_unwrapped(),
+        *(record.column(n) for n in ("yaw_rate_rad_s", "surge_m_s") if record.has(n)),
+    ]
+    assert [without_spikes(values)[1] for values in channels] == [0] * len(channels)
+
+
+def test_a_sample_is_cut_into_as_many_steps_as_its_innovations_need():
+    """Slow sampling of a small ship: fewer than its own finest step asks, and no innovation tells the difference."""
+    model, records = _records("kvlcc2-l7", count=1, duration_s=150.0, dt_s=0.5)
+    est = Estimator(model, records)
+    finest = int(np.ceil(0.5 / (4.0 * model.max_step_s)))
+    assert est.layout[5] < finest
+    found, wanted = est.evaluate(est.start()).e, est._cut_into(4 * finest)
+    assert np.all(np.abs(found - wanted) < 5e-3 * (1.0 + np.abs(wanted)))
+
+
 def test_a_step_of_the_noise_gains_where_forces_are_nearly_collinear(rng):
     """The two forces of a second-order response model do much the same; no start above the truth is a dead end."""
     model, records = _records("response-2", duration_s=150.0)
