@@ -191,10 +191,9 @@ def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Paramete
 
 def _unexplained(search: Search, options: Options) -> Candidate | None:
     """An effect outside the bank that the innovations still ask for, or that alone beats all that was named."""
-    before = search.now.log_likelihood
     threshold = np.log(options.alpha * SHARE_UNKNOWN)
     if search.accepted:
-        found = hypotheses.best_unknown(search, before, threshold) or hypotheses.outdoing(search)
+        found = hypotheses.best_unknown(search, threshold) or hypotheses.outdoing(search)
     else:
         found = search.rival
     if found is not None:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..methods.innovations.estimator import Estimator, Innovations, Setting
+from ..methods.innovations.estimator import Estimator, Setting
 from . import unknown
 from .evidence import independent, log_tail
+from .gusts import gust_like, worth
 from .search import IN_SPAN, Candidate, Search, T, candidate, on_both_threads, stands_out
 from .unknown import Feature
 
@@ -30,8 +31,6 @@ BLOCK, LONGEST_PULSE = 192, 8
 FURTHER_NATS = 12.0
 """Log likelihood, less the log of how many were tried, by which every named cause after the first must beat a single
 unknown effect: that several act at once has to be worth more than that one is not known."""
-GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
-"""Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
 
 
 @dataclass(frozen=True)
@@ -47,24 +46,6 @@ class Tried:
         """Log p-value, the number of sets that were tried taken into account."""
         k = len(self.features)
         return log_tail(self.gain, k) + k * np.log(self.tests)
-
-
-def gust_like(est: Estimator, s: Setting, now: Innovations) -> float:
-    """Log likelihood of the best noise whose forces are in the proportions of gusts."""
-    sd = s.noise[6 : 6 + est.n_forces]
-    if est.n_forces != 3 or not sd.any():
-        return now.log_likelihood
-    largest = max(sd[2], sd[1] / GUST_Y[0], sd[0] / GUST_X[0])
-    settings = []
-    for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 20):
-        noise = s.noise.copy()
-        noise[6:9] = [np.clip(sd[0], *np.multiply(GUST_X, yaw)), np.clip(sd[1], *np.multiply(GUST_Y, yaw)), yaw]
-        settings.append(replace(s, noise=noise))
-    still = s.noise.copy()
-    still[6:9] = 0.0
-    settings.append(replace(s, noise=still))
-    found = max(n.log_likelihood for n in est.many(settings))
-    return min(found, now.log_likelihood)
 
 
 def try_features(search: Search, before: float) -> list[Tried]:
@@ -89,7 +70,8 @@ def try_features(search: Search, before: float) -> list[Tried]:
         left, told = here.projected(found)
         if level == 1.0:
             tests = independent(search.rng, left[told], projector.residual)
-        loss = 2.0 * (now.log_likelihood - before)
+        cost = est.n_forces + 1.0 if gusty and level > 0.0 else 0.0
+        loss = 2.0 * (now.log_likelihood - cost - before)
         for t in [*_sets(found, left, projector.residual, told), *_periodic(waves, here), *_bursts(bursts, here)]:
             key = tuple(f"{f.name}:{f.axis}" for f in t.features)
             gain = t.gain + loss
@@ -196,18 +178,16 @@ def _bursts(bursts: Sequence[Sequence[Series]], here: Here) -> list[Tried]:
     return out
 
 
-def best_unknown(search: Search, before: float, threshold: float) -> Candidate | None:
+def best_unknown(search: Search, threshold: float) -> Candidate | None:
     """The unknown effect that gains most after a refit of the noise, if it passes the threshold (log p).
 
     Features, periodic moments, pulses and forces unlike gusts are four searches; each has its share.
     """
+    est, s, now = search.est, search.setting, search.now
     threshold -= np.log(SEARCHES)
-    gain = 2.0 * (before - gust_like(search.est, search.setting, search.now))
-    if log_tail(gain, 2) < threshold:
-        found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, search.setting, search.now)]
-    else:
-        found = []
-    before -= 0.5 * gain
+    gain = 2.0 * (now.log_likelihood - gust_like(est, s, now))
+    found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, s, now)]
+    before = worth(est, s, now)
     chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
     found += search.side_by_side(lambda own, t: refit_features(own, t.features, before, t.tests), chosen)
     passed = [c for c in found if c.log_p < threshold and stands_out(search, c)]
@@ -216,23 +196,21 @@ def best_unknown(search: Search, before: float, threshold: float) -> Candidate |
 
 def outdoing(search: Search) -> Candidate | None:
     """The unknown effect of the first step if, alone, it is worth more than all the causes that were named."""
-    if search.rival is None:
+    rival = search.rival
+    if rival is None:
         return None
     named = sum(np.log(a.tests * search.n_effective) + FURTHER_NATS for a in search.accepted) - FURTHER_NATS
-    alone = search.rival.now.log_likelihood - np.log(search.rival.tests)
-    return search.rival if alone > search.now.log_likelihood - named else None
+    alone = worth(search.est, rival.setting, rival.now) - np.log(rival.tests)
+    return rival if alone > worth(search.est, search.setting, search.now) - named else None
 
 
 def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:
-    """Unknown forces or sensor shifts, refitted with the noise; before: log likelihood without them, under gusts.
-
-    Beside them, too, the noise counts as far as it is like gusts.
-    """
+    """Unknown forces or sensor shifts, refitted with the noise; before: what the records are worth without them."""
     variant = tuple(f.parameter(search.est) for f in features)
     found, now = search.refit(search.setting, variant, 3)
-    before += now.log_likelihood - gust_like(search.est, found, now)
     name = " + ".join(f.name for f in features)
-    return candidate(f"unknown:{name}", variant, len(variant), tests ** len(variant), before, found, now)
+    refitted = candidate(f"unknown:{name}", variant, len(variant), tests ** len(variant), before, found, now)
+    return refitted.gaining(2.0 * (worth(search.est, found, now) - before))
 
 
 def confirmed(search: Search, left: Candidate, records: Sequence[Record]) -> bool | None:

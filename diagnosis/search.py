@@ -52,6 +52,11 @@ class Candidate:
     k: int = 0
     """Number of variants or starts that were tried, and degrees of freedom."""
 
+    def gaining(self, statistic: float) -> Candidate:
+        """The candidate with another statistic, its log p-value moved along."""
+        moved = self.log_p + log_tail(statistic, self.k) - log_tail(self.statistic, self.k)
+        return replace(self, statistic=statistic, log_p=moved)
+
 
 @dataclass
 class Search:

@@ -10,6 +10,7 @@ import numpy as np
 from . import unknown
 from .attempts import ATTEMPTS
 from .evidence import MOST_TIED, TIE_NATS, canonical_correlation, log_tail
+from .gusts import worth
 from .hypotheses import best_unknown
 from .refitting import as_effectiveness, refined, refit_cause
 from .screening import screen
@@ -31,11 +32,11 @@ def select(search: Search, most: int) -> None:
         candidates.sort(key=lambda c: c.log_p)
         if step == 0:
             search.first_candidates = candidates
-            search.rival = best_unknown(search, before, np.log(search.alpha * SHARE_UNKNOWN))
+            search.rival = best_unknown(search, np.log(search.alpha * SHARE_UNKNOWN))
         passed = [c for c in candidates if c.log_p < threshold and stands_out(search, c)]
         if not passed:
             return
-        accept(search, passed)
+        accept(search, passed[0], candidates)
 
 
 def settle(search: Search) -> None:
@@ -69,13 +70,23 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
     for name, attempt in ATTEMPTS.items():
         candidate = attempt(search, before) if name in search.bank and name not in named else None
         found += [candidate] if candidate is not None else []
-    return refined(search, found, before)
+    return under_gusts(search, refined(search, found, before), before)
 
 
-def accept(search: Search, passed: Sequence[Candidate]) -> None:
+def under_gusts(search: Search, found: Sequence[Candidate], before: float) -> list[Candidate]:
+    """Candidates by what they gain over gusts, and by whether they leave any to be assumed."""
+    taken = before - worth(search.est, search.setting, search.now)
+
+    def judged(own: Search, c: Candidate) -> Candidate:
+        left = c.now.log_likelihood - worth(own.est, c.setting, c.now)
+        return c.gaining(c.statistic + 2.0 * (taken - left))
+
+    return search.side_by_side(judged, found)
+
+
+def accept(search: Search, best: Candidate, candidates: Sequence[Candidate]) -> None:
     """Enter the best candidate, note its ties, refit everything and drop earlier causes that lost their evidence."""
-    best = passed[0]
-    near = [c for c in passed[1:] if c.log_p - best.log_p < TIE_NATS]
+    near = [c for c in candidates if c is not best and c.log_p - best.log_p < TIE_NATS]
     search.ties[best.cause] = tuple(c.cause for c in near if alike(search, best, c))[:MOST_TIED]
     search.setting, search.now = best.setting, best.now
     search.accepted.append(best)
@@ -101,7 +112,7 @@ def _delete(search: Search) -> None:
         if not old.variant or (last and len(search.accepted) == count):
             continue
         trial = without(search, old)
-        gain = 2.0 * (search.now.log_likelihood - trial.now.log_likelihood)
+        gain = 2.0 * (worth(search.est, search.setting, search.now) - worth(search.est, trial.setting, trial.now))
         if log_tail(gain, len(old.variant)) > np.log(search.alpha / search.n_effective):
             search.accepted, search.setting, search.now = trial.accepted, trial.setting, trial.now
             search.ties.pop(old.cause, None)
