@@ -60,7 +60,7 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
         now = search.est.evaluate(bare)
         if now.log_likelihood > -1e299 and np.abs(now.e).max() < 1e3:
             have = {i.cause for i in chosen}
-            chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -25.0 and i.cause not in have]
+            chosen += [i for i in screen(search, bare, now)[:3] if i.log_p < -15.0 and i.cause not in have]
     found = search.side_by_side(lambda own, item: refit_cause(own, item, before), chosen)
     for fault in [c for c in found if c.cause == "rudder_fault"]:
         steady = as_effectiveness(search, fault, before)
