@@ -97,11 +97,10 @@ def as_effectiveness(search: Search, fault: Candidate, before: float) -> Candida
     est, (e, t0) = search.est, fault.variant
     moved = [d.time[np.argmax(np.abs(d.rudder - d.rudder[0]) > 0.5 * np.ptp(d.rudder))] for d in est.data]
     named = {a.cause for a in search.accepted}
-    if e.record is not None or est.value(fault.setting, t0) > min(moved) or "rudder_effectiveness" in named:
+    open_ = "rudder_effectiveness" in search.bank and "rudder_effectiveness" not in named
+    if not open_ or e.record is not None or est.value(fault.setting, t0) > min(moved):
         return None
-    (variant,) = search.bank.get("rudder_effectiveness", [None])
-    if variant is None:
-        return None
+    (variant,) = search.bank["rudder_effectiveness"]
     s = est.at(replace(search.setting, noise=fault.setting.noise), variant[0], est.value(fault.setting, e))
     found, now = search.refit(s, variant, QUICK)
     return candidate("rudder_effectiveness", variant, 1, 1.0, before, found, now)

@@ -106,16 +106,22 @@ def alike(search: Search, first: Candidate, second: Candidate) -> bool:
 
 def _delete(search: Search) -> None:
     """Backward deletion of causes that no longer gain significantly; the last only if it brought another down."""
-    count = len(search.accepted)
-    for old in tuple(search.accepted):
-        last = old is search.accepted[-1]
-        if not old.variant or (last and len(search.accepted) == count):
-            continue
-        trial = without(search, old)
-        gain = 2.0 * (worth(search.est, search.setting, search.now) - worth(search.est, trial.setting, trial.now))
-        if log_tail(gain, len(old.variant)) > np.log(search.alpha / search.n_effective):
-            search.accepted, search.setting, search.now = trial.accepted, trial.setting, trial.now
-            search.ties.pop(old.cause, None)
+    *earlier, last = tuple(search.accepted)
+    if any([_dropped(search, old) for old in earlier]):
+        _dropped(search, last)
+
+
+def _dropped(search: Search, old: Candidate) -> bool:
+    """Take a cause out if the records are hardly worth less without it."""
+    if not old.variant:
+        return False
+    trial = without(search, old)
+    gain = 2.0 * (worth(search.est, search.setting, search.now) - worth(search.est, trial.setting, trial.now))
+    if log_tail(gain, len(old.variant)) <= np.log(search.alpha / search.n_effective):
+        return False
+    search.accepted, search.setting, search.now = trial.accepted, trial.setting, trial.now
+    search.ties.pop(old.cause, None)
+    return True
 
 
 def without(search: Search, cause: Candidate) -> Search:

@@ -199,14 +199,16 @@ class Estimator:
     def _substeps(self) -> int:
         """RK4 steps a sample is cut into: twice as many until the base model's innovations hardly change."""
         dt = float(np.median(np.diff(self.data[0].time)))
-        steps, most = 1, int(np.ceil(dt / (4.0 * self.model.max_step_s) - 1e-9))
-        coarse = self._cut_into(steps) if most > 1 else None
-        while coarse is not None and steps < most:
+        most = int(np.ceil(dt / (4.0 * self.model.max_step_s) - 1e-9))
+        if most <= 1:
+            return 1
+        steps, coarse = 1, self._cut_into(1)
+        while steps < most:
             fine = self._cut_into(2 * steps)
             if np.all(np.abs(fine - coarse) < CUT * (1.0 + np.abs(fine))):
-                break
+                return steps
             coarse, steps = fine, 2 * steps
-        return max(1, min(steps, most))
+        return most
 
     def _cut_into(self, steps: int) -> np.ndarray:
         """Innovations of the base model with so many steps a sample."""

@@ -54,7 +54,7 @@ def test_a_moment_alone_is_no_gust(est):
 
 
 def test_a_rival_below_the_level_is_told_as_a_tie(est, rng):
-    """Two dampings that move the ship alike: the second one is a tie though it did not pass, unless it is far behind."""
+    """Of two dampings that move the ship alike the second is a tie though it did not pass, unless it is far behind."""
     bank, _ = causes.testable(est)
     s = est.start()
     for behind, tied in ((2.0, ("yaw_damping_cubic",)), (9.0, ())):
