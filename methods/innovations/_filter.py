@@ -330,7 +330,8 @@ def run_filter(
         for s_ in range(parts_of):
             at = k * parts + 2 * s_
             _inputs(u, rudder[at], other, k, q, unit, force, first, env, x[i_psi])
-            rhs(own, u, theta, rate)
+            if s_ > 0 or k >= free:  # else the Jacobian brought it along
+                rhs(own, u, theta, rate)
             for i in range(n):
                 total[i] = x[i] + step / 6.0 * rate[i]
                 probe[i] = x[i] + 0.5 * step * rate[i]
