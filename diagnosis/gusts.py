@@ -36,8 +36,10 @@ def _calm(est: Estimator, s: Setting, now: Innovations) -> float:
 
 
 def _proportioned(est: Estimator, s: Setting, now: Innovations) -> float:
+    if est.n_forces != 3:
+        return now.log_likelihood
     x, y, n = s.noise[6:9]
-    if est.n_forces != 3 or (_within(x, n, GUST_X) and _within(y, n, GUST_Y)):
+    if _within(x, n, GUST_X) and _within(y, n, GUST_Y):
         return now.log_likelihood
     largest = max(n, y / GUST_Y[0], x / GUST_X[0])
     settings = []

@@ -37,6 +37,20 @@ def test_gusts_in_proportion_cost_one_nat_for_each_parameter(est):
     assert worth(est, s, gusty) == pytest.approx(max(gusty.log_likelihood - 4.0, quiet.log_likelihood))
 
 
+@pytest.mark.parametrize("vessel", ["response-1", "response-2"])
+def test_a_response_models_one_axis_has_no_proportions(vessel):
+    """The moment (and its rate) of gusts is all there is; its parameters still cost."""
+    est = Estimator(resolve(vessel), [generate(Case(vessel, "zigzag:20/20", "low", seed=1))])
+    s = est.start()
+    noise = s.noise.copy()
+    noise[6 : 6 + est.n_forces] = 1e-5
+    s = replace(s, noise=noise)
+    now = est.evaluate(s)
+    assert gust_like(est, s, now) == now.log_likelihood
+    gusty = now._replace(log_s=now.log_s - 1e6 / now.log_s.size)
+    assert worth(est, s, gusty) == pytest.approx(gusty.log_likelihood - est.n_forces - 1.0)
+
+
 def test_a_moment_alone_is_no_gust(est):
     """Gusts turn no ship without pushing it: the best gusts fit worse than the yaw moment that was fitted."""
     p = next(v for v in causes.testable(est)[0]["yaw_damping_quadratic"])[0]
