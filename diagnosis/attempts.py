@@ -13,6 +13,8 @@ from . import unknown
 from .search import Candidate, Search, candidate
 
 DEGREE = np.pi / 180.0
+LIMITS = (1.5, 1.2, 1.0, 0.9985, 0.995, 0.985, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)
+"""Limits that are tried first, as shares of the command's largest value: just below it a little changes much."""
 
 
 def try_waves(search: Search, before: float) -> Candidate | None:
@@ -104,8 +106,8 @@ def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate
     if slot == "rudder_rate":
         seen = max(float(np.max(np.abs(np.diff(q) / np.diff(x.time)))) for q, x in zip(quiet, d, strict=True))
     else:
-        seen = max(float(np.max(np.abs(q))) for q in quiet)
-    return _scanned(search, cause, slot, [share * seen for share in (1.5, 1.2, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)], before)
+        seen = max(float(np.mean(np.abs(q)[np.abs(q) > 0.98 * np.abs(q).max()])) for q in quiet)
+    return _scanned(search, cause, slot, [share * seen for share in LIMITS], before)
 
 
 def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], before: float) -> Candidate | None:
@@ -130,7 +132,8 @@ def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], bef
         lambda x: -at(float(np.exp(x)))[1].log_likelihood, bounds=(low, high), options={"xatol": 0.01, "maxiter": 14}
     )
     (variant,) = search.bank[cause]
-    setting, now = search.refit(at(float(np.exp(found.x)))[0], variant, 2)
+    value = float(np.exp(found.x)) if -found.fun > gains[best] else values[best]
+    setting, now = search.refit(at(value)[0], variant, 2)
     return candidate(cause, variant, 1, 2.0, before, setting, now)
 
 

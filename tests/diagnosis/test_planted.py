@@ -74,6 +74,18 @@ def test_a_faint_cause_in_calm_is_not_taken_for_gusts(rng):
     assert in_some_draw(check, rng)
 
 
+def test_a_limit_just_below_the_largest_command_is_found(rng):
+    """Only the tops of the widest command are cut off."""
+
+    def check(rng):
+        case = planted("cargo", ("rudder_saturation",), rng, strength="faint")
+        found = diagnose(resolve("cargo"), case.train, options=Options(max_effects=1, only=("rudder_saturation",)))
+        print(case.truth, found.verdict, found.causes)
+        return [f.cause for f in found.causes] == ["rudder_saturation"]
+
+    assert in_some_draw(check, rng)
+
+
 def test_drawn_causes_are_named(rng):
     """Six draws; correct code misses three of them less than .3 % of the time (rate of a miss at most .05)."""
     hits, said = 0, []
