@@ -283,8 +283,8 @@ def _details(a: Candidate) -> dict[str, Any]:
 def _evidence(a: Candidate, tests: float) -> str:
     k = max(len(a.variant), 1)
     return (
-        f"twice the log likelihood rises by {a.statistic:.1f} for {k} parameter{'s' if k > 1 else ''}, noise refitted "
-        f"(about {tests:.0f} independent tests)"
+        f"twice the log likelihood, less the cost of gusts, rises by {a.statistic:.1f} for {k} "
+        f"parameter{'s' if k > 1 else ''}, noise refitted (about {tests:.0f} independent tests)"
     )
 
 

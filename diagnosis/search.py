@@ -40,7 +40,8 @@ class Screened:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A cause after refitting it with the noise: twice the gain in log likelihood and its log p-value."""
+    """A cause after refitting it with the noise: twice the gain in log likelihood (less the cost of gusts where that
+    was judged) and its log p-value."""
 
     cause: str
     variant: Variant

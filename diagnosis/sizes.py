@@ -33,7 +33,8 @@ def sizes_of(
     if entry.polar is not None:
         return _polar(est, entry.polar, cause, variant, values, covariance, rng)
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0) + (DESCRIBED * values) ** 2)
-    return tuple(_plain(est, p, v, NORMAL_90 * sd) for p, v, sd in zip(variant, values, spread, strict=True))
+    halves = (NORMAL_90 * spread).tolist()
+    return tuple(_plain(est, p, v, half) for p, v, half in zip(variant, values.tolist(), halves, strict=True))
 
 
 def _plain(est: Estimator, p: Parameter, value: float, half: float) -> Size:
