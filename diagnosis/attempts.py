@@ -96,7 +96,7 @@ def try_jitter(search: Search, before: float) -> Candidate | None:
     if unknown.rate_statistic(search.est, search.now) < 2.5:
         return None
     step = float(np.median(np.diff(search.est.data[0].time)))
-    return _scanned(search, "clock_jitter", "clock", [share * step for share in (0.03, 0.1, 0.3)], before)
+    return _scanned(search, "clock_jitter", "clock", [share * step for share in (0.03, 0.1, 0.3, 0.8)], before)
 
 
 def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate | None:

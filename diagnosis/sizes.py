@@ -75,16 +75,20 @@ def _polar(est, polar, cause, variant, values, covariance, rng) -> tuple[Size, .
 
 
 def _jitter(est: Estimator, s: Setting) -> tuple[Size, ...]:
-    """The clock's error with the interval that the curvature of the log likelihood in its logarithm gives."""
+    """The clock's error with the interval that the likelihood in its logarithm gives.
+
+    One sample's channels share its error and tell of it together: spread of the samples' scores over curvature.
+    """
     index, h = est.index["clock"], 0.05
     value = float(s.p[0, index])
     ll = []
     for factor in (np.exp(-h), 1.0, np.exp(h)):
         p = s.p.copy()
         p[:, index] = value * factor
-        ll.append(est.evaluate(replace(s, p=p)).log_likelihood)
-    curvature = max(-(ll[0] - 2.0 * ll[1] + ll[2]) / h**2, 1.0)
-    half = NORMAL_90 / np.sqrt(curvature)
+        now = est.evaluate(replace(s, p=p))
+        ll.append(-np.sum(now.log_s + 0.5 * now.e**2, axis=1))
+    curvature = max(-float(np.sum(ll[0] - 2.0 * ll[1] + ll[2])) / h**2, 1.0)
+    half = NORMAL_90 * float(np.linalg.norm((ll[2] - ll[0]) / (2.0 * h))) / curvature
     return (Size("sd", value, value * float(np.exp(-half)), value * float(np.exp(half)), "s"),)
 
 

@@ -71,23 +71,22 @@ def quieten(series, sd, out):
 @njit(types.void(A1, A1, A1, f8, i8, A1), **JIT)
 def acting_rudder(time, recorded, q, noise, parts, out):
     """Rudder angle that the hull feels at `parts` points per sample, from the recorded series and parameters q."""
-    series = recorded.copy()
-    if q[PLAY] > 0.0:
-        once, true = np.empty_like(series), np.empty_like(series)
-        quieten(series, noise, once)
-        quieten(once, 0.5 * noise, true)
-        noisy = np.exp(-q[PLAY] / noise)  # a play far below the sensor's noise leaves the recorded angle as it is
-        z = true[0]
-        for k in range(series.size):
-            if true[k] - z > q[PLAY]:
-                z = true[k] - q[PLAY]
-            elif z - true[k] > q[PLAY]:
-                z = true[k] + q[PLAY]
-            series[k] = z + noisy * (series[k] - true[k])
-    n, size = series.size, out.size
+    n, size = recorded.size, out.size
     fine = np.empty(size)
     for i in range(size):
-        fine[i] = _between(series, i / parts)
+        fine[i] = _between(recorded, i / parts)
+    if q[PLAY] > 0.0:
+        once, true = np.empty_like(recorded), np.empty_like(recorded)
+        quieten(recorded, noise, true)
+        for _ in range(10):  # until the command's plateaus are flat: their highest noise would be taken for play
+            once[:] = true
+            quieten(once, 0.5 * noise, true)
+        noisy = np.exp(-q[PLAY] / noise)  # a play far below the sensor's noise leaves the recorded angle as it is
+        z = true[0]
+        for i in range(size):
+            angle = _between(true, i / parts)
+            z = min(max(z, angle - q[PLAY]), angle + q[PLAY])
+            fine[i] = z + noisy * (fine[i] - angle)
     if q[RATE] > 0.0:
         for i in range(1, size):
             k = (i - 1) // parts

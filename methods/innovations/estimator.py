@@ -219,11 +219,11 @@ class Estimator:
     @cached_property
     def floors(self) -> np.ndarray:
         """(6,) smallest sensor sd that is believed: FLOOR of each channel's own spread (interpolated records are
-        smoother than any sensor, and no model is better than that)."""
+        smoother than any sensor, and no model is better than that); that of headings ends at the whole compass."""
         out = np.full(CHANNELS, 1e-9)
         for c in np.flatnonzero(self.channels):
             spread = max(float(np.nanstd(d.measured[:, c])) for d in self.data if np.isfinite(d.measured[:, c]).any())
-            out[c] = max(FLOOR[c] * spread, 1e-9)
+            out[c] = max(FLOOR[c] * min(spread, np.pi / np.sqrt(3.0) if c == 0 else np.inf), 1e-9)
         return out
 
     @cached_property
