@@ -141,6 +141,14 @@ def test_sensor_noise_is_found(vessel, seed):
     assert now.log_likelihood >= est.evaluate(s).log_likelihood - 0.1
 
 
+def test_turning_circles_do_not_raise_the_headings_floor():
+    """Headings go round the compass: a compass of .1 deg is believed however far the ship has turned."""
+    record = generate(Case("cargo", "turn:35", "low", seed=1, duration_s=1500.0))
+    est = Estimator(resolve("cargo"), [record])
+    assert np.ptp(est.data[0].measured[:, 0]) > 4.0 * np.pi
+    assert est.floors[0] < np.deg2rad(0.05)
+
+
 def test_known_innovations_save_a_pass(short):
     est, s = short
     again = est.fit_noise(s, 1, now=est.evaluate(s))

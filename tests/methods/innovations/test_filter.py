@@ -159,12 +159,23 @@ def test_a_play_far_below_the_noise_changes_nothing(wiggle, rng):
 
 
 def test_rudder_backlash(wiggle):
+    """Between the samples too."""
     time, rudder = wiggle
-    z = [rudder[0]]
-    for value in rudder[1:]:
+    fine, found = _acting(time, rudder, parts=4, rudder_play=0.03)
+    command = np.interp(fine, time, rudder)
+    z = [command[0]]
+    for value in command[1:]:
         z.append(np.clip(z[-1], value - 0.03, value + 0.03))
-    fine, found = _acting(time, rudder, rudder_play=0.03)
-    assert found == pytest.approx(np.interp(fine, time, z), abs=1e-12)
+    assert found == pytest.approx(z, abs=1e-12)
+
+
+def test_noise_on_a_held_rudder_is_no_play(rng):
+    """The highest noise of a plateau would push the linkage further: as if the play were larger."""
+    time = 0.5 * np.arange(4000)
+    clean = np.where(np.arange(4000) // 40 % 2 == 0, 0.3, -0.3)
+    _, found = _acting(time, clean + 1e-3 * rng.normal(size=4000), noise=1e-3, rudder_play=0.01)
+    held = found[::2].reshape(-1, 40)[1:, 5:]
+    assert np.abs(held).mean() == pytest.approx(0.29, abs=1.8e-4)
 
 
 def test_the_sigma_filter_keeps_steps_and_loses_noise(rng):
