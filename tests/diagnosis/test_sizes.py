@@ -19,7 +19,8 @@ def test_a_clocks_error_is_drawn_once_a_sample(rng):
     s = est.start()
     p = s.p.copy()
     p[:, est.index["clock"]] = case.truth[0]["parameters"]["sd"]
-    (size,) = sizes_of(est, Setting(p, s.noise), "clock_jitter", (), np.zeros((0, 0)), rng)
+    s, _ = est.fit_noise(Setting(p, s.noise), 6)
+    (size,) = sizes_of(est, s, "clock_jitter", (), np.zeros((0, 0)), rng)
     samples = sum(d.time.size for d in est.data)
     print(case.truth, size, samples)
     assert np.log(size.high / size.value) > 0.9 * NORMAL_90 / np.sqrt(2.0 * samples)
