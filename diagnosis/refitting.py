@@ -97,8 +97,8 @@ def as_effectiveness(search: Search, fault: Candidate, before: float) -> Candida
     est, (e, t0) = search.est, fault.variant
     moved = [d.time[np.argmax(np.abs(d.rudder - d.rudder[0]) > 0.5 * np.ptp(d.rudder))] for d in est.data]
     named = {a.cause for a in search.accepted}
-    open_ = "rudder_effectiveness" in search.bank and "rudder_effectiveness" not in named
-    if not open_ or e.record is not None or est.value(fault.setting, t0) > min(moved):
+    untried = "rudder_effectiveness" in search.bank and "rudder_effectiveness" not in named
+    if not untried or e.record is not None or est.value(fault.setting, t0) > min(moved):
         return None
     (variant,) = search.bank["rudder_effectiveness"]
     s = est.at(replace(search.setting, noise=fault.setting.noise), variant[0], est.value(fault.setting, e))
