@@ -6,7 +6,9 @@ cause leaves calm need no gusts at all.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,23 +18,44 @@ GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
 """Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
 
 
-def gust_like(est: Estimator, s: Setting, now: Innovations) -> float:
-    """Log likelihood of the best noise whose forces are in the proportions of gusts, or zero."""
-    return max(_calm(est, s, now), _proportioned(est, s, now))
+class Judged(NamedTuple):
+    """Log likelihoods of records without gusts and under the best gusts in proportion, and the gusts' cost (nats)."""
+
+    calm: float
+    gusty: float
+    cost: float
+
+    @property
+    def gust_like(self) -> float:
+        """Log likelihood of the best noise whose forces are in the proportions of gusts, or zero."""
+        return max(self.calm, self.gusty)
+
+    @property
+    def worth(self) -> float:
+        """Log likelihood without gusts, or of the best gusts less their cost."""
+        return max(self.calm, self.gusty - self.cost)
+
+
+def cost(est: Estimator) -> float:
+    """One nat for each parameter of gusts: their sds and the correlation time (Akaike 1974)."""
+    return est.n_forces + 1.0
+
+
+def judged(est: Estimator, s: Setting, now: Innovations) -> Judged:
+    """The records at a setting, now their innovations, by what noise like gusts makes of them."""
+    return Judged(_calm(est, s, now), _proportioned(est, s, now), cost(est))
 
 
 def worth(est: Estimator, s: Setting, now: Innovations) -> float:
-    """Log likelihood without gusts, or of the best gusts less one nat for each of their parameters (Akaike 1974)."""
-    return max(_calm(est, s, now), _proportioned(est, s, now) - (est.n_forces + 1.0))
+    """What the records are worth at a setting; see `Judged.worth`."""
+    return judged(est, s, now).worth
 
 
 def _calm(est: Estimator, s: Setting, now: Innovations) -> float:
-    forces = slice(6, 6 + est.n_forces)
-    if not s.noise[forces].any():
+    if not s.noise[6 : 6 + est.n_forces].any():
         return now.log_likelihood
-    noise = s.noise.copy()
-    noise[forces] = 0.0
-    return min(est.evaluate(replace(s, noise=noise)).log_likelihood, now.log_likelihood)
+    still = _forced(s, np.zeros(est.n_forces))
+    return min(est.evaluate(still).log_likelihood, now.log_likelihood)
 
 
 def _proportioned(est: Estimator, s: Setting, now: Innovations) -> float:
@@ -42,12 +65,18 @@ def _proportioned(est: Estimator, s: Setting, now: Innovations) -> float:
     if _within(x, n, GUST_X) and _within(y, n, GUST_Y):
         return now.log_likelihood
     largest = max(n, y / GUST_Y[0], x / GUST_X[0])
-    settings = []
-    for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 20):
-        noise = s.noise.copy()
-        noise[6:9] = [np.clip(x, *np.multiply(GUST_X, yaw)), np.clip(y, *np.multiply(GUST_Y, yaw)), yaw]
-        settings.append(replace(s, noise=noise))
+    settings = [
+        _forced(s, [np.clip(x, *np.multiply(GUST_X, yaw)), np.clip(y, *np.multiply(GUST_Y, yaw)), yaw])
+        for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 20)
+    ]
     return min(max(i.log_likelihood for i in est.many(settings)), now.log_likelihood)
+
+
+def _forced(s: Setting, sd: Sequence[float] | np.ndarray) -> Setting:
+    """The setting with other sds of the forces."""
+    noise = s.noise.copy()
+    noise[6 : 6 + len(sd)] = sd
+    return replace(s, noise=noise)
 
 
 def _within(sd: float, yaw: float, ratio: tuple[float, float]) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from ..methods.innovations.estimator import Estimator, Setting
 from . import unknown
 from .evidence import independent, log_tail
-from .gusts import gust_like, worth
+from .gusts import cost, judged, worth
 from .search import IN_SPAN, Candidate, Search, T, candidate, on_both_threads, stands_out
 from .unknown import Feature
 
@@ -70,8 +70,7 @@ def try_features(search: Search, before: float) -> list[Tried]:
         left, told = here.projected(found)
         if level == 1.0:
             tests = independent(search.rng, left[told], projector.residual)
-        cost = est.n_forces + 1.0 if gusty and level > 0.0 else 0.0
-        loss = 2.0 * (now.log_likelihood - cost - before)
+        loss = 2.0 * (now.log_likelihood - before - (cost(est) if gusty and level > 0.0 else 0.0))
         for t in [*_sets(found, left, projector.residual, told), *_periodic(waves, here), *_bursts(bursts, here)]:
             key = tuple(f"{f.name}:{f.axis}" for f in t.features)
             gain = t.gain + loss
@@ -185,9 +184,9 @@ def best_unknown(search: Search, threshold: float) -> Candidate | None:
     """
     est, s, now = search.est, search.setting, search.now
     threshold -= np.log(SEARCHES)
-    gain = 2.0 * (now.log_likelihood - gust_like(est, s, now))
+    here = judged(est, s, now)
+    before, gain = here.worth, 2.0 * (now.log_likelihood - here.gust_like)
     found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, s, now)]
-    before = worth(est, s, now)
     chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
     found += search.side_by_side(lambda own, t: refit_features(own, t.features, before, t.tests), chosen)
     passed = [c for c in found if c.log_p < threshold and stands_out(search, c)]

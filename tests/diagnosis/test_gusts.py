@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis import causes, selection
-from helmbench.diagnosis.gusts import gust_like, worth
+from helmbench.diagnosis.gusts import judged, worth
 from helmbench.diagnosis.search import Candidate, Search
 from helmbench.methods.innovations.estimator import Estimator
 from helmbench.models.model import resolve
@@ -30,9 +30,9 @@ def _under(est, x, y, n, tau=10.0):
 def test_gusts_in_proportion_cost_one_nat_for_each_parameter(est):
     s, now = _under(est, 2e-6, 5e-6, 1e-6)
     calm, quiet = _under(est, 0.0, 0.0, 0.0)
-    assert worth(est, calm, quiet) == gust_like(est, calm, quiet) == quiet.log_likelihood
+    assert worth(est, calm, quiet) == judged(est, calm, quiet).gust_like == quiet.log_likelihood
     assert quiet.log_likelihood > now.log_likelihood  # nothing acts in this record
-    assert gust_like(est, s, now) == now.log_likelihood
+    assert judged(est, s, now).gust_like == now.log_likelihood
     gusty = now._replace(log_s=now.log_s - 100.0 / now.log_s.size)
     assert worth(est, s, gusty) == pytest.approx(max(gusty.log_likelihood - 4.0, quiet.log_likelihood))
 
@@ -46,7 +46,7 @@ def test_a_response_models_one_axis_has_no_proportions(vessel):
     noise[6 : 6 + est.n_forces] = 1e-5
     s = replace(s, noise=noise)
     now = est.evaluate(s)
-    assert gust_like(est, s, now) == now.log_likelihood
+    assert judged(est, s, now).gust_like == now.log_likelihood
     gusty = now._replace(log_s=now.log_s - 1e6 / now.log_s.size)
     assert worth(est, s, gusty) == pytest.approx(gusty.log_likelihood - est.n_forces - 1.0)
 
@@ -62,8 +62,8 @@ def test_a_moment_alone_is_no_gust(est):
     moment[6:8] = 0.0
     alone = replace(found, noise=moment)
     there = est.evaluate(alone)
-    assert gust_like(est, alone, there) < there.log_likelihood - 0.5
-    assert worth(est, alone, there) <= gust_like(est, alone, there)
+    assert judged(est, alone, there).gust_like < there.log_likelihood - 0.5
+    assert worth(est, alone, there) <= judged(est, alone, there).gust_like
     assert now.log_likelihood >= there.log_likelihood - 1.0
 
 
