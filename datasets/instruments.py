@@ -16,8 +16,6 @@ from ..models.instruments import SENSORS, SWAPS, checked, linkage
 from .record import RUDDERS, Record
 
 HEADING, SURGE, SWAY = "heading_rad", "surge_m_s", "sway_m_s"
-REACH = 8
-"""Samples to either side that count when a rudder series is freed of its sensor noise."""
 
 
 def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
@@ -89,16 +87,16 @@ def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[s
 
 
 def quietened(series: np.ndarray) -> np.ndarray:
-    """A rudder series (N,) freed of its sensor noise: twice the mean of the neighbours that lie near (play counts
-    every reversal, that of noise too)."""
+    """A rudder series (N,) freed of its sensor noise, the noise as its second differences have it."""
+    from ..models import drivers
+
     second = np.diff(series, 2)
     sd = 1.4826 * float(np.median(np.abs(second))) / np.sqrt(6.0) if second.size else 0.0
-    for limit in (4.0 * sd, 2.0 * sd) if sd > 0.0 else ():
-        padded = np.pad(series, REACH, constant_values=np.nan)
-        near = np.lib.stride_tricks.sliding_window_view(padded, 2 * REACH + 1)
-        close = np.abs(near - series[:, None]) < limit
-        series = np.where(close, near, 0.0).sum(axis=1) / close.sum(axis=1)
-    return series
+    if not sd > 0.0:
+        return series
+    out = np.empty(series.size)
+    drivers.quieten(np.ascontiguousarray(series, dtype=float), sd, out)
+    return out
 
 
 def _with_felt_rudder(record: Record, q: Mapping[str, float]) -> Record:

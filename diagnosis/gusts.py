@@ -16,6 +16,10 @@ from ..methods.innovations.estimator import Estimator, Innovations, Setting
 
 GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
 """Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
+COARSE = np.linspace(np.log(0.02), np.log(1.5), 7)
+"""Logs of the yaw force's sd where the best gusts are looked for, over the largest that one fitted force calls for."""
+FINE = 0.01
+"""To what the log of the best gusts' sd is found: strong gusts' likelihood falls by nats within a tenth."""
 
 
 class Judged(NamedTuple):
@@ -64,12 +68,21 @@ def _proportioned(est: Estimator, s: Setting, now: Innovations) -> float:
     x, y, n = s.noise[6:9]
     if _within(x, n, GUST_X) and _within(y, n, GUST_Y):
         return now.log_likelihood
+    from scipy.optimize import minimize_scalar
+
     largest = max(n, y / GUST_Y[0], x / GUST_X[0])
-    settings = [
-        _forced(s, [np.clip(x, *np.multiply(GUST_X, yaw)), np.clip(y, *np.multiply(GUST_Y, yaw)), yaw])
-        for yaw in np.geomspace(0.02 * largest, 1.5 * largest, 20)
-    ]
-    return min(max(i.log_likelihood for i in est.many(settings)), now.log_likelihood)
+
+    def gust(log_yaw: float) -> Setting:
+        yaw = largest * np.exp(log_yaw)
+        return _forced(s, [np.clip(x, *np.multiply(GUST_X, yaw)), np.clip(y, *np.multiply(GUST_Y, yaw)), yaw])
+
+    found = [i.log_likelihood for i in est.many([gust(at) for at in COARSE])]
+    best = int(np.argmax(found))
+    around = COARSE[max(best - 1, 0)], COARSE[min(best + 1, len(COARSE) - 1)]
+    fine = minimize_scalar(
+        lambda at: -est.evaluate(gust(at)).log_likelihood, bounds=around, method="bounded", options={"xatol": FINE}
+    )
+    return min(max(found[best], -float(fine.fun)), now.log_likelihood)
 
 
 def _forced(s: Setting, sd: Sequence[float] | np.ndarray) -> Setting:

@@ -18,6 +18,8 @@ TANGENT = types.FunctionType(types.void(A1, A1, A1, A1, i8, A1, A1, A1, A1))
 REGRESS = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
 JIT = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract", "nsz", "arcp"}}
 SERIES, ZIGZAG, HEADING = 0, 1, 2
+QUIET_TURNS, QUIET_REACH = 11, 16
+"""Times that a rudder series' noise is averaged out, over so many samples to either side."""
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, A2), **JIT)
@@ -208,6 +210,33 @@ def _linked(series, held, k, time, linkage):
         step = time[k] - time[k - 1] if k > 0 else time[1] - time[0]
         gain += linkage[4] * min(max((time[k] - time[0] - linkage[5]) / step + 0.5, 0.0), 1.0)
     return gain * angle + linkage[1]
+
+
+@njit(types.void(A1, f8, A1), **JIT)
+def quieten(series, sd, out):
+    """Fill `out` with a rudder series (N,) freed of its sensor's noise: play counts every reversal, that of noise too.
+
+    Means of the neighbours that lie near are taken until the command's plateaus are flat (their highest noise would be
+    taken for play), each time after a lone sample far off four that agree is set among them (it would stay as it is).
+    """
+    n = series.size
+    before = np.empty(n)
+    out[:] = series
+    for turn in range(QUIET_TURNS):
+        near = 4.0 * sd if turn == 0 else 2.0 * sd
+        before[:] = out
+        for k in range(2, n - 2):
+            a, b, c, d = out[k - 2], out[k - 1], out[k + 1], out[k + 2]
+            middle = 0.25 * (a + b + c + d)
+            if max(max(a, b), max(c, d)) - min(min(a, b), min(c, d)) < near and abs(out[k] - middle) > 0.75 * near:
+                before[k] = middle
+        for k in range(n):
+            total, count = 0.0, 0
+            for j in range(max(0, k - QUIET_REACH), min(n, k + QUIET_REACH + 1)):
+                if abs(before[j] - before[k]) < near:
+                    total += before[j]
+                    count += 1
+            out[k] = total / count
 
 
 @njit(types.void(A1, A1, A1, A1), **JIT)

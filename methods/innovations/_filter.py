@@ -56,35 +56,21 @@ def _between(series, x):
     return series[k] + (x - k) * (series[k + 1] - series[k])
 
 
-@njit(types.void(A1, f8, A1), **JIT)
-def quieten(series, sd, out):
-    """Sigma filter: the mean of the neighbours within 4 sd."""
-    for k in range(series.size):
-        total, count = 0.0, 0
-        for j in range(max(0, k - 8), min(series.size, k + 9)):
-            if abs(series[j] - series[k]) < 4.0 * sd:
-                total += series[j]
-                count += 1
-        out[k] = total / count
+@njit(types.void(A1, A1, A1, A1, f8, i8, A1), **JIT)
+def acting_rudder(time, recorded, quiet, q, noise, parts, out):
+    """Rudder angle that the hull feels at `parts` points per sample, from the recorded series and parameters q.
 
-
-@njit(types.void(A1, A1, A1, f8, i8, A1), **JIT)
-def acting_rudder(time, recorded, q, noise, parts, out):
-    """Rudder angle that the hull feels at `parts` points per sample, from the recorded series and parameters q."""
+    quiet : the recorded series without its sensor's noise (sd `noise`), which play takes.
+    """
     n, size = recorded.size, out.size
     fine = np.empty(size)
     for i in range(size):
         fine[i] = _between(recorded, i / parts)
     if q[PLAY] > 0.0:
-        once, true = np.empty_like(recorded), np.empty_like(recorded)
-        quieten(recorded, noise, true)
-        for _ in range(10):  # until the command's plateaus are flat: their highest noise would be taken for play
-            once[:] = true
-            quieten(once, 0.5 * noise, true)
         noisy = np.exp(-q[PLAY] / noise)  # a play far below the sensor's noise leaves the recorded angle as it is
-        z = true[0]
+        z = quiet[0]
         for i in range(size):
-            angle = _between(true, i / parts)
+            angle = _between(quiet, i / parts)
             z = min(max(z, angle - q[PLAY]), angle + q[PLAY])
             fine[i] = z + noisy * (fine[i] - angle)
     if q[RATE] > 0.0:
@@ -155,19 +141,20 @@ def _back(rhs, x, rudder, k, dt, other, n, theta, q, unit, force, first, env, i_
 
 
 SIGNATURE = types.void(
-    *(RHS, JACOBIAN, A1, A1, A2, A2, A1, I1, A1, A1, A1, A2, A1, A1, i8, I1, A1),
+    *(RHS, JACOBIAN, A1, A1, A1, A2, A2, A1, I1, A1, A1, A1, A2, A1, A1, i8, I1, A1),
     *(A2, A2, A2, A2, A3, A3, A3, A2, A3, A3),
 )
 
 
 @njit(SIGNATURE, **JIT)
 def run_filter(
-    rhs, jacobian, time, recorded, other, measured, p, layout, unit, noise, rudder_noise, exogenous, x0, p0, free,
-    varied, probes, whitened, log_s, filtered, predicted, transition, slopes, gains, roots, spreads, pushes,
+    rhs, jacobian, time, recorded, quiet, other, measured, p, layout, unit, noise, rudder_noise, exogenous, x0, p0,
+    free, varied, probes, whitened, log_s, filtered, predicted, transition, slopes, gains, roots, spreads, pushes,
 ):  # fmt: skip
     """Filter one record.
 
-    time, recorded (T,); other (T, no) inputs beside the rudder; measured (T, 6) psi, r, u, v, x, y with nan gaps;
+    time, recorded, quiet (T,) as in `acting_rudder`; other (T, no) inputs beside the rudder; measured (T, 6) psi, r, u,
+    v, x, y with nan gaps;
     p = [theta, OUTER]; layout = [n, size of theta, nu, first force input, first current input or -1, substeps, then
     the state of each channel, -1 without one, -2 - state for a position that nothing measures (left out of the
     covariance)]; unit (nf,) force units; noise (6 + nf + 1,) sensor sds, force sds in units,
@@ -190,7 +177,7 @@ def run_filter(
     na = n + nf
     parts = 2 * parts_of
     rudder = np.empty((size - 1) * parts + 1)
-    acting_rudder(time, recorded, q, rudder_noise[0], parts, rudder)
+    acting_rudder(time, recorded, quiet, q, rudder_noise[0], parts, rudder)
     x, cov = np.zeros(nx), np.zeros((nx, nx))
     own = x[:n]
     phi, temporary, a = np.zeros((nx, nx)), np.zeros((nx, nx)), np.zeros((na, na))

@@ -172,6 +172,7 @@ class Estimator:
         self.free_s: float | None = None
         self._pool = ThreadPoolExecutor(2)
         self._steps: dict = {}
+        self._without_noise: dict[tuple[int, float], np.ndarray] = {}
 
     def _read_speed(self) -> None:
         """The surge channel of a response model: U0 (1 - loss), U0 from the first part of the records."""
@@ -322,12 +323,26 @@ class Estimator:
         run = Run(*(np.empty((size, m)) for m in (CHANNELS, CHANNELS, self._size(s, i), CHANNELS)))
         added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
         model = (self.kernels.rhs, self.kernels.jacobian)
-        record = (d.time, d.rudder, d.other, d.measured, np.ascontiguousarray(s.p[i]))
-        fixed = (self.layout, self.unit, s.noise, np.array([self.rudder_sd, self.between]), added, d.start, d.start_var)
+        p = np.ascontiguousarray(s.p[i])
+        play = p[self.index["rudder_play"]] > 0.0
+        record = (d.time, d.rudder, self._quiet(i) if play else d.rudder, d.other, d.measured)
+        rudder_noise = np.array([self.rudder_sd, self.between])
+        fixed = (p, self.layout, self.unit, s.noise, rudder_noise, added, d.start, d.start_var)
         if free is None and self.free_s is not None:
             free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
         run_filter(*model, *record, *fixed, size if free is None else free, which, probes(s.p[i, which]), *run, *trace)
         return run
+
+    def _quiet(self, i: int) -> np.ndarray:
+        """The rudder (T,) of record i without its sensor's noise."""
+        from ...models import drivers  # numba
+
+        key = i, self.rudder_sd
+        if key not in self._without_noise:
+            out = np.empty(self.data[i].time.size)
+            drivers.quieten(self.data[i].rudder, self.rudder_sd, out)
+            self._without_noise[key] = out
+        return self._without_noise[key]
 
     def many(
         self, settings: Sequence[Setting], records: Sequence[Sequence[int] | None] | None = None
