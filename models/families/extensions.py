@@ -186,17 +186,18 @@ def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Defi
     """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; every term keeps its prime value.
 
     With kappa = U/U0 the yaw equation r_dot = f(r, delta) becomes kappa^2 f(r/kappa, delta), that of second order
-    kappa^3 f(q/kappa^2, r/kappa, delta); the rudder's term goes with kappa^(m - 2) on top (m = 2 in open water, less
-    behind a propeller at constant speed).  The small change of the rudder-rate term is left out.
+    kappa^3 f(q/kappa^2, r/kappa, delta, delta_rate/kappa); the rudder's terms go with kappa^(m - 2) on top (m = 2 in
+    open water, less behind a propeller at constant speed).
     """
     gain, time, power = parameters
     (r,) = (symbol for symbol in definition.states if symbol.name == "r")
     loss, ratio = symbols("speed_loss_state speed_ratio")
     order = 1 if definition.states[0] == r else 2
-    swap: dict[sp.Symbol, sp.Expr] = {r: r / ratio, definition.inputs[0]: definition.inputs[0] * ratio ** (power - 2)}
+    rudder = ratio ** (power - 2)
+    swap: dict[sp.Symbol, sp.Expr] = {r: r / ratio, definition.inputs[0]: definition.inputs[0] * rudder}
     if order == 2:
         swap[definition.states[0]] = definition.states[0] / ratio**2
-    swap |= {s: s / ratio**3 for s in definition.inputs if s.name == "delta_rate"}
+    swap |= {s: s * rudder / ratio for s in definition.inputs if s.name == "delta_rate"}
     force = ratio ** (order + 1) * _swap(definition.forces[0], swap)
     return replace(
         definition,
