@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 MOST_SPIKES = 2
 PREDICTED, WORSE = ("heading_rad", "yaw_rate_rad_s"), 1.2
 """Channels by which the extended model is judged, and the ratio of its errors to the base model's that is too much."""
+RIVALLED_NATS, RIVALLED_LEVEL = 30.0, 0.05
+"""How near an unknown effect may come to what was named before its sizes are tested at a level of their own, and that
+level: right names stand so near where effects are faint, and faint ones' small faults of description do not show."""
 
 
 @dataclass(frozen=True)
@@ -190,25 +193,42 @@ def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Paramete
 
 
 def _unexplained(search: Search, options: Options) -> Candidate | None:
-    """An effect outside the bank that the innovations still ask for, or that alone beats all that was named."""
+    """An effect outside the bank that the innovations still ask for, or that alone beats all that was named.
+
+    What an unknown effect comes near to must be the same throughout the records at a level of its own.
+    """
     threshold = np.log(options.alpha * SHARE_UNKNOWN)
-    if search.accepted:
-        found = hypotheses.best_unknown(search, threshold) or hypotheses.outdoing(search)
-    else:
-        found = search.rival
+    found = hypotheses.best_unknown(search, threshold) if search.accepted else search.rival
     if found is not None:
         return found
-    tests = [
-        *unknown.activity_tests(search.est, search.now),
-        *unknown.whiteness_tests(search.est, search.now),
-        *selection.size_tests(search),
-    ]
+    lead, sizes = hypotheses.lead(search), selection.size_tests(search)
+    if lead < 0.0:
+        return search.rival
+    if lead < RIVALLED_NATS and sizes:
+        label, log_p = _smallest(sizes)
+        if log_p < np.log(RIVALLED_LEVEL):
+            return _untold(search, label, log_p)
     line = unknown.line_test(search.est, search.now)
-    tests.append((f"a line at {line[1]:.3g} rad/s", line[0]))
+    label, log_p = _smallest(
+        [
+            *unknown.activity_tests(search.est, search.now),
+            *unknown.whiteness_tests(search.est, search.now),
+            *sizes,
+            (f"a line at {line[1]:.3g} rad/s", line[0]),
+        ]
+    )
+    return _untold(search, label, log_p) if log_p < min(threshold, -0.5 * mimicry(search).sum()) else None
+
+
+def _smallest(tests: Sequence[tuple[str, float]]) -> tuple[str, float]:
+    """Label of the most significant test, and its log p-value, their number taken into account."""
     label, log_p = min(tests, key=lambda t: t[1])
-    if log_p + np.log(len(tests)) < min(threshold, -0.5 * mimicry(search).sum()):
-        return Candidate(f"unknown:{label}", (), log_p + np.log(len(tests)), -2.0 * log_p, search.setting, search.now)
-    return None
+    return label, log_p + float(np.log(len(tests)))
+
+
+def _untold(search: Search, label: str, log_p: float) -> Candidate:
+    """An effect that shows in a test and has no form of its own."""
+    return Candidate(f"unknown:{label}", (), log_p, -2.0 * log_p, search.setting, search.now)
 
 
 # ---- findings

@@ -193,14 +193,14 @@ def best_unknown(search: Search, threshold: float) -> Candidate | None:
     return min(passed, key=lambda c: c.log_p) if passed else None
 
 
-def outdoing(search: Search) -> Candidate | None:
-    """The unknown effect of the first step if, alone, it is worth more than all the causes that were named."""
+def lead(search: Search) -> float:
+    """Nats by which all that was named beats the best unknown effect of the first step alone; infinite without one."""
     rival = search.rival
-    if rival is None:
-        return None
+    if rival is None or not search.accepted:
+        return np.inf
     named = sum(np.log(a.tests * search.n_effective) + FURTHER_NATS for a in search.accepted) - FURTHER_NATS
     alone = worth(search.est, rival.setting, rival.now) - np.log(rival.tests)
-    return rival if alone > worth(search.est, search.setting, search.now) - named else None
+    return worth(search.est, search.setting, search.now) - named - alone
 
 
 def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:

@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis import causes
-from helmbench.diagnosis.hypotheses import FURTHER_NATS, outdoing
+from helmbench.diagnosis.hypotheses import FURTHER_NATS, lead
 from helmbench.diagnosis.refitting import as_effectiveness
 from helmbench.diagnosis.search import Candidate, Search, mimicry, shown, stands_out
 from helmbench.methods.innovations.estimator import Estimator
@@ -61,9 +61,9 @@ def test_one_unknown_effect_outdoes_two_causes_that_fit_little_better(under_curr
         log_s = one.now.log_s.copy()
         log_s[0, 0] += np.log(one.n_effective) + nats
         rival = Candidate("unknown:r", second.variant, -40.0, 90.0, one.setting, one.now._replace(log_s=log_s))
-        assert (outdoing(replace(one, rival=rival)) is not None) == alone
-        assert (outdoing(replace(two, rival=rival)) is not None) == both
-    assert outdoing(two) is None
+        assert (lead(replace(one, rival=rival)) < 0.0) == alone
+        assert (lead(replace(two, rival=rival)) < 0.0) == both
+    assert lead(two) == np.inf
 
 
 def test_a_fault_before_the_rudder_moves_is_a_loss_of_effectiveness(rng):
