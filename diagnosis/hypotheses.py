@@ -186,7 +186,7 @@ def best_unknown(search: Search, threshold: float) -> Candidate | None:
     threshold -= np.log(SEARCHES)
     here = judged(est, s, now)
     before, gain = here.worth, 2.0 * (now.log_likelihood - here.gust_like)
-    found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, s, now)]
+    found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, s, now, worth=before)]
     chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
     found += search.side_by_side(lambda own, t: refit_features(own, t.features, before, t.tests), chosen)
     passed = [c for c in found if c.log_p < threshold and stands_out(search, c)]
@@ -199,8 +199,7 @@ def lead(search: Search) -> float:
     if rival is None or not search.accepted:
         return np.inf
     named = sum(np.log(a.tests * search.n_effective) + FURTHER_NATS for a in search.accepted) - FURTHER_NATS
-    alone = worth(search.est, rival.setting, rival.now) - np.log(rival.tests)
-    return worth(search.est, search.setting, search.now) - named - alone
+    return worth(search.est, search.setting, search.now) - named - (rival.worth - np.log(rival.tests))
 
 
 def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:
@@ -209,7 +208,8 @@ def refit_features(search: Search, features: Sequence[Feature], before: float, t
     found, now = search.refit(search.setting, variant, 3)
     name = " + ".join(f.name for f in features)
     refitted = candidate(f"unknown:{name}", variant, len(variant), tests ** len(variant), before, found, now)
-    return refitted.gaining(2.0 * (worth(search.est, found, now) - before))
+    left = worth(search.est, found, now)
+    return replace(refitted.gaining(2.0 * (left - before)), worth=left)
 
 
 def confirmed(search: Search, left: Candidate, records: Sequence[Record]) -> bool | None:

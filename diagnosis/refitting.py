@@ -58,32 +58,44 @@ def refined(search: Search, found: Sequence[Candidate], before: float) -> list[C
 
 
 def _ring_start(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> Setting:
-    """Each record's (north, east) pair at the best of several sizes and eight directions."""
-    clock = est.clock if entry.id != "wave_drift" else 1.0
-    trials = [(0.0, 0.0)] + [
-        (ring * clock * np.cos(a), ring * clock * np.sin(a)) for ring in entry.rings for a in np.arange(8) * np.pi / 4.0
-    ]
-    settings = []
-    for north, east in trials:
-        moved = s
-        for j, p in enumerate(variant):
-            moved = est.at(moved, p, north if j % 2 == 0 else east)
-        settings.append(moved)
-    found = est.many(settings)
-    for i in range(len(est.data)):
-        rows = slice(est.edges[i], est.edges[i + 1])
-        gains = [-np.sum(n.log_s[rows]) - 0.5 * np.sum(n.e[rows] ** 2) for n in found]
-        north, east = trials[int(np.nanargmax(gains))]
-        own = [p for p in variant if p.record == i]
-        s = est.at(est.at(s, own[0], north), own[1], east)
+    """Each record's (north, east) pair: none or the best of eight directions on the middle ring, or about it on the
+    others."""
+    inner, middle, outer = np.multiply(entry.rings, est.clock if entry.id != "wave_drift" else 1.0)
+    records = np.arange(len(est.data))
+
+    def tried(rings: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
+        """Log likelihoods (R, M) of each record at M sizes and octants (R,)."""
+        runs = est.many([_at_ring(est, s, variant, np.full(records.size, size), octant) for size, octant in rings])
+        return np.nan_to_num([[_of_record(est, now, i) for now in runs] for i in records], nan=-np.inf)
+
+    first = [(0.0, 0 * records), *((middle, np.full(records.size, octant)) for octant in range(8))]
+    gains = tried(first)
+    octant = np.argmax(gains[:, 1:], axis=1)
+    rings = [*first, *((size, octant + turn) for size in (inner, outer) for turn in (-1, 0, 1))]
+    best = np.argmax(np.hstack([gains, tried(rings[9:])]), axis=1)
+    size = np.array([rings[k][0] for k in best])
+    return _at_ring(est, s, variant, size, np.array([rings[k][1][i] for i, k in enumerate(best)]))
+
+
+def _at_ring(est: Estimator, s: Setting, variant: Variant, size: np.ndarray, octant: np.ndarray) -> Setting:
+    """The setting with each record's (north, east) pair of a size (R,) in a direction (R,), in eighths of a turn."""
+    pairs = size * np.array([np.cos(np.pi / 4.0 * octant), np.sin(np.pi / 4.0 * octant)])
+    for j, p in enumerate(variant):
+        s = est.at(s, p, float(pairs[j % 2, p.record]))
     return s
+
+
+def _of_record(est: Estimator, now: Innovations, i: int) -> float:
+    """Log likelihood of record i, short of a constant."""
+    rows = slice(est.edges[i], est.edges[i + 1])
+    return float(-np.sum(now.log_s[rows]) - 0.5 * np.sum(now.e[rows] ** 2))
 
 
 def _refit_fault(search: Search, item: Screened) -> tuple[Setting, Innovations]:
     est, (e, t0) = search.est, item.variant
     s = est.at(est.at(search.setting, t0, item.start[1]), e, float(np.clip(item.start[0], -0.8, 0.8)))
     s, _ = search.refit(s, (e,), 2)
-    times = np.linspace(0.0, max(d.time[-1] for d in est.data), 4 * FAULT_GRID + 2)[1:-1]
+    times = np.linspace(0.0, max(d.time[-1] for d in est.data), 2 * FAULT_GRID + 2)[1:-1]
     trials = [s, *(est.at(s, t0, float(t)) for t in times)]  # under gusts that the loss no longer is hidden in
     s = trials[int(np.argmax([n.log_likelihood for n in est.many(trials)]))]
     width, middle = times[1] - times[0], est.value(s, t0)

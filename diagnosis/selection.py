@@ -14,12 +14,9 @@ from .gusts import worth
 from .hypotheses import best_unknown
 from .refitting import as_effectiveness, refined, refit_cause
 from .screening import screen
-from .search import SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, stands_out
+from .search import HIDDEN, SHARE_FIRST, SHARE_LATER, SHARE_UNKNOWN, Candidate, Search, stands_out
 
 LEADERS = 6
-HIDDEN = 1000.0
-"""Nats that fitted gusts may take up altogether where a cause could be hidden in them; a stronger one shows beside them
-(of 74 planted effects in the benchmark two faint ones in calm, 21 and 46 nats, showed without gusts only)."""
 TIE_CORRELATION = 0.5
 """Canonical correlation of their projected sensitivities below which two causes are no tie."""
 
@@ -110,21 +107,24 @@ def alike(search: Search, first: Candidate, second: Candidate) -> bool:
 def _delete(search: Search) -> None:
     """Backward deletion of causes that no longer gain significantly; the last only if it brought another down."""
     *earlier, last = tuple(search.accepted)
-    if any([_dropped(search, old) for old in earlier]):
-        _dropped(search, last)
+    here = worth(search.est, search.setting, search.now)
+    for old in earlier:
+        here = _tested(search, old, here)
+    if len(search.accepted) <= len(earlier):
+        _tested(search, last, here)
 
 
-def _dropped(search: Search, old: Candidate) -> bool:
-    """Take a cause out if the records are hardly worth less without it."""
+def _tested(search: Search, old: Candidate, here: float) -> float:
+    """Take a cause out if the records, now worth `here`, are hardly worth less without it; what they are worth then."""
     if not old.variant:
-        return False
+        return here
     trial = without(search, old)
-    gain = 2.0 * (worth(search.est, search.setting, search.now) - worth(search.est, trial.setting, trial.now))
-    if log_tail(gain, len(old.variant)) <= np.log(search.alpha / search.n_effective):
-        return False
+    left = worth(search.est, trial.setting, trial.now)
+    if log_tail(2.0 * (here - left), len(old.variant)) <= np.log(search.alpha / search.n_effective):
+        return here
     search.accepted, search.setting, search.now = trial.accepted, trial.setting, trial.now
     search.ties.pop(old.cause, None)
-    return True
+    return left
 
 
 def without(search: Search, cause: Candidate) -> Search:

@@ -7,6 +7,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis import causes
+from helmbench.diagnosis.gusts import worth
 from helmbench.diagnosis.hypotheses import FURTHER_NATS, lead
 from helmbench.diagnosis.refitting import as_effectiveness
 from helmbench.diagnosis.search import Candidate, Search, mimicry, shown, stands_out
@@ -60,7 +61,9 @@ def test_one_unknown_effect_outdoes_two_causes_that_fit_little_better(under_curr
     for nats, alone, both in ((3.0, False, True), (FURTHER_NATS, False, True), (2.0 * FURTHER_NATS, False, False)):
         log_s = one.now.log_s.copy()
         log_s[0, 0] += np.log(one.n_effective) + nats
-        rival = Candidate("unknown:r", second.variant, -40.0, 90.0, one.setting, one.now._replace(log_s=log_s))
+        now = one.now._replace(log_s=log_s)
+        alone_worth = worth(one.est, one.setting, now)
+        rival = Candidate("unknown:r", second.variant, -40.0, 90.0, one.setting, now, worth=alone_worth)
         assert (lead(replace(one, rival=rival)) < 0.0) == alone
         assert (lead(replace(two, rival=rival)) < 0.0) == both
     assert lead(two) == np.inf
