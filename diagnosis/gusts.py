@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,7 +79,7 @@ def _proportioned(est: Estimator, s: Setting, now: Innovations) -> float:
     found = [i.log_likelihood for i in est.many([gust(at) for at in COARSE])]
     best = int(np.argmax(found))
     around = COARSE[max(best - 1, 0)], COARSE[min(best + 1, len(COARSE) - 1)]
-    fine = minimize_scalar(
+    fine: Any = minimize_scalar(
         lambda at: -est.evaluate(gust(at)).log_likelihood, bounds=around, method="bounded", options={"xatol": FINE}
     )
     return min(max(found[best], -float(fine.fun)), now.log_likelihood)

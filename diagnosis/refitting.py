@@ -61,14 +61,14 @@ def _ring_start(est: Estimator, s: Setting, entry: Cause, variant: Variant) -> S
     """Each record's (north, east) pair: none or the best of eight directions on the middle ring, or about it on the
     others."""
     inner, middle, outer = np.multiply(entry.rings, est.clock if entry.id != "wave_drift" else 1.0)
-    records = np.arange(len(est.data))
+    records = range(len(est.data))
 
     def tried(rings: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
         """Log likelihoods (R, M) of each record at M sizes and octants (R,)."""
-        runs = est.many([_at_ring(est, s, variant, np.full(records.size, size), octant) for size, octant in rings])
+        runs = est.many([_at_ring(est, s, variant, np.full(len(records), size), octant) for size, octant in rings])
         return np.nan_to_num([[_of_record(est, now, i) for now in runs] for i in records], nan=-np.inf)
 
-    first = [(0.0, 0 * records), *((middle, np.full(records.size, octant)) for octant in range(8))]
+    first = [(0.0, np.zeros(len(records))), *((middle, np.full(len(records), octant)) for octant in range(8))]
     gains = tried(first)
     octant = np.argmax(gains[:, 1:], axis=1)
     rings = [*first, *((size, octant + turn) for size in (inner, outer) for turn in (-1, 0, 1))]

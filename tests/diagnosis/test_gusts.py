@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from helmbench.bench.planting import Case as Planted
+from helmbench.bench.planting import plant
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis import causes, selection
+from helmbench.diagnosis import causes, gusts, selection
 from helmbench.diagnosis.gusts import judged, worth
 from helmbench.diagnosis.search import Candidate, Search
 from helmbench.methods.innovations.estimator import Estimator
@@ -35,6 +37,17 @@ def test_gusts_in_proportion_cost_one_nat_for_each_parameter(est):
     assert judged(est, s, now).gust_like == now.log_likelihood
     gusty = now._replace(log_s=now.log_s - 100.0 / now.log_s.size)
     assert worth(est, s, gusty) == pytest.approx(max(gusty.log_likelihood - 4.0, quiet.log_likelihood))
+
+
+def test_strong_gusts_just_out_of_proportion_lose_little(rng, monkeypatch):
+    """The likelihood of strong gusts falls by nats within a tenth of their size: the best in proportion are found."""
+    est = Estimator(resolve("mariner"), plant(Planted("mariner", gusts="fast"), rng).train)
+    s, now = est.settle(est.start(), est.start())
+    ratio = s.noise[6] / s.noise[8]
+    monkeypatch.setattr(gusts, "GUST_Y", (0.1, 100.0))
+    for out in (1.01, 1.02, 1.03, 1.04):
+        monkeypatch.setattr(gusts, "GUST_X", (0.1 * ratio, ratio / out))
+        assert now.log_likelihood - 0.4 < judged(est, s, now).gust_like <= now.log_likelihood
 
 
 @pytest.mark.parametrize("vessel", ["response-1", "response-2"])

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis import causes
+from helmbench.diagnosis import causes, diagnose
+from helmbench.diagnosis.diagnose import RIVALLED_LEVEL, RIVALLED_NATS
 from helmbench.diagnosis.gusts import worth
 from helmbench.diagnosis.hypotheses import FURTHER_NATS, lead
 from helmbench.diagnosis.refitting import as_effectiveness
@@ -67,6 +68,20 @@ def test_one_unknown_effect_outdoes_two_causes_that_fit_little_better(under_curr
         assert (lead(replace(one, rival=rival)) < 0.0) == alone
         assert (lead(replace(two, rival=rival)) < 0.0) == both
     assert lead(two) == np.inf
+
+
+def test_what_an_unknown_effect_rivals_must_be_the_same_throughout(under_current, monkeypatch):
+    """A size that changes a little counts where an unknown effect fits nearly as well, and nowhere else."""
+    said = "current of another size late"
+    monkeypatch.setattr(diagnose.selection, "size_tests", lambda search: [(said, np.log(0.5 * RIVALLED_LEVEL))])
+    est = under_current.est
+    s, now = est.settle(est.start(), est.start())
+    here = worth(est, s, now) - np.log(under_current.n_effective)
+    for behind, told in ((0.5 * RIVALLED_NATS, True), (1.5 * RIVALLED_NATS, False)):
+        rival = Candidate("unknown:r", (), -40.0, 90.0, s, now, worth=here - behind)
+        search = replace(under_current, setting=s, now=now, rival=rival)
+        found = diagnose._unexplained(search, diagnose.Options())
+        assert (found is not None and said in found.cause) == told
 
 
 def test_a_fault_before_the_rudder_moves_is_a_loss_of_effectiveness(rng):
