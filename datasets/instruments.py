@@ -80,18 +80,22 @@ def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[s
         return recorded
     series = np.interp(time_s, time_s[known], recorded[known])
     if instruments.get("rudder_backlash", 0.0) > 0.0:
-        series = quietened(series)
+        series = quietened(series, rudder_noise(series))
     felt = np.empty(series.size)
     drivers.link(np.array(time_s, float), series, numbers, felt)
     return np.where(known, felt, np.nan)
 
 
-def quietened(series: np.ndarray) -> np.ndarray:
-    """A rudder series (N,) freed of its sensor noise, the noise as its second differences have it."""
+def rudder_noise(series: np.ndarray) -> float:
+    """Sensor noise (sd) of a rudder series (N,), from its second differences: its motion has kinks."""
+    second = np.diff(series, 2)
+    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0)) if second.size else 0.0
+
+
+def quietened(series: np.ndarray, sd: float) -> np.ndarray:
+    """A rudder series (N,) freed of its sensor's noise of sd `sd`; see `models.drivers.quieten`."""
     from ..models import drivers
 
-    second = np.diff(series, 2)
-    sd = 1.4826 * float(np.median(np.abs(second))) / np.sqrt(6.0) if second.size else 0.0
     if not sd > 0.0:
         return series
     out = np.empty(series.size)

@@ -201,9 +201,10 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
     found = hypotheses.best_unknown(search, threshold) if search.accepted else search.rival
     if found is not None:
         return found
-    lead, sizes = hypotheses.lead(search), selection.size_tests(search)
+    lead = hypotheses.lead(search)
     if lead < 0.0:
         return search.rival
+    sizes = selection.size_tests(search)
     if lead < RIVALLED_NATS and sizes:
         label, log_p = _smallest(sizes)
         if log_p < np.log(RIVALLED_LEVEL):

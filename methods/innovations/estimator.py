@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.instruments import quietened, rudder_noise
 from ...models import kernels as kernel_store
 from ...models.extend import NEUTRAL
 from ..base import CannotFit
@@ -161,7 +162,7 @@ class Estimator:
         self.edges = np.concatenate([[0], np.cumsum([d.time.size for d in self.data])])
         self.names = [*self.kernels.COEFFICIENTS, *self.kernels.CONSTANTS, *OUTER]
         self.index = {name: i for i, name in enumerate(self.names)}
-        quiet = [sensor_sd_of_rudder(d.rudder) for d in self.data]
+        quiet = [rudder_noise(d.rudder) for d in self.data]
         self.rudder_sd = max(min(quiet), 1e-7)
         self.between = BETWEEN
         self.unit = force_units(model, self.data) if unit is None else unit
@@ -326,8 +327,8 @@ class Estimator:
         p = np.ascontiguousarray(s.p[i])
         play = p[self.index["rudder_play"]] > 0.0
         record = (d.time, d.rudder, self._quiet(i) if play else d.rudder, d.other, d.measured)
-        rudder_noise = np.array([self.rudder_sd, self.between])
-        fixed = (p, self.layout, self.unit, s.noise, rudder_noise, added, d.start, d.start_var)
+        error = np.array([self.rudder_sd, self.between])
+        fixed = (p, self.layout, self.unit, s.noise, error, added, d.start, d.start_var)
         if free is None and self.free_s is not None:
             free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
         run_filter(*model, *record, *fixed, size if free is None else free, which, probes(s.p[i, which]), *run, *trace)
@@ -335,13 +336,9 @@ class Estimator:
 
     def _quiet(self, i: int) -> np.ndarray:
         """The rudder (T,) of record i without its sensor's noise."""
-        from ...models import drivers  # numba
-
         key = i, self.rudder_sd
         if key not in self._without_noise:
-            out = np.empty(self.data[i].time.size)
-            drivers.quieten(self.data[i].rudder, self.rudder_sd, out)
-            self._without_noise[key] = out
+            self._without_noise[key] = quietened(self.data[i].rudder, self.rudder_sd)
         return self._without_noise[key]
 
     def many(
@@ -639,12 +636,6 @@ def state_seen(symbol: str, states: Sequence[str]) -> str | None:
     if symbol in states:
         return symbol
     return "speed_loss_state" if symbol == "u" and "speed_loss_state" in states else None
-
-
-def sensor_sd_of_rudder(rudder: np.ndarray) -> float:
-    """Sensor noise of a rudder series, from its second differences (its motion has kinks)."""
-    second = np.diff(rudder, 2)
-    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0)) if second.size else 0.0
 
 
 def base_vector(model: Model, kernels: kernel_store.Kernels) -> np.ndarray:
