@@ -9,10 +9,15 @@ from typing import Any
 import numpy as np
 
 from ..methods.innovations.estimator import Estimator, Innovations, Setting
+from ..methods.innovations.layout import CHANNELS
 from . import unknown
+from .bootstrap import independent_noise, independent_values
 from .search import Candidate, Search, candidate
 
 DEGREE = np.pi / 180.0
+ONE_SIDED = 0.5
+FAINT = 0.1
+"""Waves' rms over the sensors' noise where no more than their score is asked for."""
 LIMITS = (1.5, 1.2, 1.0, 0.9985, 0.995, 0.985, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)
 """Limits that are tried first, as shares of the command's largest value: just below it a little changes much."""
 
@@ -55,14 +60,23 @@ def try_waves(search: Search, before: float) -> Candidate | None:
         s = at(s, np.exp(x))
     if np.any(np.abs(x[:2] - high[:2]) < 1e-3) or abs(x[0] - low[0]) < 1e-3:
         return None  # broad-band, or beyond the band that is searched: noise, no waves
-    common = candidate("wave_motion", (), 3, 4.0, before, *search.refit(s, (), 3))
+    tests, each = independent_noise(search, [at(search.setting, kind) for kind in _faint_waves(search, low, high)])
+    common = candidate("wave_motion", (), 1, tests, before, *search.refit(s, (), 3))
     if len(est.data) == 1:
         return common
     s = common.setting
     for i in range(len(est.data)):
         s = _waves_at(s, slots, np.exp(_simplex(est, s, slots, i, low, high)), i)
-    own = candidate("wave_motion", (), 3 * len(est.data), 4.0, before, *search.refit(s, (), 3))
+    tests = float(np.prod(2.0 * np.array(each)))
+    own = candidate("wave_motion", (), len(est.data), tests, before, *search.refit(s, (), 3))
     return replace(own, log_p=min(common.log_p, own.log_p))
+
+
+def _faint_waves(search: Search, low: np.ndarray, high: np.ndarray) -> list[tuple[float, float, float]]:
+    """Waves (frequency, damping, rms) of every kind between bounds (logarithms), far below the sensors' noise."""
+    sd = np.where(search.est.channels, search.setting.noise[:CHANNELS], np.inf)
+    kinds = [np.exp(np.linspace(low[j], high[j], n)).tolist() for j, n in ((0, 12), (1, 3))]
+    return [(omega, damping, FAINT * min(sd[0], sd[1] / omega)) for omega in kinds[0] for damping in kinds[1]]
 
 
 def _waves_at(s: Setting, slots: Sequence[int], values: Sequence[float] | np.ndarray, record: int | None) -> Setting:
@@ -111,16 +125,22 @@ def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate
 
 
 def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], before: float) -> Candidate | None:
-    """The best value of one entry of the parameter vector, scanned and then refined in its logarithm."""
+    """The best value of one entry of the parameter vector, scanned and then refined in its logarithm.
+
+    A limit's values differ in what they do; the error of a clock only in how much.
+    """
     from scipy.optimize import minimize_scalar
 
     est, s = search.est, search.setting
     index = est.index[slot]
 
-    def at(value: float) -> tuple[Setting, Innovations]:
+    def changed(value: float) -> Setting:
         p = s.p.copy()
         p[:, index] = value
-        return est.fit_noise(replace(s, p=p), 2)
+        return replace(s, p=p)
+
+    def at(value: float) -> tuple[Setting, Innovations]:
+        return est.fit_noise(changed(value), 2)
 
     gains = [at(value)[1].log_likelihood for value in values]
     best = int(np.argmax(gains))
@@ -134,7 +154,8 @@ def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], bef
     (variant,) = search.bank[cause]
     value = float(np.exp(found.x)) if -found.fun > gains[best] else values[best]
     setting, now = search.refit(at(value)[0], variant, 2)
-    return candidate(cause, variant, 1, 2.0, before, setting, now)
+    tests = independent_values(search, est.many([changed(v) for v in values])) if variant else ONE_SIDED
+    return candidate(cause, variant, 1, tests, before, setting, now)
 
 
 ATTEMPTS: dict[str, Callable[[Search, float], Candidate | None]] = {

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..methods.innovations.estimator import CLIP, Innovations
+from ..methods.innovations.layout import CHANNELS
 
-DRAWS = 2000
+DRAWS = 5000
 TIE_NATS, MOST_TIED = 4.6, 2
 """Log p-values within which significant rivals are tied, and how many are told beside the best."""
 
@@ -57,6 +58,10 @@ class Projector:
             return columns
         return columns - (columns @ self.nuisance.T) @ self.inverse @ self.nuisance
 
+    def terms(self, left: np.ndarray) -> np.ndarray:
+        """What each sample adds (m, N) to the scores of projected columns (m, n)."""
+        return -(left * self.residual).reshape(len(left), -1, CHANNELS).sum(axis=2)
+
     def products(self, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Inner products (..., k, k) of projected columns (..., k, n), and (..., k) of those with the residual, without
         holding the projected columns."""
@@ -91,43 +96,57 @@ def effective_number(
     """
     from scipy.stats import chi2
 
-    flat = [columns for variants in families for columns in variants]
-    owners = np.repeat(np.arange(len(families)), [len(v) for v in families])
-    left = [projector.project(columns) for columns in flat]
-    n = projector.residual.size // 6
-    blocks = np.arange(projector.residual.size) // 6
-    stacked = np.vstack(left) * projector.residual
-    summed = np.add.reduceat(stacked, np.searchsorted(blocks, np.arange(n)), axis=1)
-    draws = rng.standard_normal((DRAWS, n)).astype(np.float32) @ summed.T.astype(np.float32)
+    flat = [(columns, len(variants)) for variants in families for columns in variants]
+    correlation = correlations(np.vstack([projector.terms(projector.project(columns)) for columns, _ in flat]))
+    draws = normal_draws(rng, correlation)
     smallest = np.ones(DRAWS)
     at = 0
-    for owner, columns in zip(owners, left, strict=True):
-        k = len(columns)
-        part = draws[:, at : at + k].astype(float)
-        part_sum = summed[at : at + k]
-        at += k
-        spread = part_sum @ part_sum.T
-        scale = np.where(np.diag(spread) > 0.0, np.sqrt(np.maximum(np.diag(spread), 1e-300)), np.inf)
-        inverse = np.linalg.pinv(spread / np.outer(scale, scale), rcond=1e-9, hermitian=True)
-        z = part / scale
-        p = chi2.sf(np.einsum("ij,jk,ik->i", z, inverse, z), k) * len(families[owner])
-        smallest = np.minimum(smallest, p)
-    threshold = float(np.quantile(smallest, level))
-    return float(np.clip(np.log1p(-level) / np.log1p(-min(threshold, 0.5)), 1.0, 1000.0))
+    for columns, variants in flat:
+        own = slice(at, at + len(columns))
+        at += len(columns)
+        inverse = np.linalg.pinv(correlation[own, own], rcond=1e-9, hermitian=True)
+        statistic = np.einsum("ij,jk,ik->i", draws[:, own], inverse, draws[:, own])
+        smallest = np.minimum(smallest, chi2.sf(statistic, len(columns)) * variants)
+    return float(np.clip(_tests(float(np.quantile(smallest, level)), level), 1.0, 1000.0))
 
 
-def independent(rng: np.random.Generator, columns: np.ndarray, residual: np.ndarray, draws: int = 500) -> float:
-    """How many independent tests of one parameter the projected columns (m, n) amount to, by multiplier draws."""
-    from scipy.stats import chi2
+def independent(rng: np.random.Generator, terms: np.ndarray, sided: bool = False, level: float = 0.02) -> float:
+    """How many independent tests of one parameter (chi2, one degree of freedom) the largest of several scores amounts
+    to, from DRAWS multiplier draws.
 
-    if not len(columns):
-        return 1.0
-    summed = (columns * residual).reshape(len(columns), -1, 6).sum(axis=2).astype(np.float32)
-    scale = np.sqrt(np.sum(summed**2, axis=1)) + 1e-30
-    normal = rng.standard_normal((draws, summed.shape[1]), dtype=np.float32)
-    largest = np.max((normal @ summed.T / scale) ** 2, axis=1)
-    p = float(chi2.sf(np.quantile(largest, 0.9), 1))
-    return float(np.clip(np.log1p(-0.1) / np.log1p(-min(p, 0.5)), 1.0, len(columns)))
+    terms : (m, N) what each sample adds to each score.
+    sided : the parameter cannot be negative, so that only positive scores count: one score is half a test.
+    """
+    from scipy.stats import norm
+
+    correlation = correlations(terms)
+    correlation = correlation[np.diag(correlation) > 0.0][:, np.diag(correlation) > 0.0]
+    sides = 1.0 if sided else 2.0
+    if not len(correlation):
+        return 0.5 * sides
+    draws = normal_draws(rng, correlation)
+    largest = np.max(draws if sided else np.abs(draws), axis=1)
+    p = sides * float(norm.sf(np.quantile(largest, 1.0 - level)))
+    return 0.5 * sides * float(np.clip(_tests(p, level), 1.0, len(correlation)))
+
+
+def _tests(p: float, level: float) -> float:
+    """Number of independent tests of which the smallest p-value is below p in a share `level` of the cases."""
+    return float(np.log1p(-level) / np.log1p(-min(p, 0.5)))
+
+
+def correlations(terms: np.ndarray) -> np.ndarray:
+    """Correlations (m, m) of sums of the terms (m, N) with random multipliers; those of empty ones are zero."""
+    covariance = terms @ terms.T
+    spread = np.sqrt(np.diag(covariance))
+    scale = np.where(spread > 0.0, spread, np.inf)
+    return covariance / np.outer(scale, scale)
+
+
+def normal_draws(rng: np.random.Generator, correlation: np.ndarray) -> np.ndarray:
+    """DRAWS standard normal vectors of given correlations: what normal multipliers of all samples would sum to."""
+    value, axes = np.linalg.eigh(correlation)
+    return rng.standard_normal((DRAWS, len(value))) @ (axes * np.sqrt(np.maximum(value, 0.0))).T
 
 
 def canonical_correlation(projector: Projector, first: np.ndarray, second: np.ndarray) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from ..methods.innovations.estimator import Estimator, Setting
 from . import unknown
 from .evidence import independent, log_tail
-from .gusts import cost, judged, worth
+from .gusts import cost, worth
 from .search import IN_SPAN, Candidate, Search, T, candidate, on_both_threads, stands_out
 from .unknown import Feature
 
@@ -63,13 +63,13 @@ def try_features(search: Search, before: float) -> list[Tried]:
         now = search.now if level == 1.0 else est.evaluate(at)
         if now.log_likelihood <= -1e299 or np.abs(now.e).max() > 1e4:
             continue
-        projector = search.projector(at, now)
+        projector = search.present if level == 1.0 else search.projector(at, now)
         if level < 1.0:
             projector.residual = now.e.ravel()
         here = Here(est, est.traces(at), projector)
         left, told = here.projected(found)
         if level == 1.0:
-            tests = independent(search.rng, left[told], projector.residual)
+            tests = independent(search.rng, projector.terms(left[told]))
         loss = 2.0 * (now.log_likelihood - before - (cost(est) if gusty and level > 0.0 else 0.0))
         for t in [*_sets(found, left, projector.residual, told), *_periodic(waves, here), *_bursts(bursts, here)]:
             key = tuple(f"{f.name}:{f.axis}" for f in t.features)
@@ -184,13 +184,13 @@ def best_unknown(search: Search, threshold: float) -> Candidate | None:
     """
     est, s, now = search.est, search.setting, search.now
     threshold -= np.log(SEARCHES)
-    here = judged(est, s, now)
+    here = search.judged
     before, gain = here.worth, 2.0 * (now.log_likelihood - here.gust_like)
     found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, s, now, worth=before)]
     chosen = [t for t in try_features(search, before)[:12] if t.log_p < threshold + 6.0][:2]
     found += search.side_by_side(lambda own, t: refit_features(own, t.features, before, t.tests), chosen)
-    passed = [c for c in found if c.log_p < threshold and stands_out(search, c)]
-    return min(passed, key=lambda c: c.log_p) if passed else None
+    found.sort(key=lambda c: c.log_p)
+    return next((c for c in found if c.log_p < threshold and stands_out(search, c)), None)
 
 
 def lead(search: Search) -> float:
@@ -199,7 +199,7 @@ def lead(search: Search) -> float:
     if rival is None or not search.accepted:
         return np.inf
     named = sum(np.log(a.tests * search.n_effective) + FURTHER_NATS for a in search.accepted) - FURTHER_NATS
-    return worth(search.est, search.setting, search.now) - named - (rival.worth - np.log(rival.tests))
+    return search.judged.worth - named - (rival.worth - np.log(rival.tests))
 
 
 def refit_features(search: Search, features: Sequence[Feature], before: float, tests: float) -> Candidate:

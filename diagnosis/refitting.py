@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..methods.innovations.estimator import Estimator, Innovations, Setting
+from .bootstrap import independent_values
 from .causes import CAUSES, Cause, Variant, starts
 from .screening import FAULT_GRID
 from .search import Candidate, Screened, Search, candidate
@@ -37,7 +38,9 @@ def refit_cause(search: Search, item: Screened, before: float) -> Candidate:
             s = _ring_start(est, s, entry, variant)
         elif entry.scan:
             options = list(starts(est, s, entry, variant))
-            s = options[int(np.argmax([n.log_likelihood for n in est.many(options)]))]
+            runs = est.many(options)
+            s = options[int(np.argmax([n.log_likelihood for n in runs]))]
+            tests *= independent_values(search, runs[1:])
         found, now = search.refit(s, variant, QUICK)
         k = len(variant)
     return candidate(item.cause, variant, k, tests, before, found, now)

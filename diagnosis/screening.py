@@ -9,8 +9,9 @@ import numpy as np
 
 from ..methods.innovations.estimator import Estimator, Innovations, Parameter, Setting
 from .attempts import ATTEMPTS
+from .bootstrap import largest_score
 from .causes import CAUSES, Variant, fault_variant
-from .evidence import Projector, Score, effective_number, independent, log_tail
+from .evidence import Projector, Score, effective_number, log_tail
 from .search import IN_SPAN, Screened, Search
 
 FAULT_GRID = 12
@@ -19,7 +20,7 @@ FAULT_GRID = 12
 def screen(search: Search, s: Setting, now: Innovations, count: bool = False) -> list[Screened]:
     """Score of every cause not accepted yet, best variant each, best first; `count`: find the effective number."""
     est = search.est
-    projector = search.projector(s, now)
+    projector = search.present if s is search.setting else search.projector(s, now)
     used = {a.cause for a in search.accepted}
     out, families = [], []
     for name, variants in search.bank.items():
@@ -74,22 +75,11 @@ def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Proje
             part[rows] = column[rows]
             columns.append(part.ravel())
             places.append((record, float(t)))
-    best, score, tests = _supremum(search, projector, np.stack(columns))
+    best, score, tests = largest_score(search, projector, np.stack(columns))
     record, t = places[best]
     log_p = log_tail(score.statistic, 1) + np.log(tests)
     start = (float(score.step[0]), t)
     return Screened("rudder_fault", fault_variant(est, record), log_p, score, start, tests)
-
-
-def _supremum(search: Search, projector: Projector, columns: np.ndarray) -> tuple[int, Score, float]:
-    """The column (m, n) of largest score, and how many independent tests the choice among them amounts to.
-
-    What a change time or a time constant is under the null is not identified: the largest score over its values is
-    calibrated by multiplier bootstrap of all scores together (the recorded rudder is used again).
-    """
-    scores = [projector.score(column[None]) for column in columns]
-    best = int(np.argmax([score.statistic for score in scores]))
-    return best, scores[best], independent(search.rng, projector.project(columns), projector.residual)
 
 
 def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Projector, name: str) -> Screened:
@@ -98,6 +88,6 @@ def _screen_profile(search: Search, s: Setting, now: Innovations, projector: Pro
     first, second = variant
     values = [x * est.clock - est.base[second.slots[0][0]] for x in CAUSES[name].profile]
     columns = np.vstack([est.column(est.at(s, second, value), now, (first,)) for value in values])
-    best, score, tests = _supremum(search, projector, columns)
+    best, score, tests = largest_score(search, projector, columns)
     log_p = log_tail(score.statistic, 1) + np.log(tests)
     return Screened(name, variant, log_p, score, (float(score.step[0]), values[best]), tests)

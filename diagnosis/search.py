@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ..methods.innovations.layout import CHANNELS
 from ..models import model as models
 from .causes import CAUSES, Variant
 from .evidence import Projector, Score, log_tail
+from .gusts import Judged, judged
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -84,6 +85,39 @@ class Search:
     first_candidates: list[Candidate] = field(default_factory=list)
     rival: Candidate | None = None
     in_span: set[str] = field(default_factory=set)
+    known: dict[str, tuple[Setting, object]] = field(default_factory=dict)
+    """What was worked out at a setting, the last one of each (see `once`)."""
+
+    def once(self, what: str, work: Callable[[], T]) -> T:
+        """What depends on nothing but the present setting, worked out once for it."""
+        setting, found = self.known.get(what, (None, None))
+        if setting is not self.setting:
+            found = work()
+            self.known[what] = (self.setting, found)
+        return cast(T, found)
+
+    @property
+    def judged(self) -> Judged:
+        """The records at the present setting, by what noise like gusts makes of them."""
+        return self.once("judged", lambda: judged(self.est, self.setting, self.now))
+
+    @property
+    def bare(self) -> Innovations:
+        """Innovations at the present setting under the sensors' noise alone."""
+        return self.once("bare", lambda: self.est.evaluate(self.quiet(self.setting)))
+
+    @property
+    def present(self) -> Projector:
+        """Scores at the present setting."""
+        named = ", ".join(a.cause for a in self.accepted)
+        return self.once(f"beside {named}", lambda: self.projector(self.setting, self.now))
+
+    @property
+    def effects(self) -> dict[str, np.ndarray]:
+        """Columns (k, n) of each accepted cause's parameters at the present setting."""
+        ends = len(self.nuisance) + np.cumsum([len(a.variant) for a in self.accepted], dtype=int)
+        parts = np.split(self.present.nuisance, [len(self.nuisance), *ends])[1:]
+        return {a.cause: part for a, part in zip(self.accepted, parts, strict=False)}
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -111,8 +145,8 @@ class Search:
 
     def _could_be_calm(self, found: Setting, now: Innovations) -> bool:
         """Whether the gusts left take up little, or less than half of what they would at the present causes."""
-        calm, before = (i.log_likelihood for i in self.est.many([self.quiet(found), self.quiet(self.setting)]))
-        left, taken = now.log_likelihood - calm, now.log_likelihood - before
+        left = now.log_likelihood - self.est.evaluate(self.quiet(found)).log_likelihood
+        taken = now.log_likelihood - self.bare.log_likelihood
         return left < HIDDEN or left < 0.5 * taken
 
     def side_by_side(self, refit: Callable[[Search, T], Candidate], items: Sequence[T]) -> list[Candidate]:
@@ -149,19 +183,16 @@ def mimicry(search: Search) -> np.ndarray:
     """
     left = np.zeros(CHANNELS)
     for a, strength in zip(search.accepted, strengths(search), strict=True):
-        left += MIMICRY * strength * shown(search, a.variant)
+        left += MIMICRY * strength * shown(search, a)
     return left
 
 
-def shown(search: Search, variant: Variant) -> np.ndarray:
-    """Shares (6,) of the channels in an effect of the present setting; even ones where no parameter moves it."""
-    est, even = search.est, search.est.channels / search.est.channels.sum()
-    if not variant:
-        return even
-    size = np.array([est.value(search.setting, p) for p in variant])
-    effect = size @ est.column(search.setting, search.now, variant)
+def shown(search: Search, named: Candidate) -> np.ndarray:
+    """Shares (6,) of the channels in an accepted effect; even ones where no parameter moves it."""
+    size = np.array([search.est.value(search.setting, p) for p in named.variant])
+    effect = size @ search.effects[named.cause]
     energy = np.sum(effect.reshape(-1, CHANNELS) ** 2, axis=0)
-    return energy / energy.sum() if energy.sum() > 0.0 else even
+    return energy / energy.sum() if energy.sum() > 0.0 else search.est.channels / search.est.channels.sum()
 
 
 def stands_out(search: Search, found: Candidate) -> bool:
@@ -172,7 +203,7 @@ def stands_out(search: Search, found: Candidate) -> bool:
     if not found.variant:
         return found.statistic > left.sum()
     beside = replace(search, accepted=[*search.accepted, found], setting=found.setting, now=found.now)
-    where = shown(beside, found.variant)
+    where = shown(beside, found)
     own = found.statistic if found.variant[0].series is not None else strengths(beside)[-1]
     most = int(np.argmax(where))
     return own * where[most] > left[most]
@@ -195,7 +226,7 @@ def covariance(search: Search) -> np.ndarray:
     """Covariance of `search.parameters` at the present setting."""
     if not search.parameters:
         return np.zeros((0, 0))
-    d = search.est.column(search.setting, search.now, search.parameters)
+    d = search.present.nuisance
     fisher = d @ d.T
     prior = search.precisions(0)
     fisher += np.diag(prior) if prior is not None else 0.0

@@ -35,10 +35,10 @@ def select(search: Search, most: int) -> None:
         if step == 0:
             search.first_candidates = candidates
             search.rival = best_unknown(search, np.log(search.alpha * SHARE_UNKNOWN))
-        passed = [c for c in candidates if c.log_p < threshold and stands_out(search, c)]
-        if not passed:
+        best = next((c for c in candidates if c.log_p < threshold and stands_out(search, c)), None)
+        if best is None:
             return
-        accept(search, passed[0], candidates)
+        accept(search, best, candidates)
 
 
 def settle(search: Search) -> None:
@@ -57,12 +57,10 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
         search.first_screen = {i.cause: i for i in items}
     level = np.log(0.1 / search.n_effective)
     chosen = _leaders(items, level, LEADERS)
-    if search.setting.noise[6 : 6 + search.est.n_forces].any():
-        bare = search.quiet(search.setting)
-        now = search.est.evaluate(bare)
-        if now.log_likelihood > before - HIDDEN:
-            have = {i.cause for i in chosen}
-            chosen += [i for i in _leaders(screen(search, bare, now), -15.0, 3) if i.cause not in have]
+    gusty = search.setting.noise[6 : 6 + search.est.n_forces].any()
+    if gusty and search.bare.log_likelihood > before - HIDDEN:
+        have, calm = {i.cause for i in chosen}, search.quiet(search.setting)
+        chosen += [i for i in _leaders(screen(search, calm, search.bare), -15.0, 3) if i.cause not in have]
     found = search.side_by_side(lambda own, item: refit_cause(own, item, before), chosen)
     for fault in [c for c in found if c.cause == "rudder_fault"]:
         steady = as_effectiveness(search, fault, before)
@@ -82,7 +80,7 @@ def _leaders(items: Sequence[Screened], level: float, most: int) -> list[Screene
 
 def under_gusts(search: Search, found: Sequence[Candidate], before: float) -> list[Candidate]:
     """Candidates by what they gain over gusts, and by whether they leave any to be assumed."""
-    taken = before - worth(search.est, search.setting, search.now)
+    taken = before - search.judged.worth
 
     def judged(own: Search, c: Candidate) -> Candidate:
         left = c.now.log_likelihood - worth(own.est, c.setting, c.now)
@@ -106,15 +104,14 @@ def alike(search: Search, first: Candidate, second: Candidate) -> bool:
     if not (first.variant and second.variant):
         return True
     est = search.est
-    projector = search.projector(search.setting, search.now)
     columns = [est.column(c.setting, c.now, c.variant) for c in (first, second)]
-    return canonical_correlation(projector, *columns) > TIE_CORRELATION
+    return canonical_correlation(search.present, *columns) > TIE_CORRELATION
 
 
 def _delete(search: Search) -> None:
     """Backward deletion of causes that no longer gain significantly; the last only if it brought another down."""
     *earlier, last = tuple(search.accepted)
-    here = worth(search.est, search.setting, search.now)
+    here = search.judged.worth
     for old in earlier:
         here = _tested(search, old, here)
     if len(search.accepted) <= len(earlier):
@@ -146,10 +143,5 @@ def without(search: Search, cause: Candidate) -> Search:
 
 def size_tests(search: Search) -> list[tuple[str, float]]:
     """Log p-values of the accepted causes having one size throughout."""
-    est, at, own = search.est, len(search.nuisance), {}
-    projector = search.projector(search.setting, search.now)
-    for a in search.accepted:
-        if a.variant:
-            own[a.cause] = projector.nuisance[at : at + len(a.variant)]
-        at += len(a.variant)
-    return unknown.size_tests(est, search.now, projector, own) if own else []
+    own = {cause: columns for cause, columns in search.effects.items() if len(columns)}
+    return unknown.size_tests(search.est, search.now, search.present, own) if own else []

@@ -115,6 +115,10 @@ class Innovations(NamedTuple):
             value = -np.sum(self.log_s) - 0.5 * np.sum(self.e**2)
         return float(value) if np.isfinite(value) else -1e300
 
+    def change(self, other: Innovations) -> np.ndarray:
+        """Change (N, 6) to other innovations at another setting (mean part: de + e dlog S)."""
+        return (other.e - self.e) + self.e * (other.log_s - self.log_s)
+
 
 class Run(NamedTuple):
     """One record through the filter: whitened innovations and log S / 2 (T, 6), states (T, nx), predicted (T, 6)."""
@@ -470,8 +474,8 @@ class Estimator:
         out = np.zeros((len(parameters), now.e.size))
         for row, p, h, g, found in zip(out, parameters, steps, signs, self.many(settings, which), strict=True):
             part = slice(None) if p.record is None else slice(self.edges[p.record], self.edges[p.record + 1])
-            e, log_s = now.e[part], now.log_s[part]
-            row.reshape(-1, CHANNELS)[part] = ((found.e - e) + e * (found.log_s - log_s)) / (g * h)
+            own = Innovations(now.e[part], now.log_s[part], now.states[part])
+            row.reshape(-1, CHANNELS)[part] = own.change(found) / (g * h)
         return out
 
     # ---- noise

@@ -41,7 +41,7 @@ def _candidate(search, cause, sds):
 
 
 def test_a_current_shows_in_the_track(under_current):
-    share = shown(under_current, under_current.accepted[0].variant)
+    share = shown(under_current, under_current.accepted[0])
     assert share.sum() == pytest.approx(1.0)
     assert share[[X, Y]].sum() > 0.7 and share[R] < 0.05
 
