@@ -15,6 +15,7 @@ from ..methods.innovations.layout import OUTER
 from ..models.errors import BadInput
 from . import gain as gains
 from . import hypotheses, kinematics, selection, unknown, verdict
+from .attempts import ATTEMPTS
 from .causes import CAUSES, testable
 from .evidence import log_tail
 from .extend import extended_model
@@ -303,10 +304,13 @@ def _details(a: Candidate) -> dict[str, Any]:
 
 def _evidence(a: Candidate, tests: float) -> str:
     k = max(len(a.variant), 1)
-    return (
+    said = (
         f"twice the log likelihood, less the cost of gusts, rises by {a.statistic:.1f} for {k} "
         f"parameter{'s' if k > 1 else ''}, noise refitted (about {tests:.0f} independent tests)"
     )
+    if a.cause in ATTEMPTS or a.cause == "rudder_fault" or CAUSES[a.cause].scan or CAUSES[a.cause].profile:
+        said += f"; its values count as {a.tests:.1f} by bootstrap, the recorded rudder used again"
+    return said
 
 
 def _bank(

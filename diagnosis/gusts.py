@@ -7,8 +7,9 @@ cause leaves calm need no gusts at all.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -22,22 +23,30 @@ FINE = 0.01
 """To what the log of the best gusts' sd is found: strong gusts' likelihood falls by nats within a tenth."""
 
 
-class Judged(NamedTuple):
-    """Log likelihoods of records without gusts and under the best gusts in proportion, and the gusts' cost (nats)."""
+@dataclass(frozen=True)
+class Judged:
+    """The records at a setting, now their innovations, by what noise like gusts makes of them (log likelihoods)."""
 
-    calm: float
-    gusty: float
-    cost: float
+    est: Estimator
+    setting: Setting
+    now: Innovations
 
-    @property
+    @cached_property
+    def calm(self) -> float:
+        """Without gusts."""
+        return _calm(self.est, self.setting, self.now)
+
+    @cached_property
     def gust_like(self) -> float:
-        """Log likelihood of the best noise whose forces are in the proportions of gusts, or zero."""
-        return max(self.calm, self.gusty)
+        """Of the best noise whose forces are in the proportions of gusts, or zero."""
+        return max(self.calm, _proportioned(self.est, self.setting, self.now))
 
     @property
     def worth(self) -> float:
-        """Log likelihood without gusts, or of the best gusts less their cost."""
-        return max(self.calm, self.gusty - self.cost)
+        """Without gusts, or under the best gusts less their cost."""
+        if self.now.log_likelihood - cost(self.est) <= self.calm:  # in proportion they gain no more
+            return self.calm
+        return max(self.calm, self.gust_like - cost(self.est))
 
 
 def cost(est: Estimator) -> float:
@@ -45,14 +54,9 @@ def cost(est: Estimator) -> float:
     return est.n_forces + 1.0
 
 
-def judged(est: Estimator, s: Setting, now: Innovations) -> Judged:
-    """The records at a setting, now their innovations, by what noise like gusts makes of them."""
-    return Judged(_calm(est, s, now), _proportioned(est, s, now), cost(est))
-
-
 def worth(est: Estimator, s: Setting, now: Innovations) -> float:
     """What the records are worth at a setting; see `Judged.worth`."""
-    return judged(est, s, now).worth
+    return Judged(est, s, now).worth
 
 
 def _calm(est: Estimator, s: Setting, now: Innovations) -> float:

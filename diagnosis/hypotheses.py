@@ -182,7 +182,7 @@ def best_unknown(search: Search, threshold: float) -> Candidate | None:
 
     Features, periodic moments, pulses and forces unlike gusts are four searches; each has its share.
     """
-    est, s, now = search.est, search.setting, search.now
+    s, now = search.setting, search.now
     threshold -= np.log(SEARCHES)
     here = search.judged
     before, gain = here.worth, 2.0 * (now.log_likelihood - here.gust_like)

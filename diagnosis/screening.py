@@ -11,7 +11,7 @@ from ..methods.innovations.estimator import Estimator, Innovations, Parameter, S
 from .attempts import ATTEMPTS
 from .bootstrap import largest_score
 from .causes import CAUSES, Variant, fault_variant
-from .evidence import Projector, Score, effective_number, log_tail
+from .evidence import Projector, effective_number, log_tail
 from .search import IN_SPAN, Screened, Search
 
 FAULT_GRID = 12

@@ -14,7 +14,7 @@ from ..methods.innovations.layout import CHANNELS
 from ..models import model as models
 from .causes import CAUSES, Variant
 from .evidence import Projector, Score, log_tail
-from .gusts import Judged, judged
+from .gusts import Judged
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -98,8 +98,8 @@ class Search:
 
     @property
     def judged(self) -> Judged:
-        """The records at the present setting, by what noise like gusts makes of them."""
-        return self.once("judged", lambda: judged(self.est, self.setting, self.now))
+        """What noise like gusts makes of the records at the present setting."""
+        return self.once("judged", lambda: Judged(self.est, self.setting, self.now))
 
     @property
     def bare(self) -> Innovations:

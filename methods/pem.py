@@ -179,7 +179,7 @@ def settled(est: Estimator, found: Found) -> tuple[Estimator, Found]:
 def improved(est: Estimator, point: Point) -> tuple[Point, float]:
     """One noise step and one step of the coefficients; the larger of what the two gain or promise."""
     before = point.now.log_likelihood
-    s, now = est.fit_noise(point.setting, 1, now=point.now)
+    s, now = est.fit_noise(point.setting, 1)
     gain = now.log_likelihood - before
     point, promise = stepped(est, point._replace(setting=s, now=now))
     return point, max(gain, promise)

@@ -479,27 +479,30 @@ class Estimator:
         return out
 
     # ---- noise
-    def fit_noise(
-        self, s: Setting, most: int = 8, tolerance: float = 0.05, now: Innovations | None = None
-    ) -> tuple[Setting, Innovations]:
-        """Noise of largest likelihood: sensor sds, force sds (>= 0) and their correlation time, by Fisher scoring.
-
-        now: the innovations at the setting, if they are known.
-        """
-        now = self.evaluate(s) if now is None else now
-        for _ in range(most):
+    def fit_noise(self, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
+        """Noise of largest likelihood: sensor sds, force sds (>= 0) and their correlation time, by Fisher scoring."""
+        now, followed = self._followed(s)
+        for left in reversed(range(most)):
             if now.log_likelihood <= -1e299:
                 break
-            gain, s, now = self._noise_step(s, now)
+            gain, s, now, followed = self._noise_step(s, now, followed, left == 0)
             if gain < tolerance:
                 break
         return s, now
 
-    def _noise_step(self, s: Setting, now: Innovations) -> tuple[float, Setting, Innovations]:
+    def _followed(self, s: Setting) -> tuple[Innovations, list[tuple[Run, Trace]]]:
+        """Innovations at a setting, and every record's run with what derivatives need of it."""
+        followed = list(self._pool.map(lambda i: self._traced(s, i), range(len(self.data))))
+        return self._joined(run for run, _ in followed), followed
+
+    def _noise_step(
+        self, s: Setting, now: Innovations, followed: list[tuple[Run, Trace]], last: bool
+    ) -> tuple[float, Setting, Innovations, list[tuple[Run, Trace]]]:
+        """Gain of one step, and where it leads; the last one need not be followed."""
         nf, noise = self.n_forces, s.noise
         sensors = self._sensor_step(noise, now)
         q = (noise[6 : 6 + nf] / QUANTUM) ** 2
-        gradient, fisher = self._force_scores(s, now)
+        gradient, fisher = self._force_scores(s, now, followed)
         for damping in DAMPINGS:
             change = _bounded_step(gradient, fisher + damping * np.diag(np.diag(fisher)), q)
             trial = noise.copy()
@@ -508,10 +511,11 @@ class Estimator:
             trial[6 : 6 + nf] = QUANTUM * np.sqrt(np.where(new < 1e-6, 0.0, new))
             factor = np.exp(np.clip(change[nf], -0.7, 0.7))
             trial[6 + nf] = np.clip(noise[6 + nf] * factor, SHORTEST_TAU_S * self.clock, LONGEST_TAU_S * self.clock)
-            found = self.evaluate(replace(s, noise=trial))
+            there = replace(s, noise=trial)
+            found, onward = (self.evaluate(there), followed) if last else self._followed(there)
             if found.log_likelihood > now.log_likelihood - 1e-6:
-                return found.log_likelihood - now.log_likelihood, replace(s, noise=trial), found
-        return 0.0, s, now
+                return found.log_likelihood - now.log_likelihood, there, found, onward
+        return 0.0, s, now, followed
 
     def _sensor_step(self, noise: np.ndarray, now: Innovations) -> np.ndarray:
         share = noise[:CHANNELS] ** 2 / np.exp(2.0 * now.log_s)
@@ -520,23 +524,25 @@ class Estimator:
         weight = np.maximum(np.sum(share**2 * used, axis=0), 1e-9)
         return np.maximum(noise[:CHANNELS] * np.exp(np.clip(0.5 * excess / weight, -0.4, 0.4)), self.floors)
 
-    def _force_scores(self, s: Setting, now: Innovations) -> tuple[np.ndarray, np.ndarray]:
+    def _force_scores(
+        self, s: Setting, now: Innovations, followed: Sequence[tuple[Run, Trace]]
+    ) -> tuple[np.ndarray, np.ndarray]:
         nf = self.n_forces
-        de, dl = self._by_noise(s)
+        de, dl = self._by_noise(s, followed)
         gradient = -np.sum(dl + now.e.ravel() * de, axis=1)
         mean = de + now.e.ravel() * dl
         fisher = mean @ mean.T + 2.0 * dl @ dl.T
         fisher[nf, nf] += 1.0
         return gradient, fisher
 
-    def _by_noise(self, s: Setting) -> tuple[np.ndarray, np.ndarray]:
+    def _by_noise(self, s: Setting, followed: Sequence[tuple[Run, Trace]]) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives (nf + 1, N*6) of innovations and of log S / 2 by variances (QUANTUM^2) and log time of forces."""
         from ._linear import LANES, vary  # numba
 
         by_e, by_log_s = np.zeros((2, LANES, self.edges[-1] * CHANNELS))
 
         def along(i: int) -> None:
-            run, t = self._traced(s, i)
+            run, t = followed[i]
             done = (t.transition, t.slopes, t.gains, t.roots, t.spreads, run.e, run.states)
             n, first = len(self.kernels.STATES), self.edges[i]
             vary(*done, self.data[i].time, s.noise, n, QUANTUM, first, by_e, by_log_s)

@@ -9,7 +9,7 @@ from helmbench.bench.planting import Case as Planted
 from helmbench.bench.planting import plant
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis import causes, gusts, selection
-from helmbench.diagnosis.gusts import judged, worth
+from helmbench.diagnosis.gusts import Judged, worth
 from helmbench.diagnosis.search import Candidate, Search
 from helmbench.methods.innovations.estimator import Estimator
 from helmbench.models.model import resolve
@@ -32,9 +32,9 @@ def _under(est, x, y, n, tau=10.0):
 def test_gusts_in_proportion_cost_one_nat_for_each_parameter(est):
     s, now = _under(est, 2e-6, 5e-6, 1e-6)
     calm, quiet = _under(est, 0.0, 0.0, 0.0)
-    assert worth(est, calm, quiet) == judged(est, calm, quiet).gust_like == quiet.log_likelihood
+    assert worth(est, calm, quiet) == Judged(est, calm, quiet).gust_like == quiet.log_likelihood
     assert quiet.log_likelihood > now.log_likelihood  # nothing acts in this record
-    assert judged(est, s, now).gust_like == now.log_likelihood
+    assert Judged(est, s, now).gust_like == now.log_likelihood
     gusty = now._replace(log_s=now.log_s - 100.0 / now.log_s.size)
     assert worth(est, s, gusty) == pytest.approx(max(gusty.log_likelihood - 4.0, quiet.log_likelihood))
 
@@ -47,7 +47,7 @@ def test_strong_gusts_just_out_of_proportion_lose_little(rng, monkeypatch):
     monkeypatch.setattr(gusts, "GUST_Y", (0.1, 100.0))
     for out in (1.01, 1.02, 1.03, 1.04):
         monkeypatch.setattr(gusts, "GUST_X", (0.1 * ratio, ratio / out))
-        assert now.log_likelihood - 0.4 < judged(est, s, now).gust_like <= now.log_likelihood
+        assert now.log_likelihood - 0.4 < Judged(est, s, now).gust_like <= now.log_likelihood
 
 
 @pytest.mark.parametrize("vessel", ["response-1", "response-2"])
@@ -59,7 +59,7 @@ def test_a_response_models_one_axis_has_no_proportions(vessel):
     noise[6 : 6 + est.n_forces] = 1e-5
     s = replace(s, noise=noise)
     now = est.evaluate(s)
-    assert judged(est, s, now).gust_like == now.log_likelihood
+    assert Judged(est, s, now).gust_like == now.log_likelihood
     gusty = now._replace(log_s=now.log_s - 1e6 / now.log_s.size)
     assert worth(est, s, gusty) == pytest.approx(gusty.log_likelihood - est.n_forces - 1.0)
 
@@ -75,8 +75,8 @@ def test_a_moment_alone_is_no_gust(est):
     moment[6:8] = 0.0
     alone = replace(found, noise=moment)
     there = est.evaluate(alone)
-    assert judged(est, alone, there).gust_like < there.log_likelihood - 0.5
-    assert worth(est, alone, there) <= judged(est, alone, there).gust_like
+    assert Judged(est, alone, there).gust_like < there.log_likelihood - 0.5
+    assert worth(est, alone, there) <= Judged(est, alone, there).gust_like
     assert now.log_likelihood >= there.log_likelihood - 1.0
 
 

@@ -111,7 +111,7 @@ def test_derivatives_by_the_noise_are_those_of_the_likelihood(short, waves):
     est, s = short
     if waves:
         s = est.at(s, Parameter("rms", "rad", ((est.index["wave_rms"], 1.0),)), 0.005)
-    nf, (by_e, by_log_s) = est.n_forces, est._by_noise(s)
+    nf, (by_e, by_log_s) = est.n_forces, est._by_noise(s, est._followed(s)[1])
     for j in range(nf + 1):
 
         def moved(h, j=j):
@@ -149,10 +149,12 @@ def test_turning_circles_do_not_raise_the_headings_floor():
     assert est.floors[0] < np.deg2rad(0.05)
 
 
-def test_known_innovations_save_a_pass(short):
+def test_a_followed_run_is_the_run(short):
+    """Noise steps take the run that they differentiate for the one that they start from."""
     est, s = short
-    again = est.fit_noise(s, 1, now=est.evaluate(s))
-    assert np.array_equal(again[0].noise, est.fit_noise(s, 1)[0].noise)
+    assert all(np.array_equal(*pair) for pair in zip(est._followed(s)[0], est.evaluate(s), strict=True))
+    twice, _ = est.fit_noise(est.fit_noise(s, 1, 0.0)[0], 1, 0.0)
+    assert np.array_equal(est.fit_noise(s, 2, 0.0)[0].noise, twice.noise)
 
 
 def test_missing_channels_count_as_gaps():
@@ -263,5 +265,5 @@ def test_a_step_of_the_noise_gains_where_forces_are_nearly_collinear(rng):
         noise[6:8] = QUANTUM * np.sqrt(10.0 ** rng.uniform(0.0, 1.5, 2))
         noise[8] = est.clock * 10.0 ** rng.uniform(0.0, 1.5)
         s = replace(s, noise=noise)
-        gain, _, _ = est._noise_step(s, est.evaluate(s))
+        gain, *_ = est._noise_step(s, *est._followed(s), last=True)
         assert gain > 1.0, noise[6:]
