@@ -151,7 +151,8 @@ class Search:
 
     def side_by_side(self, refit: Callable[[Search, T], Candidate], items: Sequence[T]) -> list[Candidate]:
         """Refits of several items at once: while one sets up its next step, the filter runs for another."""
-        return on_both_threads(lambda item: refit(replace(self, est=self.est.apart()), item), items)
+        jobs = list(zip(items, self.rng.spawn(len(items)), strict=True))  # draws the same whoever comes first
+        return on_both_threads(lambda job: refit(replace(self, est=self.est.apart(), rng=job[1]), job[0]), jobs)
 
     def projector(self, s: Setting, now: Innovations) -> Projector:
         """Scores at a setting with all that a refit moves projected out."""
