@@ -99,14 +99,16 @@ def effective_number(
     flat = [(columns, len(variants)) for variants in families for columns in variants]
     correlation = correlations(np.vstack([projector.terms(projector.project(columns)) for columns, _ in flat]))
     draws = normal_draws(rng, correlation)
-    smallest = np.ones(DRAWS)
+    largest: dict[tuple[int, int], np.ndarray] = {}
     at = 0
     for columns, variants in flat:
-        own = slice(at, at + len(columns))
-        at += len(columns)
-        inverse = np.linalg.pinv(correlation[own, own], rcond=1e-9, hermitian=True)
-        statistic = np.einsum("ij,jk,ik->i", draws[:, own], inverse, draws[:, own])
-        smallest = np.minimum(smallest, chi2.sf(statistic, len(columns)) * variants)
+        k = len(columns)
+        inverse = np.linalg.pinv(correlation[at : at + k, at : at + k], rcond=1e-9, hermitian=True)
+        own = draws[:, at : at + k]
+        at += k
+        statistic = np.einsum("ij,ij->i", own @ inverse, own)
+        largest[k, variants] = np.maximum(largest.get((k, variants), 0.0), statistic)
+    smallest = np.min([chi2.sf(x, k) * variants for (k, variants), x in largest.items()], axis=0)
     return float(np.clip(_tests(float(np.quantile(smallest, level)), level), 1.0, 1000.0))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from .attempts import ATTEMPTS
 from .bootstrap import largest_score
 from .causes import CAUSES, Variant, fault_variant
 from .evidence import Projector, effective_number, log_tail
-from .search import IN_SPAN, Screened, Search
+from .search import IN_SPAN, Screened, Search, on_both_threads
 
 FAULT_GRID = 12
 
@@ -21,15 +21,18 @@ def screen(search: Search, s: Setting, now: Innovations, count: bool = False) ->
     """Score of every cause not accepted yet, best variant each, best first; `count`: find the effective number."""
     est = search.est
     projector = search.present if s is search.setting else search.projector(s, now)
-    used = {a.cause for a in search.accepted}
-    out, families = [], []
+    used = {a.cause for a in search.accepted} | {"rudder_fault", *ATTEMPTS}
+    out, scored = [], {}
     for name, variants in search.bank.items():
-        if name in used or name == "rudder_fault" or name in ATTEMPTS:
+        if name in used:
             continue
         if CAUSES[name].profile:
             out.append(_screen_profile(search, s, now, projector, name))
-            continue
-        columns = _variant_columns(est, s, now, variants)
+        else:
+            scored[name] = variants
+    families = []
+    for name, columns in _columns(est, s, now, scored).items():
+        variants = scored[name]
         scores = [projector.score(c) for c in columns]
         if all(score.share < IN_SPAN for score in scores):
             search.in_span.add(name)
@@ -40,22 +43,25 @@ def screen(search: Search, s: Setting, now: Innovations, count: bool = False) ->
         ]
         best = int(np.argmin(ranked))
         out.append(Screened(name, variants[best], float(ranked[best]), scores[best]))
-    if "rudder_fault" in search.bank and "rudder_fault" not in used:
+    if "rudder_fault" in search.bank and all(a.cause != "rudder_fault" for a in search.accepted):
         out.append(_screen_fault(search, s, now, projector))
     if count:
-        scored = effective_number(projector, families, search.rng) if families else 0.0
-        search.n_effective = scored + 1.0
+        search.n_effective = 1.0 + (effective_number(projector, families, search.rng) if families else 0.0)
     return sorted(out, key=lambda c: c.log_p)
 
 
-def _variant_columns(est: Estimator, s: Setting, now: Innovations, variants: Sequence[Variant]) -> list[np.ndarray]:
-    """Columns (k, n) of each variant; a parameter that stands in several is run once."""
+def _columns(
+    est: Estimator, s: Setting, now: Innovations, bank: Mapping[str, Sequence[Variant]]
+) -> dict[str, list[np.ndarray]]:
+    """Columns (k, n) of each variant of each cause; a parameter that stands in several is run once."""
     unique: dict[tuple, Parameter] = {}
-    for variant in variants:
-        for p in variant:
-            unique.setdefault((p.name, p.slots, p.record), p)
+    for p in (p for variants in bank.values() for variant in variants for p in variant):
+        unique.setdefault((p.name, p.slots, p.record), p)
     rows = dict(zip(unique, est.scores(s, now, list(unique.values())), strict=True))
-    return [np.stack([rows[p.name, p.slots, p.record] for p in variant]) for variant in variants]
+    return {
+        name: [np.stack([rows[p.name, p.slots, p.record] for p in variant]) for variant in variants]
+        for name, variants in bank.items()
+    }
 
 
 def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Projector) -> Screened:
@@ -63,18 +69,22 @@ def _screen_fault(search: Search, s: Setting, now: Innovations, projector: Proje
     est = search.est
     longest = max(d.time[-1] for d in est.data)
     at = est.index["fault_time"]
+    times = np.linspace(0.0, longest, FAULT_GRID + 2)[1:-1].tolist()
     columns, places = [], []
     owners = [None, *range(len(est.data))] if len(est.data) > 1 else [0]
-    for t in np.linspace(0.0, longest, FAULT_GRID + 2)[1:-1]:
+
+    def losing_from(t: float) -> np.ndarray:
         p = s.p.copy()
         p[:, at] = t
-        column = est.column(replace(s, p=p), now, fault_variant(est, None)[:1])[0].reshape(-1, 6)
+        return est.apart().column(replace(s, p=p), now, fault_variant(est, None)[:1])[0].reshape(-1, 6)
+
+    for t, column in zip(times, on_both_threads(losing_from, times), strict=True):
         for record in owners:
             rows = slice(None) if record is None else slice(est.edges[record], est.edges[record + 1])
             part = np.zeros_like(column)
             part[rows] = column[rows]
             columns.append(part.ravel())
-            places.append((record, float(t)))
+            places.append((record, t))
     best, score, tests = largest_score(search, projector, np.stack(columns))
     record, t = places[best]
     log_p = log_tail(score.statistic, 1) + np.log(tests)

@@ -43,8 +43,8 @@ def select(search: Search, most: int) -> None:
 
 
 def settle(search: Search) -> None:
-    """Noise (and free coefficients) of largest likelihood at the present causes."""
-    if search.parameters and not search.accepted:
+    """Noise (and free coefficients) of largest likelihood before any cause is accepted."""
+    if search.parameters:
         search.setting, search.now = search.refit(search.setting, (), 3)
     before = search.now.log_likelihood
     search.setting, search.now = search.est.settle(search.setting, search.start)
@@ -91,12 +91,11 @@ def under_gusts(search: Search, found: Sequence[Candidate], before: float) -> li
 
 
 def accept(search: Search, best: Candidate, candidates: Sequence[Candidate]) -> None:
-    """Enter the best candidate, note its ties, refit everything and drop earlier causes that lost their evidence."""
+    """Enter the best candidate, note its ties, and drop earlier causes that lost their evidence."""
     near = [c for c in candidates if c is not best and c.log_p - best.log_p < TIE_NATS]
     search.ties[best.cause] = tuple(c.cause for c in near if alike(search, best, c))[:MOST_TIED]
-    search.setting, search.now = best.setting, best.now
+    search.setting, search.now = search.est.fit_noise(best.setting, 12)
     search.accepted.append(best)
-    settle(search)
     _delete(search)
 
 
