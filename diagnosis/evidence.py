@@ -122,7 +122,8 @@ def independent(rng: np.random.Generator, terms: np.ndarray, sided: bool = False
     from scipy.stats import norm
 
     correlation = correlations(terms)
-    correlation = correlation[np.diag(correlation) > 0.0][:, np.diag(correlation) > 0.0]
+    told = np.diag(correlation) > 0.0
+    correlation = correlation[np.ix_(told, told)]
     sides = 1.0 if sided else 2.0
     if not len(correlation):
         return 0.5 * sides
