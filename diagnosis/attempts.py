@@ -124,6 +124,10 @@ def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate
     return _scanned(search, cause, slot, [share * seen for share in LIMITS], before)
 
 
+MOST_VALUES = 24
+"""Values that a scan goes on to, each in the last one's proportion to the one before, while the last one is best."""
+
+
 def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], before: float) -> Candidate | None:
     """The best value of one entry of the parameter vector, scanned and then refined in its logarithm.
 
@@ -142,7 +146,11 @@ def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], bef
     def at(value: float) -> tuple[Setting, Innovations]:
         return est.fit_noise(changed(value), 2)
 
+    values = list(values)
     gains = [at(value)[1].log_likelihood for value in values]
+    while gains[-1] == max(gains) > before + 2.0 and len(values) < MOST_VALUES:
+        values.append(values[-1] ** 2 / values[-2])
+        gains.append(at(values[-1])[1].log_likelihood)
     best = int(np.argmax(gains))
     if gains[best] < before + 2.0:
         return None

@@ -27,6 +27,8 @@ STRENGTHS = {
 #: this, more if they would not be detectable
 SIZED = {"small": 1.0, "moderate": 3.0, "large": 10.0}
 DETECTABLE = 60.0
+#: Non-centrality of a ship that runs away (a damping that feeds the turn): no ship that anyone has sailed
+RUNAWAY = 1e12
 DRAWS = 4
 #: Correlation times of zero-mean gusts on a full-scale ship, s
 GUSTS = {"none": None, "fast": (3.0, 10.0), "slow": (30.0, 60.0)}
@@ -214,7 +216,7 @@ def _draw_once(case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng:
     if case.strength in SIZED:
         effect = shape.scaled(SIZED[case.strength])
         power = noncentrality(case, (effect,), frames, gusts)
-        if DETECTABLE <= power < np.inf:
+        if DETECTABLE <= power < RUNAWAY:
             return effect, power, False
         span = (DETECTABLE, 2.0 * DETECTABLE)
     else:
@@ -239,7 +241,7 @@ def scaled_to(
     power = noncentrality(case, (shape,), frames, gusts)
     effect = shape
     for _ in range(24):
-        miss = np.log(target / np.clip(power, 1e-12, 1e12))
+        miss = np.log(target / np.clip(power, 1e-12, RUNAWAY))
         if abs(miss) < tolerance:
             break
         low, high = (factor, high) if miss > 0.0 else (low, factor)
@@ -251,7 +253,7 @@ def scaled_to(
             break
         factor, was = guess, power
         power = noncentrality(case, (effect,), frames, gusts)
-        rise = np.log(np.clip(power, 1e-12, 1e12) / np.clip(was, 1e-12, 1e12)) / np.log(factor / last)
+        rise = np.log(np.clip(power, 1e-12, RUNAWAY) / np.clip(was, 1e-12, RUNAWAY)) / np.log(factor / last)
         slope = float(np.clip(rise, 0.7, 8.0))
     return effect, power
 

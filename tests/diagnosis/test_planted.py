@@ -86,6 +86,18 @@ def test_a_limit_just_below_the_largest_command_is_found(rng):
     assert in_some_draw(check, rng)
 
 
+def test_a_limit_far_below_the_rate_of_the_commands_is_found(rng):
+    """Orders come in steps: how fast they change says little about how fast the rudder can turn."""
+
+    def check(rng):
+        case = planted("response-1", ("rudder_rate_limit",), rng, strength="large")
+        found = diagnose(resolve("response-1"), case.train, options=Options(max_effects=1))
+        print(case.truth, found.verdict, found.causes)
+        return [f.cause for f in found.causes] == ["rudder_rate_limit"]
+
+    assert in_some_draw(check, rng)
+
+
 def test_drawn_causes_are_named(rng):
     """Six draws; correct code misses three of them less than .3 % of the time (rate of a miss at most .05)."""
     hits, said = 0, []

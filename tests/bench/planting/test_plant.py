@@ -65,6 +65,15 @@ def test_a_case_has_its_strength(vessel: str, rng: np.random.Generator) -> None:
         assert all(np.isfinite(values).all() for r in records for values in r.channels.values())
 
 
+def test_no_planted_ship_runs_away(rng: np.random.Generator) -> None:
+    """A damping that feeds a cargo ship's turn is made weaker until she can be steered."""
+    for _ in range(6):
+        planted = plant(Case("cargo", ("yaw_damping_quadratic",), "large"), rng)
+        rates = [np.abs(r.column("yaw_rate_rad_s")).max() for r in (*planted.train, *planted.held_out)]
+        print(planted.truth, planted.noncentrality, rates)
+        assert max(rates) < 0.2 and planted.noncentrality > 20.0
+
+
 @pytest.mark.parametrize("vessel", VESSELS)
 def test_nothing_planted_has_no_strength(vessel: str, rng: np.random.Generator) -> None:
     case = Case(vessel, **brief(vessel)).settled()
