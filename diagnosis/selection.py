@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..methods.innovations.estimator import Setting
 from . import unknown
 from .attempts import ATTEMPTS
 from .evidence import MOST_TIED, TIE_NATS, canonical_correlation, log_tail
@@ -97,6 +98,7 @@ def accept(search: Search, best: Candidate, candidates: Sequence[Candidate]) -> 
     search.setting, search.now = search.est.fit_noise(best.setting, 12)
     search.accepted.append(best)
     _delete(search)
+    _steady(search)
 
 
 def alike(search: Search, first: Candidate, second: Candidate) -> bool:
@@ -131,14 +133,32 @@ def _tested(search: Search, old: Candidate, here: float) -> float:
     return left
 
 
+def _steady(search: Search) -> None:
+    """A fault that beside later causes has come to act before the rudder moves gives way to effectiveness."""
+    for fault in [a for a in search.accepted if a.cause == "rudder_fault"]:
+        others = replace(search, accepted=[a for a in search.accepted if a is not fault])
+        others.setting = _lacking(search, fault)
+        here = replace(fault, setting=search.setting, now=search.now)
+        steady = as_effectiveness(others, here, search.now.log_likelihood - 0.5 * fault.statistic)
+        if steady is not None and steady.now.log_likelihood > search.now.log_likelihood - TIE_NATS:
+            search.accepted = [steady if a is fault else a for a in search.accepted]
+            search.setting, search.now = steady.setting, steady.now
+            search.ties[steady.cause] = search.ties.pop(fault.cause)
+
+
 def without(search: Search, cause: Candidate) -> Search:
     """The search with one accepted cause taken out and the rest refitted."""
+    trial = replace(search, accepted=[a for a in search.accepted if a is not cause])
+    trial.setting, trial.now = trial.refit(_lacking(search, cause), (), 4)
+    return trial
+
+
+def _lacking(search: Search, cause: Candidate) -> Setting:
+    """The present setting with one accepted cause at zero."""
     bare = search.setting
     for p in cause.variant:
         bare = search.est.at(bare, p, 0.0)
-    trial = replace(search, accepted=[a for a in search.accepted if a is not cause])
-    trial.setting, trial.now = trial.refit(bare, (), 4)
-    return trial
+    return bare
 
 
 def size_tests(search: Search) -> list[tuple[str, float]]:

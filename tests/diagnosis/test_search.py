@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from helmbench.bench.planting import Case as Planted
+from helmbench.bench.planting import plant
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis import causes, diagnose
+from helmbench.diagnosis import causes, diagnose, selection
 from helmbench.diagnosis.diagnose import RIVALLED_LEVEL, RIVALLED_NATS
 from helmbench.diagnosis.gusts import worth
 from helmbench.diagnosis.hypotheses import FURTHER_NATS, lead
@@ -99,3 +101,24 @@ def test_a_fault_before_the_rudder_moves_is_a_loss_of_effectiveness(rng):
         if found is not None:
             assert found.cause == "rudder_effectiveness" and found.statistic > -0.1
             assert abs(est.value(found.setting, found.variant[0])) < 0.01
+
+
+def test_an_accepted_fault_that_moved_before_the_rudder_gives_way(rng):
+    """What else is named may move a fault's time; one that is there from the start is a loss of effectiveness."""
+    case = plant(Planted("response-1", ("rudder_effectiveness",), "large", duration_s=60.0, dt_s=0.2), rng)
+    est = Estimator(resolve("response-1"), case.train)
+    bank, _ = causes.testable(est)
+    (fault,) = bank["rudder_fault"]
+    for share, name in ((0.0, "rudder_effectiveness"), (0.5, "rudder_fault")):
+        s = est.at(est.at(est.start(), fault[1], share * est.data[0].time[-1]), fault[0], 0.05)
+        s, now = est.refit(s, fault[:1], 8)
+        accepted = Candidate("rudder_fault", fault, -40.0, 90.0, s, now)
+        ties = {"rudder_fault": ("rudder_backlash",)}
+        search = Search(est, est.start(), s, now, bank, rng, 0.01, accepted=[accepted], ties=ties)
+        selection._steady(search)
+        assert [a.cause for a in search.accepted] == [*search.ties] == [name]
+        assert search.now.log_likelihood == est.evaluate(search.setting).log_likelihood
+        if share == 0.0:
+            (e,) = search.accepted[0].variant
+            print(case.truth, est.value(search.setting, e))
+            assert est.value(search.setting, e) == pytest.approx(case.truth[0]["parameters"]["e"], rel=0.2)
