@@ -17,7 +17,7 @@ from . import gain as gains
 from . import hypotheses, kinematics, selection, unknown, verdict
 from .attempts import ATTEMPTS
 from .causes import CAUSES, testable
-from .evidence import log_tail
+from .evidence import log_tail, together
 from .extend import extended_model
 from .flags import Flag, put_right
 from .result import Diagnosis, Entry, Finding
@@ -207,9 +207,9 @@ def _unexplained(search: Search, options: Options) -> Candidate | None:
         return search.rival
     sizes = selection.size_tests(search)
     if lead < RIVALLED_NATS and sizes:
-        label, log_p = _smallest(sizes)
+        log_p = together([p for _, p in sizes])
         if log_p < np.log(RIVALLED_LEVEL):
-            return _untold(search, label, log_p)
+            return _untold(search, _smallest(sizes)[0], log_p)
     line = unknown.line_test(search.est, search.now)
     label, log_p = _smallest(
         [

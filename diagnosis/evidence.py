@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,6 +151,15 @@ def normal_draws(rng: np.random.Generator, correlation: np.ndarray) -> np.ndarra
     """DRAWS standard normal vectors of given correlations: what normal multipliers of all samples would sum to."""
     value, axes = np.linalg.eigh(correlation)
     return rng.standard_normal((DRAWS, len(value))) @ (axes * np.sqrt(np.maximum(value, 0.0))).T
+
+
+def together(log_p: Sequence[float]) -> float:
+    """Log p-value of several tests at once, however they hang together (Cauchy combination, Liu and Xie 2020)."""
+    smallest, n = min(log_p), len(log_p)
+    if smallest < -30.0:
+        return smallest + float(np.log(n))
+    p = np.clip(np.exp(log_p), 0.0, 1.0 - 1e-9)
+    return float(np.log(0.5 - np.arctan(np.mean(np.tan(np.pi * (0.5 - p)))) / np.pi))
 
 
 def canonical_correlation(projector: Projector, first: np.ndarray, second: np.ndarray) -> float:

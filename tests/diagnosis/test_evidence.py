@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from helmbench.diagnosis.evidence import Projector, canonical_correlation, effective_number, independent, log_tail
+from helmbench.diagnosis.evidence import (
+    Projector,
+    canonical_correlation,
+    effective_number,
+    independent,
+    log_tail,
+    together,
+)
 from helmbench.methods.innovations.estimator import Innovations
 
 
@@ -75,6 +82,18 @@ def test_scores_count_as_many_tests_as_they_are_independent(rng):
     assert independent(rng, apart) == pytest.approx(20.0, rel=0.4)
     assert independent(rng, apart, sided=True) == pytest.approx(10.0, rel=0.4)
     assert independent(rng, apart[:0]) == 1.0
+
+
+def test_tests_together_keep_their_level_and_add_up(rng):
+    """Normal scores that hang together by .5: a level of .05 is passed in about as many of 4000 draws."""
+    shared = rng.standard_normal((4000, 1))
+    z = np.sqrt(0.5) * shared + np.sqrt(0.5) * rng.standard_normal((4000, 12))
+    passed = np.mean([together(chi2.logsf(row**2, 1)) < np.log(0.05) for row in z])
+    assert 0.02 < passed < 0.07
+    several, one = [np.log(0.01)] * 4 + [np.log(0.5)] * 8, [np.log(0.01)] + [np.log(0.5)] * 11
+    assert together(several) < together(one) < np.log(0.5)
+    assert together([-100.0, -0.1]) == pytest.approx(-100.0 + np.log(2.0))
+    assert together([-29.9, -0.1]) == pytest.approx(-29.9 + np.log(2.0), abs=0.01)
 
 
 def test_canonical_correlation_of_equal_and_of_orthogonal_causes(rng):
