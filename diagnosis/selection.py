@@ -21,6 +21,9 @@ LEADERS, LEADING = 4, 0.5
 """Most screened causes that are refitted, and the share of the best one's log p-value that they need: of 83 planted
 effects and the stronger ones of 27 pairs all that were significant stood among the first four, above .65 of the best;
 what another hides is screened again beside that one."""
+FURTHER, PROMISING = 6, 0.25
+"""The same for causes that are refitted as well because their score promises more than what the leaders came to: far
+from its maximum (effects in measured records, coefficients that are free) a score says little about the likelihood."""
 TIE_CORRELATION = 0.5
 """Canonical correlation of their projected sensitivities below which two causes are no tie."""
 
@@ -44,8 +47,11 @@ def select(search: Search, most: int) -> None:
 
 
 def settle(search: Search) -> None:
-    """Noise (and free coefficients) of largest likelihood before any cause is accepted."""
-    if search.parameters:
+    """Noise (and free coefficients) of largest likelihood at the present causes.
+
+    From every start: in measured records noise that was fitted beside other causes can be far from the best.
+    """
+    if search.parameters and not search.accepted:
         search.setting, search.now = search.refit(search.setting, (), 3)
     before = search.now.log_likelihood
     search.setting, search.now = search.est.settle(search.setting, search.start)
@@ -57,13 +63,7 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
     items = screen(search, search.setting, search.now, count=step == 0)
     if step == 0:
         search.first_screen = {i.cause: i for i in items}
-    level = np.log(0.1 / search.n_effective)
-    chosen = _leaders(items, level, LEADERS)
-    gusty = search.setting.noise[6 : 6 + search.est.n_forces].any()
-    if gusty and search.bare.log_likelihood > before - HIDDEN:
-        have, calm = {i.cause for i in chosen}, search.quiet(search.setting)
-        chosen += [i for i in _leaders(screen(search, calm, search.bare), -15.0, 3) if i.cause not in have]
-    found = search.side_by_side(lambda own, item: refit_cause(own, item, before), chosen)
+    found = _refitted(search, items, before)
     for fault in [c for c in found if c.cause == "rudder_fault"]:
         steady = as_effectiveness(search, fault, before)
         if steady is not None and all(c.log_p > steady.log_p for c in found if c.cause == steady.cause):
@@ -75,9 +75,28 @@ def _candidates(search: Search, step: int, before: float) -> list[Candidate]:
     return under_gusts(search, refined(search, found, before), before)
 
 
-def _leaders(items: Sequence[Screened], level: float, most: int) -> list[Screened]:
+def _refitted(search: Search, items: Sequence[Screened], before: float) -> list[Candidate]:
+    """The leaders of the screen and of one without gusts, then those behind them whose scores promise more."""
+
+    def refits(chosen: Sequence[Screened]) -> list[Candidate]:
+        return search.side_by_side(lambda own, item: refit_cause(own, item, before), chosen)
+
+    level = np.log(0.1 / search.n_effective)
+    chosen = _leaders(items, level, LEADERS, LEADING)
+    have = {i.cause for i in chosen}
+    gusty = search.setting.noise[6 : 6 + search.est.n_forces].any()
+    if gusty and search.bare.log_likelihood > before - HIDDEN:
+        calm = screen(search, search.quiet(search.setting), search.bare)
+        chosen += [i for i in _leaders(calm, -15.0, 3, LEADING) if i.cause not in have]
+    found, have = refits(chosen), {i.cause for i in chosen}
+    kept = max((c.statistic for c in found), default=0.0)
+    further = _leaders(items, level, FURTHER, PROMISING)
+    return found + refits([i for i in further if i.cause not in have and -2.0 * i.log_p > kept])
+
+
+def _leaders(items: Sequence[Screened], level: float, most: int, share: float) -> list[Screened]:
     """The first of screened causes (best first) that are beyond a level and not far behind the best."""
-    return [i for i in items[:most] if i.log_p < min(level, LEADING * items[0].log_p)]
+    return [i for i in items[:most] if i.log_p < min(level, share * items[0].log_p)]
 
 
 def under_gusts(search: Search, found: Sequence[Candidate], before: float) -> list[Candidate]:
@@ -92,11 +111,12 @@ def under_gusts(search: Search, found: Sequence[Candidate], before: float) -> li
 
 
 def accept(search: Search, best: Candidate, candidates: Sequence[Candidate]) -> None:
-    """Enter the best candidate, note its ties, and drop earlier causes that lost their evidence."""
+    """Enter the best candidate, note its ties, refit everything and drop earlier causes that lost their evidence."""
     near = [c for c in candidates if c is not best and c.log_p - best.log_p < TIE_NATS]
     search.ties[best.cause] = tuple(c.cause for c in near if alike(search, best, c))[:MOST_TIED]
-    search.setting, search.now = search.est.fit_noise(best.setting, 12)
+    search.setting, search.now = best.setting, best.now
     search.accepted.append(best)
+    settle(search)
     _delete(search)
     _steady(search)
 
