@@ -85,11 +85,11 @@ def test_scores_count_as_many_tests_as_they_are_independent(rng):
 
 
 def test_tests_together_keep_their_level_and_add_up(rng):
-    """Normal scores that hang together by .5: a level of .05 is passed in about as many of 4000 draws."""
+    """Normal scores that hang together by .5: exact far in the tail, a level of .05 is passed in .058 +- .004 of 4000."""
     shared = rng.standard_normal((4000, 1))
     z = np.sqrt(0.5) * shared + np.sqrt(0.5) * rng.standard_normal((4000, 12))
     passed = np.mean([together(chi2.logsf(row**2, 1)) < np.log(0.05) for row in z])
-    assert 0.02 < passed < 0.07
+    assert 0.042 < passed < 0.076
     several, one = [np.log(0.01)] * 4 + [np.log(0.5)] * 8, [np.log(0.01)] + [np.log(0.5)] * 11
     assert together(several) < together(one) < np.log(0.5)
     assert together([-100.0, -0.1]) == pytest.approx(-100.0 + np.log(2.0))
