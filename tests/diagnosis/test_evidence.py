@@ -85,7 +85,7 @@ def test_scores_count_as_many_tests_as_they_are_independent(rng):
 
 
 def test_tests_together_keep_their_level_and_add_up(rng):
-    """Normal scores that hang together by .5: exact far in the tail, a level of .05 is passed in .058 +- .004 of 4000."""
+    """Normal scores that hang together by .5: exact far in the tail; a level of .05 is passed in .058 +- .004."""
     shared = rng.standard_normal((4000, 1))
     z = np.sqrt(0.5) * shared + np.sqrt(0.5) * rng.standard_normal((4000, 12))
     passed = np.mean([together(chi2.logsf(row**2, 1)) < np.log(0.05) for row in z])
