@@ -11,15 +11,16 @@ import numpy as np
 from ..methods.innovations.estimator import Estimator, Innovations, Setting
 from ..methods.innovations.layout import CHANNELS
 from . import unknown
-from .bootstrap import independent_noise, independent_values
+from .bootstrap import ONE_SIDED, independent_noise, independent_values
 from .search import Candidate, Search, candidate
 
 DEGREE = np.pi / 180.0
-ONE_SIDED = 0.5
 FAINT = 0.1
 """Waves' rms over the sensors' noise where no more than their score is asked for."""
 LIMITS = (1.5, 1.2, 1.0, 0.9985, 0.995, 0.985, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)
 """Limits that are tried first, as shares of the command's largest value: just below it a little changes much."""
+MOST_VALUES = 24
+"""Values that a scan goes on to, each in the last one's proportion to the one before, while the last one is best."""
 
 
 def try_waves(search: Search, before: float) -> Candidate | None:
@@ -122,10 +123,6 @@ def try_limit(search: Search, cause: str, slot: str, before: float) -> Candidate
     else:
         seen = max(float(np.mean(np.abs(q)[np.abs(q) > 0.98 * np.abs(q).max()])) for q in quiet)
     return _scanned(search, cause, slot, [share * seen for share in LIMITS], before)
-
-
-MOST_VALUES = 24
-"""Values that a scan goes on to, each in the last one's proportion to the one before, while the last one is best."""
 
 
 def _scanned(search: Search, cause: str, slot: str, values: Sequence[float], before: float) -> Candidate | None:

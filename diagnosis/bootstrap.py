@@ -18,6 +18,8 @@ from ..methods.innovations.layout import CHANNELS
 from .evidence import Projector, Score, independent
 from .search import IN_SPAN, Search
 
+ONE_SIDED = 0.5
+"""How many tests a single score is whose parameter cannot be negative."""
 NUDGE = 0.01
 """Share by which noise is changed for the scores of noise."""
 
@@ -36,7 +38,7 @@ def independent_values(search: Search, runs: Sequence[Innovations]) -> float:
     """
     changes = [search.now.change(run).ravel() for run in runs if run.log_likelihood > -1e299]
     if not changes:
-        return 0.5
+        return ONE_SIDED
     projector = search.present
     return independent(search.rng, projector.terms(projector.project(np.stack(changes))), sided=True)
 
