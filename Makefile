@@ -9,7 +9,7 @@ RESULTS := out/quick
 REPRODUCTION := out/reproduction
 TIMES := out/timing.json
 STAMP := .venv/installed-at
-ROOMS := $(wildcard models datasets methods diagnosis bench)
+ROOMS := $(wildcard models datasets estimation methods diagnosis bench reporting reproduction)
 
 # An environment holds absolute paths: when the checkout has moved, build it again.
 ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),here)
@@ -73,7 +73,7 @@ timing: env
 	$(BIN)/pytest tests/timing --benchmark-json=$(TIMES)
 
 diagnosis-reports: env
-	$(BIN)/python -m helmbench.bench.diagnosis_reports reports/diagnosis
+	$(BIN)/python -m helmbench.reporting.diagnosis.measured reports/diagnosis
 
 clean:
 	rm -rf .venv build dist out *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from ..models.errors import BadInput
 from ..models.model import list_vessels, resolve
 from .environment import environment
-from .problems import HELD_OUT_SEED, Problem, Task, problem
+from .kinds.identification.problems import HELD_OUT_SEED, Problem, Task, problem
 from .store import MANIFEST, Store
 from .suites import GROUPS, Entry, Suite
 
@@ -220,7 +220,7 @@ def execute(spec: RunSpec) -> dict[str, Any]:
 
 def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) -> dict[str, Any]:
     """The finished run of a spec whose `work` fills in its row and returns its further rows."""
-    from ..methods.base import CannotFit, FitFailed
+    from ..models.errors import CannotFit, FitFailed
 
     row: dict[str, Any] = spec.row_key() | {"status": "failed", "error": None}
     parameters: list[dict[str, Any]] = []
@@ -362,8 +362,9 @@ def _check_vessels(suite: Suite, selection: Selection) -> None:
 
 def _fit_and_score(spec: RunSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
     """Fill in the row; returns the rows of its parameters."""
+    from ..estimation.prediction import prediction_scores
     from ..methods.registry import make
-    from .scores import parameter_rows, parameter_scores, prediction_scores
+    from .scores import parameter_rows, parameter_scores
 
     task = problem(spec.task)
     _warm_fit(spec, task)
@@ -416,8 +417,8 @@ def _peak_since_start() -> float | None:
 
 def _warm_fit(spec: RunSpec, task: Problem) -> None:
     """Fit and score a few samples, untimed, once per process, method and model: timed fits then compile nothing."""
+    from ..estimation.prediction import prediction_scores
     from ..methods.registry import make
-    from .scores import prediction_scores
 
     if (spec.maker, spec.task.source) in _WARMED:
         return
@@ -454,7 +455,7 @@ def quiet() -> Iterator[None]:
 def _source_digest() -> str:
     rooms = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256()
-    for folder in ("models", "datasets", "methods", "diagnosis", "bench"):
+    for folder in ("models", "datasets", "estimation", "methods", "diagnosis", "bench"):
         for path in sorted((rooms / folder).rglob("*")):
             if path.suffix in (".py", ".yaml"):
                 digest.update(path.relative_to(rooms).as_posix().encode() + b"\0" + path.read_bytes())

@@ -16,15 +16,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..estimation.prediction import CHANNELS
 from ..models.errors import BadInput
-from .diagnosing import columns as diagnosing
+from .kinds import DIAGNOSIS, IDENTIFICATION
+from .kinds.diagnosis import columns as diagnosing
 
 RUNS, MANIFEST, RESULTS, PARAMETERS = "runs.jsonl", "environment.json", "results.parquet", "parameters.parquet"
 TIMING = "timing.json"
 """Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
-CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
-"""Channels that are scored, in the order of the record header; heading is unwrapped."""
-
 KEYS = {
     "suite": "string",
     "method": "string",
@@ -89,7 +88,6 @@ class Schema:
     long_keys: tuple[str, ...]
 
 
-IDENTIFICATION, DIAGNOSIS = "identification", "diagnosis"
 SCHEMAS = {
     IDENTIFICATION: Schema(
         tuple(KEYS), RESULTS, RESULT_COLUMNS, PARAMETERS, PARAMETER_COLUMNS, ("parameter",)

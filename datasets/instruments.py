@@ -72,17 +72,18 @@ def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Ge
 
 def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[str, float]) -> np.ndarray:
     """Rudder angle (N,) that the hull felt where `recorded` (N,) was measured or ordered; gaps stay gaps."""
-    from ..models import drivers
+    from ..models.rudder_chain import run_chain
 
     numbers = linkage(checked(instruments))
     known = np.isfinite(recorded)
     if not numbers.any() or not known.any():
         return recorded
-    series = np.interp(time_s, time_s[known], recorded[known])
+    series, noise = np.interp(time_s, time_s[known], recorded[known]), 0.0
+    quiet, felt = series, np.empty(series.size)
     if instruments.get("rudder_backlash", 0.0) > 0.0:
-        series = quietened(series, rudder_noise(series))
-    felt = np.empty(series.size)
-    drivers.link(np.array(time_s, float), series, numbers, felt)
+        noise = rudder_noise(series)
+        quiet = quietened(series, noise)
+    run_chain(np.array(time_s, float), series, quiet, numbers, noise, 1, felt)
     return np.where(known, felt, np.nan)
 
 
@@ -93,13 +94,13 @@ def rudder_noise(series: np.ndarray) -> float:
 
 
 def quietened(series: np.ndarray, sd: float) -> np.ndarray:
-    """A rudder series (N,) freed of its sensor's noise of sd `sd`; see `models.drivers.quieten`."""
-    from ..models import drivers
+    """A rudder series (N,) freed of its sensor's noise of sd `sd`; see `models.rudder_chain.quieten`."""
+    from ..models.rudder_chain import quieten
 
     if not sd > 0.0:
         return series
     out = np.empty(series.size)
-    drivers.quieten(np.ascontiguousarray(series, dtype=float), sd, out)
+    quieten(np.ascontiguousarray(series, dtype=float), sd, out)
     return out
 
 

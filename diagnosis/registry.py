@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import pkgutil
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..methods.registry import load_file
@@ -19,13 +21,13 @@ if TYPE_CHECKING:
 
     from ..datasets.record import Record
     from ..models.model import Model
-    from .diagnose import Options
+    from .options import Options
     from .result import Diagnosis
 
 GROUP = "helmbench.diagnosers"
 """Entry-point group by which other packages add diagnosers."""
-OWN = ("engine", "naive", "sparse")
-"""Files of this package that define diagnosers."""
+FOLDER = Path(__file__).parent / "baselines"
+"""Files of this folder that define diagnosers are found."""
 
 
 class Diagnoser:
@@ -72,7 +74,9 @@ def find(text: str) -> type[Diagnoser]:
 
 
 def _own() -> list[type[Diagnoser]]:
-    modules = [importlib.import_module(f".{name}", __package__) for name in OWN]
+    modules = [
+        importlib.import_module(f".{FOLDER.name}.{m.name}", __package__) for m in pkgutil.iter_modules([str(FOLDER)])
+    ]
     return [
         cls
         for module in modules

@@ -116,6 +116,8 @@ class Diagnosis:
     next_manoeuvre: str | None
     wall_s: float
     cpu_s: float
+    threads: int = 1
+    """Threads that ran the filter; the results do not depend on them."""
 
     def to_json(self) -> dict[str, Any]:
         """The document of schema version 1 (diagnosis.json), plain numbers only."""
@@ -126,6 +128,7 @@ class Diagnosis:
             "records": [{"file": name, "role": role} for name, role in self.records],
             "alpha": self.alpha,
             "seed": self.seed,
+            "threads": self.threads,
             "verdict": self.verdict,
             "reason": self.reason,
             "causes": [_finding(c) for c in self.causes],

@@ -7,23 +7,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .causes import CAUSES
 from .result import Finding, Trace
+from .state import Unmodelled
 
 if TYPE_CHECKING:
-    from ..methods.innovations.estimator import Estimator
-    from .search import Candidate, Search
+    from ..estimation.filters.innovations.estimator import Estimator
+    from ..estimation.filters.innovations.settings import Setting
+    from .causes.base import Cause
+    from .state import Candidate, State
 
 EXCITED = 8.0
 """Yaw motion over its sensor's noise (rms, smoothed) below which a record tells nothing about manoeuvring."""
 RUDDER_MOVED = np.deg2rad(0.3)
 
 
-def undecidable(est: Estimator, search: Search) -> str | None:
+def undecidable(est: Estimator, start: Setting) -> str | None:
     """Why the records cannot decide anything (too little motion, too few samples), None if they can."""
-    moved = max(float(np.std(d.rudder)) for d in est.data)
+    moved = max(float(np.std(d.rudder)) for d in est.segments)
     strongest = 0.0
-    for d in est.data:
+    for d in est.segments:
         for c in (0, 1):
             y = d.measured[:, c]
             y = y[np.isfinite(y)]
@@ -31,7 +33,7 @@ def undecidable(est: Estimator, search: Search) -> str | None:
                 continue
             size = max(1, y.size // 200)
             mean = y[: y.size // size * size].reshape(-1, size).mean(axis=1)
-            strongest = max(strongest, float(np.std(mean) / (search.start.noise[c] / np.sqrt(size))))
+            strongest = max(strongest, float(np.std(mean) / (start.noise.sensor_sd[c] / np.sqrt(size))))
     if moved < RUDDER_MOVED or strongest < EXCITED:
         return (
             f"the rudder moves by {np.rad2deg(moved):.2f} deg (sd) and the yaw motion is {strongest:.1f} times its "
@@ -50,7 +52,7 @@ def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Se
     if poor is not None:
         return "inconclusive", poor
     if left is not None:
-        effect = left.cause.removeprefix("unknown:")
+        effect = left.cause.label if isinstance(left.cause, Unmodelled) else left.cause.id
         if instead:
             return "unexplained", f"one effect outside the bank ({effect}) is as likely as all that is named"
         return "unexplained", f"an effect outside the bank remains: {effect}"
@@ -60,7 +62,7 @@ def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Se
         return "tied", said
     if findings:
         return "named", "; ".join(_spoken(f) for f in findings)
-    return "adequate", "the innovations are what the model and its sensors' noise (and zero-mean gusts) would give"
+    return "adequate", "the residuals are those of the model, its sensors' noise and zero-mean gusts"
 
 
 def _spoken(f: Finding) -> str:
@@ -82,18 +84,18 @@ def next_manoeuvre(poor: str | None, findings: Sequence[Finding]) -> str | None:
     return "; ".join(said) or None
 
 
-def power(search: Search, cause: str) -> float | None:
-    """Power of a cause's test at the size that matters, at the family-wise level; None where that is not stated."""
+def power(state: State, cause: Cause) -> float | None:
+    """Power of a cause's test at the size that its power is stated for, at the family-wise level; None without one."""
     from scipy.stats import chi2, ncx2
 
-    screened, entry = search.first_screen.get(cause), CAUSES.get(cause)
-    if screened is None or entry is None or entry.matters is None:
+    screened = state.screened.get(cause)
+    if screened is None or cause.power_size is None:
         return None
-    p = screened.variant[0]
-    size = entry.matters * (search.est.clock if p.unit == "s" else 1.0)
+    p, k = screened.variant[0], len(screened.variant)
+    size = cause.power_size * (state.est.clock if p.unit == "s" else 1.0)
     noncentrality = float(screened.score.information[0, 0]) * size**2
-    threshold = chi2.isf(search.alpha / search.n_effective, len(screened.variant))
-    return float(ncx2.sf(threshold, len(screened.variant), max(noncentrality, 1e-9)))
+    threshold = chi2.isf(state.alpha / state.n_effective, k)
+    return float(ncx2.sf(threshold, k, max(noncentrality, 1e-9)))
 
 
 def where(traces: Sequence[Trace]) -> list[dict[str, Any]]:

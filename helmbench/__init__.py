@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
     from .datasets.record import Record
-    from .methods.base import Estimate
+    from .estimation.estimate import Estimate
     from .methods.registry import make as make_method
     from .methods.registry import methods as list_methods
     from .models.errors import BadInput
@@ -45,7 +45,7 @@ __all__ = [
 _HOME = {
     "BadInput": ("models.errors", "BadInput"),
     "Case": ("datasets.generator", "Case"),
-    "Estimate": ("methods.base", "Estimate"),
+    "Estimate": ("estimation.estimate", "Estimate"),
     "Model": ("models.model", "Model"),
     "Record": ("datasets.record", "Record"),
     "generate": ("datasets.generator", "generate"),

@@ -1,6 +1,6 @@
 """`python -m helmbench`: the command line."""
 
-from helmbench.bench.cli import main
+from helmbench.cli import main
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,4 @@
-"""What every method has to keep to, as checks that third parties can run on their own methods.
+"""The contract of methods, as checks that third parties can run on their own methods.
 
     import pytest
     from helmbench.methods.contract import CHECKS
@@ -18,46 +18,48 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from ..datasets.generator import Case, generate
 from ..datasets.record import Record
-from ..models.errors import BadInput
+from ..estimation.estimate import Estimate
+from ..estimation.predictor import predictor_of
+from ..estimation.series import MEASURED, series_of
+from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.model import Model, resolve
-from .base import CannotFit, Estimate, FitFailed, Method
-from .predictor import predictor_of
-from .series import MEASURED, series_of
+from .base import Method
 
-SHIPS = ("response-1", "remus-kt", "kvlcc2-l7")
+VESSELS = ("response-1", "remus-kt", "kvlcc2-l7")
 """A first-order and a second-order response model and a 3-DOF model."""
 FACTORS = {"_rad_s": (np.rad2deg(1.0), "_deg_s"), "_rad": (np.rad2deg(1.0), "_deg"), "_m_s": (3600.0 / 1852.0, "_kn")}
 
 
 @cache
-def sample(ship: str) -> tuple[Model, tuple[Record, ...]]:
+def sample(vessel: str) -> tuple[Model, tuple[Record, ...]]:
     """A blanked model and two short records of it with low sensor noise."""
-    model = resolve(ship)
+    model = resolve(vessel)
     dt, duration = model.suite["dt_s"], min(model.suite["duration_s"], 300.0 * model.suite["dt_s"])
-    cases = [Case(ship, f"zigzag:{pair}", "low", seed=3, duration_s=duration, dt_s=dt) for pair in ("20/20", "10/10")]
+    cases = [Case(vessel, f"zigzag:{pair}", "low", seed=3, duration_s=duration, dt_s=dt) for pair in ("20/20", "10/10")]
     return model.blanked(), tuple(map(generate, cases))
 
 
-def attempt(method: Method, records: Sequence[Record], model: Model) -> Estimate | None:
-    """The estimate, or None if the method says in the agreed way that it has none."""
+def fit_or_none(method: Method, records: Record | Sequence[Record], model: Model) -> Estimate | None:
+    """The estimate, or None if the method refuses or fails by CannotFit or FitFailed."""
     try:
         return method.fit(records, model)
-    except (CannotFit, FitFailed) as refusal:
-        assert str(refusal).strip() and "\n" not in str(refusal), "a refusal states its reason in one line"
+    except (CannotFit, FitFailed) as error:
+        assert str(error).strip() and "\n" not in str(error), "an error states its reason in one line"
         return None
 
 
 @cache
 def applicable(cls: type[Method]) -> tuple[tuple[Model, tuple[Record, ...], Estimate], ...]:
-    """The sample ships that the method can be fitted to, each with an estimate."""
-    found = [(*sample(ship), attempt(cls(), sample(ship)[1], sample(ship)[0])) for ship in SHIPS]
+    """The sample vessels that the method can be fitted to, each with an estimate."""
+    found = [(*sample(vessel), fit_or_none(cls(), sample(vessel)[1], sample(vessel)[0])) for vessel in VESSELS]
     found = [(model, records, estimate) for model, records, estimate in found if estimate is not None]
-    assert found, f"{cls.name} fits none of {', '.join(SHIPS)}"
+    assert found, f"{cls.name} fits none of {', '.join(VESSELS)}"
     return tuple(found)
 
 
@@ -84,13 +86,15 @@ def same(first: Estimate, second: Estimate, relative: float) -> bool:
 
 
 def check_options(cls: type[Method]) -> None:
-    """Options come back from get_params, go in by set_params, survive clone; unknown ones are refused."""
+    """`get_params`, `set_params` and `sklearn.base.clone` work on the options; unknown options are refused."""
     method = cls()
-    options = method.get_params()
+    options = method.get_params(deep=False)
     assert cls.name and cls.name == cls.name.strip() and " " not in cls.name, "name is a short identifier"
-    assert cls.title, "title says in one line what the method is"
+    assert cls.title, "title is one line about the method"
     assert method.set_params(**options) is method
-    assert method.clone().get_params() == options and type(method.clone()) is cls
+    assert options.items() <= method.get_params(deep=True).items(), "get_params(deep=True) leaves out an option"
+    copy = _cloned(method)
+    assert type(copy) is cls and copy is not method and copy.get_params(deep=False) == options, "clone changes options"
     try:
         method.set_params(no_such_option=1)
     except BadInput:
@@ -98,13 +102,22 @@ def check_options(cls: type[Method]) -> None:
     raise AssertionError("set_params takes an option that the method does not have")
 
 
+def _cloned(method: Method) -> Method:
+    from sklearn.base import clone
+
+    try:
+        return cast("Method", clone(method))
+    except (RuntimeError, TypeError) as error:
+        raise AssertionError(f"sklearn.base.clone fails: {error}") from error
+
+
 def check_estimate(cls: type[Method]) -> None:
-    """The estimate is finite, named as the model names its parameters, and carries the model it stands for."""
+    """The estimate is finite, has the model's parameter names, and holds the model with its coefficients."""
     for model, _, estimate in applicable(cls):
         assert (estimate.method, estimate.variant) == (cls.name, cls().variant)
         assert estimate.wall_s >= 0.0 and estimate.cpu_s >= 0.0 and estimate.n_iterations >= 0
         if estimate.predictor is not None:
-            assert estimate.coefficients.shape == (0,), "a predictor of its own has no coefficients"
+            assert estimate.coefficients.shape == (0,), "an estimate with its own predictor has no coefficients"
             continue
         assert estimate.coefficients.shape == (len(model.coordinates),)
         assert np.isfinite(estimate.coefficients).all()
@@ -115,25 +128,27 @@ def check_estimate(cls: type[Method]) -> None:
 
 
 def check_predictions(cls: type[Method]) -> None:
-    """Free runs and one-step predictions have the agreed shapes, agree with each other, and diverge without raising."""
+    """Free runs and one-step predictions have the right shapes, agree with each other, and diverge without an error."""
     for model, records, estimate in applicable(cls):
         predictor, series = predictor_of(estimate), series_of(records[0], model, MEASURED)
         run = free_run(estimate)
         assert run.shape == (len(series.inputs), len(model.states)), "a free run has a row for every sample"
-        hidden = [place for place, name in enumerate(model.states) if name == "w"]  # a step may give it, or q
-        seen = np.setdiff1d(np.arange(len(model.states)), hidden)
-        assert np.allclose(run[0, seen], series.start[seen], rtol=1e-12, atol=0.0), "a free run begins at its start"
+        hidden = [place for place, name in enumerate(model.states) if name == "w"]  # a step may give w itself or q
+        compared = np.setdiff1d(np.arange(len(model.states)), hidden)
+        assert np.allclose(run[0, compared], series.start[compared], rtol=1e-12, atol=0.0), (
+            "a free run begins at its start"
+        )
         one = predictor.step(run[:1] if not hidden else series.start[None], series.inputs[:2], series.dt)
         assert one.shape == (1, len(model.states)), "a step is one row for every state given"
-        agree = np.allclose(one[0, seen], run[1, seen], rtol=1e-6, atol=1e-9)
-        assert agree or not np.isfinite(run).all(), "a step is not the free run's first"
+        agree = np.allclose(one[0, compared], run[1, compared], rtol=1e-6, atol=1e-9)
+        assert agree or not np.isfinite(run).all(), "a step differs from the first step of the free run"
         with np.errstate(all="ignore"):
-            wild = predictor.simulate(1e6 * (1.0 + series.inputs), series.dt, series.start)
-        assert wild.shape == run.shape, "a run that diverges keeps its shape"
+            diverged = predictor.simulate(1e6 * (1.0 + series.inputs), series.dt, series.start)
+        assert diverged.shape == run.shape, "a run that diverges keeps its shape"
 
 
 def check_covariance(cls: type[Method]) -> None:
-    """A covariance, if given, is symmetric and non-negative where it is finite."""
+    """A covariance, if there is one, is symmetric and positive semidefinite where it is finite."""
     for model, _, estimate in applicable(cls):
         if estimate.covariance is None:
             continue
@@ -149,7 +164,7 @@ def check_covariance(cls: type[Method]) -> None:
 
 
 def check_trajectory(cls: type[Method]) -> None:
-    """A trajectory, if kept, is finite in shape (N, p) with increasing times and ends at the estimate."""
+    """A trajectory, if there is one, has shape (N, p) and increasing times, and ends at the estimate."""
     for model, _, estimate in applicable(cls):
         if estimate.trajectory is None:
             continue
@@ -160,27 +175,35 @@ def check_trajectory(cls: type[Method]) -> None:
 
 
 def check_deterministic(cls: type[Method]) -> None:
-    """The same records give the same estimate, bit for bit, from the same and from a cloned method."""
+    """The same records give the same estimate, bit for bit, by the same and by a cloned method."""
     for model, records, estimate in applicable(cls):
         method = cls()
-        for again in (method.fit(records, model), method.fit(records, model), method.clone().fit(records, model)):
+        for again in (method.fit(records, model), method.fit(records, model), _cloned(method).fit(records, model)):
             assert same(estimate, again, 0.0), "two equal fits differ"
+
+
+def check_one_record(cls: type[Method]) -> None:
+    """One record gives the same estimate as a list with that record."""
+    for model, records, _ in applicable(cls):
+        alone, listed = fit_or_none(cls(), records[0], model), fit_or_none(cls(), records[:1], model)
+        assert (alone is None) == (listed is None), "fit does not take one record"
+        assert alone is None or listed is None or same(alone, listed, 0.0), "one record differs from a list of one"
 
 
 def check_truth_is_not_used(cls: type[Method]) -> None:
     """A model with its true coefficients gives the same estimate as one without."""
     for model, records, estimate in applicable(cls):
         known = cls().fit(records, resolve(model.id))
-        assert same(estimate, known, 0.0), "the method looks at the true coefficients"
+        assert same(estimate, known, 0.0), "the method uses the true coefficients"
 
 
 def check_record_order(cls: type[Method]) -> None:
-    """The order of the records does not matter, unless the method says so."""
+    """The order of the records does not matter, unless `order_matters` is True."""
     for model, records, estimate in applicable(cls):
-        turned = cls().fit(records[::-1], model)
-        assert np.isfinite(turned.coefficients).all()
+        swapped = cls().fit(records[::-1], model)
+        assert np.isfinite(swapped.coefficients).all()
         if not cls.order_matters:
-            assert same(estimate, turned, 1e-6), "the order of the records matters, but order_matters is False"
+            assert same(estimate, swapped, 1e-6), "the order of the records matters, but order_matters is False"
 
 
 def check_units(cls: type[Method]) -> None:
@@ -192,7 +215,7 @@ def check_units(cls: type[Method]) -> None:
             files = [_in_degrees(record, Path(folder) / f"{i}.csv") for i, record in enumerate(records)]
             read = [read_record(file, model.positive_rudder) for file in files]
         read = [replace(r, time_s=record.time_s) for r, record in zip(read, records, strict=True)]
-        close = 1e-5 if estimate.predictor is None else 0.05  # a tree's threshold may fall to the other side
+        close = 1e-5 if estimate.predictor is None else 0.05  # a tree's threshold is a jump
         assert same(estimate, cls().fit(read, model), close), "the estimate depends on the units of the file"
 
 
@@ -208,15 +231,15 @@ def _in_degrees(record: Record, path: Path) -> Path:
 
 
 def check_rudder_sign(cls: type[Method]) -> None:
-    """A record whose rudder is positive to the other side, and says so, gives the same estimate."""
+    """A record with the other rudder sign, also in its metadata, gives the same estimate."""
     for model, records, estimate in applicable(cls):
         other = "port" if model.positive_rudder == "starboard" else "starboard"
         turned = [record.turned(model.positive_rudder).turned(other) for record in records]
-        assert same(estimate, cls().fit(turned, model), 0.0), "the rudder sign of the metadata is not heeded"
+        assert same(estimate, cls().fit(turned, model), 0.0), "the rudder sign of the metadata is ignored"
 
 
 def check_gaps(cls: type[Method]) -> None:
-    """Gaps, single and in a stretch, in every channel are tolerated."""
+    """Gaps of one sample and longer ones, in every channel, are accepted."""
     rng = np.random.default_rng(5)
     for model, records, _ in applicable(cls):
         estimate = cls().fit([_with_gaps(record, rng) for record in records], model)
@@ -226,11 +249,11 @@ def check_gaps(cls: type[Method]) -> None:
 def _with_gaps(record: Record, rng: np.random.Generator) -> Record:
     channels = {}
     for name, values in record.channels.items():
-        holed = values.copy()
-        holed[rng.random(record.n) < 0.02] = np.nan
+        with_gaps = values.copy()
+        with_gaps[rng.random(record.n) < 0.02] = np.nan
         start = rng.integers(record.n // 2)
-        holed[start : start + record.n // 40] = np.nan
-        channels[name] = holed
+        with_gaps[start : start + record.n // 40] = np.nan
+        channels[name] = with_gaps
     return record.with_channels(**channels)
 
 
@@ -240,7 +263,7 @@ def check_too_short(cls: type[Method]) -> None:
         empty = records[0].with_channels(**{k: np.full(records[0].n, np.nan) for k in records[0].channels})
         for case in ([], [records[0].slice(0, 1)], [records[0].slice(0, 5)], [empty]):
             _refused(cls, case, model)
-        attempt(cls(), [records[0].slice(0, 12)], model)
+        fit_or_none(cls(), [records[0].slice(0, 12)], model)
 
 
 def _refused(cls: type[Method], records: Sequence[Record], model: Model) -> None:
@@ -254,46 +277,45 @@ def _refused(cls: type[Method], records: Sequence[Record], model: Model) -> None
 
 
 def check_missing_channels(cls: type[Method]) -> None:
-    """Records without a rudder, and with nothing but a rudder, are refused by CannotFit."""
+    """Records without a rudder, and records with only a rudder, are refused by CannotFit."""
     for model, records, _ in applicable(cls):
         record = records[0]
-        drifting = record.with_channels(rudder_rad=None, rudder_command_rad=None)
-        blind = Record(record.time_s, {"rudder_rad": record.rudder()}, record.name, record.meta)
-        for case in (drifting, blind):
+        without_rudder = record.with_channels(rudder_rad=None, rudder_command_rad=None)
+        only_rudder = Record(record.time_s, {"rudder_rad": record.rudder()}, record.name, record.meta)
+        for case in (without_rudder, only_rudder):
             _refused(cls, [case], model)
 
 
 def check_garbage(cls: type[Method]) -> None:
-    """Senseless records end in an estimate, CannotFit or FitFailed, never in another exception."""
+    """Records of noise, constants, huge or infinite values end in an estimate, CannotFit or FitFailed, nothing else."""
     rng = np.random.default_rng(7)
     for model, records, _ in applicable(cls):
-        for spoil in (_noise, _constant, _huge, _infinite):
-            spoilt = [spoil(record, rng) for record in records]
-            estimate = attempt(cls(), spoilt, model)
+        for corrupt in (_noise, _constant, _huge, _infinite):
+            estimate = fit_or_none(cls(), [corrupt(record, rng) for record in records], model)
             assert estimate is None or np.isfinite(estimate.coefficients).all()
 
 
-def _spoilt(record: Record, change: Callable[[np.ndarray], np.ndarray]) -> Record:
+def _changed(record: Record, change: Callable[[np.ndarray], np.ndarray]) -> Record:
     return record.with_channels(**{name: change(values) for name, values in record.channels.items()})
 
 
 def _noise(record: Record, rng: np.random.Generator) -> Record:
-    return _spoilt(record, lambda values: rng.normal(size=values.size))
+    return _changed(record, lambda values: rng.normal(size=values.size))
 
 
 def _constant(record: Record, rng: np.random.Generator) -> Record:
-    return _spoilt(record, lambda values: np.full(values.size, 0.1))
+    return _changed(record, lambda values: np.full(values.size, 0.1))
 
 
 def _huge(record: Record, rng: np.random.Generator) -> Record:
-    return _spoilt(record, lambda values: 1e200 * rng.normal(size=values.size))
+    return _changed(record, lambda values: 1e200 * rng.normal(size=values.size))
 
 
 def _infinite(record: Record, rng: np.random.Generator) -> Record:
-    return _spoilt(record, lambda values: np.where(rng.random(values.size) < 0.3, np.inf, values))
+    return _changed(record, lambda values: np.where(rng.random(values.size) < 0.3, np.inf, values))
 
 
-def check_records_are_left_alone(cls: type[Method]) -> None:
+def check_records_are_not_changed(cls: type[Method]) -> None:
     """Records are not changed by a fit."""
     for model, records, _ in applicable(cls):
         copies = [pickle.loads(pickle.dumps(record)) for record in records]
@@ -302,8 +324,8 @@ def check_records_are_left_alone(cls: type[Method]) -> None:
 
 
 def check_pickles(cls: type[Method]) -> None:
-    """Methods and estimates go to other processes and back."""
-    assert pickle.loads(pickle.dumps(cls())).get_params() == cls().get_params()
+    """Methods and estimates can be pickled, as for other processes."""
+    assert pickle.loads(pickle.dumps(cls())).get_params(deep=False) == cls().get_params(deep=False)
     for _, _, estimate in applicable(cls):
         back = pickle.loads(pickle.dumps(estimate))
         assert same(estimate, back, 0.0), "an estimate predicts something else after pickling"
@@ -329,7 +351,7 @@ def _not_saved(estimate: Estimate) -> None:
         try:
             estimate.save(path)
         except BadInput:
-            assert not path.exists(), "a refused model file is half-written"
+            assert not path.exists(), "a refused model file exists"
             return
     raise AssertionError("a model without coefficients was saved")
 

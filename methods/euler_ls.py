@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..models.errors import BadInput
-from . import factors
-from .base import CannotFit, Fit, FitFailed, Method
-from .ls import least_squares
-from .regression import Differences, accelerations, differences
+from ..estimation.fit import Fit
+from ..estimation.regression import factors
+from ..estimation.regression.least_squares import least_squares
+from ..estimation.regression.samples import RegressionSamples, n_accelerations
+from ..estimation.regression.schemes import regression_samples
+from ..models.errors import BadInput, CannotFit, FitFailed
+from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -27,12 +29,12 @@ class EulerLs(Method):
     ----------
     algorithm : 'A1' divides the equations by the square of the speed and keeps the known inertia on the left side
         (eq 20-26): one row per equation with the coefficients themselves.  'A2' regresses u(t+1), v(t+1), r(t+1) on
-        u(t), v(t), r(t) and all terms (eq 9-19), whose coefficients mix sway and yaw and are taken apart by the
-        inertia matrix afterwards.
+        u(t), v(t), r(t) and all terms (eq 9-19), whose coefficients mix sway and yaw and are separated by the inertia
+        matrix afterwards.
     variant : 'corrected' (orthogonal decomposition with scaled columns), or 'as_printed': (H'H)^-1 H'Y of eq 19 and 26
-        on columns as they are, which squares a condition of 1e7.
+        on unscaled columns, which squares a condition number of 1e7.
 
-    Exact on records that explicit Euler has made; on others the bias is that of a forward difference.
+    Exact on records made by explicit Euler; on others the bias is that of a forward difference.
     """
 
     name = "euler-ls"
@@ -50,20 +52,20 @@ class EulerLs(Method):
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         if not model.is_3dof:
             raise CannotFit(f"euler-ls is for 3-DOF models, and {model.id} is a response model")
-        parts = differences(records, model, "forward")
+        parts = regression_samples(records, model, "forward")
         printed = self.variant == "as_printed"
         solve = _improved if self.algorithm == "A1" else _traditional
         c, covariance, condition = solve(parts, model, printed)
         return Fit(c, covariance, extra={"condition": condition})
 
 
-def _speed_squared(part: Differences, model: Model) -> np.ndarray:
+def _speed_squared(part: RegressionSamples, model: Model) -> np.ndarray:
     u, v = (part.states[:, model.regression_states.index(s)] for s in ("u", "v"))
     return np.maximum(u**2 + v**2, 1e-12)
 
 
 def _solved(factor: np.ndarray, n: int, printed: bool) -> tuple[np.ndarray, np.ndarray, float]:
-    """x (m,), its covariance (m, m), and the condition of the columns as they are."""
+    """Solution x (m,), its covariance (m, m), and the condition number of the unscaled columns."""
     used = np.flatnonzero(np.any(factor[:, :-1] != 0.0, axis=0))
     if not used.size or not np.isfinite(factor).all():
         raise FitFailed("the regression has no finite, non-zero columns")
@@ -82,9 +84,9 @@ def _solved(factor: np.ndarray, n: int, printed: bool) -> tuple[np.ndarray, np.n
     return x, covariance, condition
 
 
-def _improved(parts: Sequence[Differences], model: Model, printed: bool):
-    """A1: rows divided by U^2."""
-    k, p, n = accelerations(model), len(model.coordinates), sum(len(part.time_s) for part in parts)
+def _improved(parts: Sequence[RegressionSamples], model: Model, printed: bool) -> tuple[np.ndarray, np.ndarray, float]:
+    """A1: rows divided by the square of the speed; coefficients (p,), covariance (p, p) and condition number."""
+    k, p, n = n_accelerations(model), len(model.coordinates), sum(len(part.time_s) for part in parts)
     found = [factors.empty(p) for _ in range(k)]
     for part in parts:
         weight, start = 1.0 / _speed_squared(part, model), 0
@@ -106,7 +108,7 @@ class Inertia(NamedTuple):
     inverse: np.ndarray
 
 
-def inertia(model: Model, part: Differences) -> Inertia:
+def inertia(model: Model, part: RegressionSamples) -> Inertia:
     """Inertia matrix of a 3-DOF model whose left side is proportional to the accelerations.
 
     Raises
@@ -115,61 +117,70 @@ def inertia(model: Model, part: Differences) -> Inertia:
     """
     from ..models.simulate import regression
 
-    k, x, u = accelerations(model), part.states[:2], part.inputs[:2]
-    still, phi = regression(model, x, np.zeros((2, k)), u)
+    k, x, u = n_accelerations(model), part.states[:2], part.inputs[:2]
+    at_rest, phi = regression(model, x, np.zeros((2, k)), u)
     found = []
     for j in range(k):
-        y, pushed = regression(model, x, np.tile(np.eye(k)[j], (2, 1)), u)
-        if not np.array_equal(pushed, phi):
+        y, accelerated = regression(model, x, np.tile(np.eye(k)[j], (2, 1)), u)
+        if not np.array_equal(accelerated, phi):
             raise CannotFit(f"model {model.id} has accelerations among its regressors")
-        found.append(y - still)
+        found.append(y - at_rest)
     mass = np.stack(found, axis=2)
     if not np.allclose(mass[0], mass[1], rtol=1e-12, atol=0.0):
         raise CannotFit(f"the inertia of model {model.id} changes with the state")
     return Inertia(mass[0], np.linalg.inv(mass[0]))
 
 
-def _traditional(parts: Sequence[Differences], model: Model, printed: bool):
-    """A2: x_j(t+1) on x_j(t) and the terms of every equation that moves x_j, one problem for each j.
+def _traditional(
+    parts: Sequence[RegressionSamples], model: Model, printed: bool
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """A2: x_j(t+1) on x_j(t) and the terms of every equation that changes x_j, one problem for each j.
 
-    The left side's known part, if any, is taken over with the terms.  Terms that two equations share (as sway and yaw
-    do) enter once; their coefficients are those of the accelerations, M^-1 times those of the forces.
+    A known part of the left side, if there is one, is moved to the terms.  Terms that two equations share (as sway and
+    yaw do) enter once; their coefficients are those of the accelerations, M^-1 times those of the forces.
     """
-    k, p, n = accelerations(model), len(model.coordinates), sum(len(part.time_s) for part in parts)
+    k, p, n = n_accelerations(model), len(model.coordinates), sum(len(part.time_s) for part in parts)
     body = inertia(model, parts[0])
     uses, same = _terms(parts, model)
+    changed_by = [np.flatnonzero(np.abs(body.inverse[j]) > 0.0) for j in range(k)]
+    columns = [sorted({int(same[i]) for e in changed_by[j] for i in uses[e]}) for j in range(k)]
     x, covariance, conditions = np.zeros((k, p)), np.zeros((k, p, p)), []
-    moves = [np.flatnonzero(np.abs(body.inverse[j]) > 0.0) for j in range(k)]
-    columns = [sorted({int(same[i]) for e in moves[j] for i in uses[e]}) for j in range(k)]
-    found = [factors.empty(1 + len(columns[j])) for j in range(k)]
+    for j, factor in enumerate(_state_factors(parts, model, body, columns)):
+        solved, spread, condition = _solved(factor, n, printed)
+        x[j, columns[j]] = solved[1:]
+        covariance[j][np.ix_(columns[j], columns[j])] = spread[1:, 1:]
+        conditions.append(condition)
+    c, total, mixing = np.zeros(p), np.zeros((p, p)), np.zeros((k, p, p))
+    for e in range(k):
+        for i in uses[e]:
+            c[i] = body.mass[e] @ x[:, same[i]]
+            mixing[:, i, same[i]] = body.mass[e]
+    for j in range(k):
+        finite = np.where(np.isfinite(covariance[j]), covariance[j], 0.0)
+        total += mixing[j] @ finite @ mixing[j].T
+    return c, total, max(conditions)
+
+
+def _state_factors(
+    parts: Sequence[RegressionSamples], model: Model, body: Inertia, columns: Sequence[Sequence[int]]
+) -> list[np.ndarray]:
+    """Triangular factors of [x_j(t), h terms of `columns[j]` | x_j(t+1)] for each state j."""
+    found = [factors.empty(1 + len(own)) for own in columns]
     for part in parts:
         h, start = float(np.median(np.diff(part.time_s))), 0
         for y, phi in part.blocks(model):
             cut = slice(start, start + len(y))
             start += len(y)
-            known = part.accelerations[cut] - y @ body.inverse.T  # what is on the left beside M a
+            known = part.accelerations[cut] - y @ body.inverse.T  # the part of the left side that is not M a
             terms = phi.sum(axis=1)  # every coefficient stands in one equation
-            for j in range(k):
+            for j, own in enumerate(columns):
                 state = part.states[cut, j]
                 right = state + h * (part.accelerations[cut, j] - known[:, j])
-                found[j] = factors.fold(found[j], np.column_stack([state, h * terms[:, columns[j]], right]))
-    for j in range(k):
-        solved, spread, condition = _solved(found[j], n, printed)
-        x[j, columns[j]] = solved[1:]
-        covariance[j][np.ix_(columns[j], columns[j])] = spread[1:, 1:]
-        conditions.append(condition)
-    c, whole, group = np.zeros(p), np.zeros((p, p)), np.zeros((k, p, p))
-    for e in range(k):
-        for i in uses[e]:
-            c[i] = body.mass[e] @ x[:, same[i]]
-            group[:, i, same[i]] = body.mass[e]
-    for j in range(k):
-        finite = np.where(np.isfinite(covariance[j]), covariance[j], 0.0)
-        whole += group[j] @ finite @ group[j].T
-    return c, whole, max(conditions)
+                found[j] = factors.fold(found[j], np.column_stack([state, h * terms[:, own], right]))
+    return found
 
 
-def _terms(parts: Sequence[Differences], model: Model) -> tuple[list[list[int]], np.ndarray]:
+def _terms(parts: Sequence[RegressionSamples], model: Model) -> tuple[list[list[int]], np.ndarray]:
     """Coefficients in each equation, and for each the first coefficient (p,) that multiplies the same function.
 
     Raises

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar
 
+from ..estimation.recursive.recursion import LeastSquaresRule, UpdateRule
+from ..estimation.tuning.space import Real
 from ..models.errors import BadInput
-from .rls import Rls, Setting
-from .tuning.space import Real
+from .base import RecursiveMethod
+
+if TYPE_CHECKING:
+    from ..estimation.regression.samples import RegressionSamples
 
 
-class FwRls(Rls):
-    """Weighted, forgetting recursive least squares on the model's difference equations.
+class FwRls(RecursiveMethod):
+    """Weighted recursive least squares with forgetting on the model's difference equations.
 
     Parameters
     ----------
     mu : forgetting factor of one sample, 0 < mu <= 1.
-    weight : the constant weight L(k) > 0.  It is the same as p0 -> weight p0: a weaker prior, nothing else.
+    weight : the constant weight L(k) > 0.  It acts only as p0 -> weight p0, that is as a weaker prior.
     p0, theta0, prior, scheme : as in `rls`.
     variant : 'corrected', or 'as_printed': eq 22 literally, which forgets the information but not the data and does
         not converge.
@@ -36,7 +41,7 @@ class FwRls(Rls):
         scheme: str = "forward",
         variant: str = "corrected",
     ) -> None:
-        super().__init__(p0, theta0, prior, scheme)
+        self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme
         self.mu, self.weight, self.variant = mu, weight, variant
 
     def check_options(self) -> None:
@@ -46,6 +51,5 @@ class FwRls(Rls):
         if not self.weight > 0.0:
             raise BadInput(f"weight is {self.weight!r}, a positive number is needed")
 
-    def setting(self, p: int) -> Setting:
-        printed = self.variant == "as_printed"
-        return Setting(self.p0, self._theta0(p), self.mu, self.weight, self.prior, printed)
+    def update_rule(self, parts: Sequence[RegressionSamples]) -> UpdateRule:
+        return LeastSquaresRule(self.mu, self.weight, as_printed=self.variant == "as_printed")

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ..estimation.fit import Fit
+from ..estimation.regression import factors
+from ..estimation.regression.robust import huber_estimate
+from ..estimation.regression.schemes import check_scheme, regression_samples
+from ..estimation.regression.weighted import RegressionRows, Reweighted
+from ..estimation.tuning.space import Real
 from ..models.errors import BadInput
-from . import factors
-from .base import Fit, Method
-from .ls import check_scheme
-from .m_estimation import huber_start
-from .regression import differences
-from .tuning.space import Real
-from .weighted import Regression
+from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 SAMPLE = 600
 """Samples that the random starts are tried on."""
 TRIED, KEPT = 2, 3
-"""Concentration steps of every start, and how many starts are followed to the end."""
+"""Concentration steps of every random start, and how many starts are iterated to the end."""
 CUT = 2.5
-"""Scaled residual beyond which the final fit drops a row."""
+"""Scaled residual beyond which the final fit leaves out a row."""
+MOST_STEPS = 30
+"""Concentration steps at most."""
 
 
 class Lts(Method):
@@ -34,9 +36,9 @@ class Lts(Method):
     Parameters
     ----------
     coverage : share h/n of rows, in (0.5, 1].
-    starts : random elemental starts, besides Huber's estimate.
-    seed : of the generator that draws them.
-    scheme : difference scheme, see `regression`.
+    starts : random elemental starts, in addition to Huber's estimate.
+    seed : seed of the generator that draws them.
+    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
 
     Rousseeuw & Van Driessen 2006, Data Mining and Knowledge Discovery 12.  Rows are first divided by the spread of
     their equation's residuals under Huber's estimate.
@@ -58,41 +60,44 @@ class Lts(Method):
             raise BadInput(f"starts is {self.starts!r}, a number >= 0 is needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        rows = Regression(differences(records, model, self.scheme), model)
-        first, scale, count, _ = huber_start(rows)
-        rng = np.random.default_rng(self.seed)
-        starts = [first.x, *self._starts(rows, scale, first.x, rng)]
-        found = [_concentrated(rows, scale, c, self.coverage) for c in starts]
+        rows = RegressionRows(regression_samples(records, model, self.scheme), model)
+        huber = huber_estimate(rows)
+        random = _random_starts(rows, huber, self.coverage, self.starts, np.random.default_rng(self.seed))
+        found = [_concentrated(rows, huber.scale, c, self.coverage) for c in (huber.solution.x, *random)]
         best = min(found, key=lambda item: item[1])[0]
-        return _reweighted_once(rows, scale, best, self.coverage, count)
+        return _reweighted_once(rows, best, huber.n_iterations)
 
-    def _starts(self, rows: Regression, scale: np.ndarray, c: np.ndarray, rng) -> Iterator[np.ndarray]:
-        """The best few of many random starts, each after a few concentration steps on a sample of the rows."""
-        y, phi = _sample(rows, scale, c, rng)
-        h = int(np.ceil(self.coverage * y.size))
-        tried = []
-        size = rows.p // rows.used.size + 1
-        for _ in range(self.starts):
-            chosen = rng.choice(len(y), min(size, len(y)), replace=False)
-            x = _solve(y[chosen].ravel(), phi[chosen].reshape(-1, rows.p))
-            objective = np.inf
-            for _ in range(TRIED):
-                error = (y - phi @ x).ravel() ** 2
-                kept = np.argpartition(error, h - 1)[:h]
-                x = _solve(y.ravel()[kept], phi.reshape(-1, rows.p)[kept])
-                objective = float(np.partition((y - phi @ x).ravel() ** 2, h - 1)[:h].sum())
-            if np.isfinite(x).all():
-                tried.append((objective, x))
-        yield from (x for _, x in sorted(tried, key=lambda item: item[0])[:KEPT])
+
+def _random_starts(
+    rows: RegressionRows, huber: Reweighted, coverage: float, count: int, rng: np.random.Generator
+) -> Iterator[np.ndarray]:
+    """The best few of `count` random starts, each after a few concentration steps on a sample of the rows."""
+    y, phi = _sample(rows, huber, rng)
+    h = int(np.ceil(coverage * y.size))
+    tried = []
+    size = rows.p // rows.used.size + 1
+    for _ in range(count):
+        chosen = rng.choice(len(y), min(size, len(y)), replace=False)
+        x = _solve(y[chosen].ravel(), phi[chosen].reshape(-1, rows.p))
+        objective = np.inf
+        for _ in range(TRIED):
+            error = (y - phi @ x).ravel() ** 2
+            kept = np.argpartition(error, h - 1)[:h]
+            x = _solve(y.ravel()[kept], phi.reshape(-1, rows.p)[kept])
+            objective = float(np.partition((y - phi @ x).ravel() ** 2, h - 1)[:h].sum())
+        if np.isfinite(x).all():
+            tried.append((objective, x))
+    yield from (x for _, x in sorted(tried, key=lambda item: item[0])[:KEPT])
 
 
 def _solve(y: np.ndarray, phi: np.ndarray) -> np.ndarray:
     return factors.solve(factors.fold(factors.empty(phi.shape[1]), np.column_stack([phi, y]))).x
 
 
-def _sample(rows: Regression, scale: np.ndarray, c: np.ndarray, rng) -> tuple[np.ndarray, np.ndarray]:
-    """At most `SAMPLE` scaled rows (n, k), (n, k, p) in the order of their residuals, whatever that of the records."""
-    order = np.argsort(np.abs(rows.residuals(c) / scale).sum(axis=1), kind="stable")
+def _sample(rows: RegressionRows, huber: Reweighted, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """At most `SAMPLE` scaled rows (n, k), (n, k, p), sorted by residual: the order of records does not matter."""
+    scale = huber.scale
+    order = np.argsort(np.abs(rows.residuals(huber.solution.x) / scale).sum(axis=1), kind="stable")
     if len(order) > SAMPLE:
         order = order[np.sort(rng.choice(len(order), SAMPLE, replace=False))]
     y, phi = np.empty((rows.n, rows.used.size)), np.empty((len(order), rows.used.size, rows.p))
@@ -105,11 +110,11 @@ def _sample(rows: Regression, scale: np.ndarray, c: np.ndarray, rng) -> tuple[np
     return y[order] / scale, phi / scale[:, None]
 
 
-def _concentrated(rows: Regression, scale: np.ndarray, c: np.ndarray, coverage: float) -> tuple[np.ndarray, float]:
+def _concentrated(rows: RegressionRows, scale: np.ndarray, c: np.ndarray, coverage: float) -> tuple[np.ndarray, float]:
     """Concentration steps from c to a fixed point; the coefficients (p,) and their trimmed sum of squares."""
     best, error = np.inf, (rows.residuals(c) / scale) ** 2
     h = int(np.ceil(coverage * error.size))
-    for _ in range(30):
+    for _ in range(MOST_STEPS):
         limit = np.partition(error.ravel(), h - 1)[h - 1]
         x = factors.solve(rows.factor((error <= limit) / scale**2)).x
         error = (rows.residuals(x) / scale) ** 2
@@ -120,7 +125,7 @@ def _concentrated(rows: Regression, scale: np.ndarray, c: np.ndarray, coverage: 
     return c, best
 
 
-def _reweighted_once(rows: Regression, scale: np.ndarray, c: np.ndarray, coverage: float, count: int) -> Fit:
+def _reweighted_once(rows: RegressionRows, c: np.ndarray, n_iterations: int) -> Fit:
     """Least squares over the rows within `CUT` spreads of the trimmed fit."""
     from scipy.stats import chi2, norm
 
@@ -131,11 +136,11 @@ def _reweighted_once(rows: Regression, scale: np.ndarray, c: np.ndarray, coverag
     left = rows.residuals(solution.x)
     share = 2.0 * norm.cdf(CUT) - 1.0
     variance = (left**2 * kept).sum(axis=0) / np.maximum(kept.sum(axis=0) - solution.rank / len(spread), 1.0)
-    variance *= share / chi2.cdf(CUT**2, 3)  # Gaussian errors cut off at CUT
+    variance *= share / chi2.cdf(CUT**2, 3)  # consistency factor for Gaussian errors cut off at CUT
     noise = float(np.mean(variance / spread**2)) / share
     return Fit(
         solution.x,
         solution.covariance * noise,
-        n_iterations=count,
+        n_iterations=n_iterations,
         extra={"residual_sd": np.sqrt(variance).tolist(), "rank": solution.rank, "outliers": float(1.0 - kept.mean())},
     )

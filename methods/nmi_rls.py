@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
+from ..estimation.recursive.multi_innovation import MultiInnovationRule, check_length, one_step_share
+from ..estimation.tuning.space import Integer, Real
 from ..models.errors import BadInput
-from .mi_rls import MiRls, MultiInnovation
-from .regression import Differences
-from .rls import Setting
-from .tuning.space import Integer, Real
+from .base import RecursiveMethod
+
+if TYPE_CHECKING:
+    from ..estimation.recursive.recursion import UpdateRule
+    from ..estimation.regression.samples import RegressionSamples
 
 
-class NmiRls(MiRls):
+class NmiRls(RecursiveMethod):
     """Nonlinear multi-innovation recursive least squares.
 
     Parameters
     ----------
-    omega : in z = sin(omega e)/omega, omega e held within +-pi/2, where e is the error of the state predicted one
+    omega : in z = sin(omega e)/omega, omega e limited to +-pi/2, where e is the error of the state predicted one
         sample ahead, in units of the state's root mean square.  Large innovations lose weight; towards 0 it is
         `mi-rls`, and at 1 nearly so.
     length, p0, theta0, prior, scheme : as in `mi-rls`.
@@ -42,29 +43,16 @@ class NmiRls(MiRls):
         scheme: str = "forward",
         variant: str = "corrected",
     ) -> None:
-        super().__init__(length, p0, theta0, prior, scheme)
-        self.omega, self.variant = omega, variant
+        self.omega, self.length, self.variant = omega, length, variant
+        self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme
 
     def check_options(self) -> None:
         super().check_options()
+        check_length(self.length)
         if not self.omega > 0.0:
             raise BadInput(f"omega is {self.omega!r}, a positive number is needed (0 would be mi-rls)")
 
-    def setting_for(self, parts: Sequence[Differences], p: int) -> Setting:
-        printed = self.variant == "as_printed"
-        omega = (self.omega,) if printed else tuple(self.omega * one_step_share(parts))
-        return MultiInnovation(
-            self.p0, self._theta0(p), prior=self.prior, as_printed=printed, length=int(self.length), omega=omega
-        )
-
-
-def one_step_share(parts: Sequence[Differences]) -> np.ndarray:
-    """Root mean square (k,) of the change over one sample of each differentiated state, over that of the state."""
-    k = parts[0].accelerations.shape[1]
-    change, size = np.zeros(k), np.zeros(k)
-    for part in parts:
-        if len(part.time_s) > 1:
-            dt = float(np.median(np.diff(part.time_s)))
-            change += ((part.accelerations * dt) ** 2).sum(axis=0)
-            size += (part.states[:, :k] ** 2).sum(axis=0)
-    return np.sqrt(np.maximum(change, 1e-300) / np.maximum(size, 1e-300))
+    def update_rule(self, parts: Sequence[RegressionSamples]) -> UpdateRule:
+        if self.variant == "as_printed":
+            return MultiInnovationRule(int(self.length), (self.omega,), as_printed=True)
+        return MultiInnovationRule(int(self.length), tuple(self.omega * one_step_share(parts)))

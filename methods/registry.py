@@ -1,4 +1,4 @@
-"""Finding methods: the files of this package, installed entry points, and files of the user's own."""
+"""Finding methods: the files of this package, installed entry points, and the user's own files."""
 
 from __future__ import annotations
 
@@ -19,15 +19,13 @@ GROUP = "helmbench.methods"
 """Entry-point group by which other packages add methods."""
 FAMILIES = {
     "sklearn": ("black_box", "regressor", "any scikit-learn regressor as a black box: sklearn:SVR,C=100"),
-    "tuned": ("tuning.tuned", "tuned", "a method with its options tuned: tuned:METHOD,tuner=abc,trials=40"),
+    "tuned": ("tuned", "tuned", "a method with its options tuned: tuned:METHOD,tuner=abc,trials=40"),
 }
-"""Prefix -> module and function that make a method class of what follows the colon, and a title."""
+"""Prefix -> module and function that make a method class from the text after the colon, and a title."""
 
 
 def methods() -> dict[str, type[Method]]:
     """Identifier -> class of every method, sorted: those of this package and those of installed plug-ins.
-
-    Files whose names start with an underscore hold helpers and are not looked at.
 
     Raises
     ------
@@ -43,7 +41,7 @@ def methods() -> dict[str, type[Method]]:
 
 @lru_cache(maxsize=1)
 def _installed() -> tuple[Any, ...]:
-    """Entry points of installed plug-ins; looking for them reads the metadata of every installed package."""
+    """Entry points of installed plug-ins, cached: finding them reads the metadata of every installed package."""
     return tuple(entry_points(group=GROUP))
 
 
@@ -53,8 +51,6 @@ def _own() -> dict[str, type[Method]]:
     folder = str(Path(__file__).parent)
     found: dict[str, type[Method]] = {}
     for entry in pkgutil.iter_modules([folder]):
-        if entry.ispkg or entry.name.startswith("_"):
-            continue
         for cls in methods_in(importlib.import_module(f"{package}.{entry.name}")):
             if found.setdefault(cls.name, cls) is not cls:
                 raise BadInput(f"method {cls.name!r} is defined twice", file=entry.name)
@@ -106,7 +102,12 @@ def find(text: str) -> type[Method]:
 
 
 def load_file(path: str) -> ModuleType:
-    """The user's own Python file as a module; BadInput where it cannot be loaded."""
+    """The user's own Python file as a module.
+
+    Raises
+    ------
+    BadInput : the file does not exist or cannot be loaded.
+    """
     file = Path(path).resolve()
     if not file.is_file():
         raise BadInput("no such file", file=path)
@@ -126,7 +127,7 @@ def load_file(path: str) -> ModuleType:
 def make(text: str, **options: Any) -> Method:
     """A method from text: `ls`, `ls,scheme=midpoint`, `fw-rls,mu=0.99,variant=as_printed`, `my.py:Mine,gain=2`.
 
-    Options after commas are numbers, true, false, none or words; keyword arguments are added to them.
+    Options after commas are numbers, true, false, none or words; keyword arguments are further options.
 
     Raises
     ------

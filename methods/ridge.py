@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
+from ..estimation.fit import Fit
+from ..estimation.regression.schemes import check_scheme, regression_samples
+from ..estimation.regression.weighted import RegressionRows
+from ..estimation.tuning.space import Real
 from ..models.errors import BadInput
-from .base import Fit, Method
-from .ls import check_scheme
-from .regression import differences
-from .tuning.space import Real
-from .weighted import Regression
+from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -20,19 +20,21 @@ if TYPE_CHECKING:
 
 GRID = np.logspace(-14.0, 2.0, 161)
 """Penalties tried, in units of the largest squared singular value of the scaled regression."""
+DETERMINED = 1e-30
+"""Squared singular value, relative to the largest, below which a direction has no information."""
 
 
 class Ridge(Method):
-    """Least squares with a quadratic penalty on coefficients in scaled columns.
+    """Least squares with a quadratic penalty on the coefficients of scaled columns.
 
     Parameters
     ----------
     penalty : in units of the largest squared singular value of the regression with columns of unit length; None
         chooses it by generalised cross-validation (Golub, Heath & Wahba 1979, Technometrics 21).
-    scheme : difference scheme, see `regression`.
+    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
 
-    The covariance is that of the Bayesian reading, s^2 (A'A + penalty)^-1, and finite where the records say nothing;
-    it does not count the bias from coefficients that are not zero.
+    The covariance is the Bayesian posterior one, s^2 (A'A + penalty)^-1, which is finite where the records have no
+    information; it does not count the bias from coefficients that are not zero.
     """
 
     name = "ridge"
@@ -49,21 +51,26 @@ class Ridge(Method):
             raise BadInput(f"penalty is {self.penalty!r}, a number >= 0 is needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        rows = Regression(differences(records, model, self.scheme), model)
-        sd = np.maximum(rows.start.residual_sd[rows.used], 1e-13 * rows.left)
-        factor = rows.factor(1.0 / sd**2)
-        c, covariance, penalty, freedom = ridge(factor, rows.n * rows.used.size, self.penalty)
-        extra = {"penalty": penalty, "degrees_of_freedom": freedom, "residual_sd": sd.tolist()}
-        return Fit(c, covariance, extra=extra)
+        rows = RegressionRows(regression_samples(records, model, self.scheme), model)
+        sd = rows.least_residual_sd()
+        found = ridge(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.penalty)
+        extra = {"penalty": found.penalty, "degrees_of_freedom": found.freedom, "residual_sd": sd.tolist()}
+        return Fit(found.coefficients, found.covariance, extra=extra)
 
 
-def ridge(factor: np.ndarray, n: int, penalty: float | None = None):
+class RidgeSolution(NamedTuple):
+    """Coefficients (p,), covariance (p, p), the penalty and the effective number of coefficients."""
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    penalty: float
+    freedom: float
+
+
+def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> RidgeSolution:
     """Ridge solution of the n rows behind a triangular factor of [A | b].
 
-    Returns
-    -------
-    Coefficients (p,), covariance (p, p), the penalty and the effective number of coefficients.  For penalty None,
-    the one with the least GCV = n RSS/(n - freedom)^2.
+    For penalty None, the one with the least GCV = n RSS/(n - freedom)^2.
     """
     a, b = factor[:, :-1], factor[:, -1]
     length = np.linalg.norm(a, axis=0)
@@ -73,22 +80,21 @@ def ridge(factor: np.ndarray, n: int, penalty: float | None = None):
     outside = max(float(b @ b - scores @ scores), 0.0)
     square = s**2 / max(float(s[0]) ** 2, np.finfo(float).tiny)
 
-    def criteria(value: float) -> tuple[float, float]:
-        shrunk = value / (square + value) if value > 0.0 else np.where(square > 1e-30, 0.0, 1.0)
-        freedom = float((1.0 - shrunk).sum())
-        return outside + float(((shrunk * scores) ** 2).sum()), freedom
+    def residual_and_freedom(value: float) -> tuple[float, float]:
+        shrinkage = value / (square + value) if value > 0.0 else np.where(square > DETERMINED, 0.0, 1.0)
+        freedom = float((1.0 - shrinkage).sum())
+        return outside + float(((shrinkage * scores) ** 2).sum()), freedom
 
     def gcv(value: float) -> float:
-        rest, freedom = criteria(value)
-        return rest / max(n - freedom, 1.0) ** 2
+        residual, freedom = residual_and_freedom(value)
+        return residual / max(n - freedom, 1.0) ** 2
 
     if penalty is None:
         penalty = float(GRID[np.argmin([gcv(value) for value in GRID])])
-    rest, freedom = criteria(penalty)
-    scale = float(s[0]) ** 2
-    known = square > 1e-30
-    inverse = np.where(known | (penalty > 0.0), 1.0 / np.maximum((square + penalty) * scale, 1e-300), 0.0)
+    residual, freedom = residual_and_freedom(penalty)
+    penalised = np.maximum((square + penalty) * float(s[0]) ** 2, 1e-300)
+    inverse = np.where((square > DETERMINED) | (penalty > 0.0), 1.0 / penalised, 0.0)
     v = vt.T / length[:, None]
-    c = v @ (inverse * s * scores)
-    covariance = (v * (inverse * rest / max(n - freedom, 1.0))) @ v.T
-    return c, covariance, penalty, freedom
+    coefficients = v @ (inverse * s * scores)
+    covariance = (v * (inverse * residual / max(n - freedom, 1.0))) @ v.T
+    return RidgeSolution(coefficients, covariance, penalty, freedom)

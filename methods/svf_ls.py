@@ -1,114 +1,23 @@
-"""Least squares on state-variable filtered records: the remedy for paper 003's lagging observer."""
+"""Least squares on state-variable filtered records: no lag between channels, unlike paper 003's observer."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ..estimation.fit import Fit
+from ..estimation.regression import factors
+from ..estimation.regression.filtered import ORDER
+from ..estimation.regression.filtered_fit import CORNERS, best_corner, coloured_covariance, fit_filtered
+from ..estimation.tuning.space import Integer, Real
 from ..models.errors import BadInput
-from .base import CannotFit, Fit, FitFailed, Method
-from .filtered import ORDER, Rows, filtered_rows, row_factors
-from .ls import LeastSquares, least_squares
-from .regression import accelerations
-from .selection import free_run_cost
-from .series import series_of
-from .tuning.space import Integer, Real
+from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
-
-CORNERS = 11
-"""Corner frequencies tried."""
-FASTEST, SLOWEST = 1.0, 60.0
-"""omega dt of the fastest corner tried, and time constants of the slowest in the longest record."""
-BLOCK_TIME = 20.0
-"""Length, in time constants of the filter, of the blocks of rows whose errors count as independent."""
-
-
-class Filtered(NamedTuple):
-    """Least squares at one corner frequency; `cost` ranks it (smaller is better)."""
-
-    omega: float
-    rows: list[Rows]
-    solution: LeastSquares
-    cost: float
-
-
-def corner_frequencies(records: Sequence[Record], count: int = CORNERS) -> np.ndarray:
-    """Corner frequencies (count,), rad/s, from the slowest that the longest record bears to the sampling's."""
-    dt = max(record.dt for record in records)
-    length = max(record.time_s[-1] - record.time_s[0] for record in records)
-    return np.geomspace(min(SLOWEST / length, FASTEST / dt), FASTEST / dt, count)
-
-
-def fit_filtered(
-    records: Sequence[Record], model: Model, omega: float, order: int = ORDER
-) -> tuple[list[Rows], LeastSquares]:
-    """Rows and least squares at a corner frequency omega [rad/s]; raises as `SvfLs`."""
-    rows = filtered_rows(records, model, omega, order)
-    return rows, least_squares(*row_factors(rows, model))
-
-
-def best_corner(records: Sequence[Record], model: Model, corners: Sequence[float], order: int = ORDER) -> Filtered:
-    """The corner frequency whose estimate follows the training records best in free run.
-
-    Raises
-    ------
-    CannotFit : none of them can be fitted.
-    """
-    found, reason = [], "no corner frequency gives an estimate"
-    series = [series_of(record, model) for record in records]
-    for omega in corners:
-        try:
-            rows, solution = fit_filtered(records, model, float(omega), order)
-        except (CannotFit, FitFailed) as error:
-            reason = error.reason
-            continue
-        cost = free_run_cost(model.with_coefficients(solution.coefficients), series)
-        found.append(Filtered(float(omega), rows, solution, cost))
-    if not found:
-        raise CannotFit(reason)
-    return min(found, key=lambda f: f.cost) if np.isfinite([f.cost for f in found]).any() else found[len(found) // 2]
-
-
-def coloured_covariance(found: Filtered, model: Model) -> np.ndarray:
-    """Covariance (p, p) of the coefficients that allows for the filter's colouring of the errors (block sandwich).
-
-    The rows' scores are summed over blocks of 20 time constants, which are taken as independent.
-    """
-    solution = found.solution
-    scores = np.vstack([_block_scores(rows, found, model) for rows in found.rows]) @ solution.half
-    p = solution.half.shape[1]
-    middle = scores.T @ scores * len(scores) / max(len(scores) - p, 1)
-    if len(scores) < 10 * p:
-        middle = np.eye(p) * max(np.trace(middle) / max(p, 1), 1.0)
-    covariance = solution.half @ middle @ solution.half.T
-    unknown = ~np.isfinite(np.diag(solution.covariance))
-    covariance[unknown, unknown] = np.inf
-    return covariance
-
-
-def _block_scores(rows: Rows, found: Filtered, model: Model) -> np.ndarray:
-    """Sums (B, p) of Phi' e/sd^2 over blocks of rows."""
-    k = accelerations(model)
-    sources = sorted({r.source for r in found.rows})
-    sd = _per_equation(found.solution.residual_sd, sources.index(rows.source), k)
-    scores = []
-    for y, phi in rows.blocks(model):
-        error = (y - phi @ found.solution.coefficients) / sd**2
-        scores.append(np.einsum("nkp,nk->np", phi, error))
-    block = ((rows.parts.time_s - rows.parts.time_s[0]) * found.omega / BLOCK_TIME).astype(np.int64)
-    total = np.zeros((block[-1] + 1 if len(block) else 1, phi.shape[2]))
-    np.add.at(total, block, np.vstack(scores))
-    return total
-
-
-def _per_equation(sd: np.ndarray, source: int, k: int) -> np.ndarray:
-    own = sd[source * k : (source + 1) * k]
-    return np.where(np.isfinite(own) & (own > 0.0), own, np.inf)
 
 
 class SvfLs(Method):
@@ -116,15 +25,17 @@ class SvfLs(Method):
 
     Parameters
     ----------
-    omega : corner frequency, rad/s; None takes that of 11 whose free run follows the training records best.
-    order : number of poles of the filter; at least the order of the highest derivative (3 for heading records and
+    omega : corner frequency, rad/s; None takes the one of 11 whose free run follows the training records best.
+    order : number n of poles of the filter; at least the order of the highest derivative (3 for heading records and
         second-order response models).
 
-    Response models need yaw rate or heading, and use both where they are; 3-DOF models surge, sway and one of them.
+    Response models need yaw rate or heading, and use both where both are measured; 3-DOF models need surge, sway and
+    one of them.
 
-    Exact without noise at every corner within the sampling rate.  Noise that the filter leaves in the regressors (of
-    heading and rudder) biases the estimate, most where a pole and a zero nearly cancel: for `patrol` (T2 .32 s, T3
-    .18 s) by 30 and 48 % at low noise, and at no corner by less; `iv` and `output-error` have no such bias.
+    Exact without noise at every corner frequency within the sampling rate.  Noise that the filter leaves in the
+    regressors (of heading and rudder) biases the estimate, most where a pole and a zero nearly cancel: for `patrol`
+    (T2 .32 s, T3 .18 s) by 30 and 48 % at low noise, and at no corner frequency by less; `iv` and `output-error` have
+    no such bias.
     """
 
     name = "svf-ls"
@@ -142,17 +53,16 @@ class SvfLs(Method):
             raise BadInput(f"order is {self.order!r}, at least 3 is needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        if self.omega is not None:
-            rows, solution = fit_filtered(records, model, self.omega, self.order)
-            found = Filtered(self.omega, rows, solution, np.nan)
+        if self.omega is None:
+            found = best_corner(records, model, self.order)
         else:
-            found = best_corner(records, model, corner_frequencies(records).tolist(), self.order)
-        p, rank = len(model.coordinates), found.solution.rank
+            found = fit_filtered(records, model, self.omega, self.order)
+        solution = found.solution
         return Fit(
-            found.solution.coefficients,
+            solution.coefficients,
             coloured_covariance(found, model),
             converged=not np.isposinf(found.cost),
-            message="" if rank == p else f"the records determine {rank} of {p} directions",
+            message=factors.rank_message(solution.rank, len(model.coordinates)),
             n_iterations=CORNERS if self.omega is None else 1,
-            extra={"omega_rad_s": found.omega, "rank": rank, "condition": found.solution.condition},
+            extra={"omega_rad_s": found.omega, "rank": solution.rank, "condition": solution.condition},
         )

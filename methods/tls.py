@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..models.errors import BadInput
-from . import factors
-from .base import Fit, FitFailed, Method
-from .ls import check_scheme
-from .regression import Differences, differences
-from .tuning.space import Choice
-from .weighted import Regression
+from ..estimation.fit import Fit
+from ..estimation.regression import factors
+from ..estimation.regression.schemes import check_scheme, regression_samples
+from ..estimation.regression.weighted import RegressionRows, mad
+from ..estimation.tuning.space import Choice
+from ..models.errors import BadInput, FitFailed
+from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 SCALINGS = ("noise", "unit")
 EXACT = 1e-4
-"""Share of noise in a column's root mean square below which the column counts as exact."""
+"""Noise of a column, relative to its root mean square, below which the column counts as exact."""
 
 
-class Total(NamedTuple):
-    """A total least-squares solution of one equation."""
+class TotalSolution(NamedTuple):
+    """A total least-squares solution x (m,) of one equation, with its covariance (m, m)."""
 
     x: np.ndarray
     covariance: np.ndarray
     gap: float
-    """Smallest singular value over that of the regressors alone: near 1 the solution is not unique."""
+    """Smallest singular value, relative to that of the regressors alone: near 1 the solution is not unique."""
 
 
 class Tls(Method):
@@ -38,13 +38,13 @@ class Tls(Method):
 
     Parameters
     ----------
-    scaling : 'noise' (each column in units of its own white noise, read off its third differences; columns without
-        visible noise, such as the rudder's, are exact) or 'unit' (all columns of unit length, none exact).
-    scheme : difference scheme, see `regression`.
+    scaling : 'noise' (each column in units of its own white noise, estimated from its third differences; columns
+        without visible noise, such as the rudder's, are exact) or 'unit' (all columns of unit length, none exact).
+    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
 
     Golub & Van Loan 1980; exact columns as in Van Huffel & Vandewalle 1991, section 3.5.  The equations of a 3-DOF
-    model are solved one by one where they share no coefficient.  With nearly collinear regressors the solution is
-    wild (`extra['gap']` near 1), which is what the method does and not a failure.
+    model are solved one by one where they share no coefficient.  With nearly collinear regressors the solution has
+    very large errors (`extra['gap']` near 1); this is a property of the method, not a failure.
     """
 
     name = "tls"
@@ -61,15 +61,15 @@ class Tls(Method):
             raise BadInput(f"scaling is {self.scaling!r}", hint=f"known: {', '.join(SCALINGS)}")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        parts = differences(records, model, self.scheme)
-        rows = Regression(parts, model)
+        rows = RegressionRows(regression_samples(records, model, self.scheme), model)
+        sd = rows.least_residual_sd()
         c, covariance, gaps = np.zeros(rows.p), np.diag(np.full(rows.p, np.inf)), []
         for group in _groups(rows):
             weight = np.zeros(rows.used.size)
-            weight[group] = 1.0 / np.maximum(rows.start.residual_sd[rows.used][group], 1e-13 * rows.left[group]) ** 2
+            weight[group] = 1.0 / sd[group] ** 2
             factor = rows.factor(weight)
             columns = np.flatnonzero(np.any(factor[:, :-1] != 0.0, axis=0))
-            noise = _noise(parts, rows, group, columns) if self.scaling == "noise" else None
+            noise = _column_noise(rows, group, columns) if self.scaling == "noise" else None
             found = total(np.column_stack([factor[:, columns], factor[:, -1]]), rows.n * len(group), noise)
             c[columns] = found.x
             covariance[np.ix_(columns, columns)] = found.covariance
@@ -79,8 +79,8 @@ class Tls(Method):
         return Fit(c, covariance, extra={"gap": gaps})
 
 
-def _groups(rows: Regression) -> list[list[int]]:
-    """Equations (indices into `rows.used`) that share coefficients, together."""
+def _groups(rows: RegressionRows) -> list[list[int]]:
+    """Groups of equations (indices into `rows.used`) that share coefficients."""
     uses = [set(np.flatnonzero(np.any(rows.equations[e][:, :-1] != 0.0, axis=0)).tolist()) for e in rows.used]
     groups: list[tuple[list[int], set[int]]] = []
     for e, own in enumerate(uses):
@@ -91,40 +91,44 @@ def _groups(rows: Regression) -> list[list[int]]:
     return [members for members, _ in groups]
 
 
-def _noise(parts: Sequence[Differences], rows: Regression, group: list[int], columns: np.ndarray) -> np.ndarray:
-    """White noise (m + 1,) of the columns and the left side of a group's weighted rows; 0 where it is invisible."""
-    weight = 1.0 / np.maximum(rows.start.residual_sd[rows.used][group], 1e-13 * rows.left[group])
-    third, square, n, jumps = 0.0, 0.0, 0, 0
+def _column_noise(rows: RegressionRows, group: list[int], columns: np.ndarray) -> np.ndarray:
+    """White noise (m + 1,) of the columns and the left side of a group's weighted rows; 0 where none is visible."""
+    weight = 1.0 / rows.least_residual_sd()[group]
+    third, square, n, n_third = 0.0, 0.0, 0, 0
     for _, y, phi in rows.blocks():
         for e, w in zip(group, weight, strict=True):
-            table = w * np.column_stack([phi[:, e][:, columns], y[:, e]])
-            bent = np.diff(table, 3, axis=0)
-            third, square = third + _trimmed(bent), square + (table**2).sum(axis=0)
-            n, jumps = n + len(table), jumps + len(bent)
-    sd = np.sqrt(third / max(jumps, 1) / 20.0)
+            block = w * np.column_stack([phi[:, e][:, columns], y[:, e]])
+            differences = np.diff(block, 3, axis=0)
+            third, square = third + _robust_squares(differences), square + (block**2).sum(axis=0)
+            n, n_third = n + len(block), n_third + len(differences)
+    sd = np.sqrt(third / max(n_third, 1) / 20.0)
     rms = np.sqrt(square / n)
     sd = np.where(sd > EXACT * rms, sd, 0.0)
     sd[-1] = max(sd[-1], EXACT * rms[-1])
     return sd
 
 
-def _trimmed(bent: np.ndarray) -> np.ndarray:
-    """Sum of squares (m,) of third differences, from their median size so that kinks do not count."""
-    if not len(bent):
-        return np.zeros(bent.shape[1])
-    return len(bent) * (1.4826 * np.median(np.abs(bent), axis=0)) ** 2
+def _robust_squares(differences: np.ndarray) -> np.ndarray:
+    """Sum of squares (m,) of third differences (N, m), from their median size: kinks do not count."""
+    if not len(differences):
+        return np.zeros(differences.shape[1])
+    return len(differences) * mad(differences) ** 2
 
 
-def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> Total:
+def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> TotalSolution:
     """Total least squares of [A | b] given by a triangular factor of its n rows.
 
     Parameters
     ----------
-    noise : (m + 1,) standard deviation of the errors in each column of [A | b]; zero: exact.  None: proportional to
-        the columns' lengths.
+    noise : (m + 1,) standard deviation of the errors in each column of [A | b]; zero: the column is exact.  None:
+        proportional to the lengths of the columns.
 
-    Exact columns are eliminated by orthogonal decomposition; of what is left, in units of the noise, the right
-    singular vector of the smallest singular value is (x, -1).
+    Exact columns are eliminated by orthogonal decomposition.  In units of the noise, the right singular vector of the
+    smallest singular value of the remaining columns is proportional to (x, -1).
+
+    Raises
+    ------
+    FitFailed : the regressors are linearly dependent within their noise.
     """
     m = factor.shape[1] - 1
     length = np.linalg.norm(factor, axis=0)
@@ -138,7 +142,7 @@ def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> Total:
     _, s, vt = np.linalg.svd(rest, full_matrices=True)
     vector = vt[-1]
     if abs(vector[-1]) < 1e-14:
-        raise FitFailed("total least squares has no solution: the regressors are dependent within their noise")
+        raise FitFailed("total least squares has no solution: the regressors are linearly dependent within their noise")
     x = np.zeros(m)
     x[noisy] = -vector[:-1] / vector[-1]
     right = triangle[: exact.size, -1] - triangle[: exact.size, exact.size : -1] @ x[noisy]
@@ -150,13 +154,13 @@ def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> Total:
     back = np.empty(m)
     back[order[:-1]] = unit[m] / unit[order[:-1]]
     inverse = np.argsort(order[:-1])
-    return Total(x * back, covariance[np.ix_(inverse, inverse)] * np.outer(back, back), least / float(alone))
+    return TotalSolution(x * back, covariance[np.ix_(inverse, inverse)] * np.outer(back, back), least / float(alone))
 
 
 def _covariance(triangle: np.ndarray, exact: int, size: float, least: float, n: int) -> np.ndarray:
-    """First-order covariance in scaled columns: s^2 (1 + |x|^2) (A'A - n s^2 I)^-1 with s^2 the noise found.
+    """First-order covariance (m, m) in scaled columns: s^2 (1 + |x|^2) (A'A - n s^2 I)^-1, s^2 the estimated noise.
 
-    The identity and `size`, |x|^2, only count columns after the first `exact` ones.
+    The identity matrix and `size`, |x|^2, only count columns after the first `exact` ones.
     """
     m = triangle.shape[1] - 1
     variance = least**2 / max(n - m, 1)

@@ -8,18 +8,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, types
 
-f8, i8, b1 = types.float64, types.int64, types.boolean
-A1 = types.Array(f8, 1, "C")
-A2 = types.Array(f8, 2, "C")
-A3 = types.Array(f8, 3, "C")
-I1 = types.Array(i8, 1, "C")
+from .compilation import A1, A2, I1, JIT, b1, f8, i8
+from .rudder_chain import STATE, advance, begin, felt, steer
+
 RHS = types.FunctionType(types.void(A1, A1, A1, A1))
 TANGENT = types.FunctionType(types.void(A1, A1, A1, A1, i8, A1, A1, A1, A1))
 REGRESS = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
-JIT = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract", "nsz", "arcp"}}
 SERIES, ZIGZAG, HEADING = 0, 1, 2
-QUIET_TURNS, QUIET_REACH = 11, 16
-"""Times that a rudder series' noise is averaged out, over so many samples to either side."""
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, A2), **JIT)
@@ -167,86 +162,6 @@ def regressors(regress, states, accelerations, inputs, theta, left, right):
         regress(states[i], accelerations[i], inputs[i], theta, left[i], right[i])
 
 
-@njit(f8(f8, f8, f8, f8, f8, f8), **JIT)
-def steer(angle, command, dt, lag, rate, limit):
-    """Rudder angle one sample later: first-order lag with a rate limit, solved exactly for a held command."""
-    command = min(max(command, -limit), limit)
-    gap = command - angle
-    side = 1.0 if gap > 0.0 else -1.0
-    slewing = max(abs(gap) / rate - lag, 0.0)
-    if slewing >= dt:
-        return angle + side * rate * dt
-    if slewing > 0.0:
-        angle += side * rate * slewing
-    if lag <= 0.0:
-        return command
-    return command + (angle - command) * np.exp(-(dt - slewing) / lag)
-
-
-@njit(inline="always")
-def _linked(series, held, k, time, linkage):
-    """Angle that the hull feels at sample k; series up to k and the angle behind play and limits (held) are known.
-
-    linkage = effectiveness, offset, delay, play, fault, fault time, rate limit, limit, reversed (0: ideal).
-    """
-    angle = -series[k] if linkage[8] > 0.0 else series[k]
-    if linkage[3] > 0.0 and k > 0:
-        angle = min(max(held[0], angle - linkage[3]), angle + linkage[3])
-    held[0] = angle  # behind the play
-    if linkage[7] > 0.0:
-        angle = min(max(angle, -linkage[7]), linkage[7])
-    if linkage[6] > 0.0 and k > 0:
-        most = linkage[6] * (time[k] - time[k - 1])
-        angle = held[k] + min(max(angle - held[k], -most), most)
-    held[k + 1] = angle
-    late, i = time[k] - linkage[2], k
-    while i > 0 and time[i] > late:
-        i -= 1
-    angle = held[i + 1]
-    if i < k and late > time[i]:
-        angle += (late - time[i]) / (time[i + 1] - time[i]) * (held[i + 2] - held[i + 1])
-    gain = 1.0 + linkage[0]
-    if linkage[4] != 0.0:
-        step = time[k] - time[k - 1] if k > 0 else time[1] - time[0]
-        gain += linkage[4] * min(max((time[k] - time[0] - linkage[5]) / step + 0.5, 0.0), 1.0)
-    return gain * angle + linkage[1]
-
-
-@njit(types.void(A1, f8, A1), **JIT)
-def quieten(series, sd, out):
-    """Fill `out` with a rudder series (N,) freed of its sensor's noise: play counts every reversal, that of noise too.
-
-    Means of the neighbours that lie near are taken until the command's plateaus are flat (their highest noise would be
-    taken for play), each time after a lone sample far off four that agree is set among them (it would stay as it is).
-    """
-    n = series.size
-    before = np.empty(n)
-    out[:] = series
-    for turn in range(QUIET_TURNS):
-        near = 4.0 * sd if turn == 0 else 2.0 * sd
-        before[:] = out
-        for k in range(2, n - 2):
-            a, b, c, d = out[k - 2], out[k - 1], out[k + 1], out[k + 2]
-            middle = 0.25 * (a + b + c + d)
-            if max(max(a, b), max(c, d)) - min(min(a, b), min(c, d)) < near and abs(out[k] - middle) > 0.75 * near:
-                before[k] = middle
-        for k in range(n):
-            total, count = 0.0, 0
-            for j in range(max(0, k - QUIET_REACH), min(n, k + QUIET_REACH + 1)):
-                if abs(before[j] - before[k]) < near:
-                    total += before[j]
-                    count += 1
-            out[k] = total / count
-
-
-@njit(types.void(A1, A1, A1, A1), **JIT)
-def link(time, series, linkage, felt):
-    """Angles (N,) that the hull feels where the series (N,) was recorded; `felt` is filled."""
-    held = np.empty(series.size + 1)
-    for k in range(series.size):
-        felt[k] = _linked(series, held, k, time, linkage)
-
-
 @njit(types.void(RHS, A1, A2, A1, f8, i8, b1, i8, A1, A1, i8, i8, A1, A2, A1, A1), **JIT)
 def closed_loop(
     rhs, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, linkage, states, order, rudder
@@ -258,7 +173,7 @@ def closed_loop(
     rudder angle at the start.  Commands change at samples; the rudder is linear between them.
     """
     time = dt * np.arange(states.shape[0])
-    held = np.empty(states.shape[0] + 1)
+    chain = np.empty(STATE)
     execute, amplitude, check, side = setting[0], setting[1], setting[2], setting[3]
     lag, rate, limit, kp, kd = setting[4], setting[5], setting[6], setting[7], setting[8]
     x, n = x0.copy(), x0.size
@@ -266,7 +181,10 @@ def closed_loop(
     start = x[i_psi]
     states[0] = x
     rudder[0] = setting[9]
-    inputs[0, 0] = _linked(rudder, held, 0, time, linkage)
+    ideal = not np.any(linkage != 0.0)
+    before, after = np.empty(inputs.shape[1]), np.empty(inputs.shape[1])
+    begin(time, rudder, linkage, chain)
+    inputs[0, 0] = felt(time[0], dt, time[0], linkage, chain)
     command, running = 0.0, False
     for k in range(states.shape[0]):
         if kind == SERIES:
@@ -283,11 +201,24 @@ def closed_loop(
         if k == states.shape[0] - 1:
             break
         rudder[k + 1] = steer(rudder[k], command, dt, lag, rate, limit)
-        inputs[k + 1, 0] = _linked(rudder, held, k + 1, time, linkage)
         if explicit:
             rhs(x, inputs[k], theta, work)
             for i in range(n):
                 x[i] += dt * work[i]
-        else:
+            advance(time, rudder, k + 2, linkage, chain, time[k + 1])
+            inputs[k + 1, 0] = felt(time[k + 1], dt, time[0], linkage, chain)
+        elif ideal:
+            inputs[k + 1, 0] = rudder[k + 1]
             rk4_sample(rhs, x, inputs[k], inputs[k + 1], theta, dt, substeps, work)
+        else:  # the chain may turn, stop or start between the samples
+            before[:] = inputs[k]
+            for s in range(1, substeps + 1):
+                now = time[k] + dt * s / substeps
+                for i in range(1, before.size):
+                    after[i] = inputs[k, i] + (inputs[k + 1, i] - inputs[k, i]) * s / substeps
+                advance(time, rudder, k + 2, linkage, chain, now)
+                after[0] = felt(now, dt, time[0], linkage, chain)
+                rk4_sample(rhs, x, before, after, theta, dt / substeps, 1, work)
+                before[:] = after
+            inputs[k + 1, 0] = before[0]
         states[k + 1] = x

@@ -42,3 +42,19 @@ class BadInput(ValueError):
 
 def _rebuild(message: str, state: dict) -> BadInput:
     return BadInput(message, **state)
+
+
+class CannotFit(Exception):
+    """The method does not apply to these records or this model: the row becomes `not_applicable`."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = " ".join(reason.split())
+        super().__init__(self.reason)
+
+
+class FitFailed(Exception):
+    """The method applies but gave no usable estimate: the row becomes `failed`."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = " ".join(reason.split())
+        super().__init__(self.reason)

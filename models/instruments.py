@@ -2,9 +2,9 @@
 
 `Model.instruments` maps these names to values (SI); what is not named is ideal.
 
-Rudder: hull angle(t) = (1 + e(t)) delta(t - rudder_delay) + rudder_offset with delta the recorded angle behind play of
-+- rudder_backlash, a limit and a rate limit; e is rudder_effectiveness, and rudder_fault on top from rudder_fault_time
-(of the record) on.  All in the sign of the record.
+Rudder: the recorded angle goes through delay, rate limit, stop (saturation), play (backlash), effectiveness and
+offset, in this order; `models.rudder_chain` holds the equations.  A fault changes the effectiveness from
+rudder_fault_time (of the record) on.  All in the sign of the record.
 Sensors: recorded = (1 + CHANNEL_scale) true(t - CHANNEL_delay) + CHANNEL_bias.  Surge and sway are first turned by
 axis_misalignment, or given in the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two columns.
 Waves: narrow-band motion of rms wave_rms around wave_frequency is added to heading and yaw rate.
@@ -74,7 +74,7 @@ def checked(instruments: Mapping[str, float], file: object = None) -> dict[str, 
 
 
 def linkage(instruments: Mapping[str, float]) -> np.ndarray:
-    """The rudder's numbers (9,) in the order of `RUDDER`, as `drivers.link` takes them; 0 where ideal."""
+    """The rudder's numbers (9,) in the order of `RUDDER`, as `rudder_chain` takes them; 0 where ideal."""
     return np.array([instruments.get(name, 0.0) for name in RUDDER])
 
 

@@ -12,6 +12,7 @@ import importlib.util
 import json
 import os
 import pkgutil
+import re
 import sys
 import tempfile
 from functools import cache, lru_cache
@@ -90,8 +91,9 @@ def _generate(name: str) -> dict[str, str]:
     from .families.extensions import with_bank
     from .generate import bank_sources, sources
 
-    if name.endswith(BANK):
-        return bank_sources(with_bank(definition_of(name.removesuffix(BANK))))
+    base, bank, terms = name.partition(BANK)
+    if bank:
+        return bank_sources(with_bank(definition_of(base), terms.split("~")[1:]))
     definition = definition_of(name.removesuffix(ENVIRONMENT))
     if name.endswith(ENVIRONMENT) and definition.force_scale is None:
         raise BadInput(f"family {definition.name!r} has no environment variant", hint="it takes a 3-DOF family")
@@ -105,7 +107,7 @@ def definition_of(name: str) -> Definition:
     ------
     BadInput : if there is no such family or extension, or the family cannot carry it.
     """
-    from .families.extensions import EXTENSIONS, carries, extended
+    from .families.extensions import EXTENSIONS, carries, extended, is_term
 
     base, *extras = name.split("+")
     builders = definitions()
@@ -113,7 +115,7 @@ def definition_of(name: str) -> Definition:
         raise BadInput(f"unknown model family {base!r}", hint=f"known: {', '.join(sorted(builders))}")
     definition = builders[base]()
     for extra in extras:
-        if extra not in EXTENSIONS:
+        if extra not in EXTENSIONS and not is_term(extra):
             raise BadInput(f"unknown extension {extra!r} of {base}", hint=f"known: {', '.join(sorted(EXTENSIONS))}")
         if not carries(definition, extra):
             raise BadInput(f"family {definition.name!r} cannot carry the extension {extra!r}")
@@ -143,7 +145,7 @@ def _files(name: str) -> dict[str, str]:
     index = _index(name)
     if not index.exists():
         texts = _generate(name)
-        stem = name.replace("+", "_").replace("-", "_")
+        stem = re.sub("[^a-z0-9_]", "_", name.lower())
         files = {
             part: f"{stem}_{part}_{hashlib.sha256((_versions() + text).encode()).hexdigest()[:16]}.py"
             for part, text in texts.items()
@@ -160,7 +162,7 @@ def is_family(name: str) -> bool:
 
     Whether the family can carry its extensions is found by `load`.
     """
-    if name.endswith((ENVIRONMENT, BANK)):
+    if name.endswith(ENVIRONMENT) or BANK in name:
         return False
     return _index(name).exists() or name.split("+")[0] in definitions()
 

@@ -3,6 +3,14 @@
 import numpy as np
 import pytest
 
+from helmbench.datasets import measured
+from helmbench.datasets.generator import Case, generate
+from helmbench.diagnosis.result import Size
+from helmbench.models.model import resolve
+
+from .made_up_cases import make_case, make_diagnosis
+from .made_up_runs import make_parameter, make_run
+
 
 @pytest.fixture
 def seed(request) -> int:
@@ -16,3 +24,74 @@ def seed(request) -> int:
 def rng(seed) -> np.random.Generator:
     """A generator made of the drawn seed."""
     return np.random.default_rng(seed)
+
+
+@pytest.fixture
+def suite():
+    """(model, training records) of a vessel's suite: suite(vessel, noise='none', euler=False, seed=1)."""
+
+    def make(vessel, noise="none", euler=False, seed=1):
+        model = resolve(vessel)
+        texts = [text + "@euler" * euler for text in model.suite["train"]]
+        return model, [generate(Case(vessel, text, noise, seed=seed)) for text in texts]
+
+    return make
+
+
+@pytest.fixture
+def hsva():
+    """Measured KVLCC2 zigzags by stem, rudder positive to starboard."""
+    folder = measured.data_dir() / "kvlcc2" / "hsva"
+    if not folder.is_dir():
+        pytest.skip(f"no measured data in {folder}: set HELMBENCH_DATA or run `helmbench fetch kvlcc2-hsva`")
+    return lambda stem: measured.load("kvlcc2-hsva", stem).turned("starboard")
+
+
+@pytest.fixture
+def run_of():
+    """Factory of stored runs."""
+    return make_run
+
+
+@pytest.fixture
+def parameter_of():
+    """Factory of parameter rows."""
+    return make_parameter
+
+
+@pytest.fixture
+def manifest():
+    """Factory of manifests for `planned` runs."""
+
+    def build(planned):
+        facts = {"suite": "made-up", "title": "made up", "suite_digest": "0", "version": "0.0.0", "plan_digest": "0"}
+        return facts | {"planned": planned, "selection": {"suite": "made-up"}, "seeds": [0], "packages": {"numpy": "2"}}
+
+    return build
+
+
+@pytest.fixture
+def diagnosis_of():
+    """Factory of diagnoses."""
+    return make_diagnosis
+
+
+@pytest.fixture
+def case_of():
+    """Factory of stored cases."""
+    return make_case
+
+
+@pytest.fixture
+def size():
+    """Factory of sizes."""
+
+    def build(parameter, value, half, record=None, unit="1"):
+        return Size(parameter, value, value - half, value + half, unit, record)
+
+    return build
+
+
+@pytest.fixture
+def nan():
+    return np.nan

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import helmbench
-from helmbench.bench.cli import status_of
+from helmbench.cli import status_of
 
 TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 

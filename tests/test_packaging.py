@@ -19,7 +19,16 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[1]
-LAYERS = ("models", "datasets", "methods", "diagnosis", "bench")  # each may import those to its left
+LAYERS = (
+    "models",
+    "datasets",
+    "estimation",
+    "methods",
+    "diagnosis",
+    "bench",
+    "reporting",
+    "reproduction",
+)  # each may import those to its left
 ROOMS = tuple(room for room in LAYERS if (ROOT / room).is_dir())
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SLOW_TO_IMPORT = {"jinja2", "joblib", "matplotlib", "numba", "optuna", "pandas", "pyarrow", "sklearn", "sympy"}
@@ -95,7 +104,7 @@ def copy_distribution(name: str, site: Path) -> dict[Path, Path]:
 BESIDE = """
 import json, sys
 import datasets, helmbench
-import helmbench.bench.cli, helmbench.datasets.io, helmbench.methods.registry, helmbench.models.model
+import helmbench.cli, helmbench.datasets.io, helmbench.methods.registry, helmbench.models.model
 vessels = helmbench.models.model.list_vessels()
 print(json.dumps({
     "rows": datasets.Dataset.from_dict({"rudder": [0.1, 0.2]}).num_rows,
@@ -132,7 +141,7 @@ def slow_modules_after(code: str, cwd: Path) -> list[str]:
 
 
 HELP = """
-from helmbench.bench.cli import main
+from helmbench.cli import main
 sys.argv = ["helmbench", "--help"]
 try:
     main()

@@ -11,6 +11,7 @@ else L^2.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
@@ -292,6 +293,42 @@ EXTENSIONS: dict[str, Extension] = {
 }
 """Extension id -> what it adds.  The ids are those of the causes of diagnosis."""
 
+TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+")
+"""Identifier of an added force or moment that is a product: N_r_absv is N' r' |v'|, d the rudder angle (rad)."""
+
+
+def is_term(name: str) -> bool:
+    """Whether an extension's identifier is that of a product term."""
+    return TERM.fullmatch(name) is not None
+
+
+def extension_of(name: str) -> Extension:
+    """The extension of an identifier: one of EXTENSIONS, or a product term of a 3-DOF model.
+
+    Raises
+    ------
+    KeyError : if there is none.
+    """
+    if not is_term(name):
+        return EXTENSIONS[name]
+    axis, *factors = name.split("_")
+    return Extension({f"term_{name}": "1"}, _product("XYN".index(axis), factors), three_dof=True)
+
+
+def _product(row: int, factors: Sequence[str]) -> Apply:
+    """A product of v', r' and the rudder angle, or of their sizes, as a force in the prime system."""
+
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        helpers, vp, rp, unit = _primes(definition, parameters[0].name)
+        known = {"v": vp, "r": rp, "d": definition.inputs[0]}
+        known |= {f"abs{name}": absv(symbol) for name, symbol in known.items()}
+        forces = list(definition.forces)
+        forces[row] += unit[row] * parameters[0] * sp.prod(known[factor] for factor in factors)
+        return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
+
+    return apply
+
+
 BANK_TERMS = (
     *("yaw_damping_quadratic", "yaw_damping_cubic", "sway_damping_quadratic", "crossflow_coupling"),
     *("loading_change", "second_order_lead", "speed_loss"),
@@ -306,7 +343,8 @@ def extended(definition: Definition, name: str) -> Definition:
     ------
     ValueError : if the family cannot carry it.
     """
-    extension, parameters = EXTENSIONS[name], symbols(" ".join(EXTENSIONS[name].units))
+    extension = extension_of(name)
+    parameters = symbols(" ".join(extension.units))
     if not carries(definition, name):
         raise ValueError(f"{definition.name} cannot carry the extension {name}")
     changed = extension.apply(definition, parameters)
@@ -336,7 +374,7 @@ def _unknown(definition: Definition, parameters: Sequence[sp.Symbol]) -> list[sp
 
 def carries(definition: Definition, name: str) -> bool:
     """Whether a family can carry an extension that it does not have yet."""
-    extension = EXTENSIONS[name]
+    extension = extension_of(name)
     taken = {symbol.name for symbol in definition.coefficients}
     fits = extension.three_dof is None or extension.three_dof == (definition.force_scale is not None)
     states = {symbol.name for symbol in definition.states}
@@ -344,14 +382,16 @@ def carries(definition: Definition, name: str) -> bool:
     return fits and not taken & set(extension.units) and (name != "second_order_lead" or first_order)
 
 
-def with_bank(definition: Definition) -> Definition:
+def with_bank(definition: Definition, terms: Sequence[str] = ()) -> Definition:
     """The variant that the estimator of diagnosis runs: every added term as a constant, disturbances as inputs.
+
+    terms : product terms that it holds beside BANK_TERMS.
 
     A 3-DOF model gets the inputs of the environment variant.  A response model gets ``force`` (added to the yaw
     equation) and ``force_rate`` (added to r_dot where that is a kinematic state).
     """
     base = definition
-    for name in BANK_TERMS:
+    for name in (*BANK_TERMS, *terms):
         if carries(base, name):
             grown = extended(base, name)
             extra = grown.coefficients[len(base.coefficients) :]
@@ -364,7 +404,7 @@ def with_bank(definition: Definition) -> Definition:
                 inverse=definition.inverse,
             )
     bank = with_environment(base) if definition.force_scale is not None else _with_forces(base)
-    return replace(bank, name=f"{definition.name}+bank")
+    return replace(bank, name="~".join([f"{definition.name}+bank", *terms]))
 
 
 def _with_forces(definition: Definition) -> Definition:

@@ -15,14 +15,13 @@ from hypothesis import strategies as st
 
 from helmbench.bench import pool as pools
 from helmbench.bench import runner, store
-from helmbench.bench.problems import Task
+from helmbench.bench.kinds.identification.problems import Task
 from helmbench.bench.runner import RunSpec, Selection, execute, plan
 from helmbench.bench.store import Store
 from helmbench.bench.suites import load_suite
 from helmbench.datasets.disturbances import parse_disturbance
-from helmbench.methods.base import CannotFit, FitFailed
 from helmbench.methods.registry import methods
-from helmbench.models.errors import BadInput
+from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import list_vessels, resolve
 
 FIRST_FIVE = {"ls", "rls", "fw-rls", "ekf", "output-error"}

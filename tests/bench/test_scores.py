@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from helmbench.bench import scores
-from helmbench.bench.problems import Truth
+from helmbench.bench.kinds.identification.problems import Truth
 from helmbench.datasets.generator import Case, generate
-from helmbench.methods.base import CannotFit
+from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
 VESSELS = {"response-1": "zigzag:20/20", "response-2": "zigzag:20/20", "mariner": "turn:20", "remus": "sine:5deg/2s"}

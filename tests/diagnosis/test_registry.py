@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from helmbench.diagnosis import registry
-from helmbench.diagnosis.naive import ResidualBic
+from helmbench.diagnosis.baselines.residual_bic import ResidualBic
 from helmbench.diagnosis.registry import Diagnoser, diagnosers, find
 from helmbench.models.errors import BadInput
 

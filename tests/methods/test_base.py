@@ -1,11 +1,13 @@
-"""The base class: options, the guard around a fit, and errors by the delta method."""
+"""The base class: options, errors of a fit, and the estimate made of it."""
 
 import numpy as np
 import pytest
+from sklearn.base import clone
 
 from helmbench.datasets.record import Record
-from helmbench.methods.base import CannotFit, Fit, FitFailed, Method, propagate
-from helmbench.models.errors import BadInput
+from helmbench.estimation.fit import Fit
+from helmbench.methods.base import Method
+from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 
 
@@ -45,7 +47,7 @@ def model():
         (ValueError("array must not\ncontain infs"), FitFailed),
     ],
 )
-def test_failures_are_reported_not_raised_through(record, model, raised, expected):
+def test_errors_of_a_fit_become_cannot_fit_or_fit_failed(record, model, raised, expected):
     with pytest.raises(expected) as caught:
         Given(raised).fit([record], model)
     assert str(caught.value) and "\n" not in str(caught.value)
@@ -62,7 +64,7 @@ def test_an_estimate_is_finite_and_complete(record, model, coefficients):
         Given(Fit(coefficients)).fit([record], model)
 
 
-def test_estimate_is_wrapped(record, model):
+def test_the_fit_becomes_an_estimate(record, model):
     covariance = np.diag([1e-4, 4e-4, 9.0])
     estimate = Given(Fit(np.array([-0.1, 0.02, -20.0]), covariance, message="fine", extra={"k": 1})).fit(
         [record], model
@@ -75,18 +77,34 @@ def test_estimate_is_wrapped(record, model):
     assert plain.covariance is None and np.isnan([*plain.stderr.values()]).all()
 
 
-def test_errors_of_unidentified_coefficients():
-    covariance = np.array([[4.0, 0.0, 0.0], [0.0, np.inf, 0.0], [0.0, 0.0, 9.0]])
-    jacobian = np.array([[1.0, 0.0, 0.0], [1.0, 1e-9, 0.0], [0.5, 0.0, 1.0]])
-    assert propagate(jacobian, covariance) == pytest.approx([2.0, np.inf, np.sqrt(10.0)])
-
-
 def test_short_records_are_named(model):
     short = Record(np.arange(3.0), {"rudder_rad": np.zeros(3)}, "scrap")
     with pytest.raises(CannotFit, match="record scrap has 3 samples, at least 8 are needed"):
         Given().fit([short], model)
     with pytest.raises(CannotFit, match="no records"):
         Given().fit([], model)
+
+
+def test_fit_takes_one_record_or_several(record, model):
+    class Counting(Given):
+        def estimate(self, records, model):
+            return Fit(np.array([-0.1, 0.02, -20.0]), n_iterations=len(records))
+
+    assert Counting().fit(record, model).n_iterations == 1
+    assert Counting().fit([record, record], model).n_iterations == 2
+
+
+def test_options_of_options():
+    """`get_params(deep=True)` and NAME__OPTION, as scikit-learn has them."""
+    outer = Given(Given(3.0))
+    assert outer.get_params()["outcome__outcome"] == 3.0
+    assert list(outer.get_params(deep=False)) == ["outcome"]
+    outer.set_params(outcome__outcome=4.0)
+    assert outer.outcome is not None and outer.outcome.outcome == 4.0
+    copy = clone(outer)
+    assert copy.outcome is not outer.outcome and copy.outcome.outcome == 4.0
+    with pytest.raises(BadInput, match="no option 'other__outcome'"):
+        outer.set_params(other__outcome=1.0)
 
 
 def test_the_base_class_has_no_method_of_its_own(record, model):

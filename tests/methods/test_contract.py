@@ -15,34 +15,34 @@ def test_contract(name, check):
     check(methods()[name])
 
 
-class Peeking(Ls):
-    """Hands back the truth, which it is not to know."""
+class UsesTruth(Ls):
+    """Returns the true coefficients, which it must not use."""
 
-    name = "peeking"
-    title = "a cheat"
+    name = "uses-truth"
+    title = "uses the true coefficients"
 
     def fit(self, records, model):
         found = super().fit(records, model)
         return replace(found, coefficients=model.coefficients) if model.known else found
 
 
-class Wavering(Ls):
-    """Something else each time."""
+class Random(Ls):
+    """Another estimate each time."""
 
-    name = "wavering"
+    name = "random"
     title = "not deterministic"
     count = 0
 
     def estimate(self, records, model):
-        Wavering.count += 1
+        Random.count += 1
         found = super().estimate(records, model)
-        return found._replace(coefficients=found.coefficients * (1.0 + 0.01 * Wavering.count))
+        return found._replace(coefficients=found.coefficients * (1.0 + 0.01 * Random.count))
 
 
-class Recent(Ls):
-    """Only looks at the first record."""
+class FirstOnly(Ls):
+    """Uses the first record only."""
 
-    name = "recent"
+    name = "first-only"
     title = "depends on the order of the records"
 
     def estimate(self, records, model):
@@ -50,10 +50,10 @@ class Recent(Ls):
 
 
 class Crashing(Ls):
-    """Lets its own exceptions through."""
+    """Raises exceptions of its own."""
 
     name = "crashing"
-    title = "raises what it should not"
+    title = "raises other exceptions than CannotFit and FitFailed"
 
     def fit(self, records, model):
         if records and records[0].n < 20:
@@ -61,27 +61,50 @@ class Crashing(Ls):
         return super().fit(records, model)
 
 
-class Blind(Ls):
-    """Does not look at the metadata."""
+class IgnoresSign(Ls):
+    """Ignores the metadata."""
 
-    name = "blind"
+    name = "ignores-sign"
     title = "ignores the rudder's sign"
 
     def fit(self, records, model):
         return super().fit([replace(r, meta=replace(r.meta, positive_rudder=None)) for r in records], model)
 
 
+class ChangesOption(Ls):
+    """Does not store its option as given."""
+
+    name = "changes-option"
+    title = "changes its option"
+
+    def __init__(self, scheme="forward") -> None:
+        super().__init__(scheme + "")
+        self.scheme = list(self.scheme)
+
+
+class ListOnly(Ls):
+    """Takes a list of records, not one record."""
+
+    name = "list-only"
+    title = "does not take one record"
+
+    def fit(self, records, model):
+        return super().fit([*records], model)
+
+
 @pytest.mark.parametrize(
     ("cls", "check", "error"),
     [
-        (Peeking, contract.check_truth_is_not_used, AssertionError),
-        (Wavering, contract.check_deterministic, AssertionError),
-        (Recent, contract.check_record_order, AssertionError),
-        (Blind, contract.check_rudder_sign, AssertionError),
+        (ChangesOption, contract.check_options, AssertionError),
+        (ListOnly, contract.check_one_record, TypeError),
+        (UsesTruth, contract.check_truth_is_not_used, AssertionError),
+        (Random, contract.check_deterministic, AssertionError),
+        (FirstOnly, contract.check_record_order, AssertionError),
+        (IgnoresSign, contract.check_rudder_sign, AssertionError),
         (Crashing, contract.check_too_short, IndexError),
     ],
-    ids=["peeking", "wavering", "recent", "blind", "crashing"],
+    ids=["changes-option", "list-only", "uses-truth", "random", "first-only", "ignores-sign", "crashing"],
 )
-def test_the_checks_catch_offenders(cls, check, error):
+def test_the_checks_find_methods_that_break_the_contract(cls, check, error):
     with pytest.raises(error):
         check(cls)

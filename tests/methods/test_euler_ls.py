@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.methods.base import CannotFit
 from helmbench.methods.registry import make
-from helmbench.models.errors import BadInput
+from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve
 
 MODEL = resolve("mariner-model")
@@ -35,7 +34,7 @@ def test_a2_recovers_all_sixty_coefficients(euler):
 
 
 def test_a2_fails_only_through_the_normal_equations(euler):
-    """15 deg zigzag of the paper: condition of A2 squared; A1 stands the normal equations."""
+    """15 deg zigzag of the paper: the condition of A2 is squared; A1 allows for the normal equations."""
     assert worst(euler[:1], algorithm="A2", variant="as_printed")[0] > 0.05
     assert worst(euler[:1], variant="as_printed")[0] < 1e-7
 
@@ -61,7 +60,7 @@ def test_other_3dof_models(algorithm):
 
 @pytest.mark.parametrize("algorithm", ["A1", "A2"])
 def test_standard_errors_are_those_of_the_noise_on_the_equations(algorithm, rng):
-    """Process noise on Euler records made by hand: errors are one to one with the stated ones."""
+    """Process noise on Euler records made by hand: errors are as large as the stated ones."""
     model = resolve("kvlcc2-l7")
     record = generate(Case("kvlcc2-l7", "zigzag:20/20@euler", duration_s=60))
     z = []

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.methods.iv import simulated
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
@@ -22,7 +21,7 @@ def test_noise_free_records(name):
 
 
 def test_bias_is_gone(rng):
-    """Second-order ship with low noise: the median of 25 draws is far nearer than that of least squares."""
+    """Second-order vessel, low noise: the median of 25 draws is far nearer to the truth than by least squares."""
     model = resolve("cargo")
     seeds = rng.integers(2**31, size=25)
     biases = {}
@@ -43,26 +42,6 @@ def test_lagged_instruments_beat_least_squares_on_differences(rng):
         lagged.append(make("iv,instruments=lagged,scheme=forward").fit([record], model).coefficients)
     bias = [abs(np.mean(found, axis=0)[0] / model.coefficients[0] - 1.0) for found in (lagged, plain)]
     assert bias[0] < 0.5 * bias[1]
-
-
-def test_simulated_record_is_the_run_and_keeps_gaps():
-    model = resolve("kvlcc2-l7")
-    record = generate(Case("kvlcc2-l7", "zigzag:20/20", duration_s=60, dt_s=0.2))
-    sway = record.column("sway_m_s").copy()
-    sway[50:60] = np.nan
-    run = simulated(record.with_channels(sway_m_s=sway), model)
-    assert np.isnan(run.column("sway_m_s")[50:60]).all()
-    for name in ("surge_m_s", "yaw_rate_rad_s", "heading_rad"):
-        assert run.column(name) == pytest.approx(record.column(name), abs=1e-9)
-
-
-def test_a_run_that_goes_astray_is_started_anew():
-    """With an unstable estimate the instruments stay finite and near the record."""
-    model = resolve("response-1")
-    record = generate(Case("response-1", "zigzag:20/20"))
-    run = simulated(record, model.with_coefficients([5.0, 5.0, 100.0]))
-    assert np.isfinite(run.column("yaw_rate_rad_s")).all()
-    assert np.abs(run.column("yaw_rate_rad_s")).max() < 20.0 * np.abs(record.column("yaw_rate_rad_s")).max()
 
 
 @pytest.mark.parametrize(

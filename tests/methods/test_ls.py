@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.record import Record
-from helmbench.methods import factors
-from helmbench.methods.base import FitFailed
-from helmbench.methods.ls import Ls, least_squares
+from helmbench.methods.ls import Ls
 from helmbench.models.errors import BadInput
 from helmbench.models.model import list_vessels, resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
 
-from .conftest import driven, relative_errors
-from .paper000 import difference_record, in_paper_order
+from ..paper000 import difference_record, in_paper_order
+from ..records import driven, relative_errors
 
 
 @pytest.mark.parametrize("vessel", list_vessels())
@@ -43,14 +41,14 @@ def test_first_order_on_hsva(hsva):
     ],
 )
 def test_noise_free_zigzag_of_paper_002(vessel, expected):
-    """Forward differences of a continuous 5/10 zigzag, dt 0.1 s, 200 s: as far from the truth as they have to be."""
+    """Forward differences of a continuous 5/10 zigzag, dt 0.1 s, 200 s: the known errors of the scheme."""
     model = resolve(vessel)
     found = Ls().fit([_zigzag(model, 5.0, 10.0, 200.0)], model).parameters
     assert found == pytest.approx(expected, rel=1e-4)
 
 
 def _zigzag(model, rudder_deg, heading_deg, duration, dt=0.1):
-    """A 5/10 zigzag whose rudder steps at once, held between samples."""
+    """A 5/10 zigzag whose rudder changes instantly and is held between samples."""
     angle, heading = np.deg2rad([rudder_deg, heading_deg])
     rudder, state, order = [0.0], initial_state(model), angle
     states = [state]
@@ -91,7 +89,7 @@ def test_standard_errors_are_those_of_repetition(rng):
     assert np.all((ratio > 0.8) & (ratio < 1.25)), ratio
 
 
-def test_what_the_records_do_not_tell_has_an_infinite_error():
+def test_undetermined_coefficients_have_infinite_errors():
     model = resolve("kvlcc2-l7")
     record = driven(model, np.zeros(400), 0.2)
     estimate = Ls().fit([record], model)
@@ -99,35 +97,6 @@ def test_what_the_records_do_not_tell_has_an_infinite_error():
     assert estimate.stderr["N_rrr"] == np.inf
     assert estimate.extra["rank"] < len(model.coordinates)
     assert "determine" in estimate.message
-
-
-def test_each_equation_weighs_by_its_own_noise(rng):
-    """Two equations for one unknown, one of them a thousand times noisier and ten thousand times larger."""
-    n, truth = 4000, 3.0
-    left, right = rng.normal(size=n), 1e4 * rng.normal(size=n)
-    small, large = truth * left + 0.01 * rng.normal(size=n), truth * right + 1e6 * rng.normal(size=n)
-    equations = [factors.fold(factors.empty(1), np.column_stack(pair)) for pair in ((left, small), (right, large))]
-    found = least_squares(np.array(equations), np.array([n, n]))
-    assert abs(found.coefficients[0] - truth) < 6.0 * 0.01 / np.sqrt(n)
-    assert found.residual_sd == pytest.approx([0.01, 1e6], rel=0.1)
-    assert np.sqrt(found.covariance[0, 0]) == pytest.approx(0.01 / np.sqrt(n), rel=0.1)
-
-
-def test_significant_keeps_what_stands_out(rng):
-    n = 500
-    strong, weak = rng.normal(size=n), rng.normal(size=n)
-    y = 2.0 * strong + 1e-4 * weak + 0.1 * rng.normal(size=n)
-    rows = factors.fold(factors.empty(2), np.column_stack([strong, weak, y]))
-    found = least_squares(rows[None], np.array([n]))
-    assert found.half @ found.scores == pytest.approx(found.coefficients)
-    assert found.significant(0.0) == pytest.approx(found.coefficients)
-    assert abs(found.significant(1e9)).max() == 0.0
-    assert abs(found.significant()[0] - 2.0) < 0.1
-
-
-def test_nothing_to_regress_on():
-    with pytest.raises(FitFailed, match="columns"):
-        least_squares(np.zeros((1, 3, 3)), np.array([100]))
 
 
 def test_unknown_scheme():

@@ -1,18 +1,17 @@
-"""Prediction error: exact without noise, honest with it, and at its best under gusts."""
+"""Prediction error: exact without noise, right standard errors with it, and accurate under gusts."""
 
 import numpy as np
 import pytest
 
-from helmbench.bench.planting.case import Case as Planted
-from helmbench.bench.planting.case import plant
+from helmbench.bench.faults.case import Case as FaultCase
+from helmbench.bench.faults.case import plant
 from helmbench.datasets.generator import Case, generate
-from helmbench.methods.base import CannotFit
 from helmbench.methods.output_error import OutputError
 from helmbench.methods.pem import Pem
-from helmbench.models.errors import BadInput
+from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve
 
-from .conftest import relative_errors
+from ..records import relative_errors
 
 
 def _values(named):
@@ -50,7 +49,7 @@ def _under_wind(vessel, seed):
 
 @pytest.mark.parametrize("vessel", ["mariner", "s175"])
 def test_standard_errors_nearly_hold_under_wind(vessel, seed):
-    """Mean wind and gusts, which the model does not know, are forces of zero mean to the filter."""
+    """Mean wind and gusts are not in the model; the filter takes them as forces of zero mean."""
     model, records = _under_wind(vessel, seed)
     estimate = Pem().fit(records, model.blanked())
     assert estimate.converged and _z(estimate, model) < 5.0
@@ -66,14 +65,14 @@ def test_beats_output_error_under_wind(seed):
 
 
 def test_gusts_on_a_response_model_are_found(seed):
-    """Planted gusts: their size and correlation time come out, and the parameters with honest errors."""
-    case = Planted("response-1", gusts="fast", gust_level=np.deg2rad(1.0))
-    planted = plant(case, np.random.default_rng(seed))
+    """Simulated gusts: their correlation time is estimated, and the parameters within their standard errors."""
+    case = FaultCase("response-1", gusts="fast", gust_level=np.deg2rad(1.0))
+    injected = plant(case, np.random.default_rng(seed))
     model = resolve("response-1")
-    estimate = Pem().fit(planted.train, model.blanked())
+    estimate = Pem().fit(injected.train, model.blanked())
     assert estimate.converged and _z(estimate, model) < 4.0
     assert estimate.extra["force_sd"]["force"] > 0.0
-    ratio = estimate.extra["correlation_s"] / planted.gusts.correlation_s
+    ratio = estimate.extra["correlation_s"] / injected.gusts.correlation_s
     assert 0.2 < ratio < 5.0
 
 
@@ -87,7 +86,7 @@ def test_noise_is_reported(suite):
     assert np.isfinite(extra["log_likelihood"])
 
 
-def test_surge_force_means_nothing_without_a_surge_equation(suite):
+def test_surge_force_is_zero_without_a_surge_equation(suite):
     model, records = suite("remus", noise="low")
     extra = Pem().fit(records, model.blanked()).extra
     assert extra["force_sd"]["force_x"] == 0.0

@@ -1,4 +1,4 @@
-"""The registry: what it finds, what it refuses, and how little it loads."""
+"""The registry: what it finds, what it refuses, and which packages it does not import."""
 
 import subprocess
 import sys
@@ -23,7 +23,7 @@ class Other:
 """
 
 
-def test_the_first_five_are_there():
+def test_methods_are_found():
     found = registry.methods()
     assert {"ls", "rls", "fw-rls", "ekf", "output-error"} <= set(found)
     assert list(found) == sorted(found)
@@ -48,7 +48,7 @@ def test_options_in_the_text():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("lss", "unknown method 'lss'"),
         ("ls,midpoint", "not of the form name=value"),
@@ -58,8 +58,8 @@ def test_options_in_the_text():
         ("nowhere.py:Mine", "no such file"),
     ],
 )
-def test_refusals(text, said):
-    with pytest.raises(BadInput, match=said) as caught:
+def test_refusals(text, message):
+    with pytest.raises(BadInput, match=message) as caught:
         registry.make(text)
     assert "\n" not in str(caught.value)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from helmbench.models.drivers import steer
 from helmbench.models.errors import BadInput
 from helmbench.models.model import list_vessels, resolve
+from helmbench.models.rudder_chain import steer
 from helmbench.models.simulate import (
     ClosedLoop,
     accelerations,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import pytest
 
-from helmbench.methods.base import blas_limited
+from helmbench.estimation.fit import blas_limited
 
 FIELDS = ("what", "unit", "ours", "other", "ratio", "target", "remark")
 ROWS = pytest.StashKey[list]()

@@ -20,15 +20,16 @@ from scipy.optimize import least_squares
 
 from helmbench.datasets.generator import Case, generate, record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
-from helmbench.methods import _rls_kernels, freerun
-from helmbench.methods.base import CannotFit, FitFailed
-from helmbench.methods.likelihood.minimiser import levenberg_marquardt
-from helmbench.methods.likelihood.problem import Problem
-from helmbench.methods.observers import _kernels as observers
-from helmbench.methods.observers.smoothing import random_walk
+from helmbench.estimation import free_run
+from helmbench.estimation.likelihood.minimiser import levenberg_marquardt
+from helmbench.estimation.likelihood.problem import Problem
+from helmbench.estimation.observers import _kernels as observers
+from helmbench.estimation.observers.smoothing import random_walk
+from helmbench.estimation.recursive import _kernels as _rls_kernels
+from helmbench.estimation.series import series_of
+from helmbench.estimation.svr import solve
 from helmbench.methods.registry import make, methods
-from helmbench.methods.series import series_of
-from helmbench.methods.svr import solve
+from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate, simulate_batch, substeps
 
@@ -156,7 +157,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.distance import cdist
 from helmbench.methods.base import blas_limited
-from helmbench.methods.svr import solve
+from helmbench.estimation.svr import solve
 rng = np.random.default_rng(3)
 x = rng.normal(size=({n}, 7))
 y = np.sin(x).sum(axis=1)
@@ -241,7 +242,7 @@ def test_output_error_and_least_squares(ratios):
     sd = found.point.sd[series.columns]
 
     def residuals(c):
-        return (freerun.residuals(model.with_coefficients(c), series, series.start) / sd).ravel()
+        return (free_run.residuals(model.with_coefficients(c), series, series.start) / sd).ravel()
 
     def theirs():
         return least_squares(residuals, first, x_scale=np.abs(first))

@@ -9,12 +9,12 @@ import contextlib
 import numpy as np
 import pytest
 
-from helmbench.bench.problems import Task, problem
+from helmbench.bench.kinds.identification.problems import Task, problem
 from helmbench.bench.runner import RunSpec, execute
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.io import read_record, write_record
-from helmbench.methods.base import CannotFit, FitFailed
 from helmbench.methods.registry import make, methods
+from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 from helmbench.models.simulate import initial_state, inputs_of, sensitivities, simulate, simulate_batch
 

@@ -1,0 +1,146 @@
+"""What a diagnosis suite runs: cases dealt out from the run's seed, and who diagnoses them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import cycle
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ....models.errors import BadInput
+
+if TYPE_CHECKING:
+    from ...runner import Selection
+    from ...suites import HiddenEntry, Suite
+
+NOTHING = "none"
+ORACLE = "oracle"
+"""What the tables call the engine when it is told the true causes: the bound on the gain, not a competitor."""
+DIGITS = 2**53
+"""Seeds of cases stay below it, so that every reader of the tables has them exactly."""
+
+
+@dataclass(frozen=True)
+class CaseSpec:
+    """One case for one diagnoser; `maker` is what `diagnosis.registry.make` takes.
+
+    With `seed` and the rest the truth simulator makes the same records again: `planting.plant(case, rng)`.
+    """
+
+    suite: str
+    method: str
+    maker: str
+    group: str
+    vessel: str
+    planted: tuple[str, ...]
+    strength: str
+    gusts: str
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Identifier that is the same in every process and session."""
+        text = json.dumps(asdict(self), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+    def row_key(self) -> dict[str, Any]:
+        """The key columns of the tables."""
+        facts = asdict(self)
+        return {name: facts[name] for name in ("suite", "method", "group", "vessel")} | {
+            "planted": "+".join(self.planted),
+            "strength": self.strength,
+            "gusts": self.gusts,
+            "seed": self.seed,
+        }
+
+
+def settled(suite: Suite, selection: Selection) -> Selection:
+    """The selection with a seed: its own, or one drawn anew."""
+    if selection.seed is not None:
+        return selection
+    return replace(selection, seed=int(np.random.SeedSequence().generate_state(1)[0]))
+
+
+def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
+    """Every case of a suite and diagnoser: the same for the same seed, and more rounds only add to it.
+
+    Raises `BadInput` for unknown diagnosers, vessels or causes, and where nothing is left to run.
+    """
+    makers = [(_name_of(maker), maker) for maker in selection.methods or suite.methods]
+    once = [] if selection.methods else [(_name_of(maker), maker) for maker in suite.compare]
+    selection = settled(suite, selection)
+    _check_vessels(suite, selection)
+    specs = []
+    for turn in range(selection.seeds or suite.seeds):
+        for number, entry in enumerate(suite.entries):
+            rng = np.random.default_rng([selection.seed or 0, turn, number])
+            for case in deal(suite.name, entry, rng):
+                if selection.vessels and case.vessel not in selection.vessels:
+                    continue
+                specs += [
+                    replace(case, method=name, maker=maker) for name, maker in (makers if turn else [*makers, *once])
+                ]
+                specs += [replace(case, method=ORACLE)] if entry.oracle else []
+    if not specs:
+        raise BadInput("nothing to run", file=f"suite {suite.name}", hint="the filters leave no case of it")
+    return specs
+
+
+def deal(suite: str, entry: HiddenEntry, rng: np.random.Generator) -> Iterator[CaseSpec]:
+    """One round of an entry: each text `each` times, decks shuffled and used up before they are shuffled anew."""
+    strengths, gusts = _deck(entry.strength, rng), _deck(entry.gusts, rng)
+    for text in _texts(entry.plant):
+        planted = () if text == NOTHING else tuple(text.split("+"))
+        vessels = _deck(_carriers(entry, planted), rng)
+        for _ in range(entry.each):
+            strength = next(strengths) if planted else NOTHING
+            seed = int(rng.integers(DIGITS))
+            yield CaseSpec(suite, "", "", entry.group, next(vessels), planted, strength, next(gusts), seed)
+
+
+def _deck(cards: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
+    for _ in cycle([None]):
+        yield from (cards[int(i)] for i in rng.permutation(len(cards)))
+
+
+def _texts(plant: Sequence[str]) -> list[str]:
+    from ...faults import ANTICIPATED, CAUSES, UNFORESEEN
+
+    groups = {"causes": [*CAUSES], "anticipated": [*ANTICIPATED], "unforeseen": [*UNFORESEEN]}
+    return [text for name in plant for text in groups.get(name, [name])]
+
+
+def _carriers(entry: HiddenEntry, planted: Sequence[str]) -> list[str]:
+    """Vessels of an entry that can carry all that is planted."""
+    from ...faults import VESSELS, carries
+    from ...faults.effects import CATALOGUE
+    from ...faults.ships import ship
+
+    unknown = [cause for cause in planted if cause not in CATALOGUE]
+    if unknown:
+        hint = f"known are {NOTHING}, {', '.join(CATALOGUE)}"
+        raise BadInput(f"nothing called {unknown[0]!r} can be planted", hint=hint)
+    vessels = entry.vessels or VESSELS
+    found = [name for name in vessels if all(carries(ship(name), cause) for cause in planted)]
+    if not found:
+        raise BadInput(f"no vessel of the entry can carry {'+'.join(planted)}")
+    return found
+
+
+def _check_vessels(suite: Suite, selection: Selection) -> None:
+    from ...faults import VESSELS
+
+    known = {vessel for entry in suite.entries for vessel in entry.vessels or VESSELS}
+    for vessel in selection.vessels:
+        if vessel not in known:
+            raise BadInput(f"suite {suite.name} has no vessel {vessel!r}", hint=f"it has {', '.join(sorted(known))}")
+
+
+def _name_of(maker: str) -> str:
+    from ....diagnosis.registry import find
+
+    return find(maker).name

@@ -1,0 +1,1 @@
+"""Suites that identify models: problems, runs, scores."""

@@ -1,0 +1,225 @@
+"""Identification problems: the records, the blank model and the truth that one row of a suite is made of.
+
+A `Task` is plain data; its `Problem` is made from it wherever the row is run, so that workers are sent a few strings
+instead of arrays.  Problems are kept while rows of the same task follow each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from math import ceil
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....models.model import CHANNELS, Model, resolve
+
+if TYPE_CHECKING:
+    from ....datasets.record import Record
+
+HELD_OUT_SEED = 1_000_003
+"""Seed of every simulated held-out record: never that of a training record, and the same for every row."""
+IDENTIFIABLE_NOISE, IDENTIFIABLE_SHARE = "low", 0.5
+"""A parameter counts as identifiable where its Cramer-Rao bound at this noise is below this share of its size."""
+GIVEN, DERIVED = "given", "derived"
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is identified from what: texts and numbers only.
+
+    `vessel` is a vessel id, or the measured set's name where `measured` is true; `source` is what the fitted model is
+    resolved from and `model` its family.  `duration_s` and `dt_s` override the vessel file's for training records,
+    of which the first `length` (a share) is kept, and of that every `thinning`-th sample.
+    """
+
+    vessel: str
+    source: str
+    model: str
+    train: tuple[str, ...]
+    held_out: tuple[str, ...]
+    noise: str = "none"
+    disturbance: str = "none"
+    seed: int = 0
+    thinning: int = 1
+    length: float = 1.0
+    measured: bool = False
+    duration_s: float | None = None
+    dt_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Truth:
+    """True values of the published parameters and what the training records can tell of them.
+
+    `values` (name -> value) holds what is known, `kind` says how: `given` by the vessel file or `derived` by
+    linearising the vessel.  `crb_sd` and `identifiable` are empty where no bound can be stated.
+    """
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    kind: str | None = None
+    crb_sd: Mapping[str, float] = field(default_factory=dict)
+    identifiable: Mapping[str, bool] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Records and blank model of a task; `model` carries no coefficients."""
+
+    model: Model
+    train: tuple[Record, ...]
+    held_out: tuple[Record, ...]
+    truth: Truth
+
+    @property
+    def n_samples(self) -> int:
+        """Number of training samples."""
+        return sum(record.n for record in self.train)
+
+
+@lru_cache(maxsize=4)
+def problem(task: Task) -> Problem:
+    """The problem of a task.
+
+    Raises `BadInput` where a text is not understood, a measured file is missing or the vessel cannot do it.
+    """
+    model = resolve(task.source).blanked()
+    if task.measured:
+        train = tuple(_kept(record, task) for record in _measured(task.vessel, task.train))
+        held_out, known = _measured(task.vessel, task.held_out), Truth()
+    else:
+        train = _records(task, task.train, task.noise, task.disturbance)
+        held_out, known = _held_out(task.vessel, task.held_out), truth(task, model)
+    return Problem(model, _corrected(train, model), _corrected(held_out, model), known)
+
+
+def _corrected(records: tuple[Record, ...], model: Model) -> tuple[Record, ...]:
+    """Records in the model's rudder sign, freed of what it knows of its instruments."""
+    from ....datasets.instruments import corrected
+
+    if not model.instruments:
+        return records
+    return tuple(corrected(record.turned(model.positive_rudder), model.instruments) for record in records)
+
+
+def truth(task: Task, model: Model) -> Truth:
+    """True parameters of `model` on the task's vessel, with their bounds at the task's noise."""
+    vessel = resolve(task.vessel)
+    if model.family == vessel.family:
+        return _bounded(task, vessel, vessel.parameters, GIVEN)
+    values = derived_parameters(vessel, model)
+    if not values:
+        return Truth()
+    if set(values) != set(model.parameter_names):
+        return Truth(values, DERIVED)
+    return _bounded(task, model.with_coefficients(model.from_parameters(values)), values, DERIVED)
+
+
+def derived_parameters(vessel: Model, model: Model) -> dict[str, float]:
+    """Parameters of a response model that a vessel with sway and yaw has when linearised at its straight course.
+
+    Eliminating sway gives r_ddot = a1 r_dot + a2 r + b1 delta + b2 delta_rate (paper 000, eq 5); the first-order
+    time constant is T1 + T2 - T3.  Damping coefficients have no derived value and are left out, and so is everything
+    where the vessel has no sway state or the model is no response model.
+    """
+    from ....models.simulate import state_matrices
+
+    if "v" not in vessel.states or "v" in model.states or "r" not in vessel.states:
+        return {}
+    pick = [vessel.states.index("v"), vessel.states.index("r")]
+    a, b = state_matrices(vessel)
+    (avv, avr), (arv, arr) = a[np.ix_(pick, pick)]
+    bv, br = b[pick, 0] * vessel.starboard * model.starboard
+    a1, a2, b1, b2 = avv + arr, avr * arv - avv * arr, arv * bv - avv * br, br
+    known = _response_parameters(float(a1), float(a2), float(b1), float(b2))
+    chosen = known["kt"] if model.family == "kt" else known["nomoto"] if model.family.startswith("nomoto-") else {}
+    return {name: chosen[name] for name in model.parameter_names if np.isfinite(chosen.get(name, np.nan))}
+
+
+def _response_parameters(a1: float, a2: float, b1: float, b2: float) -> dict[str, dict[str, float]]:
+    """Published parameters by form of equation, nan where they are not real."""
+    h, g, t3, gain = -1.0 / a2, a1 / a2, b2 / b1, -b1 / a2
+    root = np.sqrt(g * g - 4.0 * h) if g * g >= 4.0 * h else np.nan
+    return {
+        "kt": {"T1": -a1, "T2": -a2, "K": b1, "T3": b2},
+        "nomoto": {
+            "T": g - t3,
+            "T1": (g + root) / 2.0,
+            "T2": (g - root) / 2.0,
+            "h": h,
+            "g": g,
+            "T3": t3,
+            "K": gain,
+        },
+    }
+
+
+def _bounded(task: Task, known: Model, values: Mapping[str, float], kind: str) -> Truth:
+    """Truth with Cramer-Rao bounds, from the same manoeuvres without noise and disturbance."""
+    calm = _records(task, task.train, "none", "none")
+    at_row = cramer_rao_sd(known, calm, task.noise)
+    at_low = cramer_rao_sd(known, calm, IDENTIFIABLE_NOISE)
+    identifiable = {name: at_low[name] < IDENTIFIABLE_SHARE * abs(value) for name, value in values.items() if value}
+    return Truth(dict(values), kind, at_row, identifiable if at_low else {})
+
+
+def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[str, float]:
+    """Cramer-Rao bound of every published parameter as a standard deviation; empty without noise.
+
+    All recorded states count, positions too; the rudder is taken as exact.  A parameter that the records do not tell
+    at all has an infinite bound.
+    """
+    from ....datasets.sensors import parse_noise
+    from ....estimation.bounds import cramer_rao
+
+    sensors = parse_noise(noise)
+    states = [CHANNELS[state] for state in known.states if state in CHANNELS]
+    sd = {name: sensors.sd(name) for name in states if sensors.sd(name) > 0.0}
+    if not sd:
+        return {}
+    bounds, _ = cramer_rao(known, list(records), sd)
+    return dict(zip(known.parameter_names, (float(bound) for bound in bounds), strict=True))
+
+
+def _records(task: Task, manoeuvres: Sequence[str], noise: str, disturbance: str) -> tuple[Record, ...]:
+    return tuple(
+        _kept(_record(task.vessel, manoeuvre, noise, disturbance, task.seed, task.duration_s, task.dt_s), task)
+        for manoeuvre in manoeuvres
+    )
+
+
+def _kept(record: Record, task: Task) -> Record:
+    """What of a training record the task takes."""
+    return record.slice(0, ceil(task.length * record.n)).thinned(task.thinning)
+
+
+def _held_out(vessel: str, manoeuvres: Sequence[str]) -> tuple[Record, ...]:
+    return tuple(_record(vessel, manoeuvre, "none", "none", HELD_OUT_SEED, None, None) for manoeuvre in manoeuvres)
+
+
+@lru_cache(maxsize=64)
+def _record(
+    vessel: str,
+    manoeuvre: str,
+    noise: str,
+    disturbance: str,
+    seed: int,
+    duration_s: float | None,
+    dt_s: float | None,
+) -> Record:
+    from ....datasets.generator import Case, generate
+
+    return generate(Case(vessel, manoeuvre, noise, disturbance, seed, duration_s, dt_s))
+
+
+def _measured(dataset: str, stems: Sequence[str]) -> tuple[Record, ...]:
+    return tuple(_load(dataset, stem) for stem in stems)
+
+
+@lru_cache(maxsize=32)
+def _load(dataset: str, stem: str) -> Record:
+    from ....datasets.measured import load
+
+    return load(dataset, stem)

@@ -1,0 +1,1 @@
+"""Diagnosers: the project's own and those it is compared with."""

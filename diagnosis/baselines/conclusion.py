@@ -1,0 +1,83 @@
+"""The diagnosis that a compared diagnoser concludes, in the form of the project's own."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...estimation.filters.innovations.estimator import estimator
+from ..causes.base import Cause
+from ..causes.registry import causes
+from ..gain import free_runs
+from ..gain.extension import extended_model
+from ..result import Diagnosis, Entry, Finding, Gain
+from .output_error import Fit, FreeRuns, rms
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.filters.innovations.settings import Setting
+    from ..options import Options
+    from ..state import Variant
+
+
+class Chosen(NamedTuple):
+    """A cause with the variant that was fitted."""
+
+    cause: Cause
+    variant: Variant
+    fit: Fit
+
+
+def conclude(
+    runs: FreeRuns,
+    held_out: Sequence[Record],
+    chosen: Sequence[Chosen],
+    verdict: str,
+    reason: str,
+    options: Options,
+    clock: tuple[float, float],
+) -> Diagnosis:
+    """The diagnosis that names the chosen causes, with the gain on the held-out records."""
+    rng, est, names = np.random.default_rng(options.seed), runs.est, [c.cause for c in chosen]
+    setting = chosen[-1].fit.setting if chosen else runs.start
+    bank = [Entry(c.id, "named" if c in names else "not_significant", None, None, None, "") for c in causes().values()]
+    roles = [*((name, "train") for name in est.record_names), *((record.name, "held_out") for record in held_out)]
+    return Diagnosis(
+        model=est.model, extended=extended_model(est, setting, names), base_parameters="file",
+        records=tuple(roles), alpha=options.alpha, seed=options.seed, threads=options.threads, verdict=verdict,
+        reason=reason, causes=tuple(findings(runs, chosen, rng)), bank=tuple(bank),
+        gain=_gains(runs, held_out, setting, [p for c in chosen for p in c.variant], rng),
+        hypothesis=None, noise={}, traces=(), where=(), next_manoeuvre=None,
+        wall_s=time.perf_counter() - clock[0], cpu_s=time.process_time() - clock[1],
+    )  # fmt: skip
+
+
+def findings(runs: FreeRuns, chosen: Sequence[Chosen], rng: np.random.Generator) -> list[Finding]:
+    """Chosen causes with their sizes; intervals as if the residuals were independent."""
+    out, before = [], runs.base()
+    for cause, variant, fit in chosen:
+        gained = before.criterion() - fit.criterion()
+        scaled = fit.columns * np.tile(1.0 / rms(fit.residuals), len(fit.residuals))
+        sizes = cause.sizes(runs.est, fit.setting, variant, np.linalg.pinv(scaled @ scaled.T), rng)
+        said = f"BIC falls by {gained:.4g}"
+        out.append(Finding(cause.id, (), "dynamics", gained, float("nan"), sizes, evidence=said))
+        before = fit
+    return out
+
+
+def _gains(
+    runs: FreeRuns, records: Sequence[Record], s: Setting, variant: Variant | list, rng: np.random.Generator
+) -> dict[str, Gain]:
+    """As the diagnosis proper measures it: what belongs to a record is estimated on its first part."""
+    if not records:
+        return {}
+    held = replace(estimator(runs.est.model, records, runs.est.unit), base=runs.est.base)
+    own = [p for p in variant if p.record is not None]
+    after = free_runs.adapted(held, free_runs.transferred(held, s, own), own)
+    before = free_runs.transferred(held, runs.start, ())
+    old, new = free_runs.free_runs(held, before), free_runs.free_runs(held, after)
+    return free_runs.gains(held, old, new, free_runs.scored_from(held, bool(own)), runs.start.noise.sensor_sd, rng)

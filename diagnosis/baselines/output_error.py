@@ -1,0 +1,123 @@
+"""Free runs of the base model with any effect of the bank, and their errors: what the naive diagnosers work with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.filters.innovations.estimator import estimator
+from ..gain.free_runs import START_S
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.filters.innovations.settings import Parameter, Setting
+    from ...models.model import Model
+    from ..state import Variant
+
+LIMIT = 1e6
+"""Residual, in sensor standard deviations, above which a run counts as diverged."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Parameters fitted by output error: setting, residuals (N, 6), one row of `columns` (k, N*6) a parameter."""
+
+    setting: Setting
+    residuals: np.ndarray
+    columns: np.ndarray
+
+    def criterion(self) -> float:
+        """Sum over channels of n log(mean square) + k log n, of independent normal residuals (BIC)."""
+        known = np.isfinite(self.residuals)
+        count = known.sum(axis=0)
+        square = np.where(known, self.residuals, 0.0) ** 2
+        used = count > 0
+        likelihood = np.sum(count[used] * np.log(square.sum(axis=0)[used] / count[used] + 1e-300))
+        return float(likelihood + len(self.columns) * np.log(count.sum()))
+
+
+class FreeRuns:
+    """Free runs of all records from their filtered states after START_S, residuals in sensor standard deviations."""
+
+    def __init__(self, model: Model, records: Sequence[Record]) -> None:
+        self.est = estimator(model, records)
+        self.start = self.est.start()
+        starts = [min(START_S * self.est.clock, 0.2 * d.time[-1]) for d in self.est.segments]
+        self.free = [max(int(np.searchsorted(d.time, t)), 2) for d, t in zip(self.est.segments, starts, strict=True)]
+
+    def residuals(self, s: Setting) -> np.ndarray:
+        """Measured less free run (N, 6); nan at gaps and before it is free, inf where it diverged."""
+        return np.vstack([self._residuals(s, i) for i in range(len(self.free))])
+
+    def _residuals(self, s: Setting, i: int) -> np.ndarray:
+        measured = self.est.segments[i].measured
+        error = measured - self.est.free_run(s, i, self.free[i])
+        error[:, 0] = (error[:, 0] + np.pi) % (2.0 * np.pi) - np.pi
+        error /= s.noise.sensor_sd
+        error[np.isfinite(measured) & ~(np.abs(error) < LIMIT)] = np.inf
+        error[: self.free[i]] = np.nan
+        error[:, ~self.est.channels] = np.nan
+        return error
+
+    def base(self) -> Fit:
+        """The base model without effects."""
+        return Fit(self.start, self.residuals(self.start), np.zeros((0, 0)))
+
+    def columns(self, s: Setting, parameters: Sequence[Parameter], now: np.ndarray) -> np.ndarray:
+        """Derivatives (k, N*6) of the residuals by finite differences, nothing at gaps."""
+        out = []
+        for p in parameters:
+            step = p.scale if self.est.value(s, p) + p.scale <= p.high else -p.scale
+            moved = self.residuals(self.est.moved(s, p, step))
+            out.append(np.nan_to_num((moved - now) / step, nan=0.0, posinf=0.0, neginf=0.0).ravel())
+        return np.array(out).reshape(len(out), now.size)
+
+    def fit(self, before: Fit, variant: Variant, start: Setting | None = None, most: int = 4) -> Fit:
+        """Gauss-Newton steps on the parameters of a variant, weighted by the channels' errors before them."""
+        weight = 1.0 / rms(before.residuals)
+        s = start or before.setting
+        now = self.residuals(s)
+        columns = self.columns(s, variant, now)
+        for _ in range(most):
+            change = _step(columns, now, weight)
+            s, found = self._best_along(s, variant, change, now, weight)
+            gained, now = cost(now, weight) - cost(found, weight), found
+            columns = self.columns(s, variant, now)
+            if not gained > 0.1:
+                break
+        return Fit(s, now, columns)
+
+    def _best_along(self, s: Setting, variant: Variant, change: np.ndarray, now: np.ndarray, weight: np.ndarray):
+        for power in range(5):
+            trial = s
+            for p, step in zip(variant, change * 0.5**power, strict=True):
+                trial = self.est.at(trial, p, self.est.value(trial, p) + float(step))
+            found = self.residuals(trial)
+            if cost(found, weight) < cost(now, weight):
+                return trial, found
+        return s, now
+
+
+def rms(residuals: np.ndarray) -> np.ndarray:
+    """(6,) root mean square per channel, 1 where nothing is measured or a run diverged."""
+    known = np.isfinite(residuals)
+    square = np.where(known, residuals, 0.0) ** 2
+    mean = square.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    return np.where(mean > 0.0, np.sqrt(mean), 1.0)
+
+
+def cost(residuals: np.ndarray, weight: np.ndarray) -> float:
+    """Half the weighted sum of squares; infinite where a run diverged."""
+    return 0.5 * float(np.nansum((residuals * weight) ** 2))
+
+
+def _step(columns: np.ndarray, residuals: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Least-squares change (k,) of the parameters."""
+    weights = np.tile(weight, len(residuals))
+    target = -np.where(np.isfinite(residuals), residuals, 0.0).ravel() * weights
+    matrix = (columns * weights).T
+    size = np.linalg.norm(matrix, axis=0) + 1e-300
+    return np.linalg.lstsq(matrix / size, target, rcond=1e-8)[0] / size

@@ -1,0 +1,125 @@
+"""Diagnoser `residual-bic`: output error, a test of whiteness, and BIC over the bank of causes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..causes.registry import testable
+from ..diagnose import prepared
+from ..registry import Diagnoser
+from ..searches.change_point import ByChangePoint, longest
+from .conclusion import Chosen, conclude
+from .output_error import Fit, FreeRuns, cost, rms
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.model import Model
+    from ..causes.base import Cause
+    from ..options import Options
+    from ..result import Diagnosis
+    from ..state import Variant
+
+MOST = 2
+"""Causes that are added one after the other."""
+CHANGE_TIMES = 8
+LAGS = 20
+
+
+class ResidualBic(Diagnoser):
+    """Free-run output error from the filtered first seconds, independent normal residuals.
+
+    White residuals (Ljung and Box 1978, each channel at a share of alpha): adequate.  Else every cause of the bank is
+    fitted and the lowest BIC (Schwarz 1978) names it; a second is added if it lowers BIC further.  Nothing below the
+    base model: unexplained.  Causes that only add variance (waves, outliers, jitter) are outside an output-error fit.
+    """
+
+    name = "residual-bic"
+    title = "naive: free-run output error, whiteness test, BIC over the bank"
+
+    def diagnose(
+        self, model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
+    ) -> Diagnosis:
+        """Fit every cause to the free runs and name the one of lowest BIC."""
+        clock = time.perf_counter(), time.process_time()
+        options = options.checked(model)
+        train, held_out = prepared(train, model, options), prepared(held_out, model, options)
+        runs = FreeRuns(model, train)
+        base = runs.base()
+        p = whiteness(base, runs)
+        chosen = [] if p > options.alpha else select(runs, base, options.causes())
+        verdict = "named" if chosen else "adequate" if p > options.alpha else "unexplained"
+        reason = f"free-run residuals are {'' if p > options.alpha else 'not '}white (p = {p:.2g})"
+        return conclude(runs, held_out, chosen, verdict, reason, options, clock)
+
+
+def whiteness(fit: Fit, runs: FreeRuns) -> float:
+    """Smallest p-value of the Ljung-Box tests of all channels and records, times their number."""
+    from scipy.stats import chi2
+
+    found = []
+    for a, b in zip(runs.est.edges[:-1], runs.est.edges[1:], strict=True):
+        for series in fit.residuals[a:b].T:
+            known = series[~np.isnan(series)]
+            if known.size > 5 * LAGS:
+                found.append(float(chi2.sf(ljung_box(known), LAGS)))
+    return min(1.0, min(found, default=1.0) * max(len(found), 1))
+
+
+def ljung_box(series: np.ndarray) -> float:
+    """Ljung-Box statistic of a series (n,), LAGS lags, about zero: free runs that are off are not white either."""
+    n, power = series.size, float(series @ series)
+    if not 0.0 < power < np.inf:
+        return np.inf
+    r = np.array([series[k:] @ series[:-k] for k in range(1, LAGS + 1)]) / power
+    return float(n * (n + 2.0) * np.sum(r**2 / (n - np.arange(1, LAGS + 1))))
+
+
+def select(runs: FreeRuns, base: Fit, only: Collection[Cause] | None) -> list[Chosen]:
+    """Causes added while BIC falls: the best of all that can be fitted, at most MOST."""
+    bank, _ = testable(runs.est)
+    tried = {c: v for c, v in bank.items() if (not only or c in only) and v[0]}
+    chosen: list[Chosen] = []
+    now, charged = base, 0.0
+    for _ in range(MOST):
+        rest = [c for c in tried if c not in [x.cause for x in chosen]]
+        fits = [Chosen(c, *fit_cause(runs, now, c, tried[c])) for c in rest]
+        best = min(fits, key=lambda item: item.fit.criterion(), default=None)
+        if best is None or not best.fit.criterion() < now.criterion() - charged:
+            break
+        charged = len(best.fit.columns) * float(np.log(np.isfinite(best.fit.residuals).sum()))
+        now = best.fit
+        chosen.append(best)
+    return chosen
+
+
+def fit_cause(runs: FreeRuns, before: Fit, cause: Cause, variants: Sequence[Variant]) -> tuple[Variant, Fit]:
+    """The variant with the largest linear gain, fitted from the best of the cause's starts."""
+    if isinstance(cause.search, ByChangePoint):
+        return _fit_change(runs, before, variants[0])
+    weight = 1.0 / rms(before.residuals)
+    gains = [_linear_gain(runs.columns(before.setting, v, before.residuals), before, weight) - len(v) for v in variants]
+    variant = variants[int(np.argmax(gains))]
+    trials = cause.search.starts(runs.est, before.setting, variant)
+    start = min(trials, key=lambda s: cost(runs.residuals(s), weight)) if len(trials) > 1 else None
+    return variant, runs.fit(before, variant, start)
+
+
+def _fit_change(runs: FreeRuns, before: Fit, variant: Variant) -> tuple[Variant, Fit]:
+    """A change from the best of a few times on."""
+    size, time_s = variant
+    times = np.linspace(0.0, longest(runs.est), CHANGE_TIMES + 2)[1:-1]
+    fits = [runs.fit(before, (size,), runs.est.at(before.setting, time_s, float(t)), 1) for t in times]
+    best = min(fits, key=lambda fit: fit.criterion())
+    return variant, runs.fit(before, variant, best.setting)
+
+
+def _linear_gain(columns: np.ndarray, before: Fit, weight: np.ndarray) -> float:
+    """Fall of half the weighted sum of squares that a linear fit of the columns would bring."""
+    weights = np.tile(weight, len(before.residuals))
+    target = np.where(np.isfinite(before.residuals), before.residuals, 0.0).ravel() * weights
+    basis = np.linalg.qr((columns * weights).T + 1e-300)[0]
+    return 0.5 * float(np.sum((basis.T @ target) ** 2))

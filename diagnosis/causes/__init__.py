@@ -1,0 +1,1 @@
+"""Causes of what a simulation gets wrong: one class in one file each, found by `registry`."""

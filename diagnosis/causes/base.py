@@ -1,0 +1,141 @@
+"""A cause of the taxonomy: one class in one file, and everything that the diagnosis knows of it.
+
+A cause says what it is (its docstring: the physics, as words and as an equation), which numbers it moves and in what
+bounds, how it is looked for, how its sizes are told, and how it enters the extended model.  Where it acts it refers to,
+and never repeats: a parameter of a model extension (`models.families.extensions`), a number of the rudder chain or of
+an instrument (`models.instruments`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from inspect import cleandoc
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ...estimation.filters.innovations.settings import Parameter, Setting
+from ...estimation.filters.innovations.vector import SENSORS, SYMBOLS
+from ..result import Size
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ..searches.base import Search
+    from ..state import Candidate, State, Variant
+
+DEGREE = np.pi / 180.0
+NORMAL_90 = 1.6448536269514722
+"""Half width of a 90 % interval in standard deviations."""
+DESCRIBED = 1e-3
+"""Share of a size by which it may be off because samples are joined and equations stepped: what the truth simulator's
+records in calm show beyond the noise (107 sizes of the benchmark known to better than 1 %)."""
+WHERE = ("rudder", "sensor", "hull", "environment", "sampling")
+
+
+class NotTestable(Exception):
+    """The model or the channels cannot carry a cause; the message says why."""
+
+
+class Cause:
+    """Base class of all causes; subclasses set the class attributes and implement `variants`.
+
+    id : public identifier, that of the file.  where : one of WHERE.  unit : of its sizes.
+    search : how it is looked for.
+    extension : id of the model extension that it becomes, None for one that stays a number of rudder or sensors.
+    power_size : size of the first parameter whose detection the stated power is for, None where none is stated.
+    separate_by : what would tell it from its rivals.
+    """
+
+    id: ClassVar[str]
+    where: ClassVar[str]
+    unit: ClassVar[str]
+    search: ClassVar[Search]
+    extension: ClassVar[str | None] = None
+    power_size: ClassVar[float | None] = None
+    separate_by: ClassVar[str | None] = None
+
+    @property
+    def physics(self) -> str:
+        """What the cause is, in words and as an equation."""
+        return cleandoc(type(self).__doc__ or "")
+
+    def __repr__(self) -> str:
+        return self.id
+
+    def __reduce__(self):
+        return type(self), ()
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other)
+
+    def __hash__(self) -> int:
+        return hash(self.id)
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        """Ways in which the cause may act, each as parameters that are zero where it is absent.
+
+        Raises
+        ------
+        NotTestable : the model or the channels cannot carry it.
+        """
+        raise NotImplementedError
+
+    def details(self, est: Estimator, variant: Variant) -> Mapping[str, Any]:
+        """What a finding says beside its sizes: which coefficient, which channels."""
+        return {}
+
+    def sizes(
+        self, est: Estimator, s: Setting, variant: Variant, covariance: np.ndarray, rng: np.random.Generator
+    ) -> tuple[Size, ...]:
+        """Sizes with 90 % intervals from the covariance (k, k) of the variant's parameters."""
+        values = np.array([est.value(s, p) for p in variant])
+        spread = np.sqrt(np.maximum(np.diag(covariance), 0.0) + (DESCRIBED * values) ** 2)
+        halves = (NORMAL_90 * spread).tolist()
+        return tuple(plain_size(est, p, v, half) for p, v, half in zip(variant, values.tolist(), halves, strict=True))
+
+    def simpler(self, state: State, found: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
+        """A simpler cause that describes the same motion, refitted; None where there is none.
+
+        before : log likelihood without either.
+        """
+        return None
+
+
+def plain_size(est: Estimator, p: Parameter, value: float, half: float) -> Size:
+    """A size between its bounds, told from its origin."""
+    low, high = max(value - half, p.low), min(value + half, p.high)
+    name = None if p.record is None else est.record_names[p.record]
+    return Size(p.name, value + p.origin, low + p.origin, high + p.origin, p.unit, name)
+
+
+def one(
+    est: Estimator, name: str, unit: str, *entries: str, scale: float, low: float = -np.inf, high: float = np.inf
+) -> Variant:
+    """A single parameter that moves entries of the vector alike."""
+    return (Parameter(name, unit, tuple((est.index[entry], 1.0) for entry in entries), None, low, high, scale),)
+
+
+def term(est: Estimator, name: str, unit: str, entry: str, weight: float = 1.0, scale: float = 1e-5) -> Parameter:
+    """A parameter that is a weighted entry of the vector."""
+    return Parameter(name, unit, ((est.index[entry], weight),), scale=scale / abs(weight))
+
+
+def require_channels(est: Estimator, *symbols: str) -> None:
+    """Raise NotTestable unless all channels (psi, r, u, v, x, y) are measured and in the model."""
+    names = dict(zip(SYMBOLS, SENSORS, strict=True)) | {"x": "position", "y": "position"}
+    missing = [names[s] for s in symbols if not est.channels[SYMBOLS.index(s)]]
+    if missing:
+        said = " and ".join(dict.fromkeys(missing)).replace("_", " ")
+        raise NotTestable(f"needs measured {said} that the model has")
+
+
+def require_3dof(est: Estimator) -> None:
+    """Raise NotTestable for a response model."""
+    if not est.model.is_3dof:
+        raise NotTestable("needs a model with surge, sway and yaw")
+
+
+def require_entry(est: Estimator, entry: str) -> None:
+    """Raise NotTestable where the model has no place for a term of its own."""
+    if entry not in est.index:
+        raise NotTestable("the model has this term already, or no place for it")

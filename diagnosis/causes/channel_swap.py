@@ -1,0 +1,61 @@
+"""Cause `channel_swap`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...models.instruments import SENSORS, SWAPS
+from ..kinematics.readings import BETTER, better_reading, exchanged, rate_error, read_as
+from ._records import RecordCause, RecordFault
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.model import Model
+
+RATES = ("yaw_rate_rad_s", "roll_rate_rad_s")
+UNEXPLAINED = 0.3
+"""Share of the heading's changes that the yaw-rate column must leave unexplained."""
+
+
+class ChannelSwap(RecordCause):
+    """Two columns exchanged or mislabelled (`details` names them): yaw rate and roll rate against the heading, the two
+    velocities or the two positions against each other."""
+
+    id = "channel_swap"
+    rank = 1
+    separate_by = "the logger's list of channels"
+
+    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
+        faults, fixed = self._of_rates(list(records))
+        better = better_reading(fixed)
+        if better is not None and better.reading.columns:
+            said = (
+                f"the track disagrees with the velocities by {better.present:.3f} of the way made, by {better.own:.3f} "
+                "with the columns exchanged"
+            )
+            faults.append(self._fault(better.reading.columns, said, (better.present / max(better.own, 1e-6)) ** 2))
+            fixed = read_as(fixed, better.reading)
+        return faults, fixed
+
+    def _of_rates(self, records: list[Record]) -> tuple[list[RecordFault], list[Record]]:
+        """The rate channel that goes with the heading: yaw rate, or what is called roll rate."""
+        if not all(r.has("heading_rad", *RATES) for r in records):
+            return [], records
+        own, other = (float(np.mean([rate_error(r, name) for r in records])) for name in RATES)
+        if not (other < BETTER * own and own > UNEXPLAINED):
+            return [], records
+        said = (
+            f"the heading moves with the roll-rate column (unexplained share {other:.3f}), "
+            f"not with the yaw-rate column ({own:.3f})"
+        )
+        swap = exchanged(*RATES)
+        return [self._fault(RATES, said, (own / max(other, 1e-6)) ** 2)], [swap(r) for r in records]
+
+    def _fault(self, columns: Sequence[str], evidence: str, statistic: float) -> RecordFault:
+        names = {column: name for name, (column, _) in SENSORS.items()}
+        pair = {names[column] for column in columns}
+        switch = next(key for key, swap in SWAPS.items() if {names[c] for c in swap} == pair)
+        return RecordFault(self, {"channels": list(columns)}, evidence, float(statistic), {switch: 1.0})

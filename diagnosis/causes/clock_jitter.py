@@ -1,0 +1,60 @@
+"""Cause `clock_jitter`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..residuals.tests import rate_statistic
+from ..result import Size
+from ..searches.scan import ByScan
+from .base import NORMAL_90, Cause
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ...estimation.filters.innovations.settings import Setting
+    from ..state import State, Variant
+
+SHARES = (0.03, 0.1, 0.3, 0.8)
+"""Errors that are scanned, as shares of the sampling step."""
+GATE = 2.5
+"""Standard score of the squared innovations growing with the channels' rates of change, below which none is scanned."""
+
+
+def errors(state: State) -> list[float]:
+    """Errors (s) of the sampling instants to scan."""
+    if rate_statistic(state.est, state.now) < GATE:
+        return []
+    return [share * state.est.segments[0].step_s for share in SHARES]
+
+
+class ClockJitter(Cause):
+    """Samples taken at t + error while the time column says t: error of standard deviation sd (s), independent from
+    sample to sample; channels are noisier where they change fast."""
+
+    id = "clock_jitter"
+    where = "sampling"
+    unit = "s"
+    search = ByScan("clock_jitter", errors)
+    separate_by = "time stamps taken by the instruments"
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        return [()]
+
+    def sizes(
+        self, est: Estimator, s: Setting, variant: Variant, covariance: np.ndarray, rng: np.random.Generator
+    ) -> tuple[Size, ...]:
+        """The clock's error with the interval that the likelihood in its logarithm gives.
+
+        One sample's channels share its error: spread of the samples' scores over curvature.
+        """
+        value, h = float(s.vectors[0, est.index["clock_jitter"]]), 0.05
+        ll = []
+        for factor in (np.exp(-h), 1.0, np.exp(h)):
+            now = est.evaluate(est.with_entries(s, {"clock_jitter": value * factor}))
+            ll.append(-np.sum(now.log_s + 0.5 * now.e**2, axis=1))
+        curvature = max(-float(np.sum(ll[0] - 2.0 * ll[1] + ll[2])) / h**2, 1.0)
+        half = NORMAL_90 * float(np.linalg.norm((ll[2] - ll[0]) / (2.0 * h))) / curvature
+        return (Size("sd", value, value * float(np.exp(-half)), value * float(np.exp(half)), "s"),)

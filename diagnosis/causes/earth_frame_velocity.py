@@ -1,0 +1,32 @@
+"""Cause `earth_frame_velocity`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..kinematics.readings import better_reading, read_as
+from ._records import RecordCause, RecordFault
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.model import Model
+
+
+class EarthFrameVelocity(RecordCause):
+    """The surge and sway columns hold velocities along north and east."""
+
+    id = "earth_frame_velocity"
+    rank = 2
+    separate_by = "the logger's list of channels"
+
+    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
+        better = better_reading(records)
+        if better is None or better.reading.columns:
+            return [], list(records)
+        said = (
+            f"the track disagrees with the velocities by {better.present:.3f} of the way made, by {better.own:.3f} "
+            "when they are read as north and east"
+        )
+        statistic = (better.present / max(better.own, 1e-6)) ** 2
+        return [RecordFault(self, {}, said, statistic, {"earth_frame_velocity": 1.0})], read_as(records, better.reading)

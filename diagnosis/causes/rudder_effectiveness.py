@@ -1,0 +1,28 @@
+"""Cause `rudder_effectiveness`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..searches.score import ByScore
+from .base import Cause, one
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ..state import Variant
+
+
+class RudderEffectiveness(Cause):
+    """Rudder force over what is modelled, as a share more: delta_hull = (1 + e) delta_recorded (-0.2: 20 % lost)."""
+
+    id = "rudder_effectiveness"
+    where = "rudder"
+    unit = "1"
+    search = ByScore()
+    extension = "rudder_effectiveness"
+    power_size = 0.02
+    separate_by = "a bollard or captive rudder-force test, or rudder angles from small to hard over"
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        return [one(est, "e", "1", "rudder_effectiveness", scale=0.01, low=-0.95, high=2.0)]

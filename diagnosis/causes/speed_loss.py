@@ -1,0 +1,34 @@
+"""Cause `speed_loss`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ...estimation.filters.innovations.settings import Parameter
+from ..searches.profile import ByProfile
+from .base import Cause, NotTestable, term
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ..state import Variant
+
+
+class SpeedLoss(Cause):
+    """Speed lost in the turn, for response models: U = U0 (1 - loss), T_u loss_dot = k r^2 - loss, and every term of
+    the yaw equation keeps its prime value at the speed U (damping falls with U, the rudder's moment with U^2)."""
+
+    id = "speed_loss"
+    where = "hull"
+    unit = "s2/rad2"
+    search = ByProfile((10.0, 30.0, 100.0, 300.0))
+    extension = "speed_loss"
+    separate_by = "record the speed through the water"
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        if "loss_gain" not in est.index:
+            raise NotTestable("surge is a state of the model already")
+        base = float(est.base[est.index["loss_time"]])
+        slots, low, high = ((est.index["loss_time"], 1.0),), 3.0 * est.clock - base, 300.0 * est.clock - base
+        time = Parameter("recovery", "s", slots, scale=1.0, low=low, high=high, origin=base)
+        return [(term(est, "loss_gain", "s2/rad2", "loss_gain", scale=10.0), time)]

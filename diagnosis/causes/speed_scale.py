@@ -1,0 +1,30 @@
+"""Cause `speed_scale`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..kinematics.series import TrackEffect
+from ..searches.score import ByScore
+from .base import Cause, one, require_channels
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ..state import Variant
+
+
+class SpeedScale(Cause):
+    """Scale error of the speed log: recorded surge and sway = (1 + s) true."""
+
+    id = "speed_scale"
+    where = "sensor"
+    unit = "1"
+    search = ByScore()
+    power_size = 0.002
+    separate_by = "a measured mile in both directions"
+    track = (TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way),)
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        require_channels(est, "u", "v")
+        return [one(est, "s", "1", "surge_scale", "sway_scale", scale=0.002, low=-0.8, high=2.0)]

@@ -1,0 +1,163 @@
+"""Cause `wave_motion`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.filters.innovations.noise_fit import fit_noise
+from ..result import Size
+from ..searches.base import Search
+from ..state import candidate
+from ..statistics.bootstrap import independent_variances
+from .base import DEGREE, NORMAL_90, Cause
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ...estimation.filters.innovations.settings import Setting
+    from ..state import Candidate, State, Variant
+
+ENTRIES = ("wave_frequency", "wave_damping", "wave_rms")
+FAINT = 0.1
+"""Waves' rms over the sensors' noise where no more than their score is asked for."""
+FREQUENCIES, RMS_DEG = (0.4, 0.55, 0.75, 1.0), (0.03, 0.12, 0.5)
+"""Frequencies (rad/s, of a 160 m ship) and rms (degrees) that are tried first."""
+WORTH_REFINING = 4.0
+"""Nats that the best of them must gain."""
+
+
+class WaveSearch(Search):
+    """Scanned, then refined by a bounded simplex search; faint waves as if alike in all records, then each its own, as
+    course and speed change how waves are met."""
+
+    @property
+    def counts_values(self) -> bool:
+        return True
+
+    def attempt(self, cause: Cause, state: State, before: float, rng: np.random.Generator) -> Candidate | None:
+        est = state.est
+        if not est.channels[:2].any():
+            return None
+        low, high = np.log([0.25 / est.clock, 0.02, 1e-5]), np.log([2.2 / est.clock, 0.5, 0.2])
+        s = self._scanned(state, before)
+        if s is None:
+            return None
+        x = np.zeros(3)
+        for _ in range(3):
+            s, _ = fit_noise(est, s, 3)
+            x = _simplex(est, s, None, low, high)
+            s = _waves_at(est, s, np.exp(x), None)
+        if np.any(np.abs(x[:2] - high[:2]) < 1e-3) or abs(x[0] - low[0]) < 1e-3:
+            return None  # broad-band, or beyond the band that is searched: noise, no waves
+        faint = [_waves_at(est, state.setting, np.array(kind), None) for kind in _faint_waves(state, low, high)]
+        tests, each = independent_variances(rng, state.point, faint)
+        common = candidate(cause, (), 1, tests, before, *state.refit(s, (), 3))
+        if est.n_records == 1:
+            return common
+        s = common.setting
+        for i in range(est.n_records):
+            s = _waves_at(est, s, np.exp(_simplex(est, s, i, low, high)), i)
+        own = candidate(cause, (), est.n_records, float(np.prod(2.0 * np.array(each))), before, *state.refit(s, (), 3))
+        return replace(own, log_p=min(common.log_p, own.log_p))
+
+    def _scanned(self, state: State, before: float) -> Setting | None:
+        """The best of a few waves, with and without the random forces at hand; None where none gains."""
+        est, s = state.est, state.setting
+        sensors = np.minimum(s.noise.sensor_sd, 1.05 * state.start.noise.sensor_sd)
+        quiet = replace(s.noise, sensor_sd=sensors)
+        noises = [quiet, quiet.without_forces()] if s.noise.has_forces else [quiet]
+        options = [
+            _waves_at(est, replace(s, noise=noise), np.array([omega / est.clock, 0.1, rms * DEGREE]), None)
+            for noise in noises
+            for omega in FREQUENCIES
+            for rms in RMS_DEG
+        ]
+        gains = [now.log_likelihood for now in est.many(options)]
+        best = int(np.argmax(gains))
+        return options[best] if gains[best] >= before + WORTH_REFINING else None
+
+
+class WaveMotion(Cause):
+    """First-order wave motion on heading and yaw rate: second-order narrow-band noise, peak frequency omega (rad/s),
+    damping ratio and rms (rad)."""
+
+    id = "wave_motion"
+    where = "environment"
+    unit = "rad/s, 1, rad"
+    search = WaveSearch()
+    separate_by = "heading and rate sampled at several times the wave frequency"
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        return [()]
+
+    def sizes(
+        self, est: Estimator, s: Setting, variant: Variant, covariance: np.ndarray, rng: np.random.Generator
+    ) -> tuple[Size, ...]:
+        """Frequency, damping and rms, of all records or each, with intervals from the curvature of the likelihood."""
+        slots = [est.index[name] for name in ENTRIES]
+        shared = bool(np.all(s.vectors[:, slots] == s.vectors[0, slots]))
+        out = []
+        for owner in [None] if shared else range(est.n_records):
+            values = s.vectors[est.rows(owner)[0], slots]
+            half = NORMAL_90 * np.sqrt(np.diag(_wave_covariance(est, s, values, owner)))
+            label = None if owner is None else est.record_names[owner]
+            names = (("omega", "rad/s"), ("damping", "1"), ("rms", "rad"))
+            out += [
+                Size(name, float(v), float(v * np.exp(-w)), float(v * np.exp(w)), unit, label)
+                for (name, unit), v, w in zip(names, values, half, strict=True)
+            ]
+        return tuple(out)
+
+
+def _faint_waves(state: State, low: np.ndarray, high: np.ndarray) -> list[tuple[float, float, float]]:
+    """Waves (frequency, damping, rms) of every kind between bounds (logarithms), far below the sensors' noise."""
+    sd = np.where(state.est.channels, state.setting.noise.sensor_sd, np.inf)
+    kinds = [np.exp(np.linspace(low[j], high[j], n)).tolist() for j, n in ((0, 12), (1, 3))]
+    return [(omega, damping, FAINT * min(sd[0], sd[1] / omega)) for omega in kinds[0] for damping in kinds[1]]
+
+
+def _waves_at(est: Estimator, s: Setting, values: np.ndarray, record: int | None) -> Setting:
+    """The setting with waves (frequency, damping, rms) in all records or one."""
+    return est.with_entries(s, dict(zip(ENTRIES, values.tolist(), strict=True)), record)
+
+
+def _simplex(est: Estimator, s: Setting, record: int | None, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Logarithms of the waves of largest likelihood in all records or one, between bounds."""
+    from scipy.optimize import minimize
+
+    rows = est.rows(record)
+    x = np.log(s.vectors[rows[0], [est.index[name] for name in ENTRIES]])
+
+    def cost(y: np.ndarray) -> float:
+        inside = np.clip(y, low, high)
+        (now,) = est.many([_waves_at(est, s, np.exp(inside), record)], [rows])
+        return -now.log_likelihood + 10.0 * float(np.sum((y - inside) ** 2))
+
+    simplex = x + np.vstack([np.zeros(3), 0.15 * np.eye(3)])
+    options = {"maxfev": 35 if record is None else 60, "initial_simplex": simplex}
+    return np.clip(minimize(cost, x, method="Nelder-Mead", options=options).x, low, high)
+
+
+def _wave_covariance(est: Estimator, s: Setting, values: np.ndarray, owner: int | None) -> np.ndarray:
+    """Covariance (3, 3) of the logarithms of frequency, damping and rms, the noise held."""
+    h = np.array([0.02, 0.1, 0.05])
+
+    def likelihood(step: np.ndarray) -> float:
+        (now,) = est.many([_waves_at(est, s, values * np.exp(step), owner)], [est.rows(owner)])
+        return now.log_likelihood
+
+    steps = np.diag(h)
+    middle = likelihood(np.zeros(3))
+    hessian = np.zeros((3, 3))
+    for i in range(3):
+        up, down = likelihood(steps[i]), likelihood(-steps[i])
+        hessian[i, i] = -(up - 2.0 * middle + down) / h[i] ** 2
+        for j in range(i):
+            mixed = likelihood(steps[i] + steps[j]) - likelihood(steps[i] - steps[j])
+            mixed += likelihood(-steps[i] - steps[j]) - likelihood(steps[j] - steps[i])
+            hessian[i, j] = hessian[j, i] = -mixed / (4.0 * h[i] * h[j])
+    value, axes = np.linalg.eigh(hessian)
+    return axes @ np.diag(1.0 / np.maximum(value, 1.0)) @ axes.T

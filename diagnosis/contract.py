@@ -1,0 +1,233 @@
+"""What every cause has to keep to, as checks that third parties can run on their own causes.
+
+    from helmbench.diagnosis.contract import check_cause
+
+    def test_my_cause():
+        check_cause(MyCause)
+
+A check raises AssertionError with a sentence.  Causes that no vessel of the checks can carry are refused as well.
+"""
+
+from __future__ import annotations
+
+import pickle
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..datasets.generator import Case, generate
+from ..datasets.instruments import corrected
+from ..datasets.record import Record
+from ..estimation.filters.innovations.derivatives import columns
+from ..estimation.filters.innovations.estimator import Estimator, estimator
+from ..estimation.filters.innovations.settings import Setting
+from ..models.families.extensions import extension_of, is_term
+from ..models.model import model_to_json, resolve
+from .causes._records import RecordCause
+from .causes.base import WHERE, Cause, NotTestable
+from .gain.extension import extended_model
+from .searches.base import Search
+from .state import Variant, first_state
+
+VESSELS = ("mariner", "kvlcc2-l7", "response-1", "nomoto-1")
+"""Models that the checks try a cause on; the last one with a response model's coefficients."""
+SIGMAS = 30.0
+"""Size, in standard errors, at which effects are switched on."""
+
+
+class Carried(NamedTuple):
+    """A cause on a model that can carry it: the filter, its records, and the cause's variants."""
+
+    est: Estimator
+    records: tuple[Record, ...]
+    variants: tuple[Variant, ...]
+
+
+@lru_cache(maxsize=16)
+def _filter(vessel: str, terms: tuple[str, ...], commanded: bool) -> tuple[Estimator, tuple[Record, ...]]:
+    """A vessel's filter on two records with every channel and, if asked for, the rudder's command only."""
+    source = resolve("response-1" if vessel == "nomoto-1" else vessel)
+    model = resolve(vessel)
+    if not model.known:
+        values = {"T": source.parameters["T"], "K": source.parameters["K"]}
+        model = model.with_coefficients(model.from_parameters(values))
+    texts = source.suite["train"]
+    records = [generate(Case(source.id, texts[i % len(texts)], "low", seed=i, duration_s=200.0)) for i in range(2)]
+    if commanded:
+        records = [r.with_channels(rudder_command_rad=r.rudder(), rudder_rad=None) for r in records]
+    return estimator(model, records, terms=terms if model.is_3dof else ()), tuple(records)
+
+
+def carried(cls: type[Cause]) -> Iterator[Carried]:
+    """The models of VESSELS that can carry the cause, measured and commanded rudder."""
+    cause = cls()
+    terms = (cause.extension,) if cause.extension is not None and is_term(cause.extension) else ()
+    for commanded in (False, True):
+        for vessel in VESSELS:
+            est, records = _filter(vessel, terms, commanded)
+            try:
+                variants = tuple(cause.variants(est))
+            except NotTestable:
+                continue
+            yield Carried(est, records, variants)
+
+
+def switched_on(case: Carried, variant: Variant) -> Setting:
+    """The start with every parameter of a variant at SIGMAS standard errors, or a small change, inside its bounds."""
+    est = case.est
+    s = est.start()
+    for p, column in zip(variant, columns(est, s, variant) if variant else (), strict=True):
+        size = np.linalg.norm(column)
+        amount = SIGMAS / size if size > 0.0 else p.scale
+        s = est.at(s, p, float(np.clip(amount, p.low + 0.1 * p.scale, p.high - 0.1 * p.scale)))
+    return s
+
+
+def check_is_described(cls: type[Cause]) -> None:
+    """Identifier, physics, unit, place and search are stated."""
+    cause = cls()
+    assert cause.id.isidentifier() and cause.id == cause.id.lower(), f"{cause.id!r} is no identifier in small letters"
+    assert len(cause.physics.split()) >= 5, "the docstring does not say what the cause is"
+    assert cause.where in (*WHERE, "record"), f"where is {cause.where!r}, one of {', '.join(WHERE)}"
+    assert cause.unit, "the unit of the sizes is not stated"
+    if not isinstance(cause, RecordCause):
+        assert isinstance(cause.search, Search), "the search is not stated"
+    if cause.extension is not None:
+        extension_of(cause.extension)
+
+
+def check_some_model_carries_it(cls: type[Cause]) -> None:
+    """At least one model carries it, and what cannot says why."""
+    assert any(True for _ in carried(cls)), "no model of the checks can carry the cause"
+    for commanded in (False, True):
+        for vessel in VESSELS:
+            try:
+                cls().variants(_filter(vessel, (), commanded)[0])
+            except NotTestable as reason:
+                assert len(str(reason).split()) >= 3, f"the reason {str(reason)!r} says too little"
+            except KeyError:
+                assert cls.extension is not None and is_term(cls.extension), "an entry of the vector does not exist"
+
+
+def check_parameters_are_zero_where_it_is_absent(cls: type[Cause]) -> None:
+    """At the start every parameter is zero, lies in its bounds, and returns to the start when it is set to zero."""
+    for case in carried(cls):
+        est = case.est
+        start = est.start()
+        for variant in case.variants:
+            s = switched_on(case, variant)
+            for p in variant:
+                assert p.unit, f"parameter {p.name} has no unit"
+                assert est.value(start, p) == 0.0, f"parameter {p.name} is not zero where the cause is absent"
+                assert p.low <= est.value(s, p) <= p.high, f"parameter {p.name} leaves its bounds"
+                s = est.at(s, p, 0.0)
+            same = [p for p in variant if p.low <= 0.0 <= p.high]
+            if len(same) == len(variant):
+                assert np.allclose(s.vectors, start.vectors, rtol=1e-9, atol=1e-12), "zero does not restore the model"
+
+
+def check_it_changes_what_is_measured(cls: type[Cause]) -> None:
+    """The likelihood changes when the cause is switched on; a cause without parameters offers a search of its own."""
+    for case in carried(cls):
+        calm = case.est.evaluate(case.est.start()).log_likelihood
+        for variant in case.variants:
+            if variant:
+                there = case.est.evaluate(switched_on(case, variant)).log_likelihood
+                assert there != calm, "switching the cause on changes nothing"
+            else:
+                assert type(cls.search).attempt is not Search.attempt, "no parameters, and no search of its own"
+
+
+def check_sizes(cls: type[Cause]) -> None:
+    """Sizes are finite, inside their intervals, with a unit."""
+    rng = np.random.default_rng(3)
+    for case in carried(cls):
+        for variant in (v for v in case.variants if v):
+            s, k = switched_on(case, variant), len(variant)
+            spread = np.diag([(0.1 * case.est.value(s, p)) ** 2 for p in variant])
+            found = cls().sizes(case.est, s, variant, spread, rng)
+            assert found, "no size is stated"
+            for size in found:
+                assert np.isfinite([size.value, size.low, size.high]).all(), f"{size.parameter} is not finite"
+                assert size.low <= size.value <= size.high and size.unit, f"{size.parameter}: interval or unit"
+            assert len(found) <= 2 * k, "more sizes than numbers"
+
+
+def check_extended_model_is_what_was_fitted(cls: type[Cause]) -> None:
+    """The extended model, written and read back, simulates corrected records as the filter does at the setting.
+
+    Where a quantity belongs to a record, the model holds the mean over the records.
+    """
+    for case in carried(cls):
+        for variant in (v for v in case.variants if v):
+            s = _mean(case, switched_on(case, variant))
+            model = extended_model(case.est, s, [cls()])
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "extended.json"
+                model_to_json(model, path)
+                reloaded = resolve(path)
+            assert np.array_equal(reloaded.coefficients, model.coefficients), "coefficients change on reading back"
+            assert dict(reloaded.instruments) == dict(model.instruments), "instruments change on reading back"
+            _same_simulation(case, s, replace(reloaded, id=model.id))
+
+
+def _mean(case: Carried, s: Setting) -> Setting:
+    return replace(s, vectors=np.tile(s.vectors.mean(axis=0), (len(s.vectors), 1)))
+
+
+def _same_simulation(case: Carried, s: Setting, model) -> None:
+    """Free runs of the base model's filter at the setting, and of the extended model's on corrected records."""
+    est, free = case.est, 3
+    there = estimator(model, [corrected(r, model.instruments) for r in case.records])
+    for i, record in enumerate(case.records):
+        ours, theirs = est.free_run(s, i, free), there.free_run(there.start(), i, free)
+        base = est.free_run(est.start(), i, free)
+        shown = np.array([_shown(theirs, record, model)])[0]
+        for c in np.flatnonzero(est.channels):
+            scale = max(float(np.nanstd(base[free:, c])), 1e-9)
+            error = np.sqrt(np.nanmean((ours[free:, c] - shown[free:, c]) ** 2)) / scale
+            assert error < 0.05, f"the extended model simulates channel {c} otherwise than the filter ({error:.3f})"
+
+
+def _shown(predicted: np.ndarray, record: Record, model) -> np.ndarray:
+    """Channels (T, 6) that the model's sensors show of its free run."""
+    from ..datasets.instruments import observed
+    from ..estimation.filters.innovations.vector import SYMBOLS
+    from ..models.model import CHANNELS
+
+    names = [CHANNELS[symbol] for symbol in SYMBOLS]
+    held = {name: predicted[:, c] for c, name in enumerate(names) if np.isfinite(predicted[:, c]).all()}
+    seen = observed(Record(record.time_s, held, record.name), model.instruments)
+    out = predicted.copy()
+    for c, name in enumerate(names):
+        if name in held:
+            out[:, c] = seen.column(name)
+    return out
+
+
+def check_pickles(cls: type[Cause]) -> None:
+    """Causes go to other processes and are the same there; two of a kind are equal."""
+    assert pickle.loads(pickle.dumps(cls())) == cls() and hash(cls()) == hash(cls())
+    state = next(iter(carried(cls)), None)
+    if state is not None:
+        bank = {cls(): state.variants}
+        assert first_state(state.est, bank, 0.01, (), None).bank[cls()] == state.variants
+
+
+CHECKS: tuple[Callable[[type[Cause]], None], ...] = tuple(
+    value for name, value in list(globals().items()) if name.startswith("check_")
+)
+"""Every check of this module, in order."""
+OF_RECORDS = (check_is_described,)
+"""The checks of causes that make whole columns mean something else: they act before there is a filter."""
+
+
+def check_cause(cls: type[Cause]) -> None:
+    """Run all checks on a cause class; the first that fails raises AssertionError."""
+    for check in OF_RECORDS if issubclass(cls, RecordCause) else CHECKS:
+        check(cls)

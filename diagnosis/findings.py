@@ -1,0 +1,169 @@
+"""What was found, as results tell it: findings with sizes, one line for every cause, the hypothesis, the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..estimation.filters.innovations.vector import SYMBOLS
+from ..models.model import CHANNELS as COLUMNS
+from .causes.outliers import Outliers
+from .causes.registry import causes
+from .residuals.unmodelled import confirmed
+from .result import Entry, Finding
+from .state import Candidate, State, Unmodelled, covariance
+from .statistics.score_tests import log_tail
+from .verdict import power
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..estimation.filters.innovations.estimator import Estimator
+    from ..estimation.filters.innovations.settings import Setting
+    from .causes._records import RecordFault
+    from .causes.base import Cause
+    from .kinematics.tracks import Tracks
+
+
+def all_findings(
+    state: State, failing: Sequence[Cause], faults: Sequence[RecordFault], tracks: Tracks, rng: np.random.Generator
+) -> list[Finding]:
+    """Findings of all stages; those that predict worse say so."""
+    failed = {cause.id for cause in failing}
+    own = [_left_out(f) if f.cause in failed else f for f in _of_selection(state, rng)]
+    return [*(_of_fault(f) for f in faults), *tracks.findings, *Outliers().findings(state.est), *own]
+
+
+def _of_fault(fault: RecordFault) -> Finding:
+    p = float(np.exp(max(log_tail(fault.statistic, 1), -700.0)))
+    details = dict(fault.details)
+    return Finding(fault.cause.id, (), "kinematics", fault.statistic, p, (), details=details, evidence=fault.evidence)
+
+
+def _left_out(f: Finding) -> Finding:
+    said = "left out of the extended model, which predicts held-out records worse with it"
+    return replace(f, evidence=f"{f.evidence}; {said}")
+
+
+def _of_selection(state: State, rng: np.random.Generator) -> list[Finding]:
+    spread, at, found = covariance(state), len(state.nuisance), []
+    for cause, a in zip(state.causes, state.accepted, strict=True):
+        k = len(a.variant)
+        block = spread[at : at + k, at : at + k]
+        at += k
+        ties = state.ties.get(cause, ())
+        found.append(
+            Finding(
+                cause.id,
+                tuple(tied.id for tied in ties),
+                "dynamics",
+                a.statistic,
+                adjusted_p(state, a.log_p),
+                cause.sizes(state.est, state.setting, a.variant, block, rng),
+                details=dict(cause.details(state.est, a.variant)),
+                evidence=_evidence(cause, a, state.n_effective),
+                separate_by=cause.separate_by if ties else None,
+            )
+        )
+    return sorted(found, key=lambda f: -f.statistic)
+
+
+def adjusted_p(state: State, log_p: float) -> float:
+    """A p-value adjusted for the independent tests of the bank."""
+    return float(min(1.0, np.exp(log_p + np.log(state.n_effective))))
+
+
+def _evidence(cause: Cause, a: Candidate, tests: float) -> str:
+    k = max(len(a.variant), 1)
+    plural = "s" if k > 1 else ""
+    said = (
+        f"likelihood-ratio statistic {a.statistic:.1f} on {k} parameter{plural}, less the cost of gusts, noise "
+        f"refitted (about {tests:.0f} independent tests)"
+    )
+    if cause.search.counts_values:
+        said += f"; scanned values count as {a.tests:.1f} independent tests (bootstrap, the recorded rudder used again)"
+    return said
+
+
+# ---- the bank
+def bank_entries(
+    state: State, cannot: Mapping[Cause, str], findings: Sequence[Finding], tracks: Tracks
+) -> tuple[Entry, ...]:
+    """One line for every cause of the taxonomy."""
+    named = {f.cause: f for f in findings}
+    tied = {name: f for f in findings for name in f.tied_with}
+    return tuple(_entry(state, cause, named, tied, cannot, dict(tracks.statistics)) for cause in causes().values())
+
+
+def _entry(
+    state: State,
+    cause: Cause,
+    named: Mapping[str, Finding],
+    tied: Mapping[str, Finding],
+    cannot: Mapping[Cause, str],
+    tracks: Mapping[Cause, float],
+) -> Entry:
+    statistic, p = _first_statistic(state, cause)
+    own = power(state, cause)
+    if cause.id in named:
+        f = named[cause.id]
+        return Entry(cause.id, "tied" if f.tied_with else "named", f.statistic, f.p_adjusted, own, f.evidence)
+    if cause.id in tied:
+        why = f"cannot be told from {tied[cause.id].cause} on these records"
+        return Entry(cause.id, "tied", statistic, p, own, why)
+    if cause in tracks:
+        p = float(min(1.0, len(tracks) * np.exp(log_tail(tracks[cause], 1))))
+        return Entry(cause.id, "not_significant", tracks[cause], p, own, "heading, log and positions agree without it")
+    if cause in cannot:
+        return Entry(cause.id, "not_testable", statistic, p, own, cannot[cause])
+    if cause in state.in_span:
+        why = "the free coefficients of the base model, or nothing that was measured, can show it"
+        return Entry(cause.id, "not_testable", statistic, p, own, why)
+    if p is not None and p < state.alpha and state.accepted:
+        why = f"significant alone, not beside {state.causes[0].id}"
+        return Entry(cause.id, "explained_by", statistic, p, own, why)
+    return Entry(cause.id, "not_significant", statistic, p, own, "no evidence in the residuals")
+
+
+def _first_statistic(state: State, cause: Cause) -> tuple[float | None, float | None]:
+    """Statistic and adjusted p-value of a cause in the first step, refitted or else by its score."""
+    candidate = next((c for c in state.candidates if c.cause == cause), None)
+    if candidate is not None:
+        return candidate.statistic, adjusted_p(state, candidate.log_p)
+    screened = state.screened.get(cause)
+    return (None, None) if screened is None else (screened.score.statistic, adjusted_p(state, screened.log_p))
+
+
+# ---- what is not named
+def hypothesis_of(state: State, left: Candidate | None, records: Sequence[Record]) -> dict[str, Any] | None:
+    """The sparse term that fits an unexplained effect best, and whether held-out records confirm it."""
+    if left is None:
+        return None
+    est = state.est
+    axes = ("X", "Y", "N") if est.n_forces == 3 else ("N", "N rate")
+    terms = []
+    for p in left.variant:
+        if p.series is not None:
+            axis = p.series[0]
+            where = axes[axis] if axis < est.n_forces else f"channel {COLUMNS[SYMBOLS[axis - est.n_forces]]}"
+            name = p.name.rpartition(":")[0]
+            terms.append({"term": name, "acts_on": where, "size": est.value(left.setting, p)})
+    return {
+        "hypothesis": left.cause.label if isinstance(left.cause, Unmodelled) else left.cause.id,
+        "terms": terms,
+        "log_p": left.log_p,
+        "confirmed_on_held_out": confirmed(state, left, records) if left.variant and records else None,
+    }
+
+
+def noise_of(est: Estimator, s: Setting) -> dict[str, Any]:
+    """Estimated noise: sensors by column, forces in N and N m, correlation time, rudder sensor."""
+    names = [COLUMNS[symbol] for symbol in SYMBOLS]
+    return {
+        "sensor_sd": {names[c]: float(s.noise.sensor_sd[c]) for c in np.flatnonzero(est.channels)},
+        "force_sd": (s.noise.force_sd * est.unit).tolist(),
+        "correlation_time_s": float(s.noise.correlation_time_s),
+        "rudder_sd": est.rudder_sd,
+    }

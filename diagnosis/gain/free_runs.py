@@ -1,0 +1,176 @@
+"""Free runs of records: the filter's state after the first seconds, and a simulation from there.
+
+Each model starts from its own filtered state, without random forces.  Quantities that belong to a record (wind,
+current, waves) are estimated anew on its first part, and the rest is scored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...estimation.filters.innovations.derivatives import columns
+from ...estimation.filters.innovations.estimator import Estimator, Innovations
+from ...estimation.filters.innovations.refit import gauss_newton
+from ...estimation.filters.innovations.settings import Parameter, Setting
+from ...estimation.filters.innovations.vector import SYMBOLS
+from ...models.model import CHANNELS as COLUMNS
+from ..result import Gain, Trace
+
+START_S = 10.0
+"""Time (s, of a 160 m ship) that a free run starts after."""
+FIRST_PART = 0.3
+"""Share of a held-out record on which its own quantities are estimated."""
+BLOCK_S = 20.0
+DRAWS = 1000
+
+
+def transferred(held: Estimator, s: Setting, per_record: Sequence[Parameter]) -> Setting:
+    """A training setting on the held-out records: shared parameters as they are, those of a record at zero."""
+    row = s.vectors[0].copy()
+    for p in per_record:
+        for entry, _ in p.slots:
+            row[entry] = held.base[entry]
+    return Setting(np.tile(row, (len(held.segments), 1)), s.noise)
+
+
+def adapted(held: Estimator, s: Setting, variant: Sequence[Parameter], share: float = FIRST_PART) -> Setting:
+    """Per-record parameters estimated on the first part of each held-out record."""
+    if not variant:
+        return s
+    early = held.first(share)
+    kinds = {(p.name, p.slots): p for p in variant}
+    own = [replace(p, record=i) for i in range(held.n_records) for p in kinds.values()]
+    found = s
+    now = early.evaluate(found)
+    for _ in range(6):
+        before = now.log_likelihood
+        found, now = gauss_newton(early, found, now, own)
+        if now.log_likelihood - before < 0.05:
+            break
+    return replace(found, noise=s.noise)
+
+
+def fitted_to_simulate(est: Estimator, s: Setting, parameters: Sequence[Parameter], most: int = 25) -> Setting:
+    """Parameters that simulate the training records best (output error), from where the innovations put them.
+
+    Levenberg-Marquardt on the sum of N log(rms) over channels; heading and positions, which integrate every error,
+    count only where no yaw rate is measured.
+    """
+    sim = est.simulating(START_S * est.clock)
+    counted = sim.channels.copy()
+    counted[[0, 4, 5]] &= not sim.channels[1]
+    damping = 1e-3
+    now = sim.evaluate(s)
+    cost, rms = _simulation_cost(now, s, counted)
+    for _ in range(most if len(parameters) < 12 else 8):
+        weight = np.where(counted, s.noise.sensor_sd / np.maximum(rms, s.noise.sensor_sd), 0.0)
+        rows = (columns(sim, s, parameters).reshape(len(parameters), -1, 6) * weight).reshape(len(parameters), -1)
+        target = (now.e * weight).ravel()
+        scale = np.linalg.norm(rows, axis=1) + 1e-300
+        fisher, gradient = (rows / scale[:, None]) @ (rows / scale[:, None]).T, -(rows @ target) / scale
+        for _ in range(8):
+            step = np.linalg.solve(fisher + damping * np.eye(len(parameters)), gradient) / scale
+            trial = s
+            for p, change in zip(parameters, step, strict=True):
+                trial = sim.at(trial, p, sim.value(trial, p) + change)
+            found = sim.evaluate(trial)
+            lower, spread = _simulation_cost(found, trial, counted)
+            if lower < cost:
+                break
+            damping *= 6.0
+        else:
+            break
+        gained, s, now, cost, rms = cost - lower, trial, found, lower, spread
+        damping = max(0.2 * damping, 1e-9)
+        if gained < 0.1:
+            break
+    return s
+
+
+def _simulation_cost(now: Innovations, s: Setting, counted: np.ndarray) -> tuple[float, np.ndarray]:
+    """Sum of N log(rms) over the channels that count, and the rms (6,) of each."""
+    used = (now.e != 0.0).sum(axis=0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        rms = s.noise.sensor_sd * np.sqrt((now.e**2).sum(axis=0) / np.maximum(used, 1))
+        cost = float(np.sum(used[counted] * np.log(np.maximum(rms[counted], s.noise.sensor_sd[counted]))))
+    return (cost if np.isfinite(cost) else np.inf), rms
+
+
+def free_runs(held: Estimator, s: Setting) -> list[np.ndarray]:
+    """Predicted channels (T, 6) of each record, run freely from START_S on."""
+    out = []
+    for i, d in enumerate(held.segments):
+        free = int(np.searchsorted(d.time, min(START_S * held.clock, 0.2 * d.time[-1])))
+        out.append(held.free_run(s, i, max(free, 2)))
+    return out
+
+
+def scored_from(held: Estimator, per_record: bool) -> list[int]:
+    """First sample that counts in each record."""
+    starts = []
+    for d in held.segments:
+        start = FIRST_PART * d.time[-1] if per_record else min(START_S * held.clock, 0.2 * d.time[-1])
+        starts.append(int(np.searchsorted(d.time, start)) + 1)
+    return starts
+
+
+def gains(
+    held: Estimator, before: Sequence[np.ndarray], after: Sequence[np.ndarray], starts: Sequence[int],
+    sensor_sd: np.ndarray, rng: np.random.Generator,
+) -> dict[str, Gain]:  # fmt: skip
+    """Gain of every measured channel over the held-out records, with a block-bootstrap interval of the ratio."""
+    out = {}
+    for c in np.flatnonzero(held.channels).tolist():
+        old, new, spread = [], [], []
+        for d, a, b, k in zip(held.segments, before, after, starts, strict=True):
+            y = d.measured[k:, c]
+            block = max(1, round(BLOCK_S * held.clock / d.step_s))
+            old += _blocks(_error(y, a[k:, c], c), block)
+            new += _blocks(_error(y, b[k:, c], c), block)
+            spread += [np.nansum((y - np.nanmean(y)) ** 2)]
+        out[COLUMNS[SYMBOLS[c]]] = _gain(np.array(old), np.array(new), float(np.sum(spread)), sensor_sd[c], rng)
+    return out
+
+
+def _error(y: np.ndarray, predicted: np.ndarray, c: int) -> np.ndarray:
+    error = y - predicted
+    if c == 0:
+        error = np.mod(error + np.pi, 2.0 * np.pi) - np.pi
+    return np.where(np.isfinite(predicted) | ~np.isfinite(y), error, 1e6)
+
+
+def _blocks(error: np.ndarray, size: int) -> list[tuple[float, int]]:
+    parts = [error[i : i + size] for i in range(0, error.size, size)]
+    return [(float(np.nansum(p**2)), int(np.isfinite(p).sum())) for p in parts]
+
+
+def _gain(old: np.ndarray, new: np.ndarray, spread: float, floor: float, rng: np.random.Generator) -> Gain:
+    count = max(old[:, 1].sum(), 1.0)
+    a, b = np.sqrt(old[:, 0].sum() / count), np.sqrt(new[:, 0].sum() / count)
+    pick = rng.integers(0, len(old), (DRAWS, len(old)))
+    ratios = np.sqrt(new[pick, 0].sum(axis=1) / np.maximum(old[pick, 0].sum(axis=1), 1e-300))
+    low, high = np.quantile(ratios, [0.05, 0.95])
+    gap = max(a**2 - floor**2, 1e-300)
+    closed = (a**2 - b**2) / gap if a > 1.05 * floor else 0.0
+    r2 = [1.0 - x[:, 0].sum() / max(spread, 1e-300) for x in (old, new)]
+    return Gain(
+        float(a), float(b), float(low), float(high), float(r2[0]), float(r2[1]), float(np.clip(closed, -9.0, 1.0))
+    )
+
+
+def traces(
+    est: Estimator, role: str, before: Sequence[np.ndarray], after: Sequence[np.ndarray], starts: Sequence[int]
+) -> tuple[Trace, ...]:
+    """Measured channels against both free runs, for the page; nan before scoring starts."""
+    out = []
+    for d, a, b, k in zip(est.segments, before, after, starts, strict=True):
+        names = {c: COLUMNS[SYMBOLS[c]] for c in np.flatnonzero(est.channels)}
+        cut = np.arange(d.time.size) < k
+        runs = [{n: np.where(cut, np.nan, x[:, c]) for c, n in names.items()} for x in (a, b)]
+        out.append(
+            Trace(d.name, role, d.time, d.rudder, {n: d.measured[:, c] for c, n in names.items()}, runs[0], runs[1])
+        )
+    return tuple(out)

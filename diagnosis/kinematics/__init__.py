@@ -1,0 +1,1 @@
+"""What the channels say of each other, without a hull model."""

@@ -1,0 +1,56 @@
+"""Choices of a diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from ..models.errors import BadInput
+from .causes.registry import cause
+
+if TYPE_CHECKING:
+    from ..models.model import Model
+    from .causes.base import Cause
+
+THREADS = 2
+
+
+@dataclass(frozen=True)
+class Options:
+    """Choices of a diagnosis.
+
+    base_parameters : 'file' takes the model's coefficients as known, 'identify' estimates them along; None: 'file'
+        where the model carries coefficients.
+    coefficient_sd : relative uncertainty of known coefficients, as a Gaussian prior (0: none).
+    channels : record channels to use, None for all.
+    max_effects : most causes that are named together.
+    alpha : family-wise level of the whole run.
+    only : causes that the bank is restricted to, None for all.
+    threads : threads that run the filter; the results do not depend on them.
+    """
+
+    base_parameters: str | None = None
+    coefficient_sd: float = 0.0
+    channels: tuple[str, ...] | None = None
+    max_effects: int = 3
+    alpha: float = 0.01
+    seed: int = 0
+    only: tuple[str, ...] | None = None
+    threads: int = THREADS
+
+    def checked(self, model: Model) -> Options:
+        """The options with defaults for a model; BadInput for a value that cannot be."""
+        base = self.base_parameters or ("file" if model.known else "identify")
+        if base not in ("file", "identify"):
+            raise BadInput(f"base parameters {base!r}", hint="file or identify")
+        if base == "file" and not model.known:
+            raise BadInput(f"model {model.id} carries no coefficients", hint="use --base-parameters identify")
+        if not 0.0 < self.alpha < 0.5 or self.max_effects < 1 or self.coefficient_sd < 0.0 or self.threads < 1:
+            hint = "alpha lies in 0 .. 0.5, max effects and threads are at least 1, coefficient sd at least 0"
+            raise BadInput("an option is out of its range", hint=hint)
+        self.causes()
+        return replace(self, base_parameters=base)
+
+    def causes(self) -> frozenset[Cause] | None:
+        """The causes that the bank is restricted to; BadInput for an unknown one."""
+        return None if self.only is None else frozenset(cause(name) for name in self.only)

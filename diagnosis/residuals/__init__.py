@@ -1,0 +1,1 @@
+"""What no named cause explains."""

@@ -1,0 +1,59 @@
+"""Whether something stays unexplained once causes are named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..selection.forward import SHARE_UNMODELLED, size_tests
+from ..state import Candidate, State, Unmodelled, misfit_allowance
+from ..statistics.score_tests import cauchy_combination
+from . import tests
+from .unmodelled import best_unmodelled, margin_over_unmodelled
+
+RIVALLED_NATS, RIVALLED_LEVEL = 30.0, 0.05
+"""How near an unmodelled effect may come to what was named before its sizes are tested at a level of their own, and
+that level: right names stand so near where effects are faint, and faint ones' small faults of description do not
+show."""
+
+
+def unexplained(state: State, rng: np.random.Generator) -> Candidate | None:
+    """An effect outside the bank that the innovations still show, or that alone beats all that was named.
+
+    What an unmodelled effect comes near to must be the same throughout the records at a level of its own.
+    """
+    threshold = float(np.log(state.alpha * SHARE_UNMODELLED))
+    found = best_unmodelled(state, threshold, rng) if state.accepted else state.rival
+    if found is not None:
+        return found
+    margin = margin_over_unmodelled(state)
+    if margin < 0.0:
+        return state.rival
+    sizes = size_tests(state)
+    if margin < RIVALLED_NATS and sizes:
+        log_p = cauchy_combination([p for _, p in sizes])
+        if log_p < np.log(RIVALLED_LEVEL):
+            return _without_form(state, smallest(sizes)[0], log_p)
+    line = tests.line_test(state.est, state.now)
+    label, log_p = smallest(
+        [
+            *tests.activity_tests(state.est, state.now),
+            *tests.whiteness_tests(state.est, state.now),
+            *sizes,
+            (f"a line at {line[1]:.3g} rad/s", line[0]),
+        ]
+    )
+    allowed = min(threshold, -0.5 * float(misfit_allowance(state).sum()))
+    return _without_form(state, label, log_p) if log_p < allowed else None
+
+
+def smallest(found: Sequence[tuple[str, float]]) -> tuple[str, float]:
+    """Label of the most significant test, and its log p-value, their number taken into account."""
+    label, log_p = min(found, key=lambda t: t[1])
+    return label, log_p + float(np.log(len(found)))
+
+
+def _without_form(state: State, label: str, log_p: float) -> Candidate:
+    """An effect that shows in a test and has no form of its own."""
+    return Candidate(Unmodelled(label), (), log_p, -2.0 * log_p, state.setting, state.now)

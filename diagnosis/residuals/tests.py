@@ -1,0 +1,146 @@
+"""Tests of the innovations that need no description of an effect: gusts must look like gusts.
+
+Innovations of a force that acts only in parts of the manoeuvre are too large there and too small elsewhere; what a
+cause only resembles asks for another size of it elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.filters.innovations.vector import SYMBOLS
+from ..statistics.score_tests import log_tail
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator, Innovations
+    from ..causes.base import Cause
+    from ..statistics.score_tests import Projector
+
+
+def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
+    """Log p-values of the squared innovations not depending on what the ship does: (condition, log p)."""
+    from scipy.stats import norm
+
+    names = list(est.kernels.STATES)
+    r = np.abs(now.states[:, names.index("r")])
+    rudder = est.joined(lambda d: np.abs(d.rudder))
+    rate = est.joined(lambda d: np.abs(np.gradient(d.rudder, d.time)))
+    part = est.joined(lambda d: d.time / d.time[-1])
+    conditions = {
+        "yaw rate": r,
+        "rudder angle": rudder,
+        "rudder rate": np.minimum(rate, np.quantile(rate, 0.95)),
+        "time": part,
+    }
+    if est.n_records > 1:
+        conditions |= {f"record {name}": (est.owner == i).astype(float) for i, name in enumerate(est.record_names)}
+    out = []
+    for label, g in conditions.items():
+        for c in np.flatnonzero(est.channels):
+            e = now.e[:, c]
+            used = e != 0.0
+            if used.sum() < 50 or np.std(g[used]) == 0.0:
+                continue
+            z = np.minimum(e[used] ** 2, 20.0) - 1.0
+            h = (g[used] - g[used].mean()) / np.std(g[used])
+            t = np.sum((z - z.mean()) * h) / np.sqrt(used.sum() * max(np.var(z), 1e-12))
+            out.append((f"{SYMBOLS[c]} with {label}", float(np.log(2.0) + norm.logsf(abs(t)))))
+    return out
+
+
+def size_tests(
+    est: Estimator, now: Innovations, projector: Projector, columns: Mapping[Cause, np.ndarray]
+) -> list[tuple[str, float]]:
+    """Log p-values of each named cause having one size: in every record, early and late, to both sides, hard and soft.
+
+    columns : for each cause the derivatives (k, N*6)
+    of the innovations by its parameters; projector : with all of them projected out.
+    """
+    out = []
+    for label, weight in _conditions(est, now).items():
+        for cause, own in columns.items():
+            parted = (own.reshape(len(own), -1, 6) * weight[:, None]).reshape(len(own), -1)
+            out.append(
+                (f"{cause.id} of another size with {label}", log_tail(projector.score(parted).statistic, len(own)))
+            )
+    return out
+
+
+def _conditions(est: Estimator, now: Innovations) -> dict[str, np.ndarray]:
+    """Weights (N,) of all samples between -1 and 1, with or against a condition."""
+    r = now.states[:, list(est.kernels.STATES).index("r")]
+    rudder = est.joined(lambda d: np.abs(d.rudder))
+    late = est.joined(lambda d: d.time > 0.5 * d.time[-1])
+    found = {
+        "time": late,
+        "the turn's side": r > 0.0,
+        "yaw rate": np.abs(r) > np.median(np.abs(r)),
+        "rudder angle": rudder > np.median(rudder),
+    }
+    if est.n_records > 1:
+        found |= {f"record {name}": est.owner == i for i, name in enumerate(est.record_names)}
+    return {label: np.where(chosen, 1.0, -1.0) for label, chosen in found.items()}
+
+
+def rate_statistic(est: Estimator, now: Innovations) -> float:
+    """Standard score of squared innovations growing with the squares of their channels' rates of change."""
+    total, variance = 0.0, 0.0
+    for c in np.flatnonzero(est.channels):
+        rates = []
+        for i, d in enumerate(est.segments):
+            rows = est.samples_of(i)
+            rates.append(np.gradient(now.states[rows, est.places[c]], d.time))
+        g = np.concatenate(rates) ** 2 * np.exp(-2.0 * now.log_s[:, c])
+        used = now.e[:, c] != 0.0
+        h = g[used] - g[used].mean()
+        total += float(np.sum((np.minimum(now.e[used, c] ** 2, 20.0) - 1.0) * h))
+        variance += 2.0 * float(np.sum(h**2))
+    return total / np.sqrt(max(variance, 1e-300))
+
+
+def whiteness_tests(est: Estimator, now: Innovations, lags: int = 12) -> list[tuple[str, float]]:
+    """Log p-values of each channel's innovations being white over the first lags (Ljung-Box)."""
+    out = []
+    for c in np.flatnonzero(est.channels):
+        total, count = np.zeros(lags), np.zeros(lags)
+        for i in range(len(est.segments)):
+            e = np.clip(now.e[est.edges[i] + 10 : est.edges[i + 1], c], -4.5, 4.5)
+            for k in range(1, lags + 1):
+                total[k - 1] += e[k:] @ e[:-k]
+                count[k - 1] += np.count_nonzero(e[k:] * e[:-k])
+        if count.min() > 50:
+            out.append((f"{SYMBOLS[c]} white", log_tail(float(np.sum(total**2 / count)), lags)))
+    return out
+
+
+def line_test(est: Estimator, now: Innovations) -> tuple[float, float]:
+    """A spectral line in the innovations of heading, yaw rate and sway: log p and its angular frequency (rad/s)."""
+    from scipy.stats import chi2
+
+    best = (0.0, 1.0)
+    dt = est.segments[0].step_s
+    size = 4096
+    omega = 2.0 * np.pi * np.fft.rfftfreq(size, dt)
+    shortest = min(d.time[-1] for d in est.segments)
+    band = np.flatnonzero((omega > 2.0 * np.pi * 3.0 / shortest) & (omega < 0.3 * np.pi / dt))
+    for c in np.flatnonzero(est.channels[:4]) if band.size else ():
+        power, runs = np.zeros(omega.size), 0
+        for i in range(len(est.segments)):
+            e = np.clip(now.e[est.edges[i] + 6 : est.edges[i + 1], c], -4.5, 4.5)
+            if np.count_nonzero(e) < 50:
+                continue
+            taper = np.hanning(e.size)
+            power += np.abs(np.fft.rfft(e * taper, n=size)) ** 2 / np.sum(taper**2)
+            runs += 1
+        if not runs:
+            continue
+        median = float(chi2.median(2 * runs)) / 2.0
+        background = [np.median(power[max(3, k - 80) : k + 80]) / median for k in band.tolist()]
+        level = 2.0 * power[band] / np.maximum(background, 0.9)
+        k = int(np.argmax(level))
+        tests = 3.0 * shortest / dt / 4.0
+        best = min(best, (log_tail(float(level[k]), 2 * runs) + np.log(tests), float(omega[band[k]])))
+    return best

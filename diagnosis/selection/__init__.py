@@ -1,0 +1,1 @@
+"""Forward selection of causes."""

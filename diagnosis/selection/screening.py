@@ -1,0 +1,74 @@
+"""Score tests of the whole bank at a setting: which causes are worth a refit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...estimation.filters.innovations.derivatives import columns
+from ..searches.base import Here
+from ..state import IN_SPAN, Screened, State, Variant, projector
+from ..statistics.score_tests import effective_number, log_tail
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator, Innovations
+    from ...estimation.filters.innovations.settings import Parameter, Setting
+    from ..causes.base import Cause
+
+
+class Screen(NamedTuple):
+    """Screened causes, best first; those that the nuisance takes up; columns of the rest by cause and variant."""
+
+    items: list[Screened]
+    in_span: frozenset[Cause]
+    families: list[list[np.ndarray]]
+    here: Here
+
+
+def screen(state: State, s: Setting, now: Innovations, rng: np.random.Generator) -> Screen:
+    """Score of every cause not accepted yet, best variant each."""
+    project = state.point.projector
+    if s is not state.setting:
+        project = projector(state.est, s, now, state.parameters, state.precisions())
+    here = Here(s, now, project)
+    bank = {cause: variants for cause, variants in state.bank.items() if cause not in state.causes}
+    out, families, in_span = [], [], set()
+    scored = {cause: variants for cause, variants in bank.items() if cause.search.scored}
+    for cause, own in _columns(state.est, s, scored).items():
+        scores = [project.score(c) for c in own]
+        if all(score.share < IN_SPAN for score in scores):
+            in_span.add(cause)
+            continue
+        families.append(own)
+        variants = scored[cause]
+        ranked = [
+            log_tail(score.statistic, len(v)) + np.log(len(variants)) for score, v in zip(scores, variants, strict=True)
+        ]
+        best = int(np.argmin(ranked))
+        out.append(Screened(cause, variants[best], float(ranked[best]), scores[best]))
+    others = [cause.search.screen(cause, state, here, rng) for cause in bank if not cause.search.scored]
+    out += [item for item in others if item is not None]
+    return Screen(sorted(out, key=lambda c: c.log_p), frozenset(in_span), families, here)
+
+
+def counted(state: State, found: Screen, rng: np.random.Generator) -> State:
+    """The state with the first screen and the number of independent tests that the bank amounts to."""
+    n = effective_number(found.here.projector, found.families, rng) if found.families else 0.0
+    return replace(
+        state, n_effective=1.0 + n, screened={i.cause: i for i in found.items}, in_span=state.in_span | found.in_span
+    )
+
+
+def _columns(est: Estimator, s: Setting, bank: Mapping[Cause, Sequence[Variant]]) -> dict[Cause, list[np.ndarray]]:
+    """Columns (k, n) of each variant of each cause; a parameter that stands in several is run once."""
+    unique: dict[tuple, Parameter] = {}
+    for p in (p for variants in bank.values() for variant in variants for p in variant):
+        unique.setdefault((p.name, p.slots, p.record), p)
+    rows = dict(zip(unique, columns(est, s, list(unique.values())), strict=True))
+    return {
+        cause: [np.stack([rows[p.name, p.slots, p.record] for p in variant]) for variant in variants]
+        for cause, variants in bank.items()
+    }

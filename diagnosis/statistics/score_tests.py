@@ -1,0 +1,175 @@
+"""Score tests with nuisance projected out, and their family-wise level by multiplier draws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...estimation.filters.innovations.estimator import Innovations
+from ...estimation.filters.innovations.noise_fit import CLIP
+from ...estimation.filters.innovations.vector import CHANNELS
+
+DRAWS = 5000
+
+
+def log_tail(statistic: float, k: int) -> float:
+    """log P(chi2_k > statistic), also far in the tail."""
+    from scipy.special import gammaln
+    from scipy.stats import chi2
+
+    x = max(float(statistic), 1e-9)
+    if x < 300.0:
+        return float(chi2.logsf(x, k))
+    return float(-0.5 * x + (0.5 * k - 1.0) * np.log(0.5 * x) - gammaln(0.5 * k))
+
+
+@dataclass(frozen=True)
+class Score:
+    """An efficient score test of k parameters: statistic, estimate of one step (k,), and the share of the
+    information that is left after the nuisance was projected out (0: in its span)."""
+
+    statistic: float
+    step: np.ndarray
+    share: float
+    information: np.ndarray
+
+
+class Projector:
+    """Innovations and columns with the columns of nuisance parameters projected out.
+
+    residual : (N*6,) innovations, clipped.
+    nuisance : (m, N*6) columns.
+    prior : (m,) precisions of the nuisance parameters, None for none.
+    """
+
+    def __init__(self, now: Innovations, nuisance: np.ndarray, prior: np.ndarray | None = None) -> None:
+        self.residual = np.clip(now.e, -CLIP, CLIP).ravel()
+        self.nuisance = nuisance
+        information = nuisance @ nuisance.T
+        fisher = information + (np.diag(prior) if prior is not None else 0.0)
+        scale = np.sqrt(np.diag(fisher)) + 1e-300
+        outer = np.outer(scale, scale)
+        self.inverse = np.linalg.pinv(fisher / outer, rcond=1e-11, hermitian=True) / outer if len(nuisance) else fisher
+        self.lost = 2.0 * self.inverse - self.inverse @ information @ self.inverse
+
+    def with_residual(self, now: Innovations) -> Projector:
+        """The same projection of other innovations, not clipped."""
+        other = object.__new__(Projector)
+        other.__dict__ = {**self.__dict__, "residual": now.e.ravel()}
+        return other
+
+    def project(self, columns: np.ndarray) -> np.ndarray:
+        """Columns (m, n) or one (n,) less their regression on the nuisance."""
+        if not len(self.nuisance):
+            return columns
+        return columns - (columns @ self.nuisance.T) @ self.inverse @ self.nuisance
+
+    def terms(self, left: np.ndarray) -> np.ndarray:
+        """What each sample adds (m, N) to the scores of projected columns (m, n)."""
+        return -(left * self.residual).reshape(len(left), -1, CHANNELS).sum(axis=2)
+
+    def products(self, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Inner products (..., k, k) of projected columns (..., k, n), and (..., k) of those with the residual, without
+        holding the projected columns."""
+        along = columns @ self.nuisance.T
+        inner = columns @ columns.swapaxes(-1, -2) - along @ self.lost @ along.swapaxes(-1, -2)
+        return inner, columns @ self.project(self.residual)
+
+    def score(self, columns: np.ndarray) -> Score:
+        """Test that the parameters of columns (k, n) are zero."""
+        left = self.project(columns)
+        whole = np.einsum("ij,ij->i", columns, columns)
+        information = left @ columns.T
+        information = 0.5 * (information + information.T)
+        kept = np.diag(information) > 1e-12 * whole
+        scale = np.where(kept, np.sqrt(np.maximum(np.diag(information), 1e-300)), np.inf)
+        share = float(np.max(np.diag(information) / np.maximum(whole, 1e-300)))
+        if not np.isfinite(information).all() or share <= 0.0:
+            return Score(0.0, np.zeros(len(columns)), 0.0, np.zeros((len(columns),) * 2))
+        gradient = -(left @ self.residual) / scale
+        matrix = information / np.outer(scale, scale) + np.diag(np.where(kept, 1e-10, 1.0))
+        step = np.linalg.solve(matrix, gradient)
+        return Score(float(gradient @ step), step / scale, share, information)
+
+
+def effective_number(
+    projector: Projector, families: list[list[np.ndarray]], rng: np.random.Generator, level: float = 0.05
+) -> float:
+    """How many independent tests the bank amounts to, from DRAWS multiplier draws of all its scores.
+
+    families : for each cause the columns (k, n) of its variants; a cause's p-value counts its variants.
+    The smallest p-value of the null bank is below p in a share 1 - (1 - p)^n_eff of the draws.
+    """
+    from scipy.stats import chi2
+
+    flat = [(columns, len(variants)) for variants in families for columns in variants]
+    correlation = correlations(np.vstack([projector.terms(projector.project(columns)) for columns, _ in flat]))
+    draws = normal_draws(rng, correlation)
+    largest: dict[tuple[int, int], np.ndarray] = {}
+    at = 0
+    for columns, variants in flat:
+        k = len(columns)
+        inverse = np.linalg.pinv(correlation[at : at + k, at : at + k], rcond=1e-9, hermitian=True)
+        own = draws[:, at : at + k]
+        at += k
+        statistic = np.einsum("ij,ij->i", own @ inverse, own)
+        largest[k, variants] = np.maximum(largest.get((k, variants), 0.0), statistic)
+    smallest = np.min([chi2.sf(x, k) * variants for (k, variants), x in largest.items()], axis=0)
+    return float(np.clip(_tests(float(np.quantile(smallest, level)), level), 1.0, 1000.0))
+
+
+def independent_tests(rng: np.random.Generator, terms: np.ndarray, sided: bool = False, level: float = 0.02) -> float:
+    """How many independent tests of one parameter (chi2, one degree of freedom) the largest of several scores amounts
+    to, from DRAWS multiplier draws.
+
+    terms : (m, N) what each sample adds to each score.
+    sided : the parameter cannot be negative, so that only positive scores count: one score is half a test.
+    """
+    from scipy.stats import norm
+
+    correlation = correlations(terms)
+    kept = np.diag(correlation) > 0.0
+    correlation = correlation[np.ix_(kept, kept)]
+    sides = 1.0 if sided else 2.0
+    if not len(correlation):
+        return 0.5 * sides
+    draws = normal_draws(rng, correlation)
+    largest = np.max(draws if sided else np.abs(draws), axis=1)
+    p = sides * float(norm.sf(np.quantile(largest, 1.0 - level)))
+    return 0.5 * sides * float(np.clip(_tests(p, level), 1.0, len(correlation)))
+
+
+def _tests(p: float, level: float) -> float:
+    """Number of independent tests of which the smallest p-value is below p in a share `level` of the cases."""
+    return float(np.log1p(-level) / np.log1p(-min(p, 0.5)))
+
+
+def correlations(terms: np.ndarray) -> np.ndarray:
+    """Correlations (m, m) of sums of the terms (m, N) with random multipliers; those of empty ones are zero."""
+    covariance = terms @ terms.T
+    spread = np.sqrt(np.diag(covariance))
+    scale = np.where(spread > 0.0, spread, np.inf)
+    return covariance / np.outer(scale, scale)
+
+
+def normal_draws(rng: np.random.Generator, correlation: np.ndarray) -> np.ndarray:
+    """DRAWS standard normal vectors of given correlations: what normal multipliers of all samples would sum to."""
+    value, axes = np.linalg.eigh(correlation)
+    return rng.standard_normal((DRAWS, len(value))) @ (axes * np.sqrt(np.maximum(value, 0.0))).T
+
+
+def cauchy_combination(log_p: Sequence[float]) -> float:
+    """Log p-value of several tests combined, valid under arbitrary dependence (Liu and Xie 2020)."""
+    smallest, n = min(log_p), len(log_p)
+    if smallest < -30.0:
+        return smallest + float(np.log(n))
+    p = np.clip(np.exp(log_p), 0.0, 1.0 - 1e-9)
+    return float(np.log(0.5 - np.arctan(np.mean(np.tan(np.pi * (0.5 - p)))) / np.pi))
+
+
+def canonical_correlation(projector: Projector, first: np.ndarray, second: np.ndarray) -> float:
+    """Largest canonical correlation of the projected columns of two causes."""
+    a, b = (np.linalg.qr(projector.project(c).T)[0] for c in (first, second))
+    return float(np.linalg.svd(a.T @ b, compute_uv=False)[0])

@@ -1,0 +1,1 @@
+"""What methods and diagnosis share: records as arrays, regressions, filters, likelihoods, observers, tuning."""

@@ -1,0 +1,1 @@
+"""Black boxes: scikit-learn regressors of accelerations, simulated like a model."""

@@ -1,0 +1,1 @@
+"""Kalman filters of any model: innovations, joint state and parameter estimation."""

@@ -1,0 +1,437 @@
+"""Records and a model under the innovations filter: likelihood, free runs, and parameters that move the filter.
+
+A `Setting` says everything that the filter is run at.  An `Estimator` holds the records and never changes; it
+evaluates settings.  Derivatives are in `derivatives`, the fit of the noise in `noise_fit`, that of parameters in
+`refit`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+import numpy as np
+
+from ....models import kernels as kernel_store
+from ...series import sensor_sd
+from .segments import Segment, rudder_sd, segments_of
+from .settings import Noise, Parameter, Setting
+from .vector import CHANNELS, OUTER, PLACE, RMS, SYMBOLS, base_vector, names_of, state_of
+
+if TYPE_CHECKING:
+    from ....datasets.record import Record
+    from ....models.model import Model
+    from ._arguments import Run, Shape, Trace
+
+T = TypeVar("T")
+R = TypeVar("R")
+START_TAU_S = 15.0
+"""Correlation time of random forces on a 160 m ship that fits start from; smaller ships scale it by the clock."""
+CORNER_ERROR = 0.12
+"""Error of the mean rudder between two samples with a corner between them, as a share of the second difference, where
+nothing is known of how the rudder moves there."""
+COARSEST = 2e-3
+"""Change of an innovation, in standard deviations, that a coarser step of the model's integration may make."""
+FLOOR = (3e-4, 3e-4, 3e-4, 3e-4, 1e-5, 1e-5)
+"""Smallest sensor sd that is believed, as a share of each channel's own spread."""
+NOTHING = np.zeros(0, np.int64)
+DIVERGED = -1e300
+"""Log likelihood of a run that is not finite."""
+
+
+class Innovations(NamedTuple):
+    """Whitened innovations and log S / 2, (N, 6) over all segments in turn; filtered states (N, nx)."""
+
+    e: np.ndarray
+    log_s: np.ndarray
+    states: np.ndarray
+
+    @property
+    def log_likelihood(self) -> float:
+        """Log likelihood short of a constant; DIVERGED where it is not finite."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            value = -np.sum(self.log_s) - 0.5 * np.sum(self.e**2)
+        return float(value) if np.isfinite(value) else DIVERGED
+
+    @property
+    def diverged(self) -> bool:
+        """Whether the run is not finite."""
+        return self.log_likelihood <= DIVERGED
+
+    def change(self, other: Innovations) -> np.ndarray:
+        """Change (N, 6) to other innovations at another setting (mean part: de + e dlog S)."""
+        return (other.e - self.e) + self.e * (other.log_s - self.log_s)
+
+
+@lru_cache(maxsize=4)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Threads for runs of the filter, which hold no lock; shared, as they keep nothing."""
+    return ThreadPoolExecutor(threads)
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """The segments of all records, ready for the filter; made by `estimator`.
+
+    unit : (nf,) units of the random forces, N and N m (response models: rad/s^2 and its like).
+    rudder_sd : noise of the rudder's sensor, rad.  corner_error : see CORNER_ERROR (0: corners at samples only).
+    clock : time scale against a 160 m ship.  terms : product terms that the vector holds beside the bank's.
+    free_s : None, or the time after which the filter updates nothing any more, so that innovations are output errors
+    over sensor noise.
+    """
+
+    model: Model
+    kernels: kernel_store.Kernels
+    segments: tuple[Segment, ...]
+    unit: np.ndarray
+    base: np.ndarray
+    rudder_sd: float
+    clock: float
+    commanded: bool
+    threads: int = 2
+    terms: tuple[str, ...] = ()
+    corner_error: float = CORNER_ERROR
+    free_s: float | None = None
+
+    # ---- what there is
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the entries of the parameter vector."""
+        return names_of(self.kernels)
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Name -> entry of the parameter vector."""
+        return {name: i for i, name in enumerate(self.names)}
+
+    @cached_property
+    def edges(self) -> np.ndarray:
+        """(S + 1,) first sample of each segment among all, and their number."""
+        return np.concatenate([[0], np.cumsum([d.time.size for d in self.segments])])
+
+    @property
+    def n_records(self) -> int:
+        return self.segments[-1].record + 1
+
+    @cached_property
+    def record_names(self) -> tuple[str, ...]:
+        """Name of each record."""
+        return tuple(dict((d.record, d.name) for d in self.segments)[i] for i in range(self.n_records))
+
+    @property
+    def n_forces(self) -> int:
+        return self.unit.size
+
+    @property
+    def n_theta(self) -> int:
+        """Entries of the vector that are the model's own."""
+        return len(self.names) - len(OUTER)
+
+    @cached_property
+    def n_values(self) -> int:
+        """Measured values that the filter uses."""
+        return int(sum(np.isfinite(d.measured[:, self.channels]).sum() for d in self.segments))
+
+    @cached_property
+    def channels(self) -> np.ndarray:
+        """(6,) whether any segment measures the channel and the model has the state."""
+        known = np.array([state_of(s, self.kernels.STATES) is not None for s in SYMBOLS])
+        return known & np.any([np.isfinite(d.measured).any(axis=0) for d in self.segments], axis=0)
+
+    def rows(self, record: int | None) -> list[int]:
+        """Segments of a record, or all of them."""
+        return [i for i, d in enumerate(self.segments) if record is None or d.record == record]
+
+    def samples_of(self, segment: int) -> slice:
+        """Samples of a segment among all."""
+        return slice(int(self.edges[segment]), int(self.edges[segment + 1]))
+
+    @cached_property
+    def owner(self) -> np.ndarray:
+        """(N,) record that each sample belongs to."""
+        return np.concatenate([np.full(d.time.size, d.record) for d in self.segments])
+
+    def joined(self, of_segment: Callable[[Segment], np.ndarray]) -> np.ndarray:
+        """A series (N, ...) of all samples, from one of each segment."""
+        return np.concatenate([of_segment(d) for d in self.segments])
+
+    @cached_property
+    def floors(self) -> np.ndarray:
+        """(6,) smallest sensor sd that is believed: FLOOR of each channel's own spread (interpolated records are
+        smoother than any sensor, and no model is better than that); that of headings ends at the whole compass."""
+        out = np.full(CHANNELS, 1e-9)
+        for c in np.flatnonzero(self.channels):
+            seen = [d.measured[:, c] for d in self.segments if np.isfinite(d.measured[:, c]).any()]
+            spread = max(float(np.nanstd(y)) for y in seen)
+            out[c] = max(FLOOR[c] * min(spread, np.pi / np.sqrt(3.0) if c == 0 else np.inf), 1e-9)
+        return out
+
+    # ---- variations
+    def first(self, share: float) -> Estimator:
+        """The same with only the first part of every segment."""
+        return replace(self, segments=tuple(d.first(max(8, int(share * d.time.size))) for d in self.segments))
+
+    def with_corners(self, share: float) -> Estimator:
+        """The same, with another share of the rudder's second difference in doubt at its corners (0: none)."""
+        return replace(self, corner_error=share)
+
+    def simulating(self, seconds: float) -> Estimator:
+        """The same, but run freely after the first seconds: innovations are then output errors over sensor noise."""
+        return replace(self, free_s=seconds)
+
+    def with_channels(self, used: Sequence[bool]) -> Estimator:
+        """The same with some of the six channels only."""
+        kept = [replace(d, measured=np.where(used, d.measured, np.nan)) for d in self.segments]
+        return replace(self, segments=tuple(kept))
+
+    def start(self) -> Setting:
+        """The base model with sensor noise read off the records and no random forces."""
+        sd = np.ones(CHANNELS)
+        for c in np.flatnonzero(self.channels):
+            found = [sensor_sd(d.measured[:, c]) for d in self.segments if np.isfinite(d.measured[:, c]).any()]
+            sd[c] = max(float(np.median(found)), self.floors[c])
+        noise = Noise(sd, np.zeros(self.n_forces), START_TAU_S * self.clock)
+        return Setting(np.tile(self.base, (len(self.segments), 1)), noise)
+
+    # ---- running the filter
+    def in_threads(self, work: Callable[[T], R], items: Iterable[T]) -> list[R]:
+        """Results of work that mostly runs compiled code, in the order of the items."""
+        if self.threads < 2:
+            return [work(item) for item in items]
+        return list(_pool(self.threads).map(work, items))
+
+    def evaluate(self, s: Setting) -> Innovations:
+        """Innovations of all segments at a setting."""
+        return self.gathered(self.in_threads(lambda i: self.run(s, i), range(len(self.segments))))
+
+    def many(
+        self, settings: Sequence[Setting], segments: Sequence[Sequence[int] | None] | None = None
+    ) -> list[Innovations]:
+        """Innovations at several settings; segments: for each, those that are run (None: all)."""
+        every = range(len(self.segments))
+        which = [every if chosen is None else chosen for chosen in segments or [None] * len(settings)]
+        jobs = [(s, i) for s, chosen in zip(settings, which, strict=True) for i in chosen]
+        runs = iter(self.in_threads(lambda job: self.run(*job), jobs))
+        return [self.gathered([next(runs) for _ in chosen]) for chosen in which]
+
+    def gathered(self, runs: Sequence[Run]) -> Innovations:
+        """Innovations of several segments in turn, without the states of waves."""
+        n = len(self.kernels.STATES) + self.n_forces
+        return Innovations(
+            np.concatenate([run.e for run in runs]),
+            np.concatenate([run.log_s for run in runs]),
+            np.concatenate([run.states[:, :n] for run in runs]),
+        )
+
+    def run(self, s: Setting, segment: int, free: int | None = None) -> Run:
+        """One segment through the filter, freely from sample `free` on."""
+        return self._filter(s, segment, free, NOTHING, np.zeros(0), False)[0]
+
+    def traced(
+        self, s: Setting, segment: int, varied: Sequence[int] = (), steps: np.ndarray | None = None
+    ) -> tuple[Run, Trace]:
+        """One segment through the filter, with all that derivatives need of the run.
+
+        varied : entries of the vector whose pushes are wanted, differenced over `steps`.
+        """
+        which = np.array(varied, np.int64)
+        over = probes(s.vectors[segment, which]) if steps is None else steps
+        return self._filter(s, segment, None, which, over, True)
+
+    def free_run(self, s: Setting, segment: int, free: int) -> np.ndarray:
+        """Predicted channels (T, 6) of a segment: filtered up to sample `free`, simulated from there without random
+        forces."""
+        return self.run(s, segment, free).predicted
+
+    def _filter(
+        self, s: Setting, i: int, free: int | None, varied: np.ndarray, steps: np.ndarray, kept: bool
+    ) -> tuple[Run, Trace]:
+        from ._arguments import Recorded, Run, Trace, Values  # numba
+        from ._kernel import run_filter
+
+        d, nf, n, channel = self.segments[i], self.n_forces, len(self.kernels.STATES), self.places
+        size, vector = d.time.size, s.vectors[i].copy()
+        nx = n + nf + (2 if vector[self.n_theta + RMS] > 0.0 else 0)
+        vector[self.index["rudder_fault_time"]] -= d.offset_s
+        recorded = Recorded(d.time, d.rudder, d.quiet, d.other, d.environment, d.measured, d.start, d.variance)
+        added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
+        noise, error = s.noise, np.array([self.rudder_sd, self.corner_error])
+        tau = np.array([noise.correlation_time_s])
+        values = Values(vector, self.unit, noise.sensor_sd, noise.force_sd, tau, added, error)
+        if free is None and self.free_s is not None:
+            free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
+        run = Run(*(np.empty((size, m)) for m in (CHANNELS, CHANNELS, nx, CHANNELS)))
+        rows = size if kept else 0
+        trace = Trace(
+            np.zeros((rows, nx, nx)), np.zeros((rows, CHANNELS, nx)), np.zeros((rows, CHANNELS, nx)),
+            np.zeros((rows, CHANNELS)), np.zeros((rows, nf, nx)), np.zeros((rows, CHANNELS)),
+            np.zeros((varied.size, rows, n)),
+        )  # fmt: skip
+        model, free = (self.kernels.rhs, self.kernels.jacobian), size if free is None else free
+        run_filter(*model, self.shape, channel, recorded, values, free, varied, steps, run, trace)
+        return run, trace
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """(6,) the state of each channel: -1 without one, -2 - state for a position that nothing measures."""
+        states = self.kernels.STATES
+        seen = [state_of(symbol, states) for symbol in SYMBOLS]
+        places = [-1 if name is None else states.index(name) for name in seen]
+        idle = [not used and symbol in ("x", "y") for used, symbol in zip(self.channels, SYMBOLS, strict=True)]
+        return np.array([-2 - i if i >= 0 and out else i for i, out in zip(places, idle, strict=True)], np.int64)
+
+    @cached_property
+    def shape(self) -> Shape:
+        """Sizes that the kernel needs."""
+        return self._shape(_substeps(self))
+
+    def _shape(self, substeps: int) -> Shape:
+        from ._arguments import Shape
+
+        inputs = list(self.kernels.INPUTS)
+        first = inputs.index("force_x" if "force_x" in inputs else "force")
+        current = inputs.index("current_north") if "current_north" in inputs else -1
+        return Shape(len(self.kernels.STATES), self.n_theta, len(inputs), first, current, substeps, self.n_forces)
+
+    # ---- parameters
+    def moved(self, s: Setting, parameter: Parameter, change: float) -> Setting:
+        """The setting with `change` added to a parameter."""
+        if parameter.series is not None:
+            axis, arrays = parameter.series
+            old = s.added or tuple(np.zeros((d.time.size, self.n_forces + CHANNELS)) for d in self.segments)
+            new = [a.copy() for a in old]
+            for a, series in zip(new, arrays, strict=True):
+                a[:, axis] += change * series
+            amounts = {**s.amounts, parameter.name: s.amounts.get(parameter.name, 0.0) + change}
+            return replace(s, added=tuple(new), amounts=amounts)
+        vectors, rows = s.vectors.copy(), self.rows(parameter.record)
+        if parameter.law is not None:
+            old = s.amounts.get(parameter.name, 0.0)
+            step = np.asarray(parameter.law(old + change)) - np.asarray(parameter.law(old))
+            for (entry, weight), part in zip(parameter.slots, step.tolist(), strict=True):
+                vectors[rows, entry] += part * weight
+            return replace(s, vectors=vectors, amounts={**s.amounts, parameter.name: old + change})
+        for entry, weight in parameter.slots:
+            vectors[rows, entry] += change * weight
+        return replace(s, vectors=vectors)
+
+    def value(self, s: Setting, parameter: Parameter) -> float:
+        """The parameter's present value (0 where the effect is absent)."""
+        if parameter.series is not None or parameter.law is not None:
+            return s.amounts.get(parameter.name, 0.0)
+        entry, weight = parameter.slots[0]
+        return float((s.vectors[self.rows(parameter.record)[0], entry] - self.base[entry]) / weight)
+
+    def at(self, s: Setting, parameter: Parameter, value: float) -> Setting:
+        """The setting with a parameter at a value, inside its bounds."""
+        return self.moved(s, parameter, float(np.clip(value, parameter.low, parameter.high)) - self.value(s, parameter))
+
+    def with_entries(self, s: Setting, values: dict[str, float], record: int | None = None) -> Setting:
+        """The setting with entries of the vector at values, in all records or one."""
+        vectors = s.vectors.copy()
+        for name, value in values.items():
+            vectors[self.rows(record), self.index[name]] = value
+        return replace(s, vectors=vectors)
+
+
+def estimator(
+    model: Model,
+    records: Sequence[Record],
+    unit: np.ndarray | None = None,
+    threads: int = 2,
+    terms: Sequence[str] = (),
+) -> Estimator:
+    """The records under the filter of a model with coefficients.
+
+    unit : (nf,) units of the random forces; None: see `force_units`.
+    terms : product terms (`models.families.extensions`) that the vector holds beside those of the bank.
+
+    Raises
+    ------
+    CannotFit : if a record lacks what the model needs.
+    """
+    kernels = kernel_store.load("~".join([model.family + kernel_store.BANK, *terms]))
+    clock = clock_of(model, records)
+    segments = segments_of(records, model, kernels, clock)
+    base = base_vector(model, kernels)
+    if "speed_loss_state" in kernels.STATES:
+        base[len(base) - len(OUTER) + PLACE["reference_speed"]] = _first_speed(segments)
+    return Estimator(
+        model=model,
+        kernels=kernels,
+        segments=segments,
+        unit=force_units(model, segments) if unit is None else unit,
+        base=base,
+        rudder_sd=rudder_sd(segments),
+        clock=clock,
+        commanded=all(not r.has("rudder_rad") for r in records),
+        threads=threads,
+        terms=tuple(terms),
+    )
+
+
+def clock_of(model: Model, records: Sequence[Record]) -> float:
+    """Time scale against a 160 m ship: sqrt(L/160 m), or the records' duration over 600 s (at most 1)."""
+    length = model.particulars.get("L")
+    if length is not None:
+        return float(np.sqrt(length / 160.0))
+    return float(min(np.median([r.time_s[-1] - r.time_s[0] for r in records]) / 600.0, 1.0))
+
+
+def force_units(model: Model, segments: Sequence[Segment]) -> np.ndarray:
+    """Units (nf,) of the forces: rho L^2 U0^2 / 2 (times L), or a typical yaw acceleration for response models."""
+    if model.is_3dof:
+        length, rho = model.particulars.get("L", 1.0), model.particulars.get("rho", 1025.0)
+        pressure = 0.5 * rho * length**2 * model.speed_m_s**2
+        return np.array([pressure, pressure, pressure * length])
+    slopes = []
+    for d in segments:
+        rate = d.measured[:, 1] if np.isfinite(d.measured[:, 1]).any() else np.gradient(d.measured[:, 0], d.time)
+        window = max(2, d.time.size // 100)
+        rise = (rate[window:] - rate[:-window]) / (d.time[window:] - d.time[:-window])
+        slopes.append(np.sqrt(np.mean(rise[np.isfinite(rise)] ** 2)) if np.isfinite(rise).any() else 0.0)
+    typical = 6000.0 * max(float(np.median(slopes)), 1e-9)
+    return np.array([typical] if "w" not in model.states else [typical / max(_fast_time(model), 1e-3), typical])
+
+
+def probes(values: np.ndarray) -> np.ndarray:
+    """Steps over which derivatives by entries of the vector are differenced."""
+    return 1e-3 * np.where(values != 0.0, np.abs(values), 1.0)
+
+
+def _fast_time(model: Model) -> float:
+    """A second-order response model's shorter time constant: forces on its highest derivative count against it."""
+    a1 = model.coefficients[0]
+    return 1.0 / max(abs(a1), 1e-6) if np.isfinite(a1) else 1.0
+
+
+def _first_speed(segments: Sequence[Segment]) -> float:
+    """Speed (m/s) in the first part of the records; 1 where none is measured."""
+    firsts = [d.measured[: max(5, d.time.size // 50), 2] for d in segments]
+    firsts = [x[np.isfinite(x)] for x in firsts]
+    found = np.concatenate(firsts)
+    return float(np.median(found)) if found.size else 1.0
+
+
+def _substeps(est: Estimator) -> int:
+    """RK4 steps a sample is cut into: twice as many until the base model's innovations hardly change."""
+    dt = est.segments[0].step_s
+    most = int(np.ceil(dt / (4.0 * est.model.max_step_s) - 1e-9))
+    if most <= 1:
+        return 1
+
+    def innovations(steps: int) -> np.ndarray:
+        other = replace(est)
+        other.__dict__["shape"] = est._shape(steps)
+        return np.concatenate([other.run(other.start(), i).e for i in range(len(other.segments))])
+
+    steps, coarse = 1, innovations(1)
+    while steps < most:
+        fine = innovations(2 * steps)
+        if np.all(np.abs(fine - coarse) < COARSEST * (1.0 + np.abs(fine))):
+            return steps
+        coarse, steps = fine, 2 * steps
+    return most

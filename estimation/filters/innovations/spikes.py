@@ -1,0 +1,81 @@
+"""Isolated gross errors of a channel: samples far from the curve through their neighbours."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+
+LIMIT, NEAR = 6.5, 4.5
+"""Robust standard deviations from which a sample is a gross error, and nearly one."""
+LEAST = 3e-4
+"""Share of a channel's own spread that its noise is taken to have at least: corners of a noise-free motion are no
+gross errors."""
+ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
+"""Rounds of the search, samples that a neighbour may be away, the share of gross errors from which on two may stand
+side by side, and how many times those of the first round may become: more are the corners of a motion."""
+
+
+def without_spikes(values: np.ndarray) -> tuple[np.ndarray, int, int]:
+    """Series (T,) with single gross errors as gaps, their number, and the number of samples that nearly are.
+
+    A gross error departs from the cubic through its two neighbours to each side by more than LIMIT robust standard
+    deviations and, at first, more than they do, or it and the next one depart from the cubic through those beside
+    both.  With those found left out of the cubics all are judged again, as gross errors make what is between them
+    look like one.  Near misses lie between NEAR and LIMIT (many of them: a heavy tail, not gross errors).
+    """
+    spike, known = np.zeros(values.size, bool), np.isfinite(values)
+    first = spike
+    least = LEAST * float(np.std(values[known])) if known.any() else 0.0
+    if values.size < 12 or known.sum() < 12:
+        return values.copy(), 0, 0
+    for _ in range(ROUNDS):
+        good = known & ~spike
+        departure = _departures(values, good)
+        spread = max(1.4826 * float(np.median(departure[good])), least)
+        peak = departure >= _largest_beside(np.where(spike, 0.0, departure))
+        found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
+        if np.array_equal(found, spike) and spike.sum() > OFTEN * values.size:
+            found = spike | _twins(values, good, LIMIT * spread)
+        if np.array_equal(found, spike):
+            break
+        first = found if not spike.any() else first
+        if found.sum() > GROWTH * first.sum() + 2:
+            spike = first
+            break
+        spike = found
+    near = peak & ~spike & (departure > NEAR * spread)
+    return np.where(spike, np.nan, values), int(spike.sum()), int(near.sum())
+
+
+def _twins(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
+    """(T,) good samples that, both of two in turn, are further than the limit from the cubic through those beside."""
+    late = _departures(y, good, 1) > limit
+    early = _departures(y[::-1], good[::-1], 1)[::-1] > limit
+    pair = late[:-1] & early[1:] & good[:-1] & good[1:] & (limit > 0.0)
+    return np.append(pair, False) | np.append(False, pair)
+
+
+def _departures(y: np.ndarray, good: np.ndarray, skip: int = 0) -> np.ndarray:
+    """Distances (T,) from the cubic through the two good neighbours to each side, in units of noise alike for all;
+    0 where they are more than REACH samples away.  skip: so many samples after each are not used for it."""
+    out, place = np.zeros(y.size), np.arange(y.size)
+    own = np.flatnonzero(good)
+    after = np.searchsorted(own, place + skip, side="right")
+    before = np.searchsorted(own, place)
+    inside = (before >= 2) & (after + 2 <= own.size)
+    k = place[inside]
+    nodes = np.stack([own[before[inside] - 2], own[before[inside] - 1], own[after[inside]], own[after[inside] + 1]])
+    away = (nodes - k).astype(float)
+    weights = np.ones_like(away)
+    for i, j in permutations(range(4), 2):
+        weights[i] *= away[j] / (away[j] - away[i])
+    distance = np.abs(y[k] - np.sum(weights * y[nodes], axis=0)) / np.sqrt(1.0 + np.sum(weights**2, axis=0))
+    out[k] = np.where(np.isfinite(distance) & (np.abs(away).max(axis=0) <= REACH), distance, 0.0)
+    return out
+
+
+def _largest_beside(x: np.ndarray) -> np.ndarray:
+    """The larger (T,) of the two values beside each."""
+    padded = np.concatenate([[0.0], x, [0.0]])
+    return np.maximum(padded[:-2], padded[2:])

@@ -1,0 +1,178 @@
+"""Levenberg-Marquardt steps on triangular factors, and the minimisation of a `Problem` by them, within bounds if any.
+
+Sources: Levenberg 1944; Marquardt 1963, J. Soc. Indust. Appl. Math. 11, 431.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Generic, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from .problem import Point, Problem
+
+ROUGH, FINE = 1.0, 1e-6
+"""Predicted gain in log likelihood at which the search among starts stops, and at which the last minimum does."""
+SHARE = 1e-3
+"""Predicted gain, relative to the cost, at which a search stops while channels are weighted by their sensors."""
+NULL = 1e-12
+"""Singular values (columns of unit length) below which a direction counts as not identified."""
+FIRST_DAMPING = 1e-3
+REDUCED, KEPT = 0.01, 1.0
+"""Factors on the damping after a step that succeeds at the first trial, and after one that needs several."""
+POOR = 0.3
+"""Factor after a step that succeeds at the first trial but gains less than GOOD times the predicted gain."""
+GOOD = 0.7
+
+
+class Damping(NamedTuple):
+    """Growth of the damping from trial to trial, its smallest value after growth, and the most trials of one step."""
+
+    growth: float = 5.0
+    least: float = 1e-10
+    trials: int = 1000
+
+
+Stepper = Callable[[float], tuple[np.ndarray, float]]
+"""A linearised problem: damping -> the step (width,) and the gain that it predicts."""
+
+
+class LinearProblem:
+    """The weighted problem linearised about one point, in columns of unit length.
+
+    factor (rows, width + 1) is the triangular factor of [derivatives | residuals].
+    """
+
+    def __init__(self, factor: np.ndarray) -> None:
+        self.a, self.b = factor[:, :-1], factor[:, -1]
+        length = np.linalg.norm(self.a, axis=0)
+        self.length = np.where(length > 0.0, length, 1.0)
+        u, s, vt = np.linalg.svd(self.a / self.length, full_matrices=False)
+        kept = s > NULL * s[0]
+        self.singular, self.projected = s[kept], (u.T @ self.b)[kept]
+        self.back = vt[kept].T / self.length[:, None]
+
+    def step(self, damping: float) -> tuple[np.ndarray, float]:
+        """The damped step (width,), and the decrease of half the sum of squares that it predicts."""
+        left = damping / (self.singular**2 + damping)
+        step = self.back @ (self.singular / (self.singular**2 + damping) * self.projected)
+        return step, float(0.5 * np.sum(self.projected**2 * (1.0 - left**2)))
+
+    def step_within(self, damping: float, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, float]:
+        """The same for a step between low and high (width,).
+
+        Unknowns whose step would cross a bound are set on it, and the others are solved again.
+        """
+        inside = np.ones(self.length.size, bool)
+        step = np.zeros(self.length.size)
+        while inside.any():
+            a = self.a[:, inside] / self.length[inside]
+            rest = self.b - self.a[:, ~inside] @ step[~inside]
+            damped = np.vstack([a, np.sqrt(damping) * np.eye(a.shape[1])])
+            right = np.concatenate([rest, np.zeros(a.shape[1])])
+            step[inside] = np.linalg.lstsq(damped, right, rcond=NULL)[0] / self.length[inside]
+            outside = inside & ((step < low) | (step > high))
+            if not outside.any():
+                break
+            step[outside] = np.clip(step, low, high)[outside]
+            inside &= ~outside
+        return step, float(0.5 * (self.b @ self.b - np.sum((self.b - self.a @ step) ** 2)))
+
+
+class HasCost(Protocol):
+    """Anything with a cost that is to be made small."""
+
+    @property
+    def cost(self) -> float: ...
+
+
+T = TypeVar("T", bound=HasCost)
+
+
+class Trial(NamedTuple, Generic[T]):
+    """The last step tried: the point reached, whether it is better, the predicted gain, the damping, and its number."""
+
+    point: T
+    better: bool
+    predicted: float
+    damping: float
+    number: int
+
+
+def try_steps(
+    step: Stepper, evaluate: Callable[[np.ndarray], T], cost: float, damping: float, enough: float, rule: Damping
+) -> Trial[T]:
+    """Steps of growing damping until one leads below `cost`, or predicts a gain below `enough`.
+
+    Parameters
+    ----------
+    step : the linearised problem.
+    evaluate : step (width,) -> the point that it leads to.
+    """
+    for number in range(rule.trials):
+        move, predicted = step(damping)
+        point = evaluate(move)
+        trial = Trial(point, point.cost < cost, predicted, damping, number)
+        if trial.better or predicted < enough:
+            break
+        damping = max(rule.growth * damping, rule.least)
+    return trial
+
+
+class Minimum(NamedTuple):
+    """Where `levenberg_marquardt` stopped."""
+
+    point: Point
+    converged: bool
+    n_iterations: int
+
+    @property
+    def z(self) -> np.ndarray:
+        """Unknowns (width,)."""
+        return self.point.z
+
+    @property
+    def cost(self) -> float:
+        """Negative log likelihood."""
+        return self.point.cost
+
+
+def levenberg_marquardt(problem: Problem, z: np.ndarray, max_iterations: int, gain: float = FINE) -> Minimum:
+    """Minimise the problem's cost from z (width,), which lies within its bounds; the cost never increases.
+
+    The search has converged when the damped linear problem predicts less than `gain` in log likelihood, or when no
+    step lowers the cost although only a gain within rounding is predicted.
+    """
+    here, damping, limits = problem.at(z), FIRST_DAMPING, problem.limits()
+    for iteration in range(max_iterations):
+        if not np.isfinite(here.cost):
+            return Minimum(here, False, iteration)
+        enough = max(gain, SHARE * here.cost) if problem.sensor is not None else gain
+        factor = problem.factor(here)
+        if not np.isfinite(factor).all():
+            return Minimum(here, False, iteration)
+        step = _stepper(LinearProblem(factor), here, limits)
+        trial = try_steps(step, partial(_moved, problem, here), here.cost, damping, enough, Damping())
+        if not trial.better:
+            return Minimum(here, True, iteration + 1)
+        reduction = REDUCED if trial.number == 0 else KEPT
+        good = here.cost - trial.point.cost > GOOD * trial.predicted
+        damping = trial.damping * (reduction if good else max(reduction, POOR))
+        here = trial.point
+        if trial.predicted < enough:
+            return Minimum(here, True, iteration + 1)
+    return Minimum(here, False, max_iterations)
+
+
+def _stepper(linear: LinearProblem, here: Point, limits: tuple[np.ndarray, np.ndarray] | None) -> Stepper:
+    """Steps from `here`, within the limits of the unknowns if there are any."""
+    if limits is None:
+        return linear.step
+    low, high = limits[0] - here.z, limits[1] - here.z
+    return lambda damping: linear.step_within(damping, low, high)
+
+
+def _moved(problem: Problem, here: Point, step: np.ndarray) -> Point:
+    return problem.at(here.z + step)

@@ -1,0 +1,136 @@
+"""Multiple shooting: records cut into stretches whose initial states are unknowns, joined step by step.
+
+Short runs do not diverge, whatever the coefficients, so a start may be poor and the ship unstable on its course.  The
+jumps between stretches are penalised by their squares, in units of a standard deviation that is reduced until the
+trajectory is continuous to a millionth of its size; a run over the whole record from there removes them exactly.
+Bock 1983, Recent advances in parameter identification for ODE; the penalty's homotopy as in Voss, Timmer & Kurths 2004.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import free_run
+from ..regression import factors
+from ..series import Series
+from .horizons import measured_state
+from .minimiser import ROUGH, Minimum, levenberg_marquardt
+from .problem import Point, Problem
+
+JUMP_SD = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+"""Standard deviations of the jumps in turn, in units of the states' size."""
+SHORTEST_STRETCH = 8
+"""Steps of the time grid in a stretch at least."""
+ITERATIONS = 12
+"""Iterations of each stage but the first."""
+
+
+@dataclass(frozen=True)
+class ShootingProblem(Problem):
+    """A problem whose series are stretches; each pair (left, right) of `joints` is to be joined without a jump."""
+
+    joints: tuple[tuple[int, int], ...] = ()
+    jump_sd: np.ndarray = field(default_factory=lambda: np.ones(0))
+    """(n,) unit in which jumps are penalised."""
+
+    def jumps(self, z: np.ndarray) -> np.ndarray:
+        """Differences (joints, n) between a stretch's end and the next one's initial state; zero for fixed states."""
+        model, runs = self.unpack(z)
+        found = np.zeros((len(self.joints), len(model.states)))
+        for row, (left, right) in zip(found, self.joints, strict=True):
+            series, state, free, _ = runs[left]
+            row[list(free)] = (free_run.end_state(model, series, state) - runs[right][1])[list(free)]
+        return found
+
+    def at(self, z: np.ndarray) -> Point:
+        point = super().at(z)
+        if not np.isfinite(point.cost):
+            return point
+        cost = point.cost + 0.5 * float(np.sum((self.jumps(z) / self.jump_sd) ** 2))
+        return point._replace(cost=cost if np.isfinite(cost) else np.inf)
+
+    def _folded(self, point: Point, scale: np.ndarray, weights: tuple[np.ndarray, ...] | None) -> np.ndarray:
+        return factors.fold(super()._folded(point, scale, weights), self._jump_rows(point.z))
+
+    def _jump_rows(self, z: np.ndarray) -> np.ndarray:
+        """Rows of [derivatives | -jump] in units of the jumps' standard deviation."""
+        model, runs = self.unpack(z)
+        jacobian = None if self.unknowns is None else self.unknowns.jacobian(z[: self.n_parameters])
+        rows = []
+        for left, right in self.joints:
+            series, state, free, place = runs[left]
+            end, columns = free_run.end_of(model, series, state, free)
+            rows_of_free = np.column_stack([columns, runs[right][1] - end])[list(free)]
+            wide = free_run.embed(rows_of_free, jacobian, self.n_parameters, place, self.width)
+            wide[np.arange(len(free)), runs[right][3] + np.arange(len(free))] -= 1.0
+            rows.append(wide / self.jump_sd[list(free), None])
+        return np.vstack(rows)
+
+    def whole_run_unknowns(self, z: np.ndarray) -> np.ndarray:
+        """The unknowns of runs over whole records: those of each record's first stretch."""
+        joined = {right for _, right in self.joints}
+        _, runs = self.unpack(z)
+        states = [z[place : place + len(free)] for i, (_, _, free, place) in enumerate(runs) if i not in joined]
+        return np.concatenate([z[: self.n_parameters], *states])
+
+
+class ShootingFit(NamedTuple):
+    """Stretches joined by penalties: the problem with its last penalty, its minimum and all iterations."""
+
+    problem: ShootingProblem
+    minimum: Minimum
+    n_iterations: int
+
+
+def fit_by_shooting(problem: Problem, parameters: np.ndarray, stretches: int, max_iterations: int) -> ShootingFit:
+    """The problem (channels weighted by their sensors) from coefficients or parameters, joined in stages."""
+    chain = shooting_problem(problem, stretches)
+    z, count = chain.start(parameters), 0
+    size = chain.jump_sd
+    for stage, share in enumerate(JUMP_SD):
+        chain = replace(chain, jump_sd=share * size)
+        found = levenberg_marquardt(chain, z, ITERATIONS if stage else max_iterations, ROUGH)
+        z, count = found.z, count + found.n_iterations
+    return ShootingFit(chain, found, count)
+
+
+def shooting_problem(problem: Problem, stretches: int) -> ShootingProblem:
+    """The problem with every record cut into that many stretches; jumps are in units of the states' size."""
+    cut, free, joints = [], [], []
+    for series, own_free in zip(problem.series, problem.free, strict=True):
+        pieces = _stretches(series, problem, stretches)
+        joints += [(len(cut) + i, len(cut) + i + 1) for i in range(len(pieces) - 1)]
+        cut += pieces
+        free += [own_free] * len(pieces)
+    starts = np.array([s.start for s in cut])
+    size = starts.std(axis=0) + np.mean([s.start_sd for s in cut], axis=0)
+    shared = {"unknowns": problem.unknowns, "loss": problem.loss, "sensor": problem.sensor}
+    size = np.where(size > 0.0, size, 1.0)
+    return ShootingProblem(problem.model, tuple(cut), tuple(free), joints=tuple(joints), jump_sd=size, **shared)
+
+
+def _stretches(series: Series, problem: Problem, count: int) -> list[Series]:
+    """The series cut at points of its time grid; each stretch but the first starts at the measured state there."""
+    steps = len(series.inputs) - 1
+    edges = np.round(np.linspace(0, steps, max(1, min(count, steps // SHORTEST_STRETCH)) + 1)).astype(int)
+    found = []
+    for a, b in pairwise(edges.tolist()):
+        within = (series.index >= a) & ((series.index < b) | (b == steps))
+        start = series.start
+        if a and within.any():
+            start = measured_state(series, problem.model, int(np.flatnonzero(within)[0]), start)
+        found.append(
+            replace(
+                series,
+                inputs=np.ascontiguousarray(series.inputs[a : b + 1]),
+                outputs=series.outputs[within],
+                index=series.index[within] - a,
+                part=series.part[within],
+                start=start,
+            )
+        )
+    return found

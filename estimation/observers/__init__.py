@@ -1,0 +1,1 @@
+"""Observers, filters and smoothers of measured motions, without a model of the ship."""

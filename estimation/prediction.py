@@ -1,0 +1,136 @@
+"""One-step and free-run prediction of records, and their errors.
+
+Free run: the model is simulated from the record's first samples with the measured rudder.  One step: every sample is
+predicted from the one before.  Both are compared with the record's own samples and pooled over all records; heading
+is unwrapped.  Units are those of the channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+    from .predictor import Predictor
+    from .series import Series
+
+CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+"""Channels that are scored, in the order of the record header; heading is unwrapped."""
+BOUND = 10.0
+"""A free run has diverged where a velocity or the yaw rate exceeds this multiple of the largest in the record."""
+SYMBOLS = ("u", "v", "r", "psi", "x", "y")
+RATES = ("u", "v", "r")
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Observed and predicted samples of one channel of one record, (N,) each; gaps of `observed` are nan.
+
+    `one` is only meaningful where `stepped` (N,) is true: behind a whole sample.
+    """
+
+    channel: str
+    observed: np.ndarray
+    free: np.ndarray
+    one: np.ndarray
+    stepped: np.ndarray
+    diverged: bool
+
+    def pair(self, horizon: str) -> tuple[np.ndarray, np.ndarray]:
+        """Observed and predicted samples of the horizon `free` or `one`."""
+        if horizon == "free":
+            return self.observed, self.free
+        return self.observed[self.stepped], self.one[self.stepped]
+
+
+def predict(model: Model, record: Record, predictor: Predictor | None = None) -> list[Prediction]:
+    """Free-run and one-step predictions of every state of the model that the record measures.
+
+    `predictor` predicts in the model's place where it is given (a black box).
+    Raises `methods.base.CannotFit` where the record lacks an input or measures no state.
+    """
+    from ..models.model import CHANNELS as channel_of
+    from .predictor import ModelPredictor
+    from .series import series_of
+
+    predictor = predictor or ModelPredictor(model)
+    series = series_of(record.turned(model.positive_rudder), model, SYMBOLS)
+    with np.errstate(all="ignore"):
+        free = series.observe(predictor.simulate(series.inputs, series.dt, _start(model, series)))
+        one, stepped = _one_step(predictor, model, series)
+    predictions = []
+    for place, state in enumerate(series.columns):
+        symbol, observed = model.states[state], series.outputs[:, place]
+        lost = _diverged(symbol, observed, free[:, state])
+        predictions.append(Prediction(channel_of[symbol], observed, free[:, state], one[:, state], stepped, lost))
+    return predictions
+
+
+def prediction_scores(model: Model, records: Sequence[Record], predictor: Predictor | None = None) -> dict[str, Any]:
+    """`rmse_*` and `r2_*` columns and the flag `diverged`, pooled over records."""
+    found = [prediction for record in records for prediction in predict(model, record, predictor)]
+    scores: dict[str, Any] = {"diverged": any(prediction.diverged for prediction in found)}
+    for channel in CHANNELS:
+        own = [prediction for prediction in found if prediction.channel == channel]
+        for horizon in ("free", "one") if own else ():
+            pairs = [prediction.pair(horizon) for prediction in own]
+            rmse, r2 = error_and_r2(*(np.concatenate(parts) for parts in zip(*pairs, strict=True)))
+            scores[f"rmse_{horizon}_{channel}"], scores[f"r2_{horizon}_{channel}"] = rmse, r2
+    return scores
+
+
+def error_and_r2(observed: np.ndarray, predicted: np.ndarray) -> tuple[float, float]:
+    """Root mean square error and R^2 = 1 - SSE/SST of (N,) samples; nan where nothing was observed.
+
+    R^2 is nan for an observation that does not vary; both are where a prediction is not finite.
+    """
+    known = np.isfinite(observed)
+    if not known.any():
+        return np.nan, np.nan
+    with np.errstate(all="ignore"):
+        error = np.sum((predicted[known] - observed[known]) ** 2)
+        spread = np.sum((observed[known] - observed[known].mean()) ** 2)
+        if not np.isfinite(error):
+            return np.nan, np.nan
+        return float(np.sqrt(error / known.sum())), float(1.0 - error / spread) if spread > 0.0 else np.nan
+
+
+def _start(model: Model, series: Series) -> np.ndarray:
+    """Initial state (n,) of a free run: the first samples; no yaw acceleration."""
+    start = series.start.copy()
+    for place, state in enumerate(series.columns):
+        known = np.flatnonzero(np.isfinite(series.outputs[:, place]))
+        if model.states[state] in ("x", "y") and known.size:
+            start[state] = series.outputs[known[0], place]
+    return start
+
+
+def _one_step(predictor: Predictor, model: Model, series: Series) -> tuple[np.ndarray, np.ndarray]:
+    """Predictions (N, n) of every sample from the one before it, and where (N,) there is a whole one before it.
+
+    A state that the record does not measure is held at its initial value; the yaw acceleration of a second-order
+    response model is the central difference of the yaw rate.
+    """
+    place = series.index + series.part
+    states = np.tile(series.start, (len(place), 1))
+    states[:, series.columns] = series.outputs
+    if model.states[0] == "w":
+        states[:, 0] = np.gradient(states[:, model.states.index("r")], place * series.dt)
+    inputs = series.observe(series.inputs)
+    ahead = np.full_like(states, np.nan)
+    ahead[1:] = predictor.step(states[:-1], inputs, series.dt)
+    stepped = np.zeros(len(place), dtype=bool)
+    stepped[1:] = (np.abs(np.diff(place) - 1.0) < 1e-3) & np.isfinite(states[:-1]).all(axis=1)
+    return ahead, stepped
+
+
+def _diverged(symbol: str, observed: np.ndarray, free: np.ndarray) -> bool:
+    if not np.isfinite(free).all():
+        return True
+    largest = np.nanmax(np.abs(observed))
+    return symbol in RATES and largest > 0.0 and bool(np.max(np.abs(free)) > BOUND * largest)

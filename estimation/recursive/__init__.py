@@ -1,0 +1,1 @@
+"""Recursive least squares: compiled recursions, streams of records, convergence."""

@@ -1,0 +1,1 @@
+"""From records to linear regressions, and their least-squares solutions."""

@@ -1,0 +1,84 @@
+"""Least squares by triangular factors, which rows are folded into block by block: memory does not grow with a record.
+
+A factor is the upper triangle R (m + 1, m + 1) of the QR decomposition of [A | b].  It holds all that the problem
+A c = b needs, at the accuracy of an orthogonal decomposition (normal equations would square the condition number).
+Source: Lawson & Hanson 1974, Solving Least Squares Problems, ch 27 (sequential processing of rows).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+BLOCK = 8192
+"""Rows folded at a time."""
+
+
+def fold(factor: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Factor (<= m, m) of the rows already in `factor` and of `rows` (N, m)."""
+    for start in range(0, rows.shape[0], BLOCK):
+        stacked = np.vstack([factor, rows[start : start + BLOCK]])
+        factor = np.asarray(np.linalg.qr(stacked, mode="r"))
+    return factor
+
+
+def empty(columns: int) -> np.ndarray:
+    """Factor of no rows for `columns` unknowns and one right-hand side."""
+    return np.zeros((0, columns + 1))
+
+
+class Solution(NamedTuple):
+    """A least-squares solution of m unknowns."""
+
+    x: np.ndarray
+    """(m,)"""
+    covariance: np.ndarray
+    """(m, m) for unit noise variance; infinite on the diagonal of undetermined unknowns."""
+    rank: int
+    condition: float
+    half: np.ndarray
+    """(m, rank) with half half' = covariance of the determined part."""
+    scores: np.ndarray
+    """(rank,) with x = half @ scores: the solution along each column of `half`, in units of the noise."""
+    null: np.ndarray
+    """(m, m - rank): directions that the rows do not determine."""
+    residual: float
+    """Sum of the squared residuals."""
+
+
+def solve(factor: np.ndarray, tolerance: float | None = None) -> Solution:
+    """Minimum-norm solution (in columns scaled to unit length) of the rows in `factor` (rows, m + 1).
+
+    Directions whose singular value is below `tolerance` times the largest count as undetermined; the default
+    tolerance is the rounding level of the factor.
+    """
+    a, b = factor[:, :-1], factor[:, -1]
+    scale = np.linalg.norm(a, axis=0)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    u, s, vt = np.linalg.svd(a / scale, full_matrices=True)
+    m = a.shape[1]
+    limit = (np.finfo(float).eps * max(m, 10) if tolerance is None else tolerance) * (s[0] if s.size else 0.0)
+    rank = int((s > limit).sum())
+    v = vt[:rank].T / scale[:, None]
+    scores = (u.T @ b)[:rank]
+    half = v / s[:rank]
+    x = half @ scores
+    covariance = half @ half.T
+    null = vt[rank:].T / scale[:, None]
+    mark_undetermined(covariance, vt[rank:].T)
+    residual = float(np.sum((a @ x - b) ** 2))
+    condition = float(s[0] / s[rank - 1]) if rank else np.inf
+    return Solution(x, covariance, rank, condition, half, scores, null, residual)
+
+
+def rank_message(rank: int, unknowns: int) -> str:
+    """Message about the rank of a solution of that many unknowns; empty where all directions are determined."""
+    return "" if rank == unknowns else f"the records determine {rank} of {unknowns} directions"
+
+
+def mark_undetermined(covariance: np.ndarray, null: np.ndarray, share: float = 1e-6) -> None:
+    """Set the variance of every unknown that has a part in a direction of `null` (m, d) to infinity, in place."""
+    if null.shape[1]:
+        unknown = np.flatnonzero(np.linalg.norm(null, axis=1) > share)
+        covariance[unknown, unknown] = np.inf

@@ -1,0 +1,209 @@
+"""Rows of a model's regression from records passed through a state-variable filter.
+
+Every channel passes through the same F(s) = omega^n/(s + omega)^n, so all channels have the same lag.  For a linear
+model the filtered equation is exact at every omega; for a nonlinear one it is exact up to the curvature within
+1/omega.  The filter's initial state adds n known decaying terms to the rows.  They are projected out, so a record may
+begin anywhere in a manoeuvre, and its noisy first sample has no influence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...models.errors import CannotFit
+from ..observers.statevariable import derivatives, transients
+from ..series import bridged, inputs_of, require, samples
+from . import factors
+from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, n_accelerations, table
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.model import Model
+
+ORDER = 4
+DENSE = 0.1
+"""Filtered rows are kept every DENSE/omega seconds; closer ones would add no information."""
+DECAYED = 40.0
+"""Time constants after which the effect of the filter's initial state is below rounding."""
+EXTRA_ROWS = 4
+"""Rows that a stretch needs in addition to those that its initial state takes up."""
+
+
+@dataclass(frozen=True)
+class FilteredRows:
+    """The filtered regression of one record and one source of the yaw rate.
+
+    `start` (N, n) spans what the filter's initial state adds to each row; its rows are zero once that has decayed.
+    """
+
+    parts: RegressionSamples
+    start: np.ndarray
+    source: str
+
+    def blocks(self, model: Model) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Pieces (y (n, k), phi (n, k, p)) without the effect of the filter's initial state.
+
+        That effect is removed from the first piece, which is as long as it lasts.
+        """
+        head = int(np.count_nonzero(self.start.any(axis=1)))
+        if head:
+            y, phi = next(_cut(self.parts, 0, head).blocks(model, head))
+            basis, _ = np.linalg.qr(self.start[:head])
+            yield y - basis @ (basis.T @ y), phi - np.tensordot(basis, np.tensordot(basis.T, phi, 1), 1)
+        yield from _cut(self.parts, head, None).blocks(model)
+
+
+def _cut(parts: RegressionSamples, start: int, stop: int | None) -> RegressionSamples:
+    arrays = (a[start:stop] for a in (parts.states, parts.accelerations, parts.inputs))
+    return RegressionSamples(*arrays, time_s=parts.time_s[start:stop], scale=parts.scale)
+
+
+def filtered_rows(records: Sequence[Record], model: Model, omega: float, order: int = ORDER) -> list[FilteredRows]:
+    """Rows of every record; a response model takes rows from the yaw rate and from the heading where both are measured.
+
+    Parameters
+    ----------
+    omega : corner frequency of the filter, rad/s.
+    order : number of its poles.
+
+    Raises
+    ------
+    CannotFit : a record lacks a channel, or there are no more rows than coefficients.
+    """
+    found = [rows for record in records for rows in _pieces(record, model, omega, order)]
+    check_enough_rows(sum(rows.parts.accelerations.size for rows in found), model)
+    return found
+
+
+def _sources(record: Record, model: Model) -> list[str]:
+    """Symbols of the channels that the yaw rate is taken from, one after the other."""
+    measured = [s for s in ("r", "psi") if (v := samples(record, s)) is not None and np.isfinite(v).sum() > 1]
+    if not measured:
+        require(record, "psi")
+        raise CannotFit(f"record {record.name} has no usable yaw rate or heading")
+    return measured[:1] if model.is_3dof else measured
+
+
+class _Filter:
+    """The state-variable filter for one record: its channels are put on an equal time grid and filtered on demand."""
+
+    def __init__(self, record: Record, omega: float, order: int) -> None:
+        self.record, self.omega, self.order = record, omega, order
+        self.dt = record.dt
+        time = record.time_s
+        self.grid = time if record.uniform() else np.arange(time[0], time[-1] + 0.5 * self.dt, self.dt)
+        self.stride = max(1, int(DENSE / (omega * self.dt)))
+        self.time = self.grid[:: self.stride]
+
+    def __call__(self, values: np.ndarray, highest: int, smooth: bool = True) -> np.ndarray:
+        """Filtered derivatives 0 .. highest of a channel (N,) of the record, thinned: (n, highest + 1).
+
+        `smooth` is for motions; inputs are taken as linear between samples.
+        """
+        time = self.record.time_s
+        signal = np.interp(self.grid, time, bridged(values, time))
+        if smooth:
+            signal = sharpened(signal)
+        return derivatives(signal, self.dt, self.omega, self.order, highest)[:: self.stride]
+
+    def start(self) -> np.ndarray:
+        """(n, order): what the filter's initial state can add; exactly zero once it has decayed."""
+        found = transients(len(self.time), self.stride * self.dt, self.omega, self.order)
+        found[self.omega * self.stride * self.dt * np.arange(len(found)) > DECAYED] = 0.0
+        return found
+
+
+def sharpened(values: np.ndarray) -> np.ndarray:
+    """Samples (N,) whose linear interpolation has the low frequencies of the smooth curve through `values` (N,).
+
+    Linear interpolation of samples dt apart multiplies a frequency w by 1 - (w dt)^2/12.
+    """
+    found = values.copy()
+    found[1:-1] -= np.diff(values, 2) / 12.0
+    return found
+
+
+def stretches(record: Record, channels: Sequence[np.ndarray]) -> list[Record]:
+    """The pieces of a record between the long gaps (more than three steps) of any of the channels (N,)."""
+    time = record.time_s
+    outside, first = np.zeros(record.n, bool), np.zeros(record.n + 1, bool)
+    for values in channels:
+        known = np.flatnonzero(np.isfinite(values))
+        if not known.size:
+            return []
+        outside[: known[0]] = outside[known[-1] + 1 :] = True
+        for gap in np.flatnonzero(np.diff(time[known]) > LONGEST_STEP * record.dt):
+            outside[known[gap] + 1 : known[gap + 1]] = True
+            first[known[gap + 1]] = True
+    edges = np.flatnonzero(first | np.diff(outside, prepend=True, append=True)).tolist()
+    return [record.slice(a, b) for a, b in pairwise(edges) if not outside[a]]
+
+
+def _pieces(record: Record, model: Model, omega: float, order: int) -> Iterator[FilteredRows]:
+    """Rows of every stretch of a record that is long enough, for each source of the yaw rate."""
+    for source in _sources(record, model):
+        motions = [require(record, s) for s in model.regression_states if s in ("u", "v")]
+        used = [require(record, source), *motions, *inputs_of(record, model).values()]
+        for piece in stretches(record, used):
+            stride = max(1, int(DENSE / (omega * record.dt)))
+            if piece.n > (order + EXTRA_ROWS) * stride:
+                yield _rows(piece, model, omega, order, source)
+
+
+def _rows(record: Record, model: Model, omega: float, order: int, source: str) -> FilteredRows:
+    filtered = _Filter(record, omega, order)
+    states, slopes = _yaw(record, model, filtered, source)
+    for symbol in model.regression_states:
+        if symbol in ("u", "v"):
+            both = filtered(require(record, symbol), 1)
+            states[symbol], slopes[symbol] = both.T
+        elif symbol in ("x", "y"):
+            states[symbol] = np.zeros(len(filtered.time))
+        elif symbol not in ("q", "r", "psi"):
+            raise CannotFit(f"model {model.id} has the state {symbol!r}, for which records have no channel")
+    x = table(states, model.regression_states)
+    a = table(slopes, model.regression_states[: n_accelerations(model)])
+    u = table(_inputs(record, model, filtered), model.regression_inputs)
+    return FilteredRows(RegressionSamples(x, a, u, time_s=filtered.time), filtered.start(), source)
+
+
+def _yaw(record: Record, model: Model, filtered: _Filter, source: str) -> tuple[dict, dict]:
+    """Filtered r, psi and, for second-order equations, q = r_dot; and the slopes of q or r."""
+    first = 0 if source == "r" else 1
+    second = "q" in model.regression_states
+    ranks = filtered(require(record, source), first + (2 if second else 1))[:, first:]
+    heading = np.zeros(len(filtered.time))
+    if model.is_3dof and samples(record, "psi") is not None and np.isfinite(require(record, "psi")).any():
+        heading = filtered(require(record, "psi"), 0)[:, 0]
+    states = {"r": ranks[:, 0], "psi": heading}
+    if second:
+        return states | {"q": ranks[:, 1]}, {"q": ranks[:, 2]}
+    return states, {"r": ranks[:, 1]}
+
+
+def _inputs(record: Record, model: Model, filtered: _Filter) -> dict[str, np.ndarray]:
+    given = inputs_of(record, model)
+    rudder = filtered(given["delta"], 1, smooth=False)
+    found = {name: filtered(values, 0, smooth=False)[:, 0] for name, values in given.items() if name != "delta"}
+    return found | {"delta": rudder[:, 0], "delta_rate": rudder[:, 1]}
+
+
+def row_factors(found: Sequence[FilteredRows], model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Triangular factors (e, p + 1, p + 1) of [Phi | y] and numbers of rows (e,); one per equation and yaw source."""
+    k, p = n_accelerations(model), len(model.coordinates)
+    sources = sorted({rows.source for rows in found})
+    folded = {(s, e): factors.empty(p) for s in sources for e in range(k)}
+    counts = dict.fromkeys(folded, 0)
+    for rows in found:
+        for y, phi in rows.blocks(model):
+            for e in range(k):
+                key = (rows.source, e)
+                folded[key] = factors.fold(folded[key], np.column_stack([phi[:, e], y[:, e]]))
+                counts[key] += len(y)
+    padded = [np.vstack([r, np.zeros((max(p + 1 - len(r), 0), p + 1))])[: p + 1] for r in folded.values()]
+    return np.array(padded), np.maximum([*counts.values()], 1)

@@ -1,1 +1,0 @@
-"""Observers, filters and smoothers: parts that methods combine, none of them a method by itself."""

@@ -1,0 +1,178 @@
+"""A method whose options are tuned within its fit, so its computing time includes the tuning.
+
+    tuned:fw-rls                                       its declared options, 40 trials of the artificial bee colony
+    tuned:sklearn:SVR,tuner=tpe,trials=60,epsilon=0.1  an option that is given is not tuned
+
+The method's `search_space` is searched, without the options that are given.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ..estimation.fit import Fit
+from ..estimation.tuning.tune import TUNERS, VALIDATIONS, storage_of, tune
+from ..models.errors import BadInput
+from .base import Method
+from .registry import find
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..estimation.tuning.space import Domain
+    from ..models.model import Model
+
+PREFIX = "tuned:"
+STORAGE = "HELMBENCH_STUDIES"
+"""Environment variable with the storage of studies, for methods without the option; worker processes inherit it."""
+
+
+@lru_cache(maxsize=64)
+def tuned(text: str) -> type[Tuned]:
+    """The method `tuned:text` for a method's identifier, `path.py:Class` or `sklearn:NAME`.
+
+    Raises
+    ------
+    BadInput : there is no such method, or it declares no options to tune.
+    """
+    inner = find(text)
+    if issubclass(inner, Tuned):
+        raise BadInput(f"{text} is tuned already")
+    if not inner.search_space:
+        raise BadInput(f"method {inner.name} declares no options to tune")
+    attributes = {
+        "name": PREFIX + inner.name,
+        "title": f"{inner.title}; options tuned",
+        "inner": inner,
+        "text": text,
+        "variants": inner.variants,
+        "order_matters": inner.order_matters,
+        "__module__": __name__,
+        "__doc__": Tuned.__doc__,
+    }
+    return type(f"Tuned{inner.__name__}", (Tuned,), attributes)
+
+
+class Tuned(Method):
+    """A method with tuned options; made by `tuned`, which sets the class's name.
+
+    Parameters
+    ----------
+    tuner : 'abc', 'tpe', 'cmaes', 'gp', 'grid' or 'random'.
+    trials : number of fits in the study.
+    validation : 'split' or 'held-out', see `helmbench.estimation.tuning.tune.validation_of`.
+    tuner_seed : seed of the tuner.
+    storage : where the study is kept, see `helmbench.estimation.tuning.tune.tune`; default: the environment variable
+        `STORAGE`, else memory.
+    All other options are those of the method, and are not tuned.
+    """
+
+    inner: ClassVar[type[Method]]
+    text: ClassVar[str]
+    own: ClassVar[tuple[str, ...]] = ("tuner", "trials", "validation", "tuner_seed", "storage")
+    """Options that are not the method's."""
+
+    def __init__(
+        self,
+        tuner: str = "abc",
+        trials: int = 40,
+        validation: str = "split",
+        tuner_seed: int = 0,
+        storage: str | None = None,
+        **fixed: Any,
+    ) -> None:
+        self.tuner, self.trials, self.validation = tuner, trials, validation
+        self.tuner_seed, self.storage = tuner_seed, storage
+        self.fixed: dict[str, Any] = {}
+        self.variant = self.inner.variant
+        self.set_params(**fixed)
+
+    @classmethod
+    def option_names(cls) -> list[str]:
+        return [*cls.own, *(name for name in cls.inner.option_names() if name not in cls.own)]
+
+    def _options(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.own} | self.fixed
+
+    def _set_option(self, name: str, value: Any) -> None:
+        if name in self.own:
+            setattr(self, name, value)
+        else:
+            self.fixed[name] = value
+        self.variant = self.fixed.get("variant", self.inner.variant)
+
+    def __reduce__(self):
+        return _unpickled, (self.text, self.get_params(deep=False))
+
+    @property
+    def space(self) -> dict[str, Domain]:
+        """Search space: that of the method without the options given."""
+        return {name: domain for name, domain in self.inner.search_space.items() if name not in self.fixed}
+
+    def check_options(self) -> None:
+        super().check_options()
+        self.inner(**self.fixed).check_options()
+        if self.tuner not in TUNERS:
+            raise BadInput(f"unknown tuner {self.tuner!r}", hint=f"known: {', '.join(TUNERS)}")
+        if self.validation not in VALIDATIONS:
+            raise BadInput(f"unknown validation {self.validation!r}", hint=f"known: {', '.join(VALIDATIONS)}")
+        if not (isinstance(self.trials, int) and self.trials >= 1):
+            raise BadInput(f"trials is {self.trials!r}, a whole number of at least 1 is needed")
+        if not self.space:
+            raise BadInput(f"every option of {self.inner.name} that could be tuned is given")
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        method = self.inner(**self.fixed)
+        found = tune(
+            method,
+            self.space,
+            records,
+            model,
+            tuner=self.tuner,
+            n_trials=self.trials,
+            storage=self.storage or os.environ.get(STORAGE) or None,
+            seed=self.tuner_seed,
+            validation=self.validation,
+        )
+        best = method.set_params(**found.options).fit(records, model)
+        return Fit(
+            coefficients=best.coefficients,
+            covariance=best.covariance,
+            converged=best.converged,
+            message=best.message,
+            n_iterations=best.n_iterations,
+            trajectory=best.trajectory,
+            trajectory_time_s=best.trajectory_time_s,
+            extra={**best.extra, "tuning": found.as_dict()},
+            predictor=best.predictor,
+        )
+
+
+def _unpickled(text: str, options: dict[str, Any]) -> Tuned:
+    return tuned(text)(**options)
+
+
+def with_tuner(methods: Sequence[str], tuner: str | None = None, storage: str | None = None) -> tuple[str, ...]:
+    """Method texts as `--tuner` and `--storage` of the command line change them.
+
+    With a tuner every method becomes `tuned:`.  A storage without a tuner is for a suite's own tuned methods.  The
+    storage is opened once, so that an error in it shows before anything is run, and passed to this process and its
+    workers by the environment variable `STORAGE`.
+
+    Raises
+    ------
+    BadInput : there is no method to tune, or the storage cannot be opened.
+    """
+    texts = tuple(methods)
+    if tuner is not None:
+        if not texts:
+            raise BadInput("--tuner needs the methods to tune", hint="name them with --method")
+        texts = tuple(f"{text if text.startswith(PREFIX) else PREFIX + text},tuner={tuner}" for text in texts)
+    if storage is not None:
+        if texts and not any(text.startswith(PREFIX) for text in texts):
+            raise BadInput("--storage is for tuned methods", hint="add --tuner, or --method tuned:...")
+        storage_of(storage)
+        os.environ[STORAGE] = storage
+    return texts

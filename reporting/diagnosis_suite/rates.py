@@ -1,0 +1,292 @@
+"""Rates over the cases of a diagnosis suite, with their numbers and 95 % binomial intervals (Clopper and Pearson 1934).
+
+`build` works on the stored tables alone.  A failed case counts against every rate that it belongs to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ...bench.kinds.diagnosis.plan import ORACLE
+
+Frame: TypeAlias = Any
+"""pandas frames, which are imported only where they are made."""
+LEVEL = 0.95
+GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
+"""Channels whose errors make the gain; positions drift and are stored only."""
+CASE = ["group", "vessel", "planted", "strength", "gusts", "seed"]
+FOUND = ("alone", "tie")
+POWER_EDGES = (1.0, 3.0, 10.0, 30.0, 60.0, 120.0, 400.0, 800.0, 4e3, 1e4)
+"""Non-centralities between which the power curves count."""
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A rate that is reported: which cases, what counts, and what the design asks for."""
+
+    id: str
+    title: str
+    cases: Callable[[Frame], Frame]
+    hit: Callable[[Frame], Frame]
+    target: float
+    at_least: bool = True
+
+
+def _named(frame: Frame) -> Frame:
+    return frame["outcome"].isin(FOUND)
+
+
+def _unexplained(frame: Frame) -> Frame:
+    return frame["outcome"] == "unexplained"
+
+
+def _detectable(frame: Frame) -> Frame:
+    return (frame["group"] == "planted") & frame["detectable"].eq(True)
+
+
+def _null(gusts: str) -> Callable[[Frame], Frame]:
+    return lambda frame: (frame["group"] == "null") & (frame["gusts"] == gusts)
+
+
+def _false_alarm(frame: Frame) -> Frame:
+    return frame["outcome"] != "adequate"
+
+
+def _wrong(frame: Frame) -> Frame:
+    return frame["confident_wrong"].eq(True)
+
+
+def _of(group: str, calm: bool) -> Callable[[Frame], Frame]:
+    return lambda frame: (frame["group"] == group) & ((frame["gusts"] == "none") == calm)
+
+
+RATES = (
+    Rate("named", "true cause first or in its tie (detectable)", _detectable, _named, 0.97),
+    Rate("alone", "... by itself", _detectable, lambda f: f["outcome"] == "alone", 0.0),
+    Rate("false_clean", "false alarms, clean", _null("none"), _false_alarm, 0.02, False),
+    Rate("false_fast", "false alarms, fast gusts", _null("fast"), _false_alarm, 0.03, False),
+    Rate("false_slow", "false alarms, slow gusts", _null("slow"), _false_alarm, 0.03, False),
+    Rate("wrong", "confident wrong names", lambda f: f["group"].isin(["planted", "pair"]), _wrong, 0.02, False),
+    Rate("anticipated_clean", "anticipated unknowns unexplained, clean", _of("anticipated", True), _unexplained, 0.95),
+    Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", _of("anticipated", False), _unexplained, 0.70),
+    Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", _of("unforeseen", True), _unexplained, 0.70),
+    Rate("both", "both causes of a pair named", lambda f: f["group"] == "pair", lambda f: f["outcome"] == "both", 0.90),
+)
+
+
+@dataclass(frozen=True)
+class Board:
+    """Aggregated results, each a pandas frame.
+
+    rates: method, scope, group, rate, title, n, hits, value, low, high, target, met; scope `all`, `vessel`, `gusts`,
+    `strength` or `planted`.  figures: method, figure, title, n, value, low, high, target, met.  confusion: counts of
+    (method, planted, named).  power: method, gusts, low, high (of the non-centrality), middle, n, hits, value.
+    sizes: coverage by method and cause.  failures: what failed or did not apply.
+    """
+
+    rates: Frame
+    figures: Frame
+    confusion: Frame
+    power: Frame
+    sizes: Frame
+    failures: Frame
+
+    def table(self) -> Frame:
+        """Rates and figures in one table, as `diagnosis.csv` holds them."""
+        import pandas as pd
+
+        figures = self.figures.rename(columns={"figure": "rate"}).assign(scope="all", group="all")
+        columns = ["method", "scope", "group", "rate", "title", "n", "hits", "value", "low", "high", "target", "met"]
+        return pd.concat([self.rates, figures]).reindex(columns=columns)
+
+
+def build(cases: Frame, sizes: Frame) -> Board:
+    """The board of one results store (frames as `store.read_tables` gives them)."""
+    own = with_gain(cases)
+    return Board(
+        rates=rate_table(own),
+        figures=figure_table(own, sizes),
+        confusion=confusion(own),
+        power=power_curves(own),
+        sizes=coverage(sizes),
+        failures=failures(own),
+    )
+
+
+def with_gain(cases: Frame) -> Frame:
+    """Rows of the diagnosers, with `gain_ratio`: held-out error after, over that of the oracle on the same case."""
+    told = cases["method"] == ORACLE
+    after = [f"rmse_after_{channel}" for channel in GAIN_CHANNELS]
+    oracle = cases[told & (cases["status"] == "ok")][[*CASE, *after]]
+    own = cases[~told].merge(oracle, on=CASE, how="left", suffixes=("", "_oracle"))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.log(
+            np.column_stack([own[name].astype(float) / own[f"{name}_oracle"].astype(float) for name in after])
+        )
+    known = ~np.isnan(ratios)
+    mean = np.where(known, ratios, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    own["gain_ratio"] = np.where(known.any(axis=1), np.exp(mean), np.nan)
+    return own.drop(columns=[f"{name}_oracle" for name in after])
+
+
+def rate_table(cases: Frame) -> Frame:
+    """Every rate of every method, over all cases and by what they have in common."""
+    import pandas as pd
+
+    rows = []
+    for method, own in _judged(cases).groupby("method", sort=True):
+        for rate in RATES:
+            chosen = own[rate.cases(own)]
+            rows.append(_rate_row(method, "all", "all", rate, chosen))
+            for scope in ("vessel", "gusts", "strength", "planted"):
+                for group, part in chosen.groupby(scope, sort=True):
+                    rows.append(_rate_row(method, scope, group, rate, part))
+    return pd.DataFrame([row for row in rows if row["n"]], columns=RATE_COLUMNS)
+
+
+RATE_COLUMNS = ["method", "scope", "group", "rate", "title", "n", "hits", "value", "low", "high", "target", "met"]
+
+
+def _judged(cases: Frame) -> Frame:
+    """Cases that ran; what did not apply is left out, what failed counts as missed."""
+    return cases[cases["status"] != "not_applicable"]
+
+
+def _rate_row(method: Any, scope: str, group: Any, rate: Rate, cases: Frame) -> dict[str, Any]:
+    n, hits = len(cases), int(rate.hit(cases).sum()) if len(cases) else 0
+    low, high = binomial_interval(hits, n)
+    value = hits / n if n else np.nan
+    met = value >= rate.target if rate.at_least else value <= rate.target
+    facts = (method, scope, group, rate.id, rate.title, n, hits, value, low, high, rate.target, met)
+    return dict(zip(RATE_COLUMNS, facts, strict=True)) | ({"target": np.nan, "met": None} if not rate.target else {})
+
+
+def binomial_interval(hits: int, n: int, level: float = LEVEL) -> tuple[float, float]:
+    """Clopper-Pearson interval of a rate; (nan, nan) of nothing."""
+    from scipy.stats import beta
+
+    if n == 0:
+        return np.nan, np.nan
+    tail = (1.0 - level) / 2.0
+    low = 0.0 if hits == 0 else float(beta.ppf(tail, hits, n - hits + 1))
+    high = 1.0 if hits == n else float(beta.ppf(1.0 - tail, hits + 1, n - hits))
+    return low, high
+
+
+def figure_table(cases: Frame, sizes: Frame) -> Frame:
+    """What is no rate of cases: tie size, coverage, gain, time."""
+    import pandas as pd
+
+    rows = []
+    for method, own in cases[cases["status"] == "ok"].groupby("method", sort=True):
+        covered = sizes[sizes["method"] == method]["covered"]
+        rows += [{"method": method} | row for row in _figures(own, covered)]
+    columns = ["method", "figure", "title", "n", "hits", "value", "low", "high", "target", "met"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _figures(own: Frame, covered: Frame) -> list[dict[str, Any]]:
+    ties = own[_detectable(own) & _named(own)]["tie_size"].astype(float)
+    ratio = own[_detectable(own)]["gain_ratio"].dropna().to_numpy(float)
+    wall, cpu = (own[name].dropna().to_numpy(float) for name in ("wall_s", "cpu_s"))
+    rows = [
+        _mean_row(ties),
+        _share_row("coverage", "sizes inside their 90 % intervals", covered, (0.85, 0.95)),
+        _spread_row("gain_median", "held-out error over the oracle's, median (5-95 % of cases)", ratio, 1.15),
+        _share_row("gain_close", "... share of cases within 1.15", ratio <= 1.15),
+        _spread_row("wall_s", "wall time of a diagnosis, s, median (5-95 % of cases)", wall),
+        _spread_row("cpu_s", "CPU time of a diagnosis, s, median (5-95 % of cases)", cpu),
+    ]
+    return [row for row in rows if row["n"]]
+
+
+def _mean_row(ties: Frame) -> dict[str, Any]:
+    """Mean tie size with a normal interval."""
+    mean = float(ties.mean()) if len(ties) else np.nan
+    half = 1.96 * float(ties.std()) / np.sqrt(len(ties)) if len(ties) > 1 else np.nan
+    facts = {"figure": "tie_size", "title": "mean tie size (detectable, named)", "n": len(ties), "hits": None}
+    return facts | {"value": mean, "low": mean - half, "high": mean + half, "target": "1.3", "met": mean <= 1.3}
+
+
+def _share_row(name: str, title: str, hit: Any, asked: tuple[float, float] | None = None) -> dict[str, Any]:
+    n, hits = len(hit), int(np.sum(hit))
+    low, high = binomial_interval(hits, n)
+    value = hits / n if n else np.nan
+    target = None if asked is None else f"{100 * asked[0]:.0f}-{100 * asked[1]:.0f} %"
+    met = None if asked is None else asked[0] <= value <= asked[1]
+    facts = {"figure": name, "title": title, "n": n, "hits": hits, "value": value}
+    return facts | {"low": low, "high": high, "target": target, "met": met}
+
+
+def _spread_row(name: str, title: str, values: np.ndarray, most: float | None = None) -> dict[str, Any]:
+    """Median and the 5 and 95 % quantiles."""
+    low, middle, high = (
+        np.quantile(values, [0.05, 0.5, 0.95], method="median_unbiased") if values.size else [np.nan] * 3
+    )
+    facts = {"figure": name, "title": title, "n": values.size, "hits": None, "value": float(middle)}
+    target, met = (None, None) if most is None else (f"{most:g}", bool(middle <= most))
+    return facts | {"low": float(low), "high": float(high), "target": target, "met": met}
+
+
+def confusion(cases: Frame) -> Frame:
+    """What was named for what was planted: method, planted, named, cases.
+
+    Detectable single causes, unknown effects (by group) and clean records; a tie that holds the truth counts as the
+    truth, else the best member of the first finding; `adequate` and `unexplained` where that is all that was said.
+    """
+    chosen = cases[(cases["status"] == "ok") & (cases["group"] != "pair")]
+    chosen = chosen[(chosen["group"] != "planted") | _detectable(chosen)]
+    planted = chosen["planted"].where(chosen["group"] == "planted", "(" + chosen["group"] + ")")
+    table = chosen.assign(planted=planted, named=[_said(row) for row in chosen.to_dict("records")])
+    return table.groupby(["method", "planted", "named"], sort=True).size().rename("cases").reset_index()
+
+
+def _said(row: dict[str, Any]) -> str:
+    if row["outcome"] in FOUND:
+        return row["planted"]
+    if row["outcome"] == "unexplained" or not row["named"]:
+        return f"({row['verdict']})"
+    return row["named"].split("+")[0].split("/")[0]
+
+
+def power_curves(cases: Frame) -> Frame:
+    """Share of planted cases in which the truth was first or in its tie, over the non-centrality."""
+    import pandas as pd
+
+    chosen = _judged(cases)
+    chosen = chosen[(chosen["group"] == "planted") & np.isfinite(chosen["noncentrality"].astype(float))]
+    rows = []
+    for (method, calm), own in chosen.groupby(["method", chosen["gusts"] == "none"], sort=True):
+        size = own["noncentrality"].astype(float)
+        for low, high in zip(POWER_EDGES, (*POWER_EDGES[1:], np.inf), strict=True):
+            part = own[(size >= low) & (size < high)]
+            if len(part):
+                hits = int(_named(part).sum())
+                bounds = binomial_interval(hits, len(part))
+                middle = float(np.exp(np.log(part["noncentrality"].astype(float)).mean()))
+                rows.append(
+                    [method, "calm" if calm else "gusts", low, high, middle, len(part), hits, hits / len(part), *bounds]
+                )
+    names = ["method", "weather", "from", "to", "middle", "n", "hits", "value", "low", "high"]
+    return pd.DataFrame(rows, columns=names)
+
+
+def coverage(sizes: Frame) -> Frame:
+    """Coverage of the stated intervals and median error by method and cause."""
+    groups = sizes.groupby(["method", "cause"], sort=True)
+    table = groups.agg(n=("covered", "size"), hits=("covered", "sum"), error=("rel_error", "median")).reset_index()
+    table["value"] = table["hits"].astype(float) / table["n"]
+    bounds = [binomial_interval(int(hits), int(n)) for hits, n in zip(table["hits"], table["n"], strict=True)]
+    return table.assign(low=[low for low, _ in bounds], high=[high for _, high in bounds])
+
+
+def failures(cases: Frame) -> Frame:
+    """Reasons why cases failed or did not apply, with their number and one seed by which to repeat them."""
+    told = cases[cases["status"] != "ok"]
+    keys = ["status", "method", "group", "vessel", "planted", "error"]
+    groups = told.assign(error=told["error"].fillna("")).groupby(keys, sort=True)["seed"]
+    return groups.agg(runs="size", seed="first").reset_index()

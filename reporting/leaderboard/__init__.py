@@ -1,0 +1,1 @@
+"""The leaderboard of a suite of identification runs."""

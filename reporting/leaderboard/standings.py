@@ -1,0 +1,312 @@
+"""Leaderboard: ranks, medians and efficiencies of methods from stored results.
+
+A cell is what methods compete in: one vessel, fitted model, training and held-out manoeuvres, noise, disturbance and
+sampling of the training records; seeds are repetitions inside it.  Two criteria are ranked in every cell with at least
+two methods:
+
+* parameters: `rel_error_median`, where the vessel's own coefficients are the truth (`true_kind` is `given`),
+* prediction: the normalised free-run error on held-out records, the mean over channels of sqrt(1 - R^2).
+
+A failed run has an infinite error and so ranks last; a diverged one has an infinite prediction error.  A run that is
+not applicable is not ranked but counted.  Errors that agree to `DIGITS` digits, or are below `FLOOR`, are equal:
+rounding decides no rank.  Medians are taken over seeds, then over cells; their intervals are percentile bootstraps
+over cells from a fixed seed.
+
+The levels of a factor (noise, wind, manoeuvres, ...) are compared over the same other conditions: only blocks of cells
+that were run at the most levels are taken, so that no level looks hard because of the vessels it was run with.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+Frame: TypeAlias = Any
+Series: TypeAlias = Any
+"""pandas frames and series, which are imported only where they are made."""
+
+CELL = ["vessel", "model", "train", "held_out", "noise", "disturbance", "thinning", "length"]
+FACTORS = ("noise", "disturbance", "thinning", "length", "train", "held_out", "model", "vessel")
+"""Columns of `CELL` by whose values standings are given, in this order."""
+CRITERIA = {"rank_parameters": "rel_error", "rank_prediction": "nrmse"}
+MEDIANS = {
+    "rel_error": "parameter_error",
+    "nrmse": "prediction_error",
+    "crb_z": "crb_z_rms",
+    "rmse_yaw_rate_rad_s": "rmse_free_yaw_rate_rad_s",
+    "r2_yaw_rate": "r2_free_yaw_rate_rad_s",
+    "rmse_heading_rad": "rmse_free_heading_rad",
+    "r2_heading": "r2_free_heading_rad",
+    "wall_s": "wall_s",
+    "cpu_s": "cpu_s",
+    "peak_memory_mib": "peak_memory_mib",
+}
+"""Aggregated figure -> column of the judged runs."""
+STATUSES = ("ok", "failed", "not_applicable")
+PREDICTED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
+FLOOR, DIGITS = 1e-6, 5
+BOOTSTRAP_SEED, BOOTSTRAP_DRAWS, LEVEL = 20240, 2000, 0.95
+EFFICIENCY_SEEDS = 3
+"""Least number of seeds from which an efficiency is estimated."""
+
+STANDING_COLUMNS = [
+    "scope",
+    "group",
+    "method",
+    "mean_rank",
+    "rank_parameters",
+    "rank_prediction",
+    "cells",
+    "rel_error",
+    "rel_error_low",
+    "rel_error_high",
+    "nrmse",
+    "nrmse_low",
+    "nrmse_high",
+    "rmse_yaw_rate_rad_s",
+    "r2_yaw_rate",
+    "rmse_heading_rad",
+    "r2_heading",
+    "efficiency",
+    "diverged",
+    "failed",
+    "not_applicable",
+    "ok",
+    "runs",
+    "wall_s",
+    "cpu_s",
+    "peak_memory_mib",
+]
+
+
+@dataclass(frozen=True)
+class Leaderboard:
+    """Aggregated results; every table is a pandas frame.
+
+    `overall` has `STANDING_COLUMNS`, and so has every frame of `by`: factor -> standings at each of its levels, for
+    factors with more than one.  `detail` has one row a cell and method; `failures` one row per distinct reason.
+    """
+
+    overall: Frame
+    by: dict[str, Frame]
+    detail: Frame
+    failures: Frame
+
+    def table(self) -> Frame:
+        """All standings in one table, as `leaderboard.csv` holds them."""
+        import pandas as pd
+
+        return pd.concat([self.overall, *self.by.values()], ignore_index=True)
+
+
+def build(results: Frame, parameters: Frame) -> Leaderboard:
+    """The leaderboard of one results store (frames as `store.read_tables` gives them)."""
+    runs = judged(results, parameters)
+    cells, efficiencies = cell_table(runs), efficiency(parameters)
+    overall = standings(cells, efficiencies, "overall")
+    blocks = {factor: matched(cells, factor) for factor in FACTORS}
+    by = {factor: standings(rows, efficiencies, factor) for factor, rows in blocks.items() if len(rows)}
+    return Leaderboard(overall, by, detail(cells, parameters), failures(runs))
+
+
+def judged(results: Frame, parameters: Frame) -> Frame:
+    """Runs with `label`, `parameter_error` and `prediction_error`; nan where a criterion does not apply."""
+    runs = results.copy()
+    runs["label"] = _labels(runs)
+    given = parameters[(parameters["true_kind"] == "given") & parameters["rel_error"].notna()]
+    own = set(map(tuple, given[["vessel", "model"]].drop_duplicates().to_numpy()))
+    has_truth = np.array([pair in own for pair in zip(runs["vessel"], runs["model"], strict=True)], dtype=bool)
+    failed, absent = (runs["status"] == "failed").to_numpy(), (runs["status"] == "not_applicable").to_numpy()
+    error = runs["rel_error_median"].to_numpy(dtype=float, na_value=np.nan)
+    runs["parameter_error"] = np.where(has_truth & ~absent, np.where(failed, np.inf, error), np.nan)
+    lost = failed | runs["diverged"].eq(True).to_numpy(dtype=bool)
+    runs["prediction_error"] = np.where(absent, np.nan, np.where(lost, np.inf, normalised_error(runs)))
+    return runs
+
+
+def normalised_error(runs: Frame) -> np.ndarray:
+    """Mean over channels of sqrt(1 - R^2) of the free run, (n,); nan where no channel was scored."""
+    r2 = np.column_stack([runs[f"r2_free_{channel}"].to_numpy(dtype=float, na_value=np.nan) for channel in PREDICTED])
+    known = np.isfinite(r2)
+    total = np.sqrt(np.maximum(0.0, 1.0 - np.where(known, r2, 1.0))).sum(axis=1)
+    return np.where(known.any(axis=1), total / np.maximum(1, known.sum(axis=1)), np.nan)
+
+
+def cell_table(runs: Frame) -> Frame:
+    """Every cell and method: `CELL`, label, medians over seeds (`MEDIANS`), ranks and counts.
+
+    `rank_parameters` and `rank_prediction` are nan where fewer than two methods compete, `rank` is the mean of those
+    that there are.  Ranks of equal errors are averaged.
+    """
+    flags = {name: runs["status"] == name for name in STATUSES} | {"diverged": runs["diverged"].eq(True)}
+    groups = runs.assign(**flags).groupby([*CELL, "label"], sort=True)
+    medians = {name: (column, _median) for name, column in MEDIANS.items()}
+    table = groups.agg(**medians, **{name: (name, "sum") for name in flags}, runs=("seed", "size")).reset_index()
+    for name, column in CRITERIA.items():
+        competing = _comparable(table[column]).groupby([table[key] for key in CELL])
+        table[name] = competing.rank(method="average").where(competing.transform("count") > 1)
+    table["rank"] = table[list(CRITERIA)].mean(axis=1)
+    return table
+
+
+def matched(cells: Frame, factor: str) -> Frame:
+    """The cells over which the levels of a factor are compared; none where it has a single level.
+
+    Vessels are their own blocks: their manoeuvres differ.
+    """
+    ranked = cells[cells["rank"].notna()]
+    if factor == "vessel":
+        return cells if ranked[factor].nunique() > 1 else cells[:0]
+    block = [name for name in CELL if name != factor]
+    levels = ranked.groupby(block, sort=False)[factor].nunique()
+    if not len(levels) or levels.max() < 2:
+        return cells[:0]
+    kept = levels[levels == levels.max()].reset_index()[block]
+    return cells.merge(kept, on=block)
+
+
+def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
+    """One row per group and method, best mean rank first inside each group.
+
+    `scope` is `overall`, or a column of `CELL` whose values are the groups.
+    """
+    import pandas as pd
+
+    efficiencies = efficiencies.merge(cells[CELL].drop_duplicates(), on=CELL)
+    cells, efficiencies = (_grouped(frame, scope) for frame in (cells, efficiencies))
+    rows = []
+    for (group, label), own in cells.groupby(["group", "label"], sort=True):
+        efficient = efficiencies[(efficiencies["group"] == group) & (efficiencies["label"] == label)]
+        rows.append({"scope": scope, "group": group, "method": label} | _standing(own, efficient["efficiency"]))
+    table = pd.DataFrame(rows, columns=STANDING_COLUMNS)
+    table["_group"] = [in_order(group) for group in table["group"]]
+    return table.sort_values(["_group", "mean_rank", "method"], ignore_index=True).drop(columns="_group")
+
+
+def efficiency(parameters: Frame) -> Frame:
+    """Efficiency of every method on every parameter of a calm cell, crb_sd^2 / mean squared error over seeds.
+
+    Only identifiable parameters with a given truth and at least `EFFICIENCY_SEEDS` seeds; 1 is the Cramer-Rao bound.
+    Columns `CELL`, label, parameter, seeds, efficiency.
+    """
+    chosen = parameters[
+        (parameters["true_kind"] == "given")
+        & parameters["identifiable"].eq(True)
+        & (parameters["disturbance"] == "none")
+        & (parameters["crb_sd"] > 0)
+        & parameters["estimate"].notna()
+    ]
+    table = chosen.assign(
+        label=_labels(chosen), bound=chosen["crb_sd"] ** 2, square=(chosen["estimate"] - chosen["true"]) ** 2
+    )
+    groups = table.groupby([*CELL, "label", "parameter"], sort=True)
+    means = groups.agg(seeds=("square", "size"), bound=("bound", "mean"), square=("square", "mean")).reset_index()
+    means["efficiency"] = means["bound"] / means["square"].where(means["square"] > 0)
+    return means[means["seeds"] >= EFFICIENCY_SEEDS].drop(columns=["bound", "square"]).reset_index(drop=True)
+
+
+def detail(cells: Frame, parameters: Frame) -> Frame:
+    """`cell_table` in the order in which it is read, with the estimates of small models as text."""
+    table = cells.assign(estimates=_estimates(cells, parameters), _noise=[in_order(text) for text in cells["noise"]])
+    keys = ["vessel", "train", "held_out", "model", "_noise", "disturbance", "thinning", "length", "label"]
+    return table.sort_values(keys, ignore_index=True).drop(columns="_noise")
+
+
+def failures(runs: Frame) -> Frame:
+    """Every reason why runs failed, did not apply or did not converge, with the number of runs and their seeds."""
+    told = runs[(runs["status"] != "ok") | runs["error"].notna()]
+    keys = ["status", "label", "vessel", "model", "train", "noise", "disturbance", "thinning", "length", "error"]
+    groups = told.assign(error=told["error"].fillna("")).groupby(keys, sort=True)["seed"]
+    table = groups.agg(runs="size", seeds=lambda seeds: ", ".join(str(seed) for seed in sorted(set(seeds))))
+    return table.reset_index()
+
+
+def bootstrap_interval(values: Sequence[float] | np.ndarray, draws: int = BOOTSTRAP_DRAWS) -> tuple[float, float]:
+    """Percentile bootstrap interval of the median at `LEVEL`; infinite values take part, nan must not be in it."""
+    values = np.asarray(values, dtype=float)
+    if values.size == 0:
+        return np.nan, np.nan
+    picks = np.random.default_rng(BOOTSTRAP_SEED).integers(values.size, size=(draws, values.size))
+    medians = np.sort(_medians(values[picks]))
+    tail = (1.0 - LEVEL) / 2.0
+    low, high = int(np.floor(tail * (draws - 1))), int(np.ceil((1.0 - tail) * (draws - 1)))
+    return float(medians[low]), float(medians[high])
+
+
+def _standing(cells: Frame, efficiencies: Series) -> dict[str, Any]:
+    """The figures of one method in one group; medians over the cells that were ranked, else over all."""
+    ranked = cells[cells["rank"].notna()]
+    compared = ranked if len(ranked) else cells
+    row: dict[str, Any] = {"cells": len(ranked), "mean_rank": _mean(ranked["rank"])}
+    row |= {name: _mean(ranked[name]) for name in CRITERIA}
+    row |= {name: _median(compared[name]) for name in MEDIANS if name in STANDING_COLUMNS}
+    for name in CRITERIA.values():
+        row[f"{name}_low"], row[f"{name}_high"] = bootstrap_interval(compared[name].dropna())
+    row |= {name: int(cells[name].sum()) for name in (*STATUSES, "diverged", "runs")}
+    return row | {"efficiency": _median(efficiencies)}
+
+
+def _comparable(errors: Series) -> Series:
+    """Errors without the digits that shall not decide a rank."""
+    return errors.clip(lower=FLOOR).map(lambda error: float(f"{error:.{DIGITS - 1}e}"))
+
+
+def _grouped(frame: Frame, scope: str) -> Frame:
+    return frame.assign(group="all" if scope == "overall" else [f"{level}" for level in frame[scope]])
+
+
+def _labels(frame: Frame) -> list[str]:
+    return [
+        method if variant == "corrected" else f"{method} ({variant})"
+        for method, variant in zip(frame["method"], frame["variant"], strict=True)
+    ]
+
+
+def _estimates(cells: Frame, parameters: Frame, most: int = 6) -> list[str]:
+    """`K 0.324, T 20.1` per row: the median estimates over seeds, for models with few parameters."""
+    table = parameters.assign(label=_labels(parameters))
+    table = table[table["estimate"].notna()]
+    medians = table.groupby([*CELL, "label", "parameter"], sort=True)["estimate"].median()
+    texts: dict[tuple, list[str]] = {}
+    for (*cell, parameter), value in medians.items():
+        texts.setdefault(tuple(cell), []).append(f"{parameter} {value:.4g}")
+    found = [texts.get(tuple(row), []) for row in cells[[*CELL, "label"]].to_numpy()]
+    return [", ".join(items) if len(items) <= most else f"{len(items)} parameters" for items in found]
+
+
+def in_order(level: str) -> tuple[tuple[int, float, str], ...]:
+    """Key that sorts levels as one reads them: noise levels by size, numbers by value, other texts by letter."""
+    from ...datasets.sensors import NOISE
+
+    sizes = {name: place for place, name in enumerate(NOISE)}
+    parts = [part for part in re.split(r"(\d+(?:\.\d+)?)|,", level) if part]
+    numbers = {part: float(part) for part in parts if part[0].isdigit()}
+    return tuple(
+        (0, sizes[part], "") if part in sizes else (1, numbers[part], "") if part in numbers else (2, 0.0, part)
+        for part in parts
+    )
+
+
+def _mean(values: Series) -> float:
+    known = values.dropna()
+    return float(known.mean()) if len(known) else float("nan")
+
+
+def _median(values: Any) -> float:
+    """Median without nan; infinite where the middle is."""
+    known = np.asarray(values, dtype=float)
+    known = known[~np.isnan(known)]
+    return float(_medians(known[None, :])[0]) if known.size else float("nan")
+
+
+def _medians(rows: np.ndarray) -> np.ndarray:
+    """Medians along the last axis where infinities are ordinary large values."""
+    ordered = np.sort(rows, axis=-1)
+    n = ordered.shape[-1]
+    low, high = ordered[..., (n - 1) // 2], ordered[..., n // 2]
+    with np.errstate(invalid="ignore"):
+        return np.where(low == high, low, (low + high) / 2.0)

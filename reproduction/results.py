@@ -1,0 +1,82 @@
+"""What the pages are made from: the spreads of every value of a paper, stored beside them in `results/NNN.json`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..bench.store import plain, write_atomic
+from ..models.errors import BadInput
+from . import summary
+from .claims import Claim, Paper, Reference
+from .runner import Run
+from .summary import NOTHING, Spread
+from .verdict import Judged, judge
+
+FOLDER = "results"
+
+
+@dataclass(frozen=True)
+class Results:
+    """Of one paper.
+
+    values : study -> key -> spread;  failures : study -> why a run of it has no values;  figures : id -> SHA-256 of
+    the file that was drawn from the same runs.
+    """
+
+    paper: str
+    values: Mapping[str, Mapping[str, Spread]]
+    failures: Mapping[str, str] = field(default_factory=dict)
+    figures: Mapping[str, str] = field(default_factory=dict)
+
+    def judged(self, paper: Paper) -> list[Judged]:
+        """Every claim of the paper with its verdict, in order."""
+        return [self._judged(claim) for claim in paper.claims]
+
+    def found(self, reference: Reference) -> Spread:
+        """Our value of what an independent computation gave."""
+        return self.values.get(reference.study, {}).get(reference.key, NOTHING)
+
+    def _judged(self, claim: Claim) -> Judged:
+        values = self.values.get(claim.study, {})
+        failure = self.failures.get(claim.study, "")
+        return judge(claim, values, f"The computation failed: {failure}" if failure and not values else "")
+
+
+def of_runs(paper: Paper, runs: Sequence[Run]) -> Results:
+    """Spreads of the paper's finished runs."""
+    values, failures = {}, {}
+    for study in paper.studies:
+        own = [run for run in runs if run.job.study == study and run.job.paper == paper.paper]
+        values[study] = summary.summarise([run.values for run in own if run.error is None], paper.logarithmic(study))
+        errors = [run.error for run in own if run.error]
+        if errors:
+            failures[study] = errors[0]
+    return Results(paper.paper, values, failures)
+
+
+def write(results: Results, directory: Path) -> Path:
+    """Store the results of a paper in the directory of the pages."""
+    data = {
+        "paper": results.paper,
+        "values": {study: summary.to_json(found) for study, found in sorted(results.values.items())},
+        "failures": dict(results.failures),
+        "figures": dict(results.figures),
+    }
+    path = directory / FOLDER / f"{results.paper}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomic(path, json.dumps(plain(data), indent=1, allow_nan=False, sort_keys=True).encode() + b"\n")
+    return path
+
+
+def read(paper: str, directory: Path) -> Results:
+    """The stored results of a paper; raises `BadInput` where there are none, or the file is damaged."""
+    path = directory / FOLDER / f"{paper}.json"
+    try:
+        data = json.loads(path.read_bytes())
+        values = {study: summary.from_json(found) for study, found in data["values"].items()}
+        return Results(data["paper"], values, data["failures"], data["figures"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"holds no results of a reproduction ({error})", file=path) from None

@@ -1,0 +1,178 @@
+"""Runs studies over their seeds and keeps every finished run, one file each, so that a stopped computation resumes."""
+
+from __future__ import annotations
+
+import io
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..bench.environment import environment
+from ..bench.runner import code_version, one_line, quiet
+from ..bench.store import check_vacant, plain, write_atomic
+from ..models.errors import BadInput
+from .claims import Paper
+from .study import StudyResult, stream, studies_of
+
+if TYPE_CHECKING:
+    from ..bench.pool import Pool
+
+MANIFEST, RUNS = "reproduction.json", "runs"
+STORED = Path(__file__).parent / "stored"
+"""Runs of studies on measured sets, as a directory of results holds them."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run: a paper's study with one index."""
+
+    paper: str
+    study: str
+    index: int
+
+    def path(self, directory: Path) -> Path:
+        """The file of the stored run."""
+        return directory / RUNS / self.paper / self.study / f"{self.index:04d}.json"
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished run; `error` says why it has no values."""
+
+    job: Job
+    values: dict[str, Any]
+    series: dict[str, np.ndarray]
+    error: str | None
+    cpu_s: float
+
+
+def plan(papers: Sequence[Paper]) -> list[Job]:
+    """Every run that the papers' claims and figures need; first runs first, so that each kernel is compiled once."""
+    found = []
+    for paper in papers:
+        known = studies_of(paper.paper)
+        for name in paper.studies:
+            if name not in known:
+                raise BadInput(f"has no study {name!r}", file=f"paper {paper.paper}")
+            found += [Job(paper.paper, name, index) for index in range(known[name].seeds)]
+    return sorted(found, key=lambda job: job.index)
+
+
+def open_directory(directory: Path, resume: bool) -> None:
+    """Make a directory of runs, or check that a started one was made by this version.
+
+    Raises `BadInput` where it is not vacant, or not to be resumed.
+    """
+    path = directory / MANIFEST
+    if not resume or not path.exists():
+        check_vacant(directory, MANIFEST)
+        directory.mkdir(parents=True, exist_ok=True)
+        text = json.dumps({"version": code_version(), **environment()}, indent=1)
+        write_atomic(path, text.encode() + b"\n")
+        return
+    if _manifest(path).get("version") != code_version():
+        hint = "start again in a new directory"
+        raise BadInput("cannot be resumed: version differs from the one it was started with", file=path, hint=hint)
+
+
+def compute(
+    jobs: Sequence[Job], directory: Path, pool: Pool, watch: Callable[[Run | None], object] = lambda run: None
+) -> None:
+    """Execute what the directory does not hold yet and keep each run as it ends.
+
+    `watch` is called with every run, with None for one that was stored before.  Failed runs are repeated.
+    """
+    todo = []
+    for job in jobs:
+        stored = read_run(job, directory)
+        if stored is None or stored.error:
+            todo.append(job)
+        else:
+            watch(None)
+    for job, future in pool.outcomes(execute, todo):
+        error = future.exception()
+        run = future.result() if error is None else _lost(job, error)
+        write_run(run, directory)
+        watch(run)
+
+
+def execute(job: Job) -> Run:
+    """One run; whatever goes wrong inside becomes its error."""
+    study = studies_of(job.paper)[job.study]
+    if study.measured and not at_hand(study.measured) and (stored := read_run(job, STORED)) is not None:
+        return stored
+    begin = time.process_time()
+    values, series, error = {}, {}, None
+    with quiet():
+        try:
+            result = study.function(stream(job.paper, job.study, job.index), index=job.index)
+            values = {key: plain(value) for key, value in result.values.items()}
+            series = {name: np.asarray(array) for name, array in result.series.items()}
+        except Exception as reason:
+            error = one_line(f"{type(reason).__name__}: {reason}")
+    kept = series if job.index < study.drawn else {}
+    return Run(job, values, kept, error, time.process_time() - begin)
+
+
+def at_hand(measured: str) -> bool:
+    """Whether the folder of a measured set is there."""
+    from ..datasets.measured import data_dir, dataset
+
+    return (data_dir() / dataset(measured).folder).is_dir()
+
+
+def write_run(run: Run, directory: Path) -> None:
+    """Keep a run: first its series, then, atomically, the file that says that it is there."""
+    path = run.job.path(directory)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if run.series:
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, **run.series)
+        write_atomic(path.with_suffix(".npz"), buffer.getvalue())
+    stored = {"values": run.values, "error": run.error, "cpu_s": round(run.cpu_s, 3)}
+    write_atomic(path, json.dumps(plain(stored), allow_nan=False).encode() + b"\n")
+
+
+def read_run(job: Job, directory: Path) -> Run | None:
+    """A stored run; None where there is none."""
+    path = job.path(directory)
+    if not path.exists():
+        return None
+    try:
+        data = json.loads(path.read_bytes())
+        series = path.with_suffix(".npz")
+        arrays = dict(np.load(series)) if series.exists() else {}
+        return Run(job, data["values"], arrays, data["error"], data["cpu_s"])
+    except (ValueError, KeyError, TypeError, OSError) as error:
+        raise BadInput(f"cannot be read ({one_line(error)})", file=path) from None
+
+
+def stored_runs(jobs: Sequence[Job], directory: Path) -> Iterator[Run]:
+    """The stored ones of the runs."""
+    for job in jobs:
+        run = read_run(job, directory)
+        if run is not None:
+            yield run
+
+
+def result_of(run: Run) -> StudyResult:
+    """A stored run as its study returned it."""
+    values = {key: float("nan") if value is None else value for key, value in run.values.items()}
+    return StudyResult(values, run.series)
+
+
+def _lost(job: Job, error: BaseException) -> Run:
+    return Run(job, {}, {}, one_line(f"worker process died ({type(error).__name__}: {error})"), 0.0)
+
+
+def _manifest(path: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(path.read_bytes())
+    except (ValueError, OSError) as error:
+        raise BadInput(f"cannot be read ({one_line(error)})", file=path) from None
+    return data if isinstance(data, dict) else {}

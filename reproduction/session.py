@@ -1,0 +1,86 @@
+"""One call of `helmbench reproduce`: compute, summarise, draw, write, and tell."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..models.errors import BadInput
+from . import claims, figures, interactive, pages, results, runner
+from .claims import Paper
+from .results import Results
+from .runner import Run
+from .summary import Spread
+
+if TYPE_CHECKING:
+    from ..bench.pool import Pool
+
+PAGES, INTERACTIVE = "pages", "interactive"
+
+
+def select(paper: str | None, table: int | None) -> list[Paper]:
+    """The papers, or one of them, or one table of it; raises `BadInput` where there is no such."""
+    if table is not None and paper is None:
+        raise BadInput("--table needs a paper", hint=f"name one of {', '.join(claims.papers())}")
+    chosen = [claims.load(name) for name in ([paper] if paper else claims.papers())]
+    return chosen if table is None else [found.only_table(table) for found in chosen]
+
+
+def reproduce(
+    chosen: Sequence[Paper],
+    directory: Path,
+    pool: Pool,
+    resume: bool = False,
+    watch: Callable[[Run | None], object] = lambda run: None,
+) -> list[tuple[Paper, Results]]:
+    """Compute what the directory does not hold yet; write results, figures and pages into its folder `pages`,
+    and pages to search and zoom in into its folder `interactive`.
+
+    Raises `BadInput` where the directory holds something else.
+    """
+    jobs = runner.plan(chosen)
+    runner.open_directory(directory, resume)
+    runner.compute(jobs, directory, pool, watch)
+    runs = list(runner.stored_runs(jobs, directory))
+    found = [(paper, _drawn(paper, results.of_runs(paper, runs), runs, directory / PAGES)) for paper in chosen]
+    for _, one in found:
+        results.write(one, directory / PAGES)
+    pages.write(chosen, directory / PAGES)
+    interactive.write(found, directory / PAGES, directory / INTERACTIVE)
+    return found
+
+
+def rows(found: Sequence[tuple[Paper, Results]]) -> list[dict[str, Any]]:
+    """Every claim as plain values: published, ours as {median, low, high}, verdict and reason."""
+    return [
+        {
+            "paper": paper.paper,
+            "item": judged.claim.item,
+            "quantity": judged.claim.quantity,
+            "unit": judged.claim.unit,
+            "published": judged.claim.published,
+            "corrected": _plain(judged.corrected),
+            "as_printed": _plain(judged.as_printed),
+            "verdict": judged.verdict,
+            "reason": judged.reason,
+            "equation": judged.claim.equation or None,
+        }
+        for paper, one in found
+        for judged in one.judged(paper)
+    ]
+
+
+def _drawn(paper: Paper, found: Results, runs: Sequence[Run], directory: Path) -> Results:
+    """The results with the digests of the figures, which are drawn where their study has runs."""
+    digests = {}
+    for figure in paper.figures:
+        own = [run for run in runs if (run.job.paper, run.job.study) == (paper.paper, figure.study) and not run.error]
+        if own:
+            digests[figure.id] = figures.write(paper, figure, [runner.result_of(run) for run in own], directory)
+    return dataclasses.replace(found, figures=digests)
+
+
+def _plain(found: Spread) -> dict[str, float] | None:
+    return {"median": found.median, "low": found.low, "high": found.high} if found.known else None

@@ -1,0 +1,18 @@
+"""Every cause keeps the contract; and the contract catches causes that break it."""
+
+import pytest
+
+from helmbench.diagnosis.causes._records import RecordCause
+from helmbench.diagnosis.causes.registry import causes
+from helmbench.diagnosis.contract import CHECKS, OF_RECORDS
+
+
+def cases():
+    for name, cause in causes().items():
+        for check in OF_RECORDS if isinstance(cause, RecordCause) else CHECKS:
+            yield pytest.param(type(cause), check, id=f"{name}-{check.__name__.removeprefix('check_')}")
+
+
+@pytest.mark.parametrize(("cls", "check"), cases())
+def test_cause_keeps_the_contract(cls, check):
+    check(cls)

@@ -1,0 +1,61 @@
+"""A named cause has one size: what it only resembles shows another elsewhere."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.diagnosis.causes.registry import cause as cause_of
+from helmbench.diagnosis.residuals.features import lines
+from helmbench.diagnosis.residuals.tests import size_tests
+from helmbench.diagnosis.residuals.unmodelled import _periodic
+from helmbench.diagnosis.state import first_state
+from helmbench.diagnosis.statistics.score_tests import Projector
+from helmbench.estimation.filters.innovations.estimator import Innovations, estimator
+from helmbench.models.model import resolve
+
+
+def _tests(share, seed):
+    """Log p-values where a cause's column stands `share` larger in the second half of each record."""
+    rng = np.random.default_rng(seed)
+    est = estimator(resolve("response-1"), [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
+    now = est.evaluate(est.start())
+    n = len(now.e)
+    late = est.segments[0].time > 0.5 * est.segments[0].time[-1]
+    column = rng.standard_normal((n, 6))
+    e = rng.standard_normal((n, 6)) - share * column * np.where(late, 1.0, -1.0)[:, None]
+    now = now._replace(e=e)
+    columns = column.reshape(1, -1)
+    return dict(size_tests(est, now, Projector(now, columns), {cause_of("rudder_offset"): columns}))
+
+
+def test_another_size_in_the_second_half_is_seen(seed):
+    found = _tests(0.2, seed)
+    assert min(found, key=lambda label: found[label]) == "rudder_offset of another size with time"
+    assert found["rudder_offset of another size with time"] < -10.0
+
+
+def test_one_size_throughout_is_believed(seed):
+    """Of four tests none below e^-9.5 (chance 3 in 10,000)."""
+    assert min(_tests(0.0, seed).values()) > -9.5
+
+
+def test_a_periodic_moment_is_seen_through_its_phase(rng):
+    """Cosine and sine of the frequency nearest to the planted one gain what the moment is worth."""
+    est = estimator(resolve("response-1"), [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
+    waves = lines(est)
+    n = est.segments[0].time.size
+    columns = rng.standard_normal((2 * len(waves), 6 * n))
+    k = int(rng.integers(len(waves)))
+    residual = rng.standard_normal(6 * n) + 0.2 * columns[2 * k] - 0.3 * columns[2 * k + 1]
+    now = Innovations(residual.reshape(-1, 6), np.zeros((n, 6)), np.zeros((n, 1)))
+    row = {id(f.series): column for f, column in zip((f for pair in waves for f in pair), columns, strict=True)}
+    here = SimpleNamespace(
+        columns=lambda axes, series: np.stack([row[id(one)] for one in series]),
+        projector=Projector(now, np.zeros((0, 6 * n))),
+    )
+    (found,) = _periodic(first_state(est, {}, 0.01, (), None), waves, here)
+    assert found.features == waves[k]
+    size = np.array([0.2, -0.3])
+    wanted = float(size @ (columns[2 * k : 2 * k + 2] @ columns[2 * k : 2 * k + 2].T) @ size)
+    assert abs(found.gain - wanted) < 5.0 * 2.0 * np.sqrt(wanted)

@@ -1,0 +1,65 @@
+"""The measured KVLCC2 runs: what public loaders' column names do to them, and what first-order Nomoto misses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.bench.faults import spoil
+from helmbench.datasets.measured import data_dir, load
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.kinematics.gross_errors import put_right
+from helmbench.diagnosis.options import Options
+from helmbench.models.model import resolve
+
+pytestmark = pytest.mark.skipif(
+    not (data_dir() / "kvlcc2" / "hsva").exists(), reason="measured data are not here: helmbench fetch kvlcc2-hsva"
+)
+
+
+def thinned(stem, every=10):
+    record = load("kvlcc2-hsva", stem)
+    return replace(record, time_s=record.time_s[::every], channels={k: v[::every] for k, v in record.channels.items()})
+
+
+def as_public_loaders_name_it(record):
+    """Columns 5 and 6 as surge and sway, 7 as roll rate, 8 as yaw rate."""
+    psi, u, v = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
+    roll = record.column("roll_rad") if record.has("roll_rad") else 0.01 * np.sin(record.time_s)
+    return record.with_channels(
+        surge_m_s=u * np.cos(psi) - v * np.sin(psi),
+        sway_m_s=u * np.sin(psi) + v * np.cos(psi),
+        roll_rate_rad_s=record.column("yaw_rate_rad_s"),
+        yaw_rate_rad_s=roll,
+    )
+
+
+def test_public_column_names_are_seen_through():
+    true = [thinned(stem) for stem in ("Z_15_05", "Z_25_05")]
+    fixed, flags = put_right([as_public_loaders_name_it(r) for r in true], resolve("kvlcc2-l7"))
+    assert {f.cause.id for f in flags} >= {"earth_frame_velocity", "channel_swap"}
+    for own, back in zip(true, fixed, strict=True):
+        for name in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s"):
+            assert np.allclose(own.column(name), back.column(name), atol=1e-12)
+    _, none = put_right(true, replace(resolve("kvlcc2-l7"), positive_rudder="port"))
+    assert none == []
+
+
+def test_first_order_nomoto_lacks_lead_and_speed_loss():
+    names = ("Z_25_05", "Z_10_10_P", "Z_10_10_S", "Z_20_10_S")
+    options = Options(base_parameters="identify")
+    found = diagnose(resolve("nomoto-1-cubic"), [thinned("Z_15_05", 5)], [thinned(s, 5) for s in names], options)
+    assert {"second_order_lead", "speed_loss"} <= {f.cause for f in found.causes}
+    assert found.gain["yaw_rate_rad_s"].rmse_after < 1.02 * found.gain["yaw_rate_rad_s"].rmse_before
+    assert found.gain["surge_m_s"].rmse_after < 0.3 * found.gain["surge_m_s"].rmse_before
+    assert found.gain["heading_rad"].rmse_after < 0.8 * found.gain["heading_rad"].rmse_before
+
+
+def test_a_scale_error_planted_in_measured_records_is_named(rng):
+    scale = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.04, 0.1))
+    records = [spoil(thinned("Z_15_05"), "yaw_rate_scale", {"s": scale}, rng)]
+    found = diagnose(resolve("nomoto-1-cubic"), records, options=Options(base_parameters="identify"))
+    sizes = {f.cause: f.sizes for f in found.causes}
+    print(scale, sizes)
+    assert "yaw_rate_scale" in sizes
+    assert sizes["yaw_rate_scale"][0].value == pytest.approx(scale, abs=0.01)

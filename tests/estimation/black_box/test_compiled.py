@@ -1,0 +1,45 @@
+"""Compiled forms of fitted regressors."""
+
+import numpy as np
+import pytest
+from sklearn.linear_model import LinearRegression
+
+from helmbench.estimation.black_box.compiled import compiled, stacked
+from helmbench.estimation.black_box.predictor import fit_regressors
+from helmbench.methods.registry import make
+
+FORMS = {
+    "Ridge": "Affine",
+    "LinearSVR": "Affine",
+    "SVR": "Kernel",
+    "NuSVR": "Kernel",
+    "DecisionTreeRegressor": "Trees",
+    "RandomForestRegressor,n_estimators=10": "Trees",
+    "ExtraTreesRegressor,n_estimators=10": "Trees",
+    "HistGradientBoostingRegressor,max_iter=20": "Trees",
+    "SVR,kernel=poly": None,
+    "KNeighborsRegressor": None,
+    "GradientBoostingRegressor,n_estimators=10": None,
+}
+
+
+@pytest.mark.parametrize("name", FORMS)
+@pytest.mark.parametrize("outputs", [1, 3])
+def test_fast_forms_predict_as_scikit_learn(name, outputs, rng):
+    x = rng.normal(size=(300, 4))
+    y = np.column_stack([np.sin(x[:, 0] + place) + x[:, 1] * x[:, 2] for place in range(outputs)])
+    regressors = fit_regressors(x, y, make(f"sklearn:{name}").new_regressor)
+    fast = compiled(regressors, x[:20])
+    assert (None if fast is None else type(fast).__name__) == FORMS[name]
+    if fast is not None:
+        elsewhere = 2.0 * rng.normal(size=(600, 4))
+        np.testing.assert_allclose(fast(elsewhere), stacked(regressors, elsewhere), rtol=1e-8, atol=1e-8)
+
+
+def test_a_form_that_does_not_agree_is_not_used(rng):
+    class Rounding(LinearRegression):
+        def predict(self, X):
+            return np.round(super().predict(X), 3)
+
+    x = rng.normal(size=(50, 2))
+    assert compiled((Rounding().fit(x, x[:, 0]),), x) is None

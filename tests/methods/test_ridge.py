@@ -1,0 +1,77 @@
+"""Ridge regression against closed forms, and on Mariner's noisy records, where least squares fails."""
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.estimation.regression import factors
+from helmbench.methods.registry import make
+from helmbench.methods.ridge import ridge
+from helmbench.models.errors import BadInput
+from helmbench.models.model import resolve
+
+
+def factor_of(a, b):
+    return factors.fold(factors.empty(a.shape[1]), np.column_stack([a, b]))
+
+
+def problem(rng, n=300, m=4):
+    a = rng.normal(size=(n, m)) * np.logspace(-3, 3, m)
+    x = rng.normal(size=m) / np.logspace(-3, 3, m)
+    return a, x
+
+
+@pytest.mark.parametrize("penalty", [1e-6, 1e-3, 1.0])
+def test_ridge_is_the_augmented_least_squares(penalty, rng):
+    """The penalty is equivalent to rows of scaled unit vectors in the problem."""
+    a, x = problem(rng)
+    b = a @ x + rng.normal(size=300)
+    length = np.linalg.norm(a, axis=0)
+    top = np.linalg.svd(a / length, compute_uv=False)[0]
+    stacked = np.vstack([a / length, np.sqrt(penalty) * top * np.eye(4)])
+    expected = np.linalg.lstsq(stacked, np.append(b, np.zeros(4)), rcond=None)[0] / length
+    assert ridge(factor_of(a, b), 300, penalty)[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_ridge_gcv_shrinks_more_with_more_noise(rng):
+    a, x = problem(rng)
+    noise = rng.normal(size=300)
+    quiet, loud = (ridge(factor_of(a, a @ x + sd * noise), 300, None) for sd in (1e-6, 30.0))
+    error = 1e-6 * np.sqrt(np.diag(np.linalg.inv(a.T @ a)))
+    assert np.all(np.abs(quiet[0] - x) < 6.0 * error)
+    assert quiet[2] < loud[2] and quiet[3] > loud[3]
+
+
+def test_ridge_without_penalty_is_least_squares(rng):
+    a, x = problem(rng)
+    b = a @ x + rng.normal(size=300)
+    c, covariance, _, freedom = ridge(factor_of(a, b), 300, 0.0)
+    assert c == pytest.approx(np.linalg.lstsq(a, b, rcond=None)[0], rel=1e-8)
+    assert freedom == pytest.approx(4.0)
+    expected = np.linalg.inv(a.T @ a) * np.sum((b - a @ c) ** 2) / 296
+    assert np.diag(covariance) == pytest.approx(np.diag(expected), rel=1e-6)
+
+
+def test_ridge_is_better_than_least_squares_on_mariner():
+    """Median parameter error at low noise about that of the zero model, where least squares has 230 %."""
+    model = resolve("mariner")
+    records = [generate(Case("mariner", text, "low", seed=3)) for text in ("zigzag:20/20", "zigzag:10/10")]
+    median = {}
+    for text in ("ls,scheme=midpoint", "ridge"):
+        found = make(text).fit(records, model)
+        median[text] = np.median([abs(found.parameters[k] / v - 1.0) for k, v in model.parameters.items() if v])
+    assert median["ridge"] < 0.7 * median["ls,scheme=midpoint"]
+
+
+@pytest.mark.parametrize("name", ["response-1", "kvlcc2-l7"])
+def test_exact_on_difference_data(name):
+    model = resolve(name)
+    record = generate(Case(name, "zigzag:20/20@euler"))
+    assert make("ridge,scheme=forward,penalty=0").fit([record], model).coefficients == pytest.approx(
+        model.coefficients, rel=1e-4
+    )
+
+
+def test_impossible_options_are_refused():
+    with pytest.raises(BadInput):
+        make("ridge,penalty=-1")

@@ -1,0 +1,34 @@
+"""Records that tests drive a model with."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from helmbench.datasets.record import Record
+from helmbench.models.model import CHANNELS, resolve
+from helmbench.models.simulate import initial_state, inputs_of, simulate
+
+
+def driven(model, rudder, dt, name="driven", **options):
+    """A noise-free record of a model driven by a rudder series (N,), from its straight course."""
+    states = simulate(model, inputs_of(model, rudder), dt, initial_state(model), **options)
+    channels = {CHANNELS[s]: states[:, i] for i, s in enumerate(model.states) if s in CHANNELS}
+    return Record(dt * np.arange(len(rudder)), {"rudder_rad": np.asarray(rudder), **channels}, name)
+
+
+def relative_errors(estimate, truth):
+    """Relative error by name of the parameters with a non-zero truth."""
+    return {k: abs(estimate.parameters[k] / value - 1.0) for k, value in truth.parameters.items() if value}
+
+
+def zigzag_5_10(name):
+    """5/10 zigzag of paper 002: 200 s at 0.1 s, one RK4 step a sample, rudder held."""
+    model = replace(resolve(name), max_step_s=0.1)
+    psi, r = model.states.index("psi"), model.states.index("r")
+    states, delta, side = [initial_state(model)], np.zeros(2001), 1.0
+    for k in range(2000):
+        if side * states[k][psi] >= np.deg2rad(10.0):
+            side = -side
+        delta[k] = side * np.deg2rad(5.0) if k else 0.0
+        states.append(simulate(model, [[delta[k]]] * 2, 0.1, states[k], hold="zero")[1])
+    return Record(0.1 * np.arange(2001), {"rudder_rad": delta, "yaw_rate_rad_s": np.array(states)[:, r]})

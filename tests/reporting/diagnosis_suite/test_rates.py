@@ -1,0 +1,140 @@
+"""Rates, intervals and figures from hand-made cases."""
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from helmbench.bench.kinds.diagnosis.plan import ORACLE
+from helmbench.bench.store import DIAGNOSIS, SCHEMAS, Store, frames
+from helmbench.models.errors import BadInput
+from helmbench.reporting.diagnosis_suite import page, rates
+
+
+def board_of(runs):
+    return rates.build(*frames(runs, SCHEMAS[DIAGNOSIS]))
+
+
+def rate(board, name, method="innovations", scope="all", group="all"):
+    table = board.rates
+    pick = (table["rate"] == name) & (table["method"] == method) & (table["scope"] == scope) & (table["group"] == group)
+    (row,) = table[pick].to_dict("records")
+    return row
+
+
+@pytest.fixture
+def runs(case_of):
+    """Two methods on planted, clean, unknown and paired cases, and the oracle on one."""
+    size = {"cause": "rudder_offset", "parameter": "delta0", "true": 1.0, "estimate": 1.1, "low": 0.9, "high": 1.3}
+    missed = {"outcome": "missed", "named": "", "verdict": "adequate", "tie_size": None}
+    wrong = {"outcome": "wrong_lead", "named": "wind", "confident_wrong": True, "tie_size": None}
+    clean = {"group": "null", "planted": "", "strength": "none", "detectable": None, "noncentrality": None}
+    quiet = clean | {"outcome": "adequate", "named": "", "verdict": "adequate"}
+    loud = clean | {"outcome": "false_alarm", "named": "wind"}
+    unknown = {
+        "group": "unforeseen",
+        "planted": "kind",
+        "outcome": "unexplained",
+        "named": "",
+        "verdict": "unexplained",
+    }
+    pair = {"group": "pair", "planted": "rudder_offset+wind", "outcome": "both"}
+    return [
+        case_of(seed=1, size_of=size | {"covered": True, "rel_error": 0.1}),
+        case_of(seed=2, outcome="tie", named="constant_force/rudder_offset", tie_size=2, gusts="slow"),
+        case_of(seed=3, **missed),
+        case_of(seed=4, **missed, detectable=False, noncentrality=2.0, strength="undetectable"),
+        case_of(seed=5, **wrong, size_of=size | {"covered": False, "rel_error": 0.3}),
+        case_of(seed=6, status="failed", error="burst", outcome=None, named=None, verdict=None, confident_wrong=None),
+        case_of(seed=7, **quiet), case_of(seed=8, **quiet), case_of(seed=9, **loud),
+        case_of(seed=10, **quiet, gusts="slow"),
+        case_of(seed=11, **unknown),
+        case_of(seed=12, **unknown | {"outcome": "named", "named": "current", "verdict": "named"}),
+        case_of(seed=13, **pair), case_of(seed=14, **pair | {"outcome": "one"}),
+        case_of(seed=1, method="naive", **wrong), case_of(seed=7, method="naive", **loud),
+        case_of(seed=1, method=ORACLE, rmse_after_heading_rad=0.1),
+    ]  # fmt: skip
+
+
+def test_rates_count_what_they_say(runs):
+    board = board_of(runs)
+    told = {name: (rate(board, name)["hits"], rate(board, name)["n"]) for name in board.rates["rate"].unique()}
+    assert told == {
+        "named": (2, 5), "alone": (1, 5), "false_clean": (1, 3), "false_slow": (0, 1), "wrong": (1, 8),
+        "unforeseen_clean": (1, 2), "both": (1, 2),
+    }  # fmt: skip
+    assert (rate(board, "named", "naive")["hits"], rate(board, "false_clean", "naive")["hits"]) == (0, 1)
+    assert rate(board, "named", scope="gusts", group="slow")["value"] == 1.0
+
+
+def test_what_is_asked_for_is_compared_with_the_rate(runs):
+    board = board_of(runs)
+    assert (
+        not rate(board, "named")["met"] and rate(board, "false_slow")["met"] and not rate(board, "false_clean")["met"]
+    )
+    assert rate(board, "alone")["met"] is None
+
+
+def test_intervals_are_those_of_clopper_and_pearson(rng):
+    n = int(rng.integers(1, 200))
+    hits = int(rng.integers(0, n + 1))
+    wanted = binomtest(hits, n).proportion_ci(0.95, method="exact")
+    assert rates.binomial_interval(hits, n) == pytest.approx((wanted.low, wanted.high))
+    assert np.isnan(rates.binomial_interval(0, 0)).all()
+
+
+def test_figures(runs):
+    board = board_of(runs)
+    own = {row["figure"]: row for row in board.figures.to_dict("records") if row["method"] == "innovations"}
+    assert own["tie_size"]["value"] == 1.5 and not own["tie_size"]["met"]
+    assert own["coverage"]["value"] == 0.5 and own["coverage"]["n"] == 2
+    assert own["gain_median"]["value"] == pytest.approx(1.1) and own["gain_median"]["n"] == 1
+    assert own["wall_s"]["value"] == 3.0
+
+
+def test_the_oracle_is_not_a_competitor(runs):
+    board = board_of(runs)
+    assert ORACLE not in set(board.rates["method"]) | set(board.confusion["method"])
+
+
+def test_confusion_counts_a_tie_with_the_truth_as_the_truth(runs):
+    table = board_of(runs).confusion
+    own = {(r["planted"], r["named"]): r["cases"] for r in table[table["method"] == "innovations"].to_dict("records")}
+    assert own == {
+        ("rudder_offset", "rudder_offset"): 2, ("rudder_offset", "(adequate)"): 1, ("rudder_offset", "wind"): 1,
+        ("(null)", "(adequate)"): 3, ("(null)", "wind"): 1,
+        ("(unforeseen)", "(unexplained)"): 1, ("(unforeseen)", "current"): 1,
+    }  # fmt: skip
+
+
+def test_power_is_counted_between_edges(runs):
+    table = board_of(runs).power
+    calm = table[(table["method"] == "innovations") & (table["weather"] == "calm")]
+    assert calm[["from", "n", "hits"]].values.tolist() == [[1.0, 1, 0], [60.0, 4, 1]]
+
+
+@pytest.fixture
+def directory(tmp_path, runs):
+    manifest = {
+        "kind": DIAGNOSIS, "suite": "made-up", "version": "0", "planned": len(runs) + 1,
+        "selection": {"suite": "made-up", "seed": 12}, "packages": {"numpy": "2"},
+    }  # fmt: skip
+    with Store.create(tmp_path / "out", manifest) as store:
+        for run in runs:
+            store.append(run)
+    return tmp_path / "out"
+
+
+def test_the_report_is_written_and_says_what_is_missing(directory):
+    written = page.write_report(directory)
+    assert sorted(path.name for path in written.paths) == ["diagnosis.csv", "diagnosis.html", "diagnosis.md"]
+    assert not written.complete and "INCOMPLETE: 17 of 18" in written.markdown and "seed 12" in written.markdown
+    assert "40.0 % [5.3, 85.3], n = 5 ✗" in written.markdown and "burst" in written.markdown
+    text = (directory / "diagnosis.html").read_text()
+    assert text.count("<svg") == 2 and "naive" in text and "http" not in text.replace("http-equiv", "")
+
+
+def test_a_report_of_nothing_is_refused(tmp_path):
+    manifest = {"kind": DIAGNOSIS, "suite": "made-up", "version": "0", "planned": 3, "selection": {}}
+    Store.create(tmp_path / "out", manifest).close()
+    with pytest.raises(BadInput, match="no case is finished"):
+        page.write_report(tmp_path / "out")

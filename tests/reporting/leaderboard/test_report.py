@@ -1,0 +1,174 @@
+"""Reports are made from stored results, complete or not, and hide nothing."""
+
+import csv
+import html.parser
+import json
+import re
+
+import pytest
+
+from helmbench.bench.store import Store
+from helmbench.models.errors import BadInput
+from helmbench.reporting import plots
+from helmbench.reporting.leaderboard import page as report
+from helmbench.reporting.leaderboard.standings import STANDING_COLUMNS
+
+
+@pytest.fixture
+def finished(tmp_path, manifest, run_of):
+    """A directory with eight runs of three methods, one failed and one not applicable."""
+    runs = [
+        run_of(error=e, r2=1 - e, method=m, noise=n, vessel=v)
+        for m, e in (("a", 0.01), ("b", 0.1))
+        for n in ("none", "low")
+        for v in ("cargo", "s175")
+    ]
+    runs += [
+        run_of(method="c", vessel="cargo", status="failed", reason="<singular> | matrix"),
+        run_of(method="c", vessel="s175", status="not_applicable", reason="no sway"),
+    ]
+    with Store.create(tmp_path / "out", manifest(len(runs))) as store:
+        for run in runs:
+            store.append(run)
+        store.write_tables()
+    return tmp_path / "out"
+
+
+class Page(html.parser.HTMLParser):
+    """Checks that tags are balanced and collects texts and addresses."""
+
+    VOID = ("meta", "br")
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.links, self.cells = [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.links += [value for name, value in attrs if name in ("src", "href")]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        pass
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, f"</{tag}> closes something else"
+
+    def handle_data(self, data):
+        self.cells += [data] if self.open and self.open[-1] == "td" else []
+
+
+def test_three_files_are_written_beside_the_results(finished):
+    written = report.write_report(finished)
+    assert [path.name for path in written.paths] == ["leaderboard.md", "leaderboard.csv", "leaderboard.html"]
+    assert written.complete and all(path.stat().st_size > 500 for path in written.paths)
+    assert written.markdown == (finished / "leaderboard.md").read_text()
+
+
+def test_markdown_shows_ranks_intervals_and_failures(finished):
+    text = report.write_report(finished).markdown
+    overall = text.split("## Overall")[1].split("##")[0].strip().splitlines()
+    assert [line.split("|")[1].strip() for line in overall if line.startswith("| ")] == ["method", "a", "b", "c"]
+    assert "0.01 [0.01, 0.01]" in overall[2]
+    assert "1 / 1 / 2" in overall[4]
+    assert "&lt;singular&gt; \\| matrix" in text and "no sway" in text
+    assert "10 runs: 8 ok, 1 failed, 1 not applicable" in text
+
+
+def test_cells_without_truth_are_listed_and_what_they_share_is_told_once(tmp_path, manifest, run_of):
+    runs = [
+        run_of(r2=r2, method="a", vessel="measured-ship", train="Z_15_05", held_out=held_out)
+        for held_out, r2 in (("Z_25_05", 0.9), ("Z_10_10_P", 0.8))
+    ]
+    with Store.create(tmp_path / "out", manifest(2)) as store:
+        for run in runs:
+            store.append(run)
+        text = report.write_report(tmp_path / "out").markdown
+    cells = text.split("## All cells of measured-ship")[1].split("##")[0]
+    assert "All with model abkowitz, train Z_15_05, noise low, disturbance none." in cells
+    assert "Z_25_05" in cells and "0.900" in cells and "Z_10_10_P" in cells
+
+
+def test_cells_with_truth_are_left_to_the_page(finished):
+    assert "All cells" not in report.write_report(finished).markdown
+
+
+def test_every_line_of_a_markdown_table_has_the_same_columns(finished):
+    for block in re.findall(r"(?:^\|.*\n)+", report.write_report(finished).markdown, flags=re.M):
+        counts = {len(re.findall(r"(?<!\\)\|", line)) for line in block.splitlines()}
+        assert len(counts) == 1, block
+
+
+def test_csv_holds_all_standings_with_fixed_columns(finished):
+    report.write_report(finished)
+    rows = list(csv.DictReader((finished / "leaderboard.csv").open()))
+    assert list(rows[0]) == STANDING_COLUMNS
+    assert {(row["scope"], row["group"]) for row in rows} == {
+        ("overall", "all"), ("noise", "none"), ("noise", "low"), ("vessel", "cargo"), ("vessel", "s175"),
+    }  # fmt: skip
+
+
+def test_html_is_one_balanced_page_without_outside_links(finished):
+    report.write_report(finished)
+    text = (finished / "leaderboard.html").read_text()
+    page = Page(text)
+    assert page.open == [] and all(link.startswith("#") for link in page.links)
+    assert "<singular>" not in text and "<singular> | matrix" in page.cells
+    assert text.count("<svg") == 2 and "All cells of s175" in text
+
+
+def test_an_incomplete_run_is_reported_as_such(tmp_path, manifest, run_of):
+    with Store.create(tmp_path / "out", manifest(5)) as store:
+        store.append(run_of(error=0.1, r2=0.9))
+        written = report.write_report(tmp_path / "out")
+    assert not written.complete and "INCOMPLETE: 1 of 5 runs are finished" in written.markdown
+    assert "INCOMPLETE" in (tmp_path / "out" / "leaderboard.html").read_text()
+
+
+def test_the_same_results_give_the_same_files(finished):
+    first = [path.read_bytes() for path in report.write_report(finished).paths]
+    assert first == [path.read_bytes() for path in report.write_report(finished).paths]
+
+
+def test_nothing_is_reported_where_nothing_is(tmp_path, manifest):
+    with pytest.raises(BadInput, match="holds no benchmark run"):
+        report.write_report(tmp_path)
+    Store.create(tmp_path / "out", manifest(5)).close()
+    with pytest.raises(BadInput, match="no run is finished yet"):
+        report.write_report(tmp_path / "out")
+    assert not list(tmp_path.rglob("leaderboard*"))
+
+
+def test_timings_are_shown_where_they_are_stored(finished):
+    stats = {"median": 0.0123, "q1": 0.012, "q3": 0.013, "rounds": 7}
+    (finished / "timing.json").write_text(json.dumps({"benchmarks": [{"name": "test_fit[ls]", "stats": stats}]}))
+    text = report.write_report(finished).markdown
+    assert "## Timings" in text and "test_fit[ls]" in text and "12.3 ms" in text
+    elsewhere = finished.parent / "elsewhere.json"
+    with pytest.raises(BadInput, match=r"elsewhere\.json"):
+        report.write_report(finished, elsewhere)
+    elsewhere.write_text("{}")
+    with pytest.raises(BadInput, match="not a benchmark JSON file"):
+        report.write_report(finished, elsewhere)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "–"), (float("nan"), "–"), (float("inf"), "inf"), (0.0, "0"), (0.01234, "0.0123"), (3.2e-9, "3.2e-09")],
+)
+def test_numbers_are_short(value, text):
+    assert report.number(value) == text
+
+
+@pytest.mark.parametrize(("value", "text"), [(2.0, "2 s"), (0.0021, "2.1 ms"), (3e-6, "3 us"), (5e-10, "0.5 ns")])
+def test_durations_have_a_fitting_unit(value, text):
+    assert report.seconds(value) == text
+
+
+def test_charts_leave_out_what_a_logarithm_cannot_show():
+    drawn = plots.by_level({"a": [0.0, 0.1, 1.0], "b": [float("inf"), None, 0.01]}, ["none", "low", "high"], "errors")
+    assert drawn.count('r="3"') == 3 and drawn.count("<polyline") == 2
+    assert plots.by_level({"a": [0.0, 0.0]}, ["none", "low"], "errors") == ""
+    assert plots.by_level({"a": [0.1]}, ["low"], "errors") == ""

@@ -1,0 +1,22 @@
+"""What a claims file names, against what the studies and drawings of its paper give."""
+
+from helmbench.reproduction import claims, figures
+from helmbench.reproduction.study import StudyResult, module_of, stream, studies_of
+
+
+def run(paper: str, study: str, index: int = 0) -> StudyResult:
+    return studies_of(paper)[study].function(stream(paper, study, index), index=index)
+
+
+def unnamed(paper: str, results: dict[str, StudyResult]) -> list[str]:
+    """Keys that claims and references of the paper name and that the results do not have."""
+    whole = claims.load(paper)
+    named = [(c.study, key) for c in whole.claims if c.study for key in (c.corrected, c.as_printed) if key]
+    named += [(check.study, check.key) for check in whole.checks()]
+    return [f"{study}: {key}" for study, key in named if key not in results[study].values]
+
+
+def drawn(paper: str, results: dict[str, StudyResult]) -> dict[str, int]:
+    """Size of every figure of the paper in bytes."""
+    whole, module = claims.load(paper), module_of(paper)
+    return {f.id: len(figures.svg(getattr(module, f.draw), [results[f.study]])) for f in whole.figures}

@@ -1,0 +1,188 @@
+"""A made-up paper through the whole of `reproduce`: runs, resuming, results, figures, pages, command line."""
+
+import json
+
+import numpy as np
+import pytest
+
+from helmbench import cli
+from helmbench.bench.pool import inline
+from helmbench.models.errors import BadInput
+from helmbench.reproduction import claims, figures, pages, results, runner, session, study
+from helmbench.reproduction.study import Study, StudyResult
+
+CLAIMS = """
+paper: "999"
+title: A made-up paper
+citation: nobody
+claims:
+  - {id: a, item: Table 1, quantity: mean, published: 0.0, study: noise, corrected: value, as_printed: shifted}
+  - {id: b, item: Table 1, quantity: sign, published: true, kind: holds, study: noise, corrected: positive}
+  - {id: c, item: Table II, quantity: "|x|", published: 7, study: constant, corrected: seven, protocol: counted}
+  - {id: d, item: Table II, quantity: speed, published: fast, missing: Nothing is said.}
+errata:
+  - {equation: "(1)", printed: "$a$", corrected: "$b$", consequence: It differs., claims: [a]}
+figures:
+  - {id: one, title: One, caption: A line., study: noise, draw: draw}
+references:
+  - {quantity: seven, value: 7.0, tolerance: {absolute: 0.1}, study: constant, key: seven}
+"""
+
+
+class Made:
+    """Stands for the module of a paper."""
+
+    calls = 0
+    fails = False
+
+    def __init__(self):
+        self.STUDIES = {"noise": Study(self.noise, seeds=5), "constant": Study(self.constant)}
+
+    def noise(self, rng, *, index):
+        self.calls += 1
+        if self.fails and index == 3:
+            raise ValueError("no luck\nat all")
+        x = rng.normal()
+        return StudyResult({"value": x, "shifted": np.nan, "positive": x > 0}, {"line": rng.normal(size=20)})
+
+    def constant(self, rng, *, index):
+        self.calls += 1
+        return StudyResult({"seven": 7})
+
+    def draw(self, found, figure):
+        figure.subplots().plot(found[0].series["line"])
+
+
+@pytest.fixture
+def made(monkeypatch, tmp_path):
+    folder = tmp_path / "claims"
+    folder.mkdir()
+    (folder / "999.yaml").write_text(CLAIMS, encoding="utf-8")
+    module = Made()
+    monkeypatch.setattr(claims, "FOLDER", folder)
+    for place in (study, figures):
+        monkeypatch.setattr(place, "module_of", lambda paper: module)
+    return module
+
+
+def reproduce(directory, resume=False):
+    with inline() as pool:
+        return session.reproduce(session.select(None, None), directory, pool, resume)
+
+
+def files(directory):
+    return {path.relative_to(directory): path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+
+
+def test_equal_bytes_every_time(made, tmp_path):
+    for name in ("one", "two"):
+        reproduce(tmp_path / name)
+    assert files(tmp_path / "one" / "pages") == files(tmp_path / "two" / "pages")
+
+
+def test_pages_tell_everything(made, tmp_path):
+    found = reproduce(tmp_path / "out")
+    text = (tmp_path / "out/pages/999.md").read_text(encoding="utf-8")
+    assert "| \\|x\\| (1) | 7 | 7 | **reproduced** |" in text
+    assert "| speed | fast | – | **not reproducible** | Nothing is said. |" in text
+    assert "1. counted" in text and "![One](figures/999-one.svg)" in text and "| (1) | $a$ | $b$ | It differs." in text
+    assert "| seven | 7 ± 0.1 | 7 | yes |" in text
+    assert "no finite value" in text
+    index = (tmp_path / "out/pages/README.md").read_text(encoding="utf-8")
+    assert "[999](999.md) | A made-up paper | 4 |" in index
+    rows = session.rows(found)
+    assert [row["verdict"] for row in rows].count("not reproducible") == 1
+    assert set(rows[0]) >= {"paper", "item", "quantity", "published", "corrected", "as_printed", "verdict", "reason"}
+
+
+def test_wrong_equations_stand_beside_what_they_spoil(made, tmp_path):
+    path = claims.FOLDER / "999.yaml"
+    text = path.read_text(encoding="utf-8")
+    text = text.replace("corrected: seven,", 'corrected: seven, equation: "(7)",')
+    path.write_text(text.replace("as_printed: shifted", 'as_printed: shifted, equation: "(8)"'), encoding="utf-8")
+    reproduce(tmp_path / "out")
+    page = (tmp_path / "out/pages/999.md").read_text(encoding="utf-8")
+    assert "Wrong: eq. (8)." in page and "Wrong: eq. (7)" not in page
+
+
+def test_pages_from_stored_results_alone(made, tmp_path):
+    reproduce(tmp_path / "out")
+    before = files(tmp_path / "out/pages")
+    pages.write(session.select(None, None), tmp_path / "out/pages")
+    assert files(tmp_path / "out/pages") == before
+
+
+def test_resuming_runs_only_what_is_missing(made, tmp_path):
+    reproduce(tmp_path / "out")
+    assert made.calls == 6
+    before = files(tmp_path / "out")
+    runner.Job("999", "noise", 2).path(tmp_path / "out").unlink()
+    reproduce(tmp_path / "out", resume=True)
+    assert made.calls == 7
+    after = files(tmp_path / "out")
+    assert {path: data for path, data in after.items() if "runs" not in path.parts} == {
+        path: data for path, data in before.items() if "runs" not in path.parts
+    }
+
+
+def test_a_failed_run_is_told_and_repeated(made, tmp_path):
+    made.fails = True
+    ((_, found),) = reproduce(tmp_path / "out")
+    assert found.failures == {"noise": "ValueError: no luck at all"}
+    assert found.values["noise"]["value"].n == 4
+    made.fails = False
+    ((_, found),) = reproduce(tmp_path / "out", resume=True)
+    assert found.failures == {} and found.values["noise"]["value"].n == 5
+
+
+def test_directories_that_are_refused(made, tmp_path, monkeypatch):
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other/notes.txt").write_text("mine")
+    for resume in (False, True):
+        with pytest.raises(BadInput, match="not empty"):
+            reproduce(tmp_path / "other", resume)
+    reproduce(tmp_path / "out")
+    with pytest.raises(BadInput, match="--resume"):
+        reproduce(tmp_path / "out")
+    monkeypatch.setattr(runner, "code_version", lambda: "another")
+    with pytest.raises(BadInput, match="version differs"):
+        reproduce(tmp_path / "out", resume=True)
+
+
+def test_damaged_results(made, tmp_path):
+    reproduce(tmp_path / "out")
+    path = tmp_path / "out/pages/results/999.json"
+    path.write_text("{}")
+    with pytest.raises(BadInput, match="holds no results"):
+        results.read("999", path.parents[1])
+
+
+def test_random_numbers_belong_to_paper_study_and_index():
+    first = study.stream("000", "a", 0).normal()
+    assert study.stream("000", "a", 0).normal() == first
+    others = [study.stream(*name).normal() for name in (("001", "a", 0), ("000", "b", 0), ("000", "a", 1))]
+    assert first not in others
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["900"], "unknown paper '900'"),
+        (["003", "--table", "9"], "paper 003 has no table 9"),
+        (["--table", "5"], "--table needs a paper"),
+        (["003", "--resume"], "--resume needs the directory"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(arguments, told, capsys):
+    assert cli.status_of(["reproduce", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and told in err and err.count("\n") == 1
+
+
+def test_one_table_as_json(capsys):
+    """The command itself, on a table that needs no fit."""
+    assert cli.status_of(["reproduce", "003", "--table", "3", "--json", "--jobs", "1"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert {row["item"] for row in rows} == {"Table 3"}
+    gain = next(row for row in rows if row["quantity"] == "observer gain l_4")
+    assert gain["published"] == 364500 and gain["corrected"]["median"] == 364500 and gain["verdict"] == "reproduced"
