@@ -12,7 +12,6 @@ from .base import Cause, NotTestable
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.estimator import Estimator
-    from ...models.model import Model
     from ..state import Variant
 
 
@@ -42,5 +41,8 @@ class RecordCause(Cause):
         raise NotTestable("looked for in the records themselves, before all else")
 
     @abstractmethod
-    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
-        """Faults of this kind, and the records with them put right."""
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
+        """Faults of this kind, and the records with them put right.
+
+        starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
+        """

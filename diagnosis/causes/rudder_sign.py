@@ -12,7 +12,6 @@ from ._records import RecordCause, RecordFault
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...models.model import Model
 
 CLEAR = 6.0
 """Standard deviations by which the rudder must act to the other side."""
@@ -25,8 +24,8 @@ class RudderSign(RecordCause):
     rank = 3
     separate_by = "one rudder order and the side to which the ship turns"
 
-    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
-        z = model.starboard * rudder_response(records)
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
+        z = starboard * rudder_response(records)
         if not z < -CLEAR:
             return [], list(records)
         said = (

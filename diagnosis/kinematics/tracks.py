@@ -20,7 +20,7 @@ from ..causes.registry import bank, cause
 from ..result import Finding, Size
 from ..selection.ties import MOST_TIED, TIE_NATS
 from ..statistics.score_tests import log_tail
-from .series import NEEDED, TrackEffect, whitened
+from .series import NEEDED, SensorEffect, whitened
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -37,7 +37,7 @@ class Option(NamedTuple):
     """A cause with one of its effects on the track."""
 
     cause: Cause
-    effect: TrackEffect
+    effect: SensorEffect
 
 
 @dataclass(frozen=True)
