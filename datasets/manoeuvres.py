@@ -370,20 +370,22 @@ def shift_register(order: int, bits: int, rng: np.random.Generator) -> np.ndarra
 KINDS: dict[str, Kind] = {
     "zigzag": Kind(
         "zigzag:RUDDER/HEADING[:port] in degrees, e.g. zigzag:20/20",
-        "rudder over to the other side whenever the heading has changed by HEADING",
+        "rudder ordered to the other side whenever the heading is HEADING off the initial course",
         _read_pair,
         _zigzag,
     ),
-    "turn": Kind("turn:RUDDER[:port] in degrees, e.g. turn:35", "turning circle with held rudder", _read_angle, _turn),
+    "turn": Kind(
+        "turn:RUDDER[:port] in degrees, e.g. turn:35", "turning circle with constant rudder", _read_angle, _turn
+    ),
     "pullout": Kind(
         "pullout:RUDDER[/HOLDs][:port], e.g. pullout:20 or pullout:20/300s",
-        "turn with held rudder (half of the time unless said), then rudder midships",
+        "turn with constant rudder (for HOLD, by default half of the duration), then rudder midships",
         _read_pullout,
         _pullout,
     ),
     "spiral": Kind(
         "spiral:RUDDER[/STEP][:port] in degrees, e.g. spiral:25 or spiral:25/5",
-        "Dieudonne spiral: rudder held in steps from one side to the other and back (STEP: a fifth of RUDDER)",
+        "Dieudonne spiral: rudder in steps of STEP (by default RUDDER/5) from one side to the other and back",
         _read_spiral,
         _spiral,
     ),
@@ -414,5 +416,7 @@ KINDS: dict[str, Kind] = {
         _read_tones,
         _heading,
     ),
-    "series": Kind("from_series(record or array)", "free rudder series (Python only)", _read_series, _series, False),
+    "series": Kind(
+        "from_series(record or array)", "any rudder series (from Python only)", _read_series, _series, False
+    ),
 }
