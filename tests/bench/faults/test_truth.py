@@ -126,7 +126,7 @@ def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
 
 
 def test_the_truth_shares_no_code_with_the_kernels() -> None:
-    """Of the models and datasets only errors, vessel files, records, their columns and the text of manoeuvres are used."""
+    """Of the models and datasets only errors, vessel files, records with their columns and manoeuvre texts are used."""
     folder = Path(planting.__file__).parent
     lines = [line for path in folder.glob("*.py") for line in path.read_text().splitlines() if "from ..." in line]
     rooms = {line.split()[1] for line in lines}
