@@ -16,15 +16,15 @@ A suite is a YAML file with a `title` and a list of `entries`; every entry is a 
     length        shares of the training records that are kept, from their start (default 1)
     seeds, duration_s, dt_s    a number of seeds, and settings of the training records
 
-A suite of `kind: diagnosis` hides effects in records and scores what diagnosers say.  It also has `seeds`, the number
-of rounds, `methods`, the diagnosers (`innovations`, `path.py:Class`, ...), and `compare`, those that take part in the
-first round only.  Its entries are dealt out, not multiplied: every round plants each text of `plant` `each` times,
-with the next vessel, strength and gusts of shuffled decks.
+A suite of `kind: diagnosis` injects effects in simulated records and scores what diagnosers say.  It also has `seeds`,
+the number of rounds, `methods`, the diagnosers (`innovations`, `path.py:Class`, ...), and `compare`, those that take
+part in the first round only.  Its entries are stratified draws: every round injects each text of `inject` `each` times;
+vessel, strength and gusts are drawn so that each value comes once before any comes again.
 
-    group         planted, null, anticipated, unforeseen or pair: how the answer is scored
-    plant         causes joined by +, `none`, or all `causes`, `anticipated` or `unforeseen` kinds
-    vessels       ids (default: those of the truth simulator); who cannot carry a cause is passed over
-    strength, gusts    decks, see `planting.case`; each: cases of each text a round (default 1)
+    group         injected, null, anticipated, unforeseen or pair: how the answer is scored
+    inject        causes joined by +, `none`, or all `causes`, `anticipated` or `unforeseen` kinds
+    vessels       ids (default: those of the truth simulator); those that cannot carry a cause are left out
+    strength, gusts    lists of names (`faults.strength`, `faults.case`); each: cases of each text a round (default 1)
     oracle        true: the true causes are refitted as well, to compare the gain with (default false)
 """
 
@@ -41,7 +41,7 @@ from .store import DIAGNOSIS, IDENTIFICATION
 
 FOLDER = Path(__file__).parent / "suites"
 GROUPS = ("all", "3dof", "response")
-HIDDEN_GROUPS = ("planted", "null", "anticipated", "unforeseen", "pair")
+INJECTION_GROUPS = ("injected", "null", "anticipated", "unforeseen", "pair")
 
 
 @dataclass(frozen=True)
@@ -66,11 +66,11 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class HiddenEntry:
+class InjectionEntry:
     """Cases of a diagnosis suite; the module docstring says what each field means."""
 
-    group: str = "planted"
-    plant: tuple[str, ...] = ("causes",)
+    group: str = "injected"
+    inject: tuple[str, ...] = ("causes",)
     vessels: tuple[str, ...] = ()
     strength: tuple[str, ...] = ("medium",)
     gusts: tuple[str, ...] = ("none",)
@@ -78,14 +78,14 @@ class HiddenEntry:
     oracle: bool = False
 
 
-ENTRIES = {IDENTIFICATION: Entry, DIAGNOSIS: HiddenEntry}
+ENTRIES = {IDENTIFICATION: Entry, DIAGNOSIS: InjectionEntry}
 
 
 @dataclass(frozen=True)
 class Suite:
     """A named list of entries; `digest` changes with the file's content.
 
-    `kind` says what the entries are: `Entry` (identification) or `HiddenEntry` (diagnosis), and only for the latter
+    `kind` says what the entries are: `Entry` (identification) or `InjectionEntry` (diagnosis), and only for the latter
     have `seeds`, `methods` and `compare` a meaning here.
     """
 
@@ -143,7 +143,7 @@ def _parse(text: bytes, path: Path) -> dict[str, Any]:
     return content
 
 
-def _entry(cls: type[Entry] | type[HiddenEntry], raw: Any, path: Path, number: int) -> Entry | HiddenEntry:
+def _entry(cls: type[Entry] | type[InjectionEntry], raw: Any, path: Path, number: int) -> Entry | InjectionEntry:
     """One validated entry; every complaint names the file and the entry."""
     where = f"{path}: entry {number}"
     if not isinstance(raw, dict):
@@ -184,8 +184,8 @@ def _text(value: Any, where: str) -> str:
 
 
 def _group(value: Any, where: str) -> str:
-    if value not in HIDDEN_GROUPS:
-        raise BadInput(f"unknown group {value!r}", file=where, hint=f"known: {', '.join(HIDDEN_GROUPS)}")
+    if value not in INJECTION_GROUPS:
+        raise BadInput(f"unknown group {value!r}", file=where, hint=f"known: {', '.join(INJECTION_GROUPS)}")
     return str(value)
 
 

@@ -8,13 +8,13 @@ KEYS = {
     "method": "string",
     "group": "string",
     "vessel": "string",
-    "planted": "string",
+    "injected": "string",
     "strength": "string",
     "gusts": "string",
     "seed": "int",
 }
-"""`planted`: causes joined by +, empty for a clean record; `seed` is the case's own: with it the truth simulator
-makes the same records again."""
+"""`injected`: causes joined by +, empty for a clean record; `seed` is the case's own: with it the truth simulator makes
+the same records again."""
 
 CASE_COLUMNS = {
     **KEYS,

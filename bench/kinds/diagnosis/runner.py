@@ -1,4 +1,4 @@
-"""Runs one case of a diagnosis suite: plant, diagnose, score, time."""
+"""Runs one case of a diagnosis suite: inject, diagnose, score, time."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .judge import KNOWN, detectable, gain, judge, size_rows
 from .plan import ORACLE, CaseSpec, plan, settled
 
 if TYPE_CHECKING:
-    from ...faults import Planted
+    from ...faults import Injected
     from ...suites import Suite
 
 __all__ = ["check", "describe", "execute", "facts", "plan", "settled", "warm"]
 WARM_SAMPLES = 120
-LISTED = ("method", "group", "vessel", "planted", "strength", "gusts", "seed")
+LISTED = ("method", "group", "vessel", "injected", "strength", "gusts", "seed")
 """Columns by which a failure is told."""
 
 
@@ -32,21 +32,21 @@ def facts(suite: Suite, specs: Sequence[CaseSpec]) -> dict[str, Any]:
 
 def describe(row: dict[str, Any]) -> str:
     """A failed case in words."""
-    hidden = row["planted"] or "nothing"
-    where = f"{row['vessel']}, {hidden} planted ({row['strength']}, gusts {row['gusts']})"
+    injected = f"{row['injected']} injected ({row['strength']})" if row["injected"] else "nothing injected"
+    where = f"{row['vessel']}, {injected}, gusts {row['gusts']}"
     return f"{row['method']} on {where}: {row['error']}"
 
 
-def planted_of(spec: CaseSpec) -> Planted:
-    """The records of a case, the same whenever it is asked for."""
-    from ...faults import Case, plant
+def injected_of(spec: CaseSpec) -> Injected:
+    """The records of a case, the same at every call."""
+    from ...faults import Case, inject
 
-    strength = spec.strength if spec.planted else "medium"
-    return plant(Case(spec.vessel, spec.planted, strength, gusts=spec.gusts), np.random.default_rng(spec.seed))
+    strength = spec.strength if spec.injected else "medium"
+    return inject(Case(spec.vessel, spec.injected, strength, gusts=spec.gusts), np.random.default_rng(spec.seed))
 
 
 def execute(spec: CaseSpec) -> dict[str, Any]:
-    """Plant, diagnose and score one case: `{"key", "row", "parameters"}` with built-in types only.
+    """Inject, diagnose and score one case: `{"key", "row", "parameters"}` with built-in types only.
 
     Whatever goes wrong inside becomes the row's status and error.
     """
@@ -66,9 +66,9 @@ def _warm_one(spec: CaseSpec) -> None:
     from ....diagnosis.registry import find
     from ....models.errors import CannotFit, FitFailed
     from ....models.model import resolve
-    from ...faults import Case, plant
+    from ...faults import Case, inject
 
-    found = plant(Case(spec.vessel), np.random.default_rng(0))
+    found = inject(Case(spec.vessel), np.random.default_rng(0))
     short = [record.slice(0, WARM_SAMPLES) for record in (*found.train[:1], *found.held_out[:1])]
     try:
         find(spec.maker)().diagnose(resolve(spec.vessel), short[:1], short[1:], _options(spec))
@@ -81,13 +81,13 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
     from ....diagnosis.registry import find
     from ....models.model import resolve
 
-    case = planted_of(spec)
-    row |= {"noncentrality": case.noncentrality, "detectable": detectable(case) if spec.planted else None}
+    case = injected_of(spec)
+    row |= {"noncentrality": case.noncentrality, "detectable": detectable(case) if spec.injected else None}
     diagnoser = find("innovations" if spec.method == ORACLE else spec.maker)()
     model, options = resolve(spec.vessel), _options(spec)
     with measured_cost(row):
         found = diagnoser.diagnose(model, case.train, case.held_out, options)
-    row |= judge(found, spec.group, spec.planted) | gain(found)
+    row |= judge(found, spec.group, spec.injected) | gain(found)
     return size_rows(found, case) if spec.group in KNOWN and spec.method != ORACLE else []
 
 
@@ -96,5 +96,5 @@ def _options(spec: CaseSpec) -> Any:
     from ....diagnosis.causes.registry import bank
     from ....diagnosis.options import Options
 
-    told = tuple(cause for cause in spec.planted if cause in {c.id for c in bank()})
+    told = tuple(cause for cause in spec.injected if cause in {c.id for c in bank()})
     return Options(seed=spec.seed % 2**32, only=told if spec.method == ORACLE else None)

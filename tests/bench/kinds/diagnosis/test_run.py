@@ -34,8 +34,8 @@ class Guess(Diagnoser):
 ENTRIES = """kind: diagnosis
 methods: [innovations]
 entries:
-  - {group: planted, plant: [rudder_offset], vessels: [response-1]}
-  - {group: "null", plant: [none], vessels: [response-1], each: 2}
+  - {group: injected, inject: [rudder_offset], vessels: [response-1]}
+  - {group: "null", inject: [none], vessels: [response-1], each: 2}
 """
 
 
@@ -58,7 +58,7 @@ def test_a_suite_is_run_and_reported(suite, guess, tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["runs"] == told["ok"] == 3 and told["seed"] > 0
     cases, sizes = pd.read_parquet(tmp_path / "out" / CASES), pd.read_parquet(tmp_path / "out" / SIZES)
-    assert cases["outcome"].tolist() == ["false_alarm", "false_alarm", "alone"]
+    assert cases["outcome"].tolist() == ["alone", "false_alarm", "false_alarm"]
     assert sizes[["parameter", "covered"]].values.tolist() == [["delta0", True]]
     assert status_of(["report", out, "--json"]) == 0
     rows = {row["rate"]: row for row in json.loads(capsys.readouterr().out)["leaderboard"]}
@@ -95,7 +95,7 @@ def test_a_suite_of_methods_takes_no_seed(tmp_path, capsys):
 
 def test_a_case_is_made_again_from_its_row(suite, guess, seed):
     specs = diagnosing.plan(load_suite(suite), Selection(suite, methods=(guess,), seed=seed))
-    first, again = (diagnosing.planted_of(specs[0]) for _ in range(2))
+    first, again = (diagnosing.injected_of(specs[0]) for _ in range(2))
     assert first.effects == again.effects
     assert (first.train[0].column("heading_rad") == again.train[0].column("heading_rad")).all()
 
@@ -114,6 +114,6 @@ def test_a_diagnoser_that_fails_is_a_row(suite, tmp_path, seed, guess):
 
 def test_the_oracle_of_a_gross_fault_runs(seed):
     """Its causes are no parameters of the filter: the bank it is told is empty."""
-    spec = CaseSpec("diagnosis", "oracle", "oracle", "planted", "cargo", ("rudder_sign",), "moderate", "none", seed)
+    spec = CaseSpec("diagnosis", "oracle", "oracle", "injected", "cargo", ("rudder_sign",), "moderate", "none", seed)
     row = diagnosing.execute(spec)["row"]
     assert (row["status"], row["named"]) == ("ok", "rudder_sign"), row["error"]
