@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 if TYPE_CHECKING:
-    from .bench.runner import Selection
+    from .bench.kinds.base import Selection
     from .bench.store import Store
     from .identification import Identification
     from .reproduction.claims import Paper
@@ -302,7 +302,7 @@ def run(
     quiet: bool,
 ) -> int:
     """Run a suite; every finished run is kept at once."""
-    from .bench.runner import Selection
+    from .bench.kinds.base import Selection
     from .methods.tuned import with_tuner
 
     methods = with_tuner(methods, tuner, storage)
@@ -420,7 +420,7 @@ def _started(output: Path) -> bool:
 
 
 def _stored_selection(output: Path) -> Selection:
-    from .bench.runner import Selection
+    from .bench.kinds.base import Selection
     from .bench.store import read_manifest
 
     stored = read_manifest(output).get("selection", {})
@@ -435,7 +435,7 @@ def _execute(
     from tqdm import tqdm
 
     from .bench import runner
-    from .bench.kinds import runner_of
+    from .bench.kinds import kind_of
     from .bench.pool import cluster, processes
     from .bench.store import check_vacant
     from .bench.suites import load_suite
@@ -443,8 +443,8 @@ def _execute(
     if not resume:
         check_vacant(output)
     suite = load_suite(selection.suite)
-    kind = runner_of(suite.kind)
-    selection = kind.settled(suite, selection)
+    kind = kind_of(suite.kind)
+    selection = kind.with_seed(suite, selection)
     specs = kind.plan(suite, selection)
     if selection.seed is not None and not quiet:
         click.echo(f"seed {selection.seed} (--seed {selection.seed} draws the same cases)", err=True)
@@ -452,13 +452,13 @@ def _execute(
         kind.check(specs)
     with cluster(scheduler) if scheduler else processes(jobs) as pool:
         opened = runner.resume_store(output, suite, specs) if resume else None
-        with opened or runner.open_store(output, suite, selection, specs, kind.facts(suite, specs)) as store:
+        with opened or runner.open_store(output, suite, selection, specs) as store:
             todo = [spec for spec in specs if spec.key not in store.finished]
             if not scheduler:
                 kind.warm(todo)
             shown = not quiet and sys.stderr.isatty()
             with tqdm(total=len(specs), initial=len(specs) - len(todo), unit="run", disable=not shown) as bar:
-                runner.run(todo, store, pool, lambda _: bar.update(), kind.execute)
+                runner.run(todo, store, pool, lambda _: bar.update())
     return store
 
 
@@ -493,22 +493,18 @@ def _reproduce(
 
 def _summarise(store: Store, as_json: bool, quiet: bool) -> int:
     """Say how the runs ended; status 1 if some failed."""
-    from .bench.kinds import runner_of
-    from .bench.store import IDENTIFICATION
-
-    kind = runner_of(store.manifest.get("kind", IDENTIFICATION))
     rows = [run["row"] for run in store.runs]
     counts = {status: sum(row["status"] == status for row in rows) for status in ("ok", "failed", "not_applicable")}
     failures = [row for row in rows if row["status"] == "failed"]
     if as_json:
-        listed = [{key: row[key] for key in (*kind.LISTED, "error")} for row in failures]
+        listed = [{key: row[key] for key in (*store.kind.failure_columns, "error")} for row in failures]
         where = {"directory": str(store.directory), "suite": store.manifest["suite"]}
         drawn = {
             name: value for name, value in store.manifest["selection"].items() if name == "seed" and value is not None
         }
         _print_json({**where, **drawn, "runs": len(rows), **counts, "failures": listed})
     else:
-        for told, number in Counter(map(kind.describe, failures)).items():
+        for told, number in Counter(map(store.kind.describe, failures)).items():
             click.echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
         if not quiet:
             told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"

@@ -1,5 +1,7 @@
 """Tables of a diagnosis suite: `diagnosis.parquet`, a row per case and diagnoser, and `diagnosis_sizes.parquet`."""
 
+from ..base import TIMES
+
 CASES, SIZES = "diagnosis.parquet", "diagnosis_sizes.parquet"
 CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
 
@@ -29,9 +31,7 @@ CASE_COLUMNS = {
     "confident_wrong": "bool",
     "tie_size": "int",
     **{f"rmse_{when}_{channel}": "float" for when in ("before", "after") for channel in CHANNELS},
-    "wall_s": "float",
-    "cpu_s": "float",
-    "peak_memory_mib": "float",
+    **TIMES,
 }
 """`named`: what the diagnosis says, findings in its order joined by +, ties by /; `outcome`: see `judge.OUTCOMES`."""
 

@@ -14,8 +14,9 @@ import numpy as np
 from ....models.errors import BadInput
 
 if TYPE_CHECKING:
-    from ...runner import Selection
-    from ...suites import InjectionEntry, Suite
+    from ...suites import Suite
+    from ..base import Selection
+    from .suite import Entry
 
 NOTHING = "none"
 ORACLE = "oracle"
@@ -58,7 +59,7 @@ class CaseSpec:
         }
 
 
-def settled(suite: Suite, selection: Selection) -> Selection:
+def with_seed(selection: Selection) -> Selection:
     """The selection with a seed: its own, or one drawn anew."""
     if selection.seed is not None:
         return selection
@@ -70,12 +71,12 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
 
     Raises `BadInput` for unknown diagnosers, vessels or causes, and where nothing is left to run.
     """
-    makers = [(_name_of(maker), maker) for maker in selection.methods or suite.methods]
-    once = [] if selection.methods else [(_name_of(maker), maker) for maker in suite.compare]
-    selection = settled(suite, selection)
+    makers = [(_name_of(maker), maker) for maker in selection.methods or suite.head.methods]
+    once = [] if selection.methods else [(_name_of(maker), maker) for maker in suite.head.compare]
+    selection = with_seed(selection)
     _check_vessels(suite, selection)
     specs = []
-    for turn in range(selection.seeds or suite.seeds):
+    for turn in range(selection.seeds or suite.head.seeds):
         for number, entry in enumerate(suite.entries):
             rng = np.random.default_rng([selection.seed or 0, turn, number])
             for case in draw_cases(suite.name, entry, rng):
@@ -90,7 +91,7 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
     return specs
 
 
-def draw_cases(suite: str, entry: InjectionEntry, rng: np.random.Generator) -> Iterator[CaseSpec]:
+def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[CaseSpec]:
     """One round of an entry: each text of `inject` `each` times, with stratified draws of the rest."""
     strengths, gusts = stratified(entry.strength, rng), stratified(entry.gusts, rng)
     for text in _texts(entry.inject):
@@ -115,7 +116,7 @@ def _texts(inject: Sequence[str]) -> list[str]:
     return [text for name in inject for text in groups.get(name, (name,))]
 
 
-def _carriers(entry: InjectionEntry, injected: Sequence[str]) -> list[str]:
+def _carriers(entry: Entry, injected: Sequence[str]) -> list[str]:
     """Vessels of an entry that can carry all the effects."""
     from ...faults import VESSELS, kind_of
     from ...faults.ships import ship

@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from helmbench.bench.kinds import DIAGNOSIS, kind_of
 from helmbench.bench.kinds.diagnosis.plan import ORACLE
-from helmbench.bench.store import DIAGNOSIS, SCHEMAS, Store, frames
+from helmbench.bench.store import Store, frames
 from helmbench.models.errors import BadInput
 from helmbench.reporting.diagnosis_suite import page, rates
 
 
 def board_of(runs):
-    return rates.build(*frames(runs, SCHEMAS[DIAGNOSIS]))
+    return rates.build(*frames(runs, kind_of(DIAGNOSIS).tables))
 
 
 def rate(board, name, method="innovations", scope="all", group="all"):

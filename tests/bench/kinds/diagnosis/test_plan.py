@@ -6,8 +6,8 @@ import pytest
 
 from helmbench.bench.faults import ANTICIPATED, TAXONOMY, UNFORESEEN, kind_of, names_of
 from helmbench.bench.faults.ships import ship
-from helmbench.bench.kinds.diagnosis.plan import ORACLE, plan, settled, stratified
-from helmbench.bench.runner import Selection
+from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.diagnosis.plan import ORACLE, plan, stratified, with_seed
 from helmbench.bench.suites import load_suite
 from helmbench.models.errors import BadInput
 
@@ -65,9 +65,8 @@ def test_each_value_of_a_stratified_draw_comes_once_before_any_comes_again(rng):
 
 
 def test_a_seed_is_drawn_where_none_is_given():
-    suite = load_suite("diagnosis")
-    assert settled(suite, Selection("diagnosis", seed=7)).seed == 7
-    assert len({settled(suite, Selection("diagnosis")).seed for _ in range(5)}) == 5
+    assert with_seed(Selection("diagnosis", seed=7)).seed == 7
+    assert len({with_seed(Selection("diagnosis")).seed for _ in range(5)}) == 5
 
 
 @pytest.mark.parametrize(

@@ -2,39 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...runner import guarded, measured_cost, quiet
+from ...execution import guarded, measured_cost, quiet
 from .judge import KNOWN, detectable, gain, judge, size_rows
-from .plan import ORACLE, CaseSpec, plan, settled
+from .plan import ORACLE, CaseSpec
 
 if TYPE_CHECKING:
     from ...faults import Injected
-    from ...suites import Suite
 
-__all__ = ["check", "describe", "execute", "facts", "plan", "settled", "warm"]
 WARM_SAMPLES = 120
-LISTED = ("method", "group", "vessel", "injected", "strength", "gusts", "seed")
-"""Columns by which a failure is told."""
-
-
-def check(specs: Iterable[CaseSpec]) -> None:
-    """Every case is made on the spot: nothing can be missing."""
-
-
-def facts(suite: Suite, specs: Sequence[CaseSpec]) -> dict[str, Any]:
-    """What the manifest tells beside what every suite does."""
-    return {"kind": suite.kind, "cases": len({(spec.group, spec.seed) for spec in specs})}
-
-
-def describe(row: dict[str, Any]) -> str:
-    """A failed case in words."""
-    injected = f"{row['injected']} injected ({row['strength']})" if row["injected"] else "nothing injected"
-    where = f"{row['vessel']}, {injected}, gusts {row['gusts']}"
-    return f"{row['method']} on {where}: {row['error']}"
 
 
 def injected_of(spec: CaseSpec) -> Injected:
