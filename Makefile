@@ -1,4 +1,4 @@
-# make bench | test | reproduce | diagnosis-reports | timing | lint | types | format | env | clean
+# make bench | test | reproduce | diagnosis-reports | rates | timing | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -9,20 +9,22 @@ RESULTS := out/quick
 REPRODUCTION := out/reproduction
 TIMES := out/timing.json
 STAMP := .venv/installed-at
-ROOMS := $(wildcard models datasets estimation methods diagnosis bench reporting reproduction)
+TYPES := build/types/helmbench
+ROOMS := models datasets estimation methods diagnosis bench reporting reproduction
 
 # An environment holds absolute paths: when the checkout has moved, build it again.
 ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),here)
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench reproduce diagnosis-reports test lint types format timing clean
+.PHONY: help env bench reproduce diagnosis-reports test lint types format rates timing clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print the leaderboard"
 	@echo "make test     install, lint, check types, run the tests"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
+	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised"
 	@echo "make timing   time simulation, fits, a suite row, record files and other implementations; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
@@ -61,12 +63,19 @@ lint: env
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
+# Links to the sources, laid out as they install: see [tool.pyright] in pyproject.toml.
 types: env
+	@rm -rf $(TYPES)
+	@mkdir -p $(TYPES)
+	@ln -s $(addprefix $(CURDIR)/,$(filter-out %__pycache__,$(wildcard helmbench/*)) $(ROOMS)) $(TYPES)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 format: env
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+rates: env
+	$(BIN)/pytest tests/rates -n $(WORKERS) -rP
 
 timing: env
 	@mkdir -p $(dir $(TIMES))

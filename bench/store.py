@@ -13,11 +13,14 @@ import math
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, Tables
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 RUNS, MANIFEST = "runs.jsonl", "environment.json"
 TIMING = "timing.json"
@@ -142,7 +145,7 @@ def tables(
     }
 
 
-def read_tables(directory: str | Path):
+def read_tables(directory: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The two tables of a run directory as pandas frames, complete or not.
 
     The Parquet tables are read where they exist, else the finished runs of `runs.jsonl`.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ....datasets.record import RUDDERS
+from ....datasets.columns import RUDDERS
 from .base import Rows
 
 

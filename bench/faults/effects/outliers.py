@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....datasets.record import RUDDERS
+from ....datasets.columns import RUDDERS
 from ..ships import Ship
 from ._sensors import SensorKind, Stage
 from .base import ScalarKind
