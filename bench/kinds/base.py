@@ -65,12 +65,16 @@ class Kind(ABC):
     Attributes
     ----------
     name : the folder's name, `kind` in suite files and manifests.
-    tables : what is stored. failure_columns : columns by which a failed run is listed.
+    failure_columns : columns by which a failed run is listed.
     """
 
     name: ClassVar[str]
-    tables: ClassVar[Tables]
     failure_columns: ClassVar[tuple[str, ...]]
+
+    @property
+    @abstractmethod
+    def tables(self) -> Tables:
+        """What is stored."""
 
     def suite_models(self) -> Any:
         """The module with the pydantic models of a suite file, `Head` and `Entry`."""

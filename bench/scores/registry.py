@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+import pkgutil
 from functools import lru_cache
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 from .base import Outcome, Score
 
-MACHINERY = ("__init__", "base", "registry")
+MACHINERY = ("base", "registry")
 
 
 @lru_cache(maxsize=1)
 def scores() -> dict[str, Score]:
     """Function's name -> its score, in the order of the columns."""
     found: dict[str, Score] = {}
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        if path.stem not in MACHINERY:
-            own = vars(import_module(f".{path.stem}", __package__)).values()
+    package = import_module(__name__.rpartition(".")[0])
+    for entry in pkgutil.iter_modules(package.__path__):
+        if entry.name not in MACHINERY:
+            own = vars(import_module(f"{package.__name__}.{entry.name}")).values()
             found |= {item.compute.__name__: item for item in own if isinstance(item, Score)}
     return dict(sorted(found.items(), key=lambda item: (item[1].rank, item[0])))
 

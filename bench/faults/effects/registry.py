@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import pkgutil
 from functools import lru_cache
 from importlib import import_module
-from pathlib import Path
 
 from ....models.errors import BadInput
 from .base import EffectKind
@@ -16,14 +16,15 @@ MACHINERY = ("base", "effect", "registry")
 def kinds() -> dict[str, EffectKind]:
     """Identifier -> every kind of effect, in the order in which a suite draws."""
     found: dict[str, EffectKind] = {}
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        if path.stem.startswith("_") or path.stem in MACHINERY:
+    package = import_module(__name__.rpartition(".")[0])
+    for entry in pkgutil.iter_modules(package.__path__):
+        if entry.name.startswith("_") or entry.name in MACHINERY:
             continue
-        module = import_module(f".{path.stem}", __package__)
+        module = import_module(f"{package.__name__}.{entry.name}")
         for cls in vars(module).values():
             if isinstance(cls, type) and issubclass(cls, EffectKind) and cls.__module__ == module.__name__:
                 if cls.id in found:
-                    raise BadInput(f"effect {cls.id!r} is defined twice", file=path)
+                    raise BadInput(f"effect {cls.id!r} is defined twice", file=module.__file__)
                 found[cls.id] = cls()
     return dict(sorted(found.items(), key=lambda item: (item[1].rank, item[0])))
 

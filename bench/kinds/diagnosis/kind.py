@@ -18,8 +18,11 @@ class DiagnosisKind(Kind):
     """Effects are injected in simulated records; what diagnosers say is scored."""
 
     name = "diagnosis"
-    tables = Tables(tuple(KEYS), CASES, CASE_COLUMNS, SIZES, SIZE_COLUMNS, SIZE_KEYS)
     failure_columns = tuple(name for name in KEYS if name != "suite")
+
+    @property
+    def tables(self) -> Tables:
+        return Tables(tuple(KEYS), CASES, CASE_COLUMNS, SIZES, SIZE_COLUMNS, SIZE_KEYS)
 
     def with_seed(self, suite: Suite, selection: Selection) -> Selection:
         return with_seed(selection)

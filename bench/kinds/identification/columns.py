@@ -19,15 +19,6 @@ KEYS = {
     "length": "float",
     "seed": "int",
 }
-RESULT_COLUMNS = {
-    **KEYS,
-    "status": "string",
-    "error": "string",
-    "diverged": "bool",
-    "n_samples": "int",
-    **score_columns(),
-    **TIMES,
-}
 PARAMETER_COLUMNS = {
     **KEYS,
     "parameter": "string",
@@ -40,3 +31,9 @@ PARAMETER_COLUMNS = {
     "crb_sd": "float",
     "identifiable": "bool",
 }
+
+
+def result_columns() -> dict[str, str]:
+    """Columns of `results.parquet`: keys, how the run ended, scores, cost."""
+    ending = {"status": "string", "error": "string", "diverged": "bool", "n_samples": "int"}
+    return {**KEYS, **ending, **score_columns(), **TIMES}

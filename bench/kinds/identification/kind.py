@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ....models.errors import BadInput
 from ..base import Kind, Selection, Tables
-from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULT_COLUMNS, RESULTS
+from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
 from .execute import execute, warm
 from .plan import RunSpec, plan
 from .problems import HELD_OUT_SEED
@@ -20,8 +20,11 @@ class IdentificationKind(Kind):
     """Models are identified from simulated or measured records; parameters and predictions are scored."""
 
     name = "identification"
-    tables = Tables(tuple(KEYS), RESULTS, RESULT_COLUMNS, PARAMETERS, PARAMETER_COLUMNS, ("parameter",))
     failure_columns = ("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed")
+
+    @property
+    def tables(self) -> Tables:
+        return Tables(tuple(KEYS), RESULTS, result_columns(), PARAMETERS, PARAMETER_COLUMNS, ("parameter",))
 
     def with_seed(self, suite: Suite, selection: Selection) -> Selection:
         if selection.seed is not None:

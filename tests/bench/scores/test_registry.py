@@ -4,7 +4,7 @@ import types
 
 import pytest
 
-from helmbench.bench.kinds.identification.columns import RESULT_COLUMNS
+from helmbench.bench.kinds.identification.columns import result_columns
 from helmbench.bench.scores import Outcome, compute, score_columns, scores
 
 
@@ -19,7 +19,7 @@ def outcome(*rows, **prediction):
 
 def test_scores_stand_in_the_order_of_their_columns():
     assert list(scores()) == ["parameter_error", "efficiency", "prediction_error"]
-    columns = list(RESULT_COLUMNS)
+    columns = list(result_columns())
     first = columns.index("rel_error_median")
     assert columns[first : first + len(score_columns())] == list(score_columns())
 

@@ -9,7 +9,7 @@ import pytest
 
 from helmbench.bench import store
 from helmbench.bench.kinds.identification import execute as executing
-from helmbench.bench.kinds.identification.columns import PARAMETER_COLUMNS, RESULT_COLUMNS
+from helmbench.bench.kinds.identification.columns import PARAMETER_COLUMNS, result_columns
 from helmbench.bench.kinds.identification.execute import execute
 from helmbench.models.errors import CannotFit, FitFailed
 
@@ -25,7 +25,7 @@ def test_a_run_fills_the_columns_of_the_tables():
     run = execute(spec_of())
     row = run["row"]
     assert (row["status"], row["error"], row["diverged"], row["n_samples"]) == ("ok", None, False, 1001)
-    assert set(row) <= set(RESULT_COLUMNS)
+    assert set(row) <= set(result_columns())
     assert row["r2_free_heading_rad"] > 0.99 and row["rmse_one_yaw_rate_rad_s"] < row["rmse_free_yaw_rate_rad_s"]
     assert row["rel_error_median"] <= row["rel_error_max"] and row["crb_z_rms"] > 1.0
     assert row["wall_s"] > 0 and row["cpu_s"] > 0 and 20 < row["peak_memory_mib"] < 4000
