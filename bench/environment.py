@@ -20,7 +20,7 @@ THREAD_VARIABLES = (
     "VECLIB_MAXIMUM_THREADS",
     "NUMBA_NUM_THREADS",
 )
-"""Environment variables by which the threads of every worker are held at one."""
+"""Environment variables that limit every worker to one thread."""
 
 
 def environment() -> dict[str, Any]:
@@ -45,7 +45,7 @@ def cpu_count() -> int:
 
 
 def cpu_name() -> str:
-    """The processor's model name where the system tells it."""
+    """The processor's model name where the system gives it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

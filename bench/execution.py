@@ -30,7 +30,7 @@ def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) 
             row |= {"status": "not_applicable", "error": one_line(reason)}
         except (FitFailed, BadInput) as reason:
             row["error"] = one_line(reason)
-        except Exception as error:  # a method's own fault is a row, too
+        except Exception as error:  # an error inside a method is a row, too
             row["error"] = one_line(f"{type(error).__name__}: {error}")
     return {"key": spec.key, "row": row, "parameters": parameters}
 
@@ -43,7 +43,7 @@ def one_line(message: object, most: int = 400) -> str:
 
 @contextmanager
 def measured_cost(row: dict[str, Any]) -> Iterator[None]:
-    """Wall time, CPU time and peak memory of what is done inside, entered in the row however it ends."""
+    """Wall time, CPU time and peak memory of the enclosed code, entered in the row also where it raises an error."""
     peak = reset_peak_memory()
     wall, cpu = time.perf_counter(), time.process_time()
     try:
@@ -56,8 +56,8 @@ def measured_cost(row: dict[str, Any]) -> Iterator[None]:
 def reset_peak_memory() -> Callable[[], float | None]:
     """Start a measurement of this process's peak resident memory; the result gives it in MiB.
 
-    On Linux the peak is reset first, so that it belongs to what ran since (interpreter and libraries included);
-    elsewhere it is the peak since the process started, and None where the system does not tell.
+    On Linux the peak is reset first, so that it is the peak since this call (with interpreter and libraries);
+    elsewhere it is the peak since the process started, and None where the system does not give it.
     """
     status = Path("/proc/self/status")
     try:
@@ -78,7 +78,7 @@ def _peak_since_start() -> float | None:
 
 
 def attempt(action: Callable[[], object]) -> None:
-    """Do something whose failure will show, with its reason, when it is done in earnest."""
+    """Do something in advance: its failure is only a warning, since the run itself will fail with the same reason."""
     try:
         action()
     except Exception as error:
@@ -87,7 +87,7 @@ def attempt(action: Callable[[], object]) -> None:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """One BLAS thread and no numerical warnings: bad numbers are judged by the scores."""
+    """One BLAS thread, and no numerical warnings: the scores show bad numbers."""
     import numpy as np
     from threadpoolctl import threadpool_limits
 

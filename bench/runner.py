@@ -33,7 +33,7 @@ def run(
     todo: list[Any] = [spec for spec in specs if spec.key not in store.finished]
     for spec, future in pool.outcomes(store.kind.execute, todo):
         error = future.exception()
-        finished = future.result() if error is None else lost(spec, error)
+        finished = future.result() if error is None else died(spec, error)
         store.append(finished)
         if watch is not None:
             watch(finished)
@@ -80,11 +80,11 @@ def resume_store(directory: str | Path, suite: Suite, specs: Sequence[Spec]) -> 
 
 
 def plan_digest(specs: Iterable[Spec]) -> str:
-    """Digest of the set of runs."""
+    """Digest of the set of runs, whatever their order."""
     return hashlib.sha256("".join(sorted(spec.key for spec in specs)).encode()).hexdigest()[:16]
 
 
-def lost(spec: Spec, error: BaseException) -> dict[str, Any]:
-    """The finished run of a task whose worker gave nothing back."""
+def died(spec: Spec, error: BaseException) -> dict[str, Any]:
+    """The finished run of a spec whose worker process died."""
     reason = one_line(f"worker process died ({type(error).__name__}: {error})")
     return {"key": spec.key, "row": spec.row_key() | {"status": "failed", "error": reason}, "parameters": []}

@@ -39,7 +39,8 @@ def needs(words: str) -> WrapValidator:
         try:
             return handler(value)
         except ValidationError:
-            raise PydanticCustomError("needs", "needs {words}, not {value}", {"words": words, "value": value}) from None
+            shown = str(value).lower() if isinstance(value, bool) else str(value)
+            raise PydanticCustomError("needs", "needs {words}, not {value}", {"words": words, "value": shown}) from None
 
     return WrapValidator(check)
 
@@ -92,6 +93,6 @@ def checked(model: type[Content], content: Any, place: object) -> Content:
     if fault["type"] == "extra_forbidden":
         raise BadInput(f"unknown key {key!r}", file=place, hint=known)
     if fault["type"] == "missing":
-        raise BadInput(f"has no {key}", file=place, hint=known)
+        raise BadInput(f"missing: {key}", file=place, hint=known)
     message = fault["msg"] if fault["type"] == "needs" else fault["msg"].removeprefix("Value error, ")
     raise BadInput(f"{key}: {message}" if key else message, file=place)

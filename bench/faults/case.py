@@ -69,7 +69,7 @@ class Case:
         """The ship without effects."""
         return ship(self.vessel)
 
-    def settled(self) -> Case:
+    def completed(self) -> Case:
         """The case with its defaults filled in."""
         clock = self.ship.clock
         times = 40.0 * clock, 120.0 * clock
@@ -108,7 +108,7 @@ class Injected:
 
 def inject(case: Case, rng: np.random.Generator) -> Injected:
     """Draw the effects of a case, scale each to the strength, and make the records."""
-    case = case.settled()
+    case = case.completed()
     gusts = draw_gusts(case, rng)
     frames = Frames.draw(case, rng)
     drawn = [draw_effect(case, cause, frames, gusts, rng) for cause in case.causes]

@@ -40,7 +40,7 @@ def plan_of(ship: Ship, effects: Sequence[Effect], record: int) -> Plan:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """What the records of a case have in common whatever is injected: manoeuvres, first headings, random streams."""
+    """What the records of a case share, with and without effects: manoeuvres, first headings, random streams."""
 
     manoeuvres: tuple[str, ...]
     headings: np.ndarray

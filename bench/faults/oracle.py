@@ -1,4 +1,4 @@
-"""The oracle's Kalman filter: how far a noise-free record stands from what the ship without effects would do (numba).
+"""The oracle's Kalman filter: how far a noise-free record is from what the ship without effects would do (numba).
 
 An extended filter of the ship's true equations, with the sensors' and the rudder sensor's true variances, the true
 gust process and a vague start. The whitened innovations of a noise-free record are what an effect adds to

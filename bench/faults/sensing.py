@@ -51,7 +51,7 @@ def observe(
     """The record of a run, sampled every dt_s seconds.
 
     gaps: share of the samples of each channel but the rudder that are lost, in runs of 10; command: the rudder
-    column is `rudder_command_rad`, what the steering gear was told.
+    column is `rudder_command_rad`, the order to the steering gear.
     """
     effects = sorted(plan.sensors, key=lambda item: item[0].stage)
     time = dt_s * np.arange(round((len(run.states) - 1) * run.step_s / dt_s) + 1)

@@ -105,7 +105,7 @@ def test_a_spoiled_model_file_is_named(change, said, tmp_path):
     [
         ("[1, 2]", "not a vessel file"),
         ("id: ship", "missing: title"),
-        ("{", "not a YAML file"),
+        ("{", "is not YAML"),
     ],
 )
 def test_a_spoiled_vessel_file_is_named(text, said, tmp_path):

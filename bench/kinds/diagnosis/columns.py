@@ -33,7 +33,7 @@ CASE_COLUMNS = {
     **{f"rmse_{when}_{channel}": "float" for when in ("before", "after") for channel in CHANNELS},
     **TIMES,
 }
-"""`named`: what the diagnosis says, findings in its order joined by +, ties by /; `outcome`: see `judge.OUTCOMES`."""
+"""`named`: findings of the diagnosis in its order, joined by +, tied causes by /; `outcome`: see `judge.OUTCOMES`."""
 
 SIZE_COLUMNS = {
     **KEYS,

@@ -28,7 +28,7 @@ def injected_of(spec: CaseSpec) -> Injected:
 def execute(spec: CaseSpec) -> dict[str, Any]:
     """Inject, diagnose and score one case: `{"key", "row", "parameters"}` with built-in types only.
 
-    Whatever goes wrong inside becomes the row's status and error.
+    An error inside becomes the row's status and error.
     """
     return guarded(spec, lambda row: _diagnose_and_score(spec, row))
 
@@ -72,9 +72,9 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
 
 
 def _options(spec: CaseSpec) -> Any:
-    """Defaults of the command, seeded by the case; the oracle is told the causes (gross faults are put right)."""
+    """Defaults of the command, seeded by the case; the oracle is given the true causes that have parameters."""
     from ....diagnosis.causes.registry import bank
     from ....diagnosis.options import Options
 
-    told = tuple(cause for cause in spec.injected if cause in {c.id for c in bank()})
-    return Options(seed=spec.seed % 2**32, only=told if spec.method == ORACLE else None)
+    given = tuple(cause for cause in spec.injected if cause in {c.id for c in bank()})
+    return Options(seed=spec.seed % 2**32, only=given if spec.method == ORACLE else None)

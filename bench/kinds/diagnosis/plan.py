@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 NOTHING = "none"
 ORACLE = "oracle"
-"""What the tables call the engine when it is told the true causes: the bound on the gain, not a competitor."""
+"""Name in the tables of the diagnosis that is given the true causes: a bound on the gain, not a competitor."""
 DIGITS = 2**53
-"""Seeds of cases stay below it, so that every reader of the tables has them exactly."""
+"""Seeds of cases stay below it, so that they are exact also where a reader makes them floating-point numbers."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ _WARMED: set[tuple[str, str]] = set()
 def execute(spec: RunSpec) -> dict[str, Any]:
     """Fit, score and time one run: `{"key", "row", "parameters"}` with built-in types only.
 
-    Whatever goes wrong inside becomes the row's status and error.
+    An error inside becomes the row's status and error.
     """
     return guarded(spec, lambda row: _fit_and_score(spec, row))
 

@@ -67,7 +67,7 @@ def test_no_injected_damping_makes_a_ship_unstable(rng: np.random.Generator) -> 
 
 @pytest.mark.parametrize("vessel", VESSELS)
 def test_no_effect_has_no_strength(vessel: str, rng: np.random.Generator) -> None:
-    case = Case(vessel, **brief(vessel)).settled()
+    case = Case(vessel, **brief(vessel)).completed()
     assert noncentrality(case, (), Frames.draw(case, rng), None) < 1e-3
 
 
