@@ -19,7 +19,6 @@ from pydantic import (
     ValidationError,
     WrapValidator,
 )
-from pydantic_core import PydanticCustomError
 
 from .errors import BadInput
 
@@ -40,7 +39,7 @@ def needs(words: str) -> WrapValidator:
             return handler(value)
         except ValidationError:
             shown = str(value).lower() if isinstance(value, bool) else str(value)
-            raise PydanticCustomError("needs", "needs {words}, not {value}", {"words": words, "value": shown}) from None
+            raise ValueError(f"needs {words}, not {shown}") from None
 
     return WrapValidator(check)
 
@@ -94,5 +93,5 @@ def checked(model: type[Content], content: Any, place: object) -> Content:
         raise BadInput(f"unknown key {key!r}", file=place, hint=known)
     if fault["type"] == "missing":
         raise BadInput(f"missing: {key}", file=place, hint=known)
-    message = fault["msg"] if fault["type"] == "needs" else fault["msg"].removeprefix("Value error, ")
+    message = fault["msg"].removeprefix("Value error, ")
     raise BadInput(f"{key}: {message}" if key else message, file=place)
