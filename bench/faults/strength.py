@@ -37,7 +37,7 @@ STRENGTHS = {
 SIZED = {"small": 1.0, "moderate": 3.0, "large": 10.0}
 DETECTABLE = 60.0
 #: Non-centrality of a ship that is unstable (a damping that feeds the turn): no real ship
-RUNAWAY = 1e12
+RUNAWAY = 1e8
 DRAWS = 4
 
 
@@ -61,7 +61,11 @@ def draw_effect(
 def _draw_once(case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator):
     """Effect, non-centrality, and whether that fell short of the strength."""
     setting = Setting(
-        case.ship, case.duration_s or 0.0, len(case.train), len(case.held_out), lambda: passed(case, frames, rng)
+        case.ship,
+        case.duration_s or 0.0,
+        len(case.train),
+        len(case.held_out),
+        lambda: place_on_track(case, frames, rng),
     )
     kind = kind_of(cause)
     shape = Effect(cause, kind.draw(setting, rng))
@@ -80,8 +84,8 @@ def _draw_once(case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng:
     return effect, power, not 0.5 < power / target < 2.0
 
 
-def passed(case: Case, frames: Frames, rng: np.random.Generator) -> tuple[float, float]:
-    """Where (north, east, in ship lengths) a training record is at some time between .2 and .7 of it."""
+def place_on_track(case: Case, frames: Frames, rng: np.random.Generator) -> tuple[float, float]:
+    """Where (north, east, in ship lengths) the ship is at a random time between .2 and .7 of a training record."""
     run = frames.run(case, (), int(rng.integers(len(case.train))), None)
     north, east = run.states[int(rng.uniform(0.2, 0.7) * len(run.states)), 3:5] / case.ship.length_m
     return float(north), float(east)
