@@ -6,7 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..bench.store import DIAGNOSIS, IDENTIFICATION, read_manifest
+from ..bench.kinds import DIAGNOSIS, IDENTIFICATION
+from ..bench.store import read_manifest
 
 if TYPE_CHECKING:
     from .leaderboard.page import Report

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench.environment import environment
-from ..bench.runner import code_version, one_line, quiet
+from ..bench.environment import code_version, environment
+from ..bench.execution import one_line, quiet
 from ..bench.store import check_vacant, plain, write_atomic
 from ..models.errors import BadInput
 from .claims import Paper

@@ -7,10 +7,11 @@ import pytest
 
 from helmbench.bench import pool as pools
 from helmbench.bench import runner
-from helmbench.bench.kinds.diagnosis import runner as diagnosing
+from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.diagnosis.columns import CASES, SIZES
-from helmbench.bench.kinds.diagnosis.plan import CaseSpec
-from helmbench.bench.runner import Selection
+from helmbench.bench.kinds.diagnosis.execute import execute, injected_of
+from helmbench.bench.kinds.diagnosis.kind import KIND
+from helmbench.bench.kinds.diagnosis.plan import CaseSpec, plan
 from helmbench.bench.store import RUNS
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
@@ -34,8 +35,8 @@ class Guess(Diagnoser):
 ENTRIES = """kind: diagnosis
 methods: [innovations]
 entries:
-  - {group: planted, plant: [rudder_offset], vessels: [response-1]}
-  - {group: "null", plant: [none], vessels: [response-1], each: 2}
+  - {group: injected, inject: [rudder_offset], vessels: [response-1]}
+  - {group: "null", inject: [none], vessels: [response-1], each: 2}
 """
 
 
@@ -58,7 +59,7 @@ def test_a_suite_is_run_and_reported(suite, guess, tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["runs"] == told["ok"] == 3 and told["seed"] > 0
     cases, sizes = pd.read_parquet(tmp_path / "out" / CASES), pd.read_parquet(tmp_path / "out" / SIZES)
-    assert cases["outcome"].tolist() == ["false_alarm", "false_alarm", "alone"]
+    assert cases["outcome"].tolist() == ["alone", "false_alarm", "false_alarm"]
     assert sizes[["parameter", "covered"]].values.tolist() == [["delta0", True]]
     assert status_of(["report", out, "--json"]) == 0
     rows = {row["rate"]: row for row in json.loads(capsys.readouterr().out)["leaderboard"]}
@@ -94,8 +95,8 @@ def test_a_suite_of_methods_takes_no_seed(tmp_path, capsys):
 
 
 def test_a_case_is_made_again_from_its_row(suite, guess, seed):
-    specs = diagnosing.plan(load_suite(suite), Selection(suite, methods=(guess,), seed=seed))
-    first, again = (diagnosing.planted_of(specs[0]) for _ in range(2))
+    specs = plan(load_suite(suite), Selection(suite, methods=(guess,), seed=seed))
+    first, again = (injected_of(specs[0]) for _ in range(2))
     assert first.effects == again.effects
     assert (first.train[0].column("heading_rad") == again.train[0].column("heading_rad")).all()
 
@@ -103,17 +104,16 @@ def test_a_case_is_made_again_from_its_row(suite, guess, seed):
 def test_a_diagnoser_that_fails_is_a_row(suite, tmp_path, seed, guess):
     (tmp_path / "guess.py").write_text(STUB.replace("sizes = ", "raise RuntimeError('no idea')\n        sizes = "))
     loaded = load_suite(suite)
-    specs = diagnosing.plan(loaded, Selection(suite, methods=(guess,), seed=seed))
-    told = diagnosing.facts(loaded, specs)
-    with pools.inline() as pool, runner.open_store(tmp_path / "out", loaded, Selection(suite), specs, told) as store:
-        runner.run(specs[:1], store, pool, None, diagnosing.execute)
+    specs = plan(loaded, Selection(suite, methods=(guess,), seed=seed))
+    with pools.inline() as pool, runner.open_store(tmp_path / "out", loaded, Selection(suite), specs) as store:
+        runner.run(specs[:1], store, pool)
     (run,) = store.runs
     assert run["row"]["status"] == "failed" and run["row"]["error"] == "RuntimeError: no idea"
-    assert run["row"]["noncentrality"] > 0 and "no idea" in diagnosing.describe(run["row"])
+    assert run["row"]["noncentrality"] > 0 and "no idea" in KIND.describe(run["row"])
 
 
 def test_the_oracle_of_a_gross_fault_runs(seed):
     """Its causes are no parameters of the filter: the bank it is told is empty."""
-    spec = CaseSpec("diagnosis", "oracle", "oracle", "planted", "cargo", ("rudder_sign",), "moderate", "none", seed)
-    row = diagnosing.execute(spec)["row"]
+    spec = CaseSpec("diagnosis", "oracle", "oracle", "injected", "cargo", ("rudder_sign",), "moderate", "none", seed)
+    row = execute(spec)["row"]
     assert (row["status"], row["named"]) == ("ok", "rudder_sign"), row["error"]

@@ -1,11 +1,12 @@
 """The truth simulator against the project's kernels: two codes that share only the vessel files."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from helmbench.bench import faults as planting
+from helmbench.bench import faults
 from helmbench.bench.faults import VESSELS
 from helmbench.bench.faults.integrate import CHAIN, SOUND, at_hull, gear
 from helmbench.bench.faults.ships import ship
@@ -116,7 +117,7 @@ def test_gusts_have_their_variance_and_correlation(rng: np.random.Generator) -> 
 
 
 def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
-    """Half the step changes a planted run by less than a hundredth of the sensors' noise."""
+    """Half the step changes an injected run by less than a hundredth of the sensors' noise."""
     one = ship("mariner")
     plan = Plan(one, {"current_north": 0.3, "Nrr": -1e-4}, {"delay": 0.33, "play": 0.01})
     coarse = simulate(plan, "sine:20deg/80s", 300.0, rng)
@@ -126,9 +127,8 @@ def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
 
 
 def test_the_truth_shares_no_code_with_the_kernels() -> None:
-    """Of the models and datasets only errors, vessel files, records with their columns and manoeuvre texts are used."""
-    folder = Path(planting.__file__).parent
-    lines = [line for path in folder.glob("*.py") for line in path.read_text().splitlines() if "from ..." in line]
-    rooms = {line.split()[1] for line in lines}
-    used = {"models.errors", "models.vessel", "datasets.columns", "datasets.record", "datasets.manoeuvres"}
-    assert rooms == {f"...{name}" for name in used}
+    """Of the models and datasets only errors, vessel files, records and the text of manoeuvres are used."""
+    folder = Path(faults.__file__).parent
+    text = "\n".join(path.read_text() for path in folder.rglob("*.py"))
+    rooms = set(re.findall(r"^\s*from \.{3,4}((?:models|datasets|estimation|diagnosis)\S*)", text, re.MULTILINE))
+    assert rooms == {"models.errors", "models.vessel", "datasets.record", "datasets.columns", "datasets.manoeuvres"}
