@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .bench.runner import Selection
     from .bench.store import Store
     from .identification import Identification
-    from .reproduction.claims import Paper
+    from .reproduction.claims.claim import Paper
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "suites")
@@ -470,7 +470,7 @@ def _reproduce(
 
     from .bench.pool import processes
     from .reproduction import runner, session
-    from .reproduction.pages import counts_line
+    from .reproduction.pages.markdown import counts_line
 
     def watch(run: runner.Run | None) -> None:
         bar.update()
