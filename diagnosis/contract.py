@@ -41,15 +41,19 @@ SIGMAS = 30.0
 
 
 class Carried(NamedTuple):
-    """A cause on a model that can carry it: the filter, its records, and the cause's variants."""
+    """A cause on a model that can carry it: the filter on noisy records, that on records without noise, these records,
+    and the cause's variants."""
 
     est: Estimator
+    exact: Estimator
     records: tuple[Record, ...]
     variants: tuple[Variant, ...]
 
 
-@lru_cache(maxsize=16)
-def _filter(vessel: str, terms: tuple[str, ...], commanded: bool) -> tuple[Estimator, tuple[Record, ...]]:
+@lru_cache(maxsize=32)
+def _filter(
+    vessel: str, terms: tuple[str, ...], commanded: bool, noise: str = "low"
+) -> tuple[Estimator, tuple[Record, ...]]:
     """A vessel's filter on two records with every channel and, if asked for, the rudder's command only."""
     source = resolve("response-1" if vessel == "nomoto-1" else vessel)
     model = resolve(vessel)
@@ -57,7 +61,7 @@ def _filter(vessel: str, terms: tuple[str, ...], commanded: bool) -> tuple[Estim
         values = {"T": source.parameters["T"], "K": source.parameters["K"]}
         model = model.with_coefficients(model.from_parameters(values))
     texts = source.suite["train"]
-    records = [generate(Case(source.id, texts[i % len(texts)], "low", seed=i, duration_s=200.0)) for i in range(2)]
+    records = [generate(Case(source.id, texts[i % len(texts)], noise, seed=i, duration_s=200.0)) for i in range(2)]
     if commanded:
         records = [r.with_channels(rudder_command_rad=r.rudder(), rudder_rad=None) for r in records]
     return estimator(model, records, terms=terms if model.is_3dof else ()), tuple(records)
@@ -69,12 +73,13 @@ def carried(cls: type[Cause]) -> Iterator[Carried]:
     terms = (cause.extension,) if cause.extension is not None and is_term(cause.extension) else ()
     for commanded in (False, True):
         for vessel in VESSELS:
-            est, records = _filter(vessel, terms, commanded)
+            est, _ = _filter(vessel, terms, commanded)
             try:
                 variants = tuple(cause.variants(est))
             except NotTestable:
                 continue
-            yield Carried(est, records, variants)
+            exact, records = _filter(vessel, terms, commanded, "none")
+            yield Carried(est, exact, records, variants)
 
 
 def switched_on(case: Carried, variant: Variant) -> Setting:
@@ -181,13 +186,17 @@ def _mean(case: Carried, s: Setting) -> Setting:
 
 
 def _same_simulation(case: Carried, s: Setting, model) -> None:
-    """Free runs of the base model's filter at the setting, and of the extended model's on corrected records."""
-    est, free = case.est, 3
+    """Free runs of the base model's filter at the setting, and of the extended model's on corrected records.
+
+    The records have no noise: both start from the same state.
+    """
+    est, free = case.exact, 3
     there = estimator(model, [corrected(r, model.instruments) for r in case.records])
+    here, calm = replace(est.start(), vectors=s.vectors), est.start()
     for i, record in enumerate(case.records):
-        ours, theirs = est.free_run(s, i, free), there.free_run(there.start(), i, free)
-        base = est.free_run(est.start(), i, free)
-        shown = np.array([_shown(theirs, record, model)])[0]
+        ours, theirs = est.free_run(here, i, free), there.free_run(there.start(), i, free)
+        base = est.free_run(calm, i, free)
+        shown = _shown(theirs, record, model)
         for c in np.flatnonzero(est.channels):
             scale = max(float(np.nanstd(base[free:, c])), 1e-9)
             error = np.sqrt(np.nanmean((ours[free:, c] - shown[free:, c]) ** 2)) / scale

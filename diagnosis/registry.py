@@ -9,8 +9,8 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
+from abc import ABC, abstractmethod
 from importlib.metadata import entry_points
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..methods.registry import load_file
@@ -26,16 +26,17 @@ if TYPE_CHECKING:
 
 GROUP = "helmbench.diagnosers"
 """Entry-point group by which other packages add diagnosers."""
-FOLDER = Path(__file__).parent / "baselines"
-"""Files of this folder that define diagnosers are found."""
+FOLDER = ".baselines"
+"""Files of this package that define diagnosers are found."""
 
 
-class Diagnoser:
+class Diagnoser(ABC):
     """One way to diagnose; subclasses set `name` and `title`."""
 
     name = ""
     title = ""
 
+    @abstractmethod
     def diagnose(
         self, model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
     ) -> Diagnosis:
@@ -45,7 +46,6 @@ class Diagnoser:
         ------
         CannotFit : if the records lack what it needs.
         """
-        raise NotImplementedError
 
 
 def diagnosers() -> dict[str, type[Diagnoser]]:
@@ -74,8 +74,9 @@ def find(text: str) -> type[Diagnoser]:
 
 
 def _own() -> list[type[Diagnoser]]:
+    package = importlib.import_module(FOLDER, __package__)
     modules = [
-        importlib.import_module(f".{FOLDER.name}.{m.name}", __package__) for m in pkgutil.iter_modules([str(FOLDER)])
+        importlib.import_module(f"{package.__name__}.{entry.name}") for entry in pkgutil.iter_modules(package.__path__)
     ]
     return [
         cls

@@ -47,11 +47,10 @@ def _installed() -> tuple[Any, ...]:
 
 @lru_cache(maxsize=1)
 def _own() -> dict[str, type[Method]]:
-    package = __name__.rpartition(".")[0]
-    folder = str(Path(__file__).parent)
+    package = importlib.import_module(__name__.rpartition(".")[0])
     found: dict[str, type[Method]] = {}
-    for entry in pkgutil.iter_modules([folder]):
-        for cls in methods_in(importlib.import_module(f"{package}.{entry.name}")):
+    for entry in pkgutil.iter_modules(package.__path__):
+        for cls in methods_in(importlib.import_module(f"{package.__name__}.{entry.name}")):
             if found.setdefault(cls.name, cls) is not cls:
                 raise BadInput(f"method {cls.name!r} is defined twice", file=entry.name)
     return found

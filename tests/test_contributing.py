@@ -1,7 +1,7 @@
 """The examples in CONTRIBUTING.md work as they stand."""
 
 import csv
-import importlib.util
+import importlib
 import json
 import os
 import re
@@ -17,14 +17,33 @@ import pytest
 import helmbench
 from helmbench.cli import status_of
 
+from .injections import hidden
+
 TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+OWN_METHOD = "A method of your own, outside this repository"
+CAUSES = {
+    "surge_offset": "A sensor cause",
+    "rudder_stall": "A rudder cause",
+    "resistance_in_turn": "A force cause",
+}
+"""Cause -> the heading of its example."""
 
 
-def example(language: str, place: int = 0) -> str:
-    """The example at that place among those of the language."""
-    blocks = re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
-    assert len(blocks) == {"python": 2}.get(language, 1)
-    return blocks[place]
+def example(language: str, heading: str) -> str:
+    """The only example in a language below a heading."""
+    (section,) = re.findall(rf"^##+ {re.escape(heading)}\n(.*?)(?=^##+ |\Z)", TEXT, re.DOTALL | re.MULTILINE)
+    (block,) = re.findall(rf"^```{language}\n(.*?)^```", section, re.DOTALL | re.MULTILINE)
+    return block
+
+
+def loaded(name: str, text: str, folder: Path, monkeypatch: pytest.MonkeyPatch):
+    """The example as a module of its package, which it joins as one further file."""
+    package = importlib.import_module(name.rpartition(".")[0])
+    (folder / f"{name.rpartition('.')[2]}.py").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(package, "__path__", [*package.__path__, str(folder)])
+    monkeypatch.delitem(sys.modules, name, raising=False)
+    importlib.invalidate_caches()
+    return importlib.import_module(name)
 
 
 @pytest.fixture
@@ -33,7 +52,7 @@ def vessel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     from helmbench.models import vessel as vessels
 
     path = tmp_path / "training-ship.yaml"
-    path.write_text(example("yaml"), encoding="utf-8")
+    path.write_text(example("yaml", "A vessel: one YAML file"), encoding="utf-8")
     files = {**vessels.vessel_files(), path.stem: path}
     monkeypatch.setattr("helmbench.models.model.vessel_files", lambda: files)
     return helmbench.resolve("training-ship")
@@ -42,14 +61,8 @@ def vessel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 @pytest.fixture
 def method(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The example method, loaded as a module of the methods room."""
-    path = tmp_path / "ridge.py"
-    path.write_text(example("python"), encoding="utf-8")
-    spec = importlib.util.spec_from_file_location("helmbench.methods.ridge", path)
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, module)
-    spec.loader.exec_module(module)
-    return module.Ridge
+    text = example("python", "A method: one file")
+    return loaded("helmbench.methods.shrinkage", text, tmp_path, monkeypatch).Shrinkage
 
 
 def test_example_vessel_is_read(vessel):
@@ -74,17 +87,17 @@ def test_example_method_keeps_the_contract(method):
 @pytest.fixture
 def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The example method that is not of this repository, alone in the working directory."""
-    (tmp_path / "mine.py").write_text(example("python", 1), encoding="utf-8")
+    (tmp_path / "mine.py").write_text(example("python", OWN_METHOD), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def test_own_method_is_short():
-    assert len(example("python", 1).splitlines()) < 40
+    assert len(example("python", OWN_METHOD).splitlines()) < 40
 
 
 def test_own_method_appears_on_the_leaderboard(mine):
-    for line in example("sh").splitlines():
+    for line in example("sh", OWN_METHOD).splitlines():
         program, *words = shlex.split(line)
         jobs = ["--jobs", "1"] if words[0] == "run" else []
         assert (program, status_of([*words, *jobs])) == ("helmbench", 0), line
@@ -105,7 +118,7 @@ def test_own_method_keeps_the_contract(mine):
 
 def test_own_method_by_entry_point(mine):
     """As an installed package: a module and its metadata on the import path."""
-    (name, points), *rest = tomllib.loads(example("toml"))["project"]["entry-points"].items()
+    (name, points), *rest = tomllib.loads(example("toml", OWN_METHOD))["project"]["entry-points"].items()
     info = mine / "mine-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n", encoding="utf-8")
@@ -115,3 +128,40 @@ def test_own_method_by_entry_point(mine):
     path = os.pathsep.join(filter(None, [str(mine), os.environ.get("PYTHONPATH")]))
     done = subprocess.run(command, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=True)
     assert "lad" in {entry["id"] for entry in json.loads(done.stdout)} and not rest
+
+
+@pytest.fixture(params=CAUSES)
+def cause(request, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """An example cause, found by the registry as one further file of its folder."""
+    from helmbench.diagnosis.causes import registry
+
+    text = example("python", CAUSES[request.param])
+    module = loaded(f"helmbench.diagnosis.causes.{request.param}", text, tmp_path, monkeypatch)
+    registry.causes.cache_clear()
+    (cls,) = registry.causes_in(module)
+    yield cls
+    monkeypatch.undo()
+    registry.causes.cache_clear()
+
+
+def test_example_cause_is_one_file_of_the_bank(cause):
+    from helmbench.diagnosis.causes import registry
+
+    assert registry.cause(cause.id) == cause() and cause() in registry.bank()
+
+
+def test_example_cause_keeps_the_contract(cause):
+    from helmbench.diagnosis.contract import check_cause
+
+    check_cause(cause)
+
+
+def test_example_diagnoser_names_one_cause_at_most(tmp_path, monkeypatch, rng):
+    from helmbench.diagnosis.options import Options
+    from helmbench.diagnosis.registry import find
+
+    loaded("helmbench.diagnosis.baselines.single", example("python", "A diagnoser: one file"), tmp_path, monkeypatch)
+    case = hidden("mariner", ("rudder_offset", "yaw_rate_scale"), rng)
+    found = find("single")().diagnose(helmbench.resolve("mariner"), case.train, case.held_out[:1], Options())
+    print(found.verdict, found.causes)
+    assert len(found.causes) == 1 and found.verdict == "unexplained"

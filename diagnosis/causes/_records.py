@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -40,6 +41,6 @@ class RecordCause(Cause):
     def variants(self, est: Estimator) -> Sequence[Variant]:
         raise NotTestable("looked for in the records themselves, before all else")
 
+    @abstractmethod
     def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
         """Faults of this kind, and the records with them put right."""
-        raise NotImplementedError

@@ -8,6 +8,7 @@ an instrument (`models.instruments`).
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -36,7 +37,7 @@ class NotTestable(Exception):
     """The model or the channels cannot carry a cause; the message says why."""
 
 
-class Cause:
+class Cause(ABC):
     """Base class of all causes; subclasses set the class attributes and implement `variants`.
 
     id : public identifier, that of the file.  where : one of WHERE.  unit : of its sizes.
@@ -71,6 +72,7 @@ class Cause:
     def __hash__(self) -> int:
         return hash(self.id)
 
+    @abstractmethod
     def variants(self, est: Estimator) -> Sequence[Variant]:
         """Ways in which the cause may act, each as parameters that are zero where it is absent.
 
@@ -78,7 +80,6 @@ class Cause:
         ------
         NotTestable : the model or the channels cannot carry it.
         """
-        raise NotImplementedError
 
     def details(self, est: Estimator, variant: Variant) -> Mapping[str, Any]:
         """What a finding says beside its sizes: which coefficient, which channels."""

@@ -6,7 +6,6 @@ import importlib
 import pkgutil
 from functools import lru_cache
 from importlib.metadata import entry_points
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...models.errors import BadInput
@@ -79,10 +78,10 @@ def testable(est: Estimator) -> tuple[dict[Cause, tuple[Variant, ...]], dict[Cau
 
 
 def _own() -> list[type[Cause]]:
-    package = __name__.rpartition(".")[0]
+    package = importlib.import_module(__name__.rpartition(".")[0])
     modules = [
-        importlib.import_module(f"{package}.{entry.name}")
-        for entry in pkgutil.iter_modules([str(Path(__file__).parent)])
+        importlib.import_module(f"{package.__name__}.{entry.name}")
+        for entry in pkgutil.iter_modules(package.__path__)
         if not entry.name.startswith("_")
     ]
     return [cls for module in modules for cls in causes_in(module)]

@@ -50,7 +50,7 @@ class Search:
 
     def refit(self, cause: Cause, state: State, item: Screened, before: float, rng: np.random.Generator) -> Candidate:
         """The screened cause with parameters and noise refitted; before: the log likelihood without it."""
-        raise NotImplementedError(f"{type(self).__name__} does not screen")
+        raise TypeError(f"{type(self).__name__} does not screen")
 
     def attempt(self, cause: Cause, state: State, before: float, rng: np.random.Generator) -> Candidate | None:
         """The cause tried without a screen; None where it gains nothing, or was screened."""

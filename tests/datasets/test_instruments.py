@@ -104,7 +104,10 @@ def test_a_gap_in_the_rudder_stays_one():
 
 @pytest.mark.parametrize("vessel", ["mariner", "kvlcc2-l7", "response-1"])
 def test_a_corrected_record_is_what_the_hull_did(vessel):
-    """The hull behind the linkage: the simulation with the felt rudder repeats the recorded run."""
+    """The hull behind the linkage: the simulation with the felt rudder repeats the recorded run.
+
+    The linkage may turn or stop the rudder between two samples; the felt rudder is linear between them.
+    """
     model = resolve(vessel)
     linkage = {"rudder_delay": 1.3, "rudder_backlash": 0.02, "rudder_offset": 0.01, "rudder_saturation": 0.25}
     sensors = {"yaw_rate_bias": 0.001, "heading_scale": 0.02}
@@ -115,7 +118,8 @@ def test_a_corrected_record_is_what_the_hull_did(vessel):
     inputs = np.column_stack([true.rudder()] + [np.full(true.n, model.n0_rps)] * (len(model.inputs) - 1))
     run = simulate(model, inputs, 0.5, initial_state(model))
     for name, state in (("yaw_rate_rad_s", "r"), ("heading_rad", "psi")):
-        np.testing.assert_allclose(true.column(name), run[:, model.states.index(state)], atol=1e-9)
+        error = true.column(name) - run[:, model.states.index(state)]
+        assert np.sqrt(np.mean(error**2)) < 5e-3 * np.std(true.column(name))
 
 
 def test_waves_rock_heading_and_yaw_rate(record, rng):
@@ -133,7 +137,7 @@ def test_instruments_in_turn_are_combined(record, rng):
     second = {f"{name}_{kind}": rng.normal() * 0.1 for name in SENSORS for kind in ("bias", "scale")}
     twice, once = observed(observed(record, second), first), observed(record, combined(first, second))
     for name in STATES:
-        np.testing.assert_allclose(once.column(name), twice.column(name), rtol=1e-12)
+        np.testing.assert_allclose(once.column(name), twice.column(name), rtol=1e-12, atol=1e-15)
     assert combined({"rudder_delay": 1.0, "rudder_saturation": 0.3}, {"rudder_delay": 0.5}) == {
         "rudder_delay": 1.5,
         "rudder_saturation": 0.3,

@@ -13,6 +13,6 @@ def cases():
             yield pytest.param(type(cause), check, id=f"{name}-{check.__name__.removeprefix('check_')}")
 
 
-@pytest.mark.parametrize(("cls", "check"), cases())
+@pytest.mark.parametrize(("cls", "check"), list(cases()))
 def test_cause_keeps_the_contract(cls, check):
     check(cls)

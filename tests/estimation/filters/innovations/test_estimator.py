@@ -127,11 +127,12 @@ def test_coefficients_of_a_linear_model_are_exact_but_for_the_midpoint_rule():
 def test_columns_sum_slots_and_keep_to_their_record(short):
     est, s = short
     index = est.index
-    two = Parameter("two", "", ((index["rudder_offset"], 0.5), (index["yaw_rate_bias"], 2.0)))
+    two = Parameter("two", "", ((index["rudder_offset"], 0.5), (index["yaw_rate_bias"], 2.0)), scale=2e-5)
     second = Parameter("rate bias", "rad/s", ((index["yaw_rate_bias"], 1.0),), record=1)
     square = Parameter("law", "1", ((index["rudder_offset"], 1.0),), law=lambda v: np.array([v**2]), scale=1e-5)
     there = est.at(s, square, 0.1)
-    single = tangent(est, s, [index["rudder_offset"], index["yaw_rate_bias"]])
+    step = {index["rudder_offset"]: 1e-5}
+    single = tangent(est, s, [index["rudder_offset"], index["yaw_rate_bias"]], step)
     found = columns(est, s, [two, second])
     assert found[0] == pytest.approx(0.5 * single[0] + 2.0 * single[1])
     edge = est.edges[1] * 6

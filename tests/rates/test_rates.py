@@ -1,0 +1,24 @@
+"""Rates of the diagnosis over many draws, against the binomial bounds of what it promises: `make rates`.
+
+HELMBENCH_RATE_DRAWS sets how often each expectation is drawn.
+"""
+
+import os
+
+import pytest
+
+from ..injections import ALONE, COMMON, SPECIAL, fewest
+
+DRAWS = int(os.environ.get("HELMBENCH_RATE_DRAWS", "20"))
+EXPECTATIONS = {
+    **{f"alone-{cause}": expected for cause, expected in ALONE.items()},
+    **{expected.name: expected for expected in (*SPECIAL, *COMMON)},
+}
+
+
+@pytest.mark.parametrize("name", EXPECTATIONS)
+def test_rate_is_not_below_what_is_promised(name, rng):
+    expected = EXPECTATIONS[name]
+    passed = sum(expected.check(rng) for _ in range(DRAWS))
+    print(f"{name}: {passed} of {DRAWS}, promised {expected.rate}")
+    assert passed >= fewest(DRAWS, expected.rate)
