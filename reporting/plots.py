@@ -29,7 +29,7 @@ STYLE: dict[str, Any] = {
     "axes.spines.right": False,
     "legend.frameon": False,
     "lines.linewidth": 1.2,
-    "path.simplify_threshold": 1.0,
+    "path.simplify_threshold": 0.3,
     "figure.facecolor": "white",
 }
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -45,6 +45,10 @@ def svg(draw: Callable[[Figure], object], size: tuple[float, float] = SIZE) -> s
     with matplotlib.rc_context(style):
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)
+        layout = figure.get_layout_engine()
+        if layout is not None:  # once here: `savefig` would draw the figure twice
+            layout.execute(figure)
+            figure.set_layout_engine("none")
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata=NO_METADATA)
     lines = buffer.getvalue().decode().splitlines()

@@ -13,7 +13,7 @@ from ..numbers import number
 from ..plots import INK, SOFT, chart, svg
 
 MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
-WIDTH = 6.4
+WIDTH, HEIGHT = 6.4, 3.4
 """Inches."""
 
 
@@ -34,9 +34,9 @@ def rudder_chart(time: np.ndarray, rudder: np.ndarray) -> str:
     def draw(figure) -> None:
         axes = figure.subplots()
         axes.plot(time, rudder, color=SOFT, linewidth=1.0)
-        axes.set(xlim=(time[0], time[-1]), ylabel="deg")
+        axes.set(xlim=(time[0], time[-1]), ylabel="deg", xlabel="time, s")
 
-    return chart(draw, (WIDTH, 1.1), "rudder")
+    return chart(draw, (WIDTH, HEIGHT), "rudder")
 
 
 def channel_chart(
@@ -58,7 +58,7 @@ def channel_chart(
         above.set(ylim=value_range([c.values for c in overlay]), ylabel=unit, xlim=(time[0], time[-1]))
         below.set(ylim=error_range([c.values for c in residual], limit), ylabel=unit, xlabel="time, s")
 
-    return chart(draw, (WIDTH, 3.4), title)
+    return chart(draw, (WIDTH, HEIGHT), title)
 
 
 def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: str) -> str:
@@ -70,14 +70,14 @@ def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: s
     def draw(figure) -> None:
         axes = figure.subplots()
         for north, east, curve in known:
-            axes.plot(east, north, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
+            x, y = _within(east, [e for _, e, _ in known]), _within(north, [n for n, _, _ in known])
+            axes.plot(x, y, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
         north, east, _ = known[0]
         first = int(np.argmax(np.isfinite(north + east)))
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
         axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
-        axes.set(xlim=value_range([e for _, e, _ in known]), ylim=value_range([n for n, _, _ in known]))
 
-    return chart(draw, (WIDTH, 3.4), title)
+    return chart(draw, (WIDTH, HEIGHT), title)
 
 
 def spectra(frequency: np.ndarray, curves: Sequence[Curve], unit: str) -> str:
@@ -136,6 +136,12 @@ def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, floa
     values = np.append(np.concatenate([a[np.isfinite(a)] for a in arrays]), 0.0)
     values = np.clip(values, -limit, limit)
     return _padded(float(values.min()), float(values.max()))
+
+
+def _within(values: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """The values with nan where they lie outside the range of what is drawn."""
+    low, high = value_range(arrays) or (-math.inf, math.inf)
+    return np.where((values >= low) & (values <= high), values, np.nan)
 
 
 def _padded(low: float, high: float) -> tuple[float, float]:
