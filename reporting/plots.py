@@ -56,7 +56,7 @@ def svg(draw: Callable[[Figure], object], size: tuple[float, float] = SIZE) -> s
 
 
 def embedded(text: str, title: str) -> str:
-    """The drawing of an SVG file to stand in an HTML page: no prologue, no names that other drawings have too."""
+    """The drawing of an SVG file, to be put into an HTML page: without prologue and without ids of groups."""
     body = re.sub(r' id="[a-zA-Z0-9]+_\d+"', "", text[text.index("<svg") :])
     return body.replace("<svg ", f'<svg role="img" aria-label="{escape(title)}" ', 1)
 

@@ -42,6 +42,17 @@ def test_rudder_and_sensors_are_shown_as_relations():
     assert "hull" in found.dynamics[1].latex
 
 
+def test_a_sensor_has_its_scale_bias_and_delay():
+    found = lines("mariner", surge_scale=0.1, surge_bias=0.2, surge_delay=0.5)
+    expected = r"\left(s + 1\right) \text{surge}_{\mathrm{true}}\left(t - \tau_{\mathrm{surge}}\right) + b"
+    assert found.relations[0].latex == r"\text{surge}_{\mathrm{recorded}} = " + expected
+
+
+def test_turned_axes_and_exchanged_columns_are_stated():
+    found = lines("mariner", axis_misalignment=0.05, earth_frame_velocity=1.0, wave_rms=0.1)
+    assert [r"\cos" in line.latex for line in found.relations] == [True, True, True, True, False]
+
+
 def test_a_new_state_is_a_new_equation():
     found = lines("response-1", "second_order_lead")
     assert found.dynamics[-1].new and found.dynamics[-1].latex.startswith(r"\dot{z} =")
