@@ -16,6 +16,9 @@ MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
 WIDTH, HEIGHT = 6.4, 3.4
 """Inches."""
 
+MARGINS = {"left": 0.11, "right": 0.985, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
+"""Fixed margins of the charts of a record: a page has dozens of them, and fitting margins is slow."""
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -36,7 +39,7 @@ def rudder_chart(time: np.ndarray, rudder: np.ndarray) -> str:
         axes.plot(time, rudder, color=SOFT, linewidth=1.0)
         axes.set(xlim=(time[0], time[-1]), ylabel="deg", xlabel="time, s")
 
-    return chart(draw, (WIDTH, HEIGHT), "rudder")
+    return chart(draw, (WIDTH, HEIGHT), "rudder", MARGINS)
 
 
 def channel_chart(
@@ -58,7 +61,7 @@ def channel_chart(
         above.set(ylim=value_range([c.values for c in overlay]), ylabel=unit, xlim=(time[0], time[-1]))
         below.set(ylim=error_range([c.values for c in residual], limit), ylabel=unit, xlabel="time, s")
 
-    return chart(draw, (WIDTH, HEIGHT), title)
+    return chart(draw, (WIDTH, HEIGHT), title, MARGINS)
 
 
 def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: str) -> str:
@@ -77,7 +80,7 @@ def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: s
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
         axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
 
-    return chart(draw, (WIDTH, HEIGHT), title)
+    return chart(draw, (WIDTH, HEIGHT), title, MARGINS)
 
 
 def spectra(frequency: np.ndarray, curves: Sequence[Curve], unit: str) -> str:
