@@ -1,4 +1,4 @@
-"""Which numbers of a base model are wrong: planted changes are found, an exact base stays as it is."""
+"""Which numbers of a base model are wrong: changes are found, an exact base stays as it is."""
 
 import json
 from dataclasses import replace
@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case
+from helmbench.bench.faults import Case, inject
 from helmbench.datasets import measured
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
@@ -16,8 +16,6 @@ from helmbench.estimation import mixed_effects as mx
 from helmbench.models.coefficient_groups import groups_of, grown
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import model_to_json, resolve
-
-from ...injections import plant as injected_records
 
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port")
 
@@ -56,7 +54,7 @@ def found(ship):
     return calibrate(ship, records[:-1], records[-1:])
 
 
-def test_planted_changes_are_named_with_their_sizes(found):
+def test_changes_are_named_with_their_sizes(found):
     moved = {m.name: m for m in found.moved}
     print(found.moved, found.steps)
     named = {name for step in found.steps for name in (step.group, *step.tied_with)}
@@ -107,7 +105,7 @@ def test_an_exact_base_stays_as_it_is(ship, rng):
 
 
 def test_records_of_an_independent_simulator_are_adequate(rng):
-    case = injected_records(Case("mariner", duration_s=600.0, dt_s=2.0), rng)
+    case = inject(Case("mariner", duration_s=600.0, dt_s=2.0), rng)
     found = calibrate(resolve("mariner"), case.train)
     print(found.moved, found.steps)
     assert found.moved == () or max(step.gain for step in found.steps) < 0.3
