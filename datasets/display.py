@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.errors import BadInput
-from .columns import CANONICAL, in_order
+from .columns import CANONICAL, UNITS, in_order
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +41,7 @@ def shown_unit(channel: str) -> tuple[str, float]:
 
 def shown_name(channel: str) -> str:
     """`yaw rate` for `yaw_rate_rad_s`."""
-    suffix = {"rad": "rad", "rad/s": "rad_s", "m/s": "m_s", "1/s": "rps", "m": "m", "s": "s"}[CANONICAL[channel]]
+    suffix = next(iter(UNITS[CANONICAL[channel]]))
     return channel.removesuffix(f"_{suffix}").replace("_", " ")
 
 
@@ -66,8 +66,9 @@ def time_figure(panels: Mapping[str, Iterable[Curve]], title: str) -> Figure:
             panel.plot(curve.time_s, factor * curve.values, color=colour, linewidth=1.0, label=curve.label or None)
         panel.set_ylabel(f"{shown_name(channel)}\n[{unit}]")
         panel.grid(True, linewidth=0.3)
-    if axes[0].get_legend_handles_labels()[1]:
-        axes[0].legend(loc="upper right", ncols=len(COLOURS), fontsize="small")
+    handles, labels = axes[0].get_legend_handles_labels()
+    if labels:
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small")
     axes[-1].set_xlabel("time [s]")
     figure.suptitle(title, fontsize="medium")
     return figure
