@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api.check import Check, check
     from .api.diagnosis import Diagnosis, diagnose
     from .api.identification import identify, rudder_sign_doubt, simulate
     from .api.lists import (
@@ -46,6 +47,7 @@ __all__ = [
     "BadInput",
     "CannotFit",
     "Case",
+    "Check",
     "Diagnosis",
     "Estimate",
     "FitFailed",
@@ -56,6 +58,7 @@ __all__ = [
     "RudderSignWarning",
     "SuiteResults",
     "__version__",
+    "check",
     "diagnose",
     "fetch",
     "generate",
@@ -86,6 +89,7 @@ _HOME = {
     "BadInput": ("models.errors", "BadInput"),
     "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
+    "Check": ("api.check", "Check"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
     "Estimate": ("estimation.estimate", "Estimate"),
     "FitFailed": ("models.errors", "FitFailed"),
@@ -95,6 +99,7 @@ _HOME = {
     "Reproduction": ("api.reproduction", "Reproduction"),
     "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
     "SuiteResults": ("api.suites", "SuiteResults"),
+    "check": ("api.check", "check"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),

@@ -37,5 +37,8 @@ class ChannelSign(CheckCause):
         best = min(errors, key=lambda name: errors[name])
         if not errors[best] < BETTER * present > BETTER * LEAST:
             return None
-        said = f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} with {best} reversed"
+        said = (
+            f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} with "
+            f"{best} reversed"
+        )
         return Fault(said, (best,), (exact("disagreement", present, "1"),), factors={best: -1.0})

@@ -29,6 +29,9 @@ class RudderFromSensor(CheckCause):
                 other = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
                 correlation, z = shared_noise(record.column(rudder), other)
                 if abs(correlation) > SHARED and abs(z) > CLEAR:
-                    said = f"the noise of {rudder} goes with that of {name} at lag zero (correlation {correlation:.2f}, z = {z:.0f})"
+                    said = (
+                        f"the noise of {rudder} goes with that of {name} at lag zero (correlation {correlation:.2f}, "
+                        f"z = {z:.0f})"
+                    )
                     found.append(Fault(said, (rudder, name), (exact("correlation", correlation, "1"),)))
         return found

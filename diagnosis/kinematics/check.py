@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import RUDDERS
 from ...models.errors import BadInput, CannotFit
-from ..causes.registry import cause, check_causes
+from ..causes.registry import cause, check_causes, record_causes
 from .chains import Chain, heading_chain, track_chain
 from .check_result import CheckFinding, CheckResult
+from .courses import deviation
 from .fault import Fault, cleaned
-from .findings import merged, of_drift, of_fault, of_sizes
+from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
 from .outlying import without_outliers
 from .sensors import Compared, compare
 
@@ -44,6 +46,9 @@ def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> Chec
             reasons += why
             sound.append(put_right)
             tied[record.name] = derived
+        turned, sound, why = check_rudder(sound)
+        file_findings += turned
+        reasons += why
         sensor_findings, why = check_sensors(sound, tied)
     return CheckResult(names, (*merged(file_findings), *sensor_findings), tuple([*reasons, *why]))
 
@@ -88,6 +93,7 @@ SIDES = (
     "a positive rudder is to turn the ship to {}, and it turns to the other side (z = {:.0f}): the sign is wrong, or "
     "port and starboard (left and right thrust) are exchanged"
 )
+EXCHANGED = ("channel_swap", "earth_frame_velocity")
 ORDER = (
     "constant_channel",
     "time_stamps",
@@ -103,23 +109,32 @@ ORDER = (
 
 
 def _exchanged(record: Record) -> tuple[list[CheckFinding], Record]:
-    """Exchanged columns, velocities of the earth frame, a rudder that steers to the other side."""
+    """Exchanged columns, and velocities of the earth frame."""
     found = []
-    for name in ("channel_swap", "earth_frame_velocity", "rudder_sign"):
-        entry = cause(name)
-        side = record.meta.positive_rudder
-        if name == "rudder_sign" and (
-            side is None or not any(record.has(n) for n in ("rudder_rad", "rudder_command_rad"))
-        ):
-            continue
-        faults, (record,) = entry.find([record], 1.0 if side == "starboard" else -1.0)  # type: ignore[attr-defined]
-        for fault in faults:
-            said = fault.evidence
-            if name == "rudder_sign":
-                said = SIDES.format(side, np.sqrt(fault.statistic))
-            columns = tuple(fault.details.get("channels", ()))
-            found.append(of_fault(entry, Fault(said, columns), record))
+    for entry in (e for e in record_causes() if e.id in EXCHANGED):
+        faults, (record,) = entry.find([record], 1.0)
+        found += [of_fault(entry, Fault(f.evidence, tuple(f.details.get("channels", ()))), record) for f in faults]
     return found, record
+
+
+def check_rudder(records: Sequence[Record]) -> tuple[list[CheckFinding], list[Record], list[str]]:
+    """A rudder that steers to the other side than the records say: all records of a side together."""
+    found, out, reasons = [], list(records), []
+    entry = next(e for e in record_causes() if e.id == "rudder_sign")
+    for side, starboard in (("starboard", 1.0), ("port", -1.0)):
+        group = [i for i, r in enumerate(out) if r.meta.positive_rudder == side and any(map(r.has, RUDDERS))]
+        for own in (group, *([i] for i in group if len(group) > 1)):
+            try:
+                faults, fixed = entry.find([out[i] for i in own], starboard)
+            except UNUSABLE as error:
+                reasons.append(f"the side of the rudder cannot be checked: {error}")
+                continue
+            for fault in faults:
+                said = Fault(SIDES.format(side, np.sqrt(fault.statistic)), RUDDERS)
+                found += [replace(of_fault(entry, said, records[own[0]]), records=tuple(records[i].name for i in own))]
+            for i, record in zip(own, fixed, strict=True):
+                out[i] = record
+    return found, out, reasons
 
 
 def _outlying(record: Record) -> tuple[list[CheckFinding], Record]:
@@ -144,6 +159,11 @@ def check_sensors(records: Sequence[Record], derived: dict[str, set[str]]) -> tu
         if chain.target == ("north_m", "east_m") and done.records:
             found += of_drift(done)
         current = _merged(current, done)
+    if not any(f.cause == "compass_deviation" and f.material for f in found):
+        try:
+            found += of_deviation(deviation(current))
+        except UNUSABLE as error:
+            reasons.append(f"the drift angle against the heading cannot be judged: {error}")
     return found, reasons
 
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..causes.base import NORMAL_90, Cause
-from ..causes.registry import cause
+from ..causes.registry import all_causes
 from ..result import Size
 from .check_result import CheckFinding
+from .courses import FLOOR, Deviation
 from .drift import RIVALS, Drift, drifts, interval, is_there, rivals
 from .sensors import DIFFERENT, TIE, Compared, Sizes
 
@@ -140,7 +141,7 @@ def of_drift(done: Compared) -> list[CheckFinding]:
     )
     if near and near[0][1] > -TIE and len(found) > 1:
         said += f"; one {near[0][0].cause.id} for all records explains it as well"
-    entry = cause("current")
+    entry = all_causes()["current"]
     return [
         CheckFinding(
             "current",
@@ -149,7 +150,7 @@ def of_drift(done: Compared) -> list[CheckFinding]:
             done.chain.needed,
             tuple(sizes),
             said,
-            tuple(dict.fromkeys(x for name in tied for x in (name, *getattr(cause(name), "track_rivals", ())))),
+            tuple(dict.fromkeys(x for name in tied for x in (name, *getattr(all_causes()[name], "track_rivals", ())))),
             entry.separate_by,
             material,
         )
@@ -162,4 +163,23 @@ def _drift_sizes(drift: Drift) -> list[Size]:
     return [
         Size("speed", speed, low, high, "m/s", drift.record),
         Size("towards", towards, towards - half, towards + half, "rad", drift.record),
+    ]
+
+
+def of_deviation(found: Deviation | None) -> list[CheckFinding]:
+    """A drift angle that goes with the heading, as a finding."""
+    if found is None:
+        return []
+    entry = all_causes()["compass_deviation"]
+    said = (
+        f"the drift angle goes with the heading, by up to {np.rad2deg(found.amplitude):.2g} deg (z = {found.z:.1f}); "
+        f"that explains {100.0 * found.share:.0f} % of the sway that turning leaves; leeway would look alike"
+    )
+    tied = ("wind", "current") if found.like_current else ("wind",)
+    columns = ("heading_rad", "surge_m_s", "sway_m_s")
+    material = found.amplitude > FLOOR
+    return [
+        CheckFinding(
+            entry.id, "sensors", found.records, columns, found.sizes, said, tied, entry.separate_by, material, found.z
+        )
     ]

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 LEVEL = 6.3e-5
 """Probability (|z| = 4) at which an effect is taken as found, before it is shared among records."""
+LEAST = 16.0
+"""Least sum of squares that it explains (z = 4): collinear columns may scatter too little to be judged by blocks."""
 MOST = 3
 """Effects that are named in a chain at most."""
 STEPS = 3
@@ -118,9 +120,13 @@ def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Op
     whole = fit(parts, act)
     z = float(np.max(np.abs(whole.values[last]) / np.sqrt(np.maximum(np.diag(whole.covariance)[last], 1e-300))))
     inflation = float(np.max(whole.inflation[last]))
-    singles = [fit([part], act) for part in parts] if len(parts) > 1 else []
-    ps = [p_value(whole, last) if _possible(option, whole, last) else 1.0]
-    ps += [len(parts) * p_value(f, last) for f in singles if _possible(option, f, last)]
+    groups = [list(parts), *([part] for part in parts if len(parts) > 1)]
+    ps = [1.0]
+    for group, tests in zip(groups, [1] + [len(parts)] * len(parts), strict=False):
+        one = fit(group, act)
+        clear = explained(group, act) - explained(group, held) > LEAST
+        if clear and _possible(option, one, last):
+            ps.append(tests * p_value(one, last))
     return min(ps), z, inflation
 
 
@@ -156,9 +162,7 @@ def _mean(values: np.ndarray, spread: np.ndarray, whole: Fit, place: int) -> Mea
     return Mean(value, value - half, value + half, mean.between, mean.p_equal)
 
 
-def _refined(
-    chain: Chain, records: Sequence[Record], chosen: Sequence[Option]
-) -> tuple[list[Record], Fit, list[Fit]]:
+def _refined(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) -> tuple[list[Record], Fit, list[Fit]]:
     """The records put right for common sizes of the chosen options, these sizes, and those of each record."""
     at = _columns(chosen)
     values = np.zeros(at[-1][-1] + 1)
