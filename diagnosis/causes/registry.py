@@ -39,13 +39,11 @@ def all_causes() -> dict[str, Cause]:
     return dict(sorted(found.items()))
 
 
-@lru_cache(maxsize=1)
 def causes() -> dict[str, Cause]:
     """Identifier -> every cause that a diagnosis tests, sorted; BadInput as `all_causes`."""
     return {name: entry for name, entry in all_causes().items() if not isinstance(entry, CheckCause)}
 
 
-@lru_cache(maxsize=1)
 def check_causes() -> dict[str, CheckCause]:
     """Identifier -> every cause that only `check` looks for, sorted; BadInput as `all_causes`."""
     return {name: entry for name, entry in all_causes().items() if isinstance(entry, CheckCause)}

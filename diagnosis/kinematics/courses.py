@@ -29,7 +29,7 @@ MEANS = 120
 """Means over equal stretches that a record is reduced to."""
 FEWEST = 15
 """Means with way on below which a record is not used."""
-FLOOR = 0.02
+FLOOR = 0.05
 """Amplitude (rad) from which a deviation matters."""
 SHARE = 0.2
 """Share of the sway that turning leaves unexplained which the pattern must explain."""

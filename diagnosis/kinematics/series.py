@@ -173,9 +173,9 @@ class Path(Motion):
 
     @property
     def sway_floor(self) -> float:
-        """Floor of a sway offset, m/s: one percent of the speed, or a tenth of the sensor's noise."""
+        """Floor of a sway offset, m/s: half a percent of the speed, or a tenth of the sensor's noise."""
         speed = float(np.sqrt(np.mean(self.surge**2 + self.sway**2)))
-        return max(0.01 * speed, 0.1 * sensor_sd(self.sway))
+        return max(0.005 * speed, 0.1 * sensor_sd(self.sway))
 
     @property
     def late_motion(self) -> np.ndarray:
