@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api.calibration import Calibration, calibrate
     from .api.diagnosis import Diagnosis, diagnose
     from .api.identification import identify, rudder_sign_doubt, simulate
     from .api.lists import (
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BadInput",
+    "Calibration",
     "CannotFit",
     "Case",
     "Diagnosis",
@@ -56,6 +58,7 @@ __all__ = [
     "RudderSignWarning",
     "SuiteResults",
     "__version__",
+    "calibrate",
     "diagnose",
     "fetch",
     "generate",
@@ -84,6 +87,7 @@ __all__ = [
 # public name -> (module below helmbench, name there)
 _HOME = {
     "BadInput": ("models.errors", "BadInput"),
+    "Calibration": ("api.calibration", "Calibration"),
     "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
@@ -95,6 +99,7 @@ _HOME = {
     "Reproduction": ("api.reproduction", "Reproduction"),
     "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
     "SuiteResults": ("api.suites", "SuiteResults"),
+    "calibrate": ("api.calibration", "calibrate"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),
