@@ -1,7 +1,7 @@
 """Executors: local processes by loky or a dask cluster, behind the `concurrent.futures` interface.
 
 Only a few tasks are handed over at a time.  When a worker dies, the tasks that were in its pool are repeated one by
-one, so that only the task that kills its worker is lost.
+one, so that only the task that kills its worker fails.
 """
 
 from __future__ import annotations

@@ -216,11 +216,13 @@ def _unit_motion(
     k: float, size: float, gamma: np.ndarray, turn: np.ndarray, theta: np.ndarray, encounter: np.ndarray
 ) -> np.ndarray:
     """Rows of `Motion` (6, N) for one wave of unit amplitude; ``turn``, ``encounter``: rates of gamma, theta."""
+    from scipy.special import spherical_jn
+
     sin_g, cos_g, sin_t, cos_t = np.sin(gamma), np.cos(gamma), np.sin(theta), np.cos(theta)
     s = 0.5 * k * size * cos_g
     s_rate = -0.5 * k * size * sin_g * turn
-    j0, j1 = spherical_bessel(s)
-    j0_rate, j1_rate = -j1 * s_rate, j1_slope(s, j0, j1) * s_rate
+    j0, j1, j2 = (spherical_jn(order, s) for order in range(3))
+    j0_rate, j1_rate = -j1 * s_rate, (j0 - 2.0 * j2) / 3.0 * s_rate
     swing = j1 * sin_g
     swing_rate = j1_rate * sin_g + j1 * cos_g * turn
     heel = j0 * sin_g
@@ -236,24 +238,6 @@ def _unit_motion(
             k * (heel_rate * sin_t + heel * cos_t * encounter),
         ]
     )
-
-
-def spherical_bessel(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Spherical Bessel functions j0(s) = sin(s)/s and j1(s) = sin(s)/s^2 - cos(s)/s."""
-    small = np.abs(s) < 1e-2
-    safe = np.where(small, 1.0, s)
-    j0, square = np.sin(safe) / safe, s * s
-    j1 = (j0 - np.cos(safe)) / safe
-    return (
-        np.where(small, 1.0 - square / 6.0 * (1.0 - square / 20.0), j0),
-        np.where(small, s / 3.0 * (1.0 - square / 10.0 * (1.0 - square / 28.0)), j1),
-    )
-
-
-def j1_slope(s: np.ndarray, j0: np.ndarray, j1: np.ndarray) -> np.ndarray:
-    """Derivative of j1: j0 - 2 j1/s."""
-    small = np.abs(s) < 1e-2
-    return np.where(small, 1.0 / 3.0 - s * s / 10.0, j0 - 2.0 * j1 / np.where(small, 1.0, s))
 
 
 def _along_track(model: Model, record: Record, travel: float) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -117,7 +118,7 @@ def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
         duration = float(record.time_s[-1] - record.time_s[0])
         parts = min(int(duration / shortest), 6)
         edges = np.linspace(0, record.n, max(parts, 1) + 1).astype(int).tolist()
-        cuts = [record.slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        cuts = [record.slice(a, b) for a, b in pairwise(edges)]
         out += [replace(cut, name=f"{record.name}, part {i + 1}") for i, cut in enumerate(cuts)]
     if len(out) < FEWEST:
         raise CannotFit(f"the records last less than {FEWEST * shortest:.0f} s: no part can be left out")
@@ -188,12 +189,13 @@ def _shares(p: Problem, found: Selection) -> dict[str, Share]:
 
 def _verdict(p: Problem, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
     """The verdict, and the sentence that supports it."""
-    base = pooled([x.free for x in found.base.left_out])
+    base = pooled([x.adapted for x in found.base.left_out])
     motion = np.array([np.nanstd(np.concatenate([run.series.outputs[:, c] for run in p.runs])) for c in _states(p)])
     matter = [c for c in _states(p) if base[c] > ADEQUATE * motion[c]]
     columns = _columns(p)
     if not matter and not found.steps:
-        return "adequate", f"free-run errors are below {100 * ADEQUATE:.0f} % of each channel's motion"
+        limit = f"{100 * ADEQUATE:.0f} % of each channel's motion"
+        return "adequate", f"but for the trim of single runs, free-run errors are below {limit}"
     counted = [shares[columns[c]] for c in matter] or list(shares.values())
     explained = float(np.mean([s.coefficients / max(1.0 - s.trim - s.noise, 1e-9) for s in counted]))
     said = f"the numbers that moved take off {100 * explained:.0f} % of what can be explained of the free-run error"

@@ -10,20 +10,26 @@ from typing import Any
 
 from ...bench.kinds.diagnosis.judge import LEVEL, POWER
 from ...bench.kinds.diagnosis.plan import ORACLE
-from ...bench.store import read_manifest, read_tables, write_atomic
+from ...bench.store import read_manifest, read_tables
 from ...models.errors import BadInput
-from ..leaderboard.page import NOTHING, Column, Report, Table, environment_rows, markdown_table, number, rows_table
+from .. import tables
+from ..charts import rate_curves
+from ..numbers import MISSING, interval, number, percent
+from ..report import Report, environment_rows, listed, unfinished, write_files
+from ..tables import Column, Table, field, make_table
+from ..templating import render
 from . import rates
 from .rates import Board, Frame
 
 READING = (
     "Every case is made by a truth simulator that shares no code with what is judged: a ship, manoeuvres, sensors, and "
-    "what is hidden. "
-    f"Detectable: the best possible test of level {LEVEL} has power {POWER}. Named: the planted cause is the first "
-    "finding or in its tie. A confident wrong name is a finding that stands alone and is not planted, under a verdict "
-    "named or tied. Anything but adequate on a clean record is a false alarm, unexplained too. Both causes of a pair "
-    "count only in different ties. Held-out error over the oracle's: free-run RMSE on whole held-out records of the "
-    "extended model over that of the engine told the true causes, geometric mean over heading, yaw rate, surge and "
+    "the injected effects. "
+    f"Detectable: the best possible test of level {LEVEL} has power {POWER}. Named: the injected cause is the first "
+    "finding or in its tie. A confident wrong name is a finding that stands alone and was not injected, where the "
+    "verdict is named or tied. Anything but adequate on a clean record is a false alarm, unexplained too. "
+    "Both causes of a pair count only in different ties. Held-out error over the oracle's: free-run RMSE on whole "
+    "held-out records of the extended model over that of the engine told the true causes, geometric mean over heading, "
+    "yaw rate, surge and "
     "sway. [intervals] of rates: Clopper-Pearson, 95 %; of medians: 5 and 95 % quantiles of the cases. A failed case "
     "counts against its rate. Every case can be made again from its vessel, causes, strength, gusts and seed."
 )
@@ -64,42 +70,35 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     board = rates.build(cases, sizes)
     texts = {
         "diagnosis.md": markdown(manifest, cases, board),
-        "diagnosis.csv": board.table().to_csv(index=False, lineterminator="\n"),
+        "diagnosis.csv": tables.csv(tables.from_frame(board.table())),
         "diagnosis.html": html(manifest, cases, board),
     }
-    for name, text in texts.items():
-        write_atomic(directory / name, text.encode())
+    paths = write_files(directory, texts)
     whole = board.table()
     standings = tuple(whole[whole["scope"] == "all"].drop(columns=["scope", "group"]).to_dict("records"))
-    paths = tuple(directory / name for name in texts)
     return Report(texts["diagnosis.md"], paths, len(cases) >= manifest["planned"], standings)
 
 
 def markdown(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
     """The report as Markdown text."""
     parts = [f"# Diagnosis: suite {manifest['suite']}", headline(manifest, cases)]
-    tables = [rate_table(board), *part_tables(board)[:1], said_table(board), power_table(board), size_table(board)]
-    for table in [*tables, failure_table(board)]:
+    shown = [rate_table(board), *part_tables(board)[:1], said_table(board), power_table(board), size_table(board)]
+    for table in [*shown, failure_table(board)]:
         if table.rows:
-            parts += [f"## {table.title}", *([table.note] if table.note else []), markdown_table(table)]
-    environment = "\n".join(f"- {name}: {value}" for name, value in facts(manifest))
-    return "\n\n".join([*parts, "## How to read it", READING, "## Made with", environment]) + "\n"
+            parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
+    return "\n\n".join([*parts, "## How to read it", READING, "## Made with", listed(facts(manifest))]) + "\n"
 
 
 def html(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
     """The report as one self-contained page."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    from markupsafe import Markup
-
-    loader = FileSystemLoader(Path(__file__).parents[1] / "templates")
-    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return page.get_template("diagnosis_suite.html.j2").render(
+    return render(
+        "diagnosis_suite.html.j2",
         suite=manifest["suite"],
         title=manifest.get("title", ""),
         headline=headline(manifest, cases),
         complete=len(cases) >= manifest["planned"],
         rates=rate_table(board),
-        charts=[(title, Markup(svg)) for title, svg in charts(board)],
+        charts=charts(board),
         matrices=matrices(board),
         parts=part_tables(board),
         sizes=size_table(board),
@@ -123,9 +122,7 @@ def headline(manifest: Mapping[str, Any], cases: Frame) -> str:
     failed, absent = ((own["status"] == status).sum() for status in ("failed", "not_applicable"))
     seed = (manifest.get("selection") or {}).get("seed")
     text = f"{different} cases from seed {seed}, {len(own)} diagnoses: {failed} failed, {absent} not applicable."
-    if len(cases) < manifest["planned"]:
-        text = f"INCOMPLETE: {len(cases)} of {manifest['planned']} runs are finished. {text}"
-    return text
+    return unfinished(manifest, len(cases)) + text
 
 
 # tables
@@ -145,19 +142,19 @@ def rate_table(board: Board) -> Table:
     order = list(dict.fromkeys(whole["rate"]))
     ranked = sorted(zip(order, rows, strict=True), key=lambda pair: titles.get(pair[0], len(titles)))
     columns = [
-        Column("rate", lambda row: row["title"]),
-        Column("asked", lambda row: row["target"]),
+        field("title", "rate"),
+        field("target", "required"),
         *(_method_column(name) for name in methods),
     ]
-    return rows_table(
-        "Rates", "n: cases (or sizes) behind a figure; ✗: not what is asked.", columns, [r for _, r in ranked]
+    return make_table(
+        columns, [r for _, r in ranked], "Rates", "n: number of cases (or sizes); ✗: the requirement is not met."
     )
 
 
 def _method_column(name: str) -> Column:
     def text(row: Mapping[str, Any]) -> str:
         if name not in row:
-            return NOTHING
+            return MISSING
         missed = " ✗" if row[name]["met"] is False or row[name]["met"] == 0 else ""
         return f"{_value(row[name])}, n = {row[name]['n']}{missed}"
 
@@ -167,13 +164,9 @@ def _method_column(name: str) -> Column:
 def _value(row: Mapping[str, Any]) -> str:
     """`97.2 % [93.0, 99.2]`, or a number with its interval."""
     if row["hits"] is None or math.isnan(float(row["hits"])):
-        return f"{number(row['value'])} [{number(row['low'])}, {number(row['high'])}]"
-    return f"{percent(row['value'])} % [{percent(row['low'])}, {percent(row['high'])}]"
-
-
-def percent(value: float) -> str:
-    """A share in percent with one decimal."""
-    return f"{100.0 * value:.1f}"
+        return interval(row["value"], row["low"], row["high"])
+    low, high = (percent(row[name], 1).removesuffix(" %") for name in ("low", "high"))
+    return f"{percent(row['value'], 1)} [{low}, {high}]"
 
 
 def _target(row: Mapping[str, Any]) -> str:
@@ -183,12 +176,12 @@ def _target(row: Mapping[str, Any]) -> str:
     if target is None or math.isnan(target):
         return ""
     sign = next("≥" if rate.at_least else "≤" for rate in rates.RATES if rate.id == row["rate"])
-    return f"{sign} {100.0 * target:.0f} %"
+    return f"{sign} {percent(target)}"
 
 
 def part_tables(board: Board) -> list[Table]:
     """Every rate in parts: one table a scope, rates as columns."""
-    titles = {"planted": "By planted cause", "vessel": "By vessel", "gusts": "By gusts", "strength": "By strength"}
+    titles = {"injected": "By injected cause", "vessel": "By vessel", "gusts": "By gusts", "strength": "By strength"}
     return [_part_table(board.rates, scope, title) for scope, title in titles.items()]
 
 
@@ -198,13 +191,13 @@ def _part_table(table: Frame, scope: str, title: str) -> Table:
     rows = []
     for (group, method), part in own.groupby(["group", "method"], sort=True):
         rows.append({"group": group, "method": method} | {row["rate"]: row for row in part.to_dict("records")})
-    columns = [Column(scope, lambda row: row["group"]), Column("method", lambda row: row["method"])]
-    return rows_table(title, "", [*columns, *(_share_column(rate.id, rate.title) for rate in shown)], rows)
+    columns = [field("group", scope), field("method")]
+    return make_table([*columns, *(_share_column(rate.id, rate.title) for rate in shown)], rows, title)
 
 
 def _share_column(name: str, title: str) -> Column:
     def text(row: Mapping[str, Any]) -> str:
-        return f"{row[name]['hits']:.0f}/{row[name]['n']}" if name in row else NOTHING
+        return f"{row[name]['hits']:.0f}/{row[name]['n']}" if name in row else MISSING
 
     return Column(title, text, lambda row: row[name]["value"] if name in row else None)
 
@@ -212,44 +205,44 @@ def _share_column(name: str, title: str) -> Column:
 def said_table(board: Board) -> Table:
     """The confusion matrix in words: what was said beside the truth."""
     rows = []
-    for (planted, method), part in board.confusion.groupby(["planted", "method"], sort=True):
+    for (injected, method), part in board.confusion.groupby(["injected", "method"], sort=True):
         said = sorted(zip(part["cases"], part["named"], strict=True), reverse=True)
-        rows.append({"planted": planted, "method": method, "said": ", ".join(f"{n} {name}" for n, name in said)})
-    columns = [Column(name, lambda row, name=name: row[name]) for name in ("planted", "method", "said")]
+        rows.append({"injected": injected, "method": method, "said": ", ".join(f"{n} {name}" for n, name in said)})
+    columns = [field(name) for name in ("injected", "method", "said")]
     note = "Cases by what was said first; a tie that holds the truth counts as the truth."
-    return rows_table("Confusion", note, columns, rows)
+    return make_table(columns, rows, "Confusion", note)
 
 
 def power_table(board: Board) -> Table:
     """Power by non-centrality."""
     columns = [
-        Column("method", lambda row: row["method"]),
-        Column("weather", lambda row: row["weather"]),
+        field("method"),
+        field("weather"),
         Column("non-centrality", lambda row: f"{row['from']:g} - {row['to']:g}", lambda row: row["from"]),
         Column("n", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column("named", lambda row: _value(row), lambda row: row["value"]),
+        Column("named", _value, lambda row: row["value"]),
     ]
-    return rows_table("Power", "", columns, board.power.to_dict("records"))
+    return make_table(columns, board.power.to_dict("records"), "Power")
 
 
 def size_table(board: Board) -> Table:
     """Coverage of the stated intervals by cause."""
     columns = [
-        Column("cause", lambda row: row["cause"]),
-        Column("method", lambda row: row["method"]),
+        field("cause"),
+        field("method"),
         Column("sizes", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column("inside 90 %", lambda row: _value(row), lambda row: row["value"]),
+        Column("inside 90 %", _value, lambda row: row["value"]),
         Column("median relative error", lambda row: number(row["error"]), lambda row: row["error"]),
     ]
-    note = "Sizes of rightly named causes against the planted ones; directions have no relative error."
-    return rows_table("Sizes", note, columns, board.sizes.sort_values(["cause", "method"]).to_dict("records"))
+    note = "Sizes of correctly named causes against the true ones; directions have no relative error."
+    return make_table(columns, board.sizes.sort_values(["cause", "method"]).to_dict("records"), "Sizes", note)
 
 
 def failure_table(board: Board) -> Table:
     """What failed or did not apply, and why."""
-    names = ("status", "method", "group", "vessel", "planted", "runs", "seed", "error")
-    columns = [Column(name, lambda row, name=name: str(row[name])) for name in names]
-    return rows_table("Failed, not applicable", "", columns, board.failures.to_dict("records"))
+    names = ("status", "method", "group", "vessel", "injected", "runs", "seed", "error")
+    columns = [field(name) for name in names]
+    return make_table(columns, board.failures.to_dict("records"), "Failed, not applicable")
 
 
 # figures
@@ -261,19 +254,19 @@ def matrices(board: Board) -> list[Matrix]:
 
 
 def _matrix(method: str, own: Frame) -> Matrix:
-    counts = {(row["planted"], row["named"]): row["cases"] for row in own.to_dict("records")}
-    planted, said = (sorted(set(own[name]), key=_brackets_last) for name in ("planted", "named"))
+    counts = {(row["injected"], row["named"]): row["cases"] for row in own.to_dict("records")}
+    injected, said = (sorted(set(own[name]), key=_brackets_last) for name in ("injected", "named"))
     rows = []
-    for name in planted:
+    for name in injected:
         total = sum(counts.get((name, other), 0) for other in said)
         cells = [_cell(name, other, counts.get((name, other), 0), total) for other in said]
         rows.append((name, tuple(cells)))
     return Matrix(method, tuple(said), tuple(rows))
 
 
-def _cell(planted: str, said: str, count: int, total: int) -> Cell:
+def _cell(injected: str, said: str, count: int, total: int) -> Cell:
     right = {"(null)": "(adequate)", "(anticipated)": "(unexplained)", "(unforeseen)": "(unexplained)"}
-    return Cell(count, right.get(planted, planted) == said, f"{0.12 + 0.6 * count / total:.2f}")
+    return Cell(count, right.get(injected, injected) == said, f"{0.12 + 0.6 * count / total:.2f}")
 
 
 def _brackets_last(name: str) -> tuple[bool, str]:
@@ -282,8 +275,6 @@ def _brackets_last(name: str) -> tuple[bool, str]:
 
 def charts(board: Board) -> list[tuple[str, str]]:
     """Power curves, calm and in gusts, a line per method."""
-    from ..plots import rate_curves
-
     found = []
     for weather, part in board.power.groupby("weather", sort=True):
         series = {str(method): _points(own.to_dict("records")) for method, own in part.groupby("method", sort=True)}

@@ -1,0 +1,53 @@
+"""Studies: named computations that are repeated over noise seeds; a paper's package has them as `STUDIES`."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from types import ModuleType
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """One run of a study.
+
+    values : key -> number, which claims refer to; nan where the computation diverged, True/False for statements.
+    series : name -> array, what figures are drawn from.
+    """
+
+    values: Mapping[str, float]
+    series: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A computation `function(rng, index=i) -> StudyResult`, run for i = 0 .. seeds - 1.
+
+    A deterministic one has one seed.  Only the runs of index below `drawn` keep their series.  `measured` is the
+    measured set that it needs; without the data, the run in `stored/` is used instead.
+    """
+
+    function: Callable[..., StudyResult]
+    seeds: int = 1
+    drawn: int = 1
+    measured: str = ""
+
+
+def module_of(paper: str) -> ModuleType:
+    """The module with the studies and drawings of a paper, `"003"`."""
+    return import_module(f".paper_{paper}", __package__)
+
+
+def studies_of(paper: str) -> dict[str, Study]:
+    """The studies of a paper by name."""
+    return module_of(paper).STUDIES
+
+
+def stream(paper: str, study: str, index: int) -> np.random.Generator:
+    """The random numbers of one run: the same in every process and independent of all other runs."""
+    digest = hashlib.sha256(f"{paper}/{study}".encode()).digest()
+    return np.random.default_rng(np.random.SeedSequence([int.from_bytes(digest[:16], "big"), index]))
