@@ -221,7 +221,7 @@ def test_only_the_front_door_parses_a_command_line() -> None:
 
 
 def test_commands_call_only_what_helmbench_offers() -> None:
-    """Files of helmbench/cli import each other, `helmbench` with its api, and the table writer; others for types only."""
+    """Files of helmbench/cli import each other, helmbench, its api and reporting; other folders for types only."""
     wrong = []
     for path in sorted((ROOT / "helmbench" / "cli").glob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
