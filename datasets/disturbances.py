@@ -12,7 +12,7 @@ Gusts are earth-fixed, both components independent: Gauss-Markov, sd 12 % of the
 
 Waves do two things. Their mean second-order force is a force on the hull, F = rho g Hs^2 L C with
 CX = -.010 cos(chi) (times .3 in following seas), CY = -.020 sin(chi)|sin(chi)|, CN = -.002 sin(2 chi) (times L),
-chi the direction they come from against the bow (magnitudes assumed: a stand-in of the right order). Their
+chi the direction they come from against the bow (assumed coefficients, of the right order of magnitude). Their
 first-order motion does not enter the equations: it is added to what the sensors see. The hull follows the water
 averaged over its length at half its draught; with elevation a cos(theta) of one component, theta = w t - k xi + phase
 at the ship's own place (so that the encounter frequency is theta's rate at any speed, heading and turn),
@@ -76,7 +76,7 @@ class Waves(NamedTuple):
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What disturbs a run; read by `parse_disturbance`."""
+    """The disturbances of a run; read by `parse_disturbance`."""
 
     text: str = "none"
     wind: Wind | None = None
@@ -243,7 +243,7 @@ def _unit_motion(
 def _along_track(model: Model, record: Record, travel: float) -> tuple[np.ndarray, np.ndarray]:
     """Place (N,) in m and speed (N,) in m/s of the ship along the direction that the waves travel.
 
-    A response model has no track: it is reckoned with its speed (none: at rest) along its heading.
+    A response model has no track: its position is computed from its speed (0 if it has none) and its heading.
     """
     heading = record.column("heading_rad")
     if record.has(*TRACK):

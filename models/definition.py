@@ -25,8 +25,8 @@ class Definition:
     ----------
     name : identifier, for example ``abkowitz``.
     states, inputs : symbols; inputs are ``delta`` and, where the model has a propeller, ``n``.
-    coefficients : symbols of what is identified; the forces minus mass terms are linear in them.
-    constants : symbols of what is known (length, masses, ...), kept in the same vector behind the coefficients.
+    coefficients : symbols of the parameters to identify; the forces minus mass terms are linear in them.
+    constants : symbols of known numbers (length, masses, ...), kept in the same vector behind the coefficients.
     mass : matrix (k, k) of constants and coefficients.
     forces : k expressions.
     kinematics : expressions for the remaining states.

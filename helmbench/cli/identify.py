@@ -25,7 +25,7 @@ class Identify(Greedy):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is printed: the estimate, the records' names, scores on the validation records and what to know of them."""
+    """What is printed: estimate, names of the records, scores on validation records, warnings, identifiability."""
 
     estimate: Estimate
     train: list[str]
@@ -42,7 +42,9 @@ class Outcome:
 @click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option(
-    "--identifiability", is_flag=True, help="Say what the records tell of each parameter, and what would help."
+    "--identifiability",
+    is_flag=True,
+    help="Report how well the records determine each parameter, and which manoeuvre would help.",
 )
 @tuning_options
 @click.option("-o", "--output", required=True, type=FILE, help="model.json to write")

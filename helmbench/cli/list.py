@@ -13,7 +13,7 @@ KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "
 @click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def list_command(kind: str, as_json: bool) -> None:
-    """List what is known: identifier and title."""
+    """List what there is: identifier and title."""
     from ..api import lists
     from ..reporting.tables import Cell, Table, console
 

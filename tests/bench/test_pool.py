@@ -66,10 +66,10 @@ def test_no_more_than_the_width_is_in_flight():
 def test_workers_end_when_their_parent_is_killed(tmp_path):
     script = tmp_path / "parent.py"
     script.write_text(
-        "import os, sys, time\n"
+        "import os, pathlib, sys, time\n"
         "from helmbench.bench import pool\n"
         "def child(path):\n"
-        "    open(path, 'w').write(str(os.getpid()))\n"
+        "    pathlib.Path(path).write_text(str(os.getpid()))\n"
         "    time.sleep(60)\n"
         "if __name__ == '__main__':\n"
         "    with pool.processes(1) as workers:\n"
