@@ -122,6 +122,10 @@ def shares_table(found: Calibration) -> Table:
     return make_table(columns, list(found.shares.items()))
 
 
+def _share_column(title: str, name: str) -> Column:
+    return Column(title, lambda row: percent(getattr(row[1], name)), lambda row: getattr(row[1], name))
+
+
 def remaining_table(found: Calibration) -> Table:
     """Conditions in which the remaining error is larger than elsewhere."""
     columns = [
