@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api.calibration import Calibration, calibrate
     from .api.check import Check, check
     from .api.diagnosis import Diagnosis, diagnose
     from .api.identification import identify, rudder_sign_doubt, simulate
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BadInput",
+    "Calibration",
     "CannotFit",
     "Case",
     "Check",
@@ -58,6 +60,7 @@ __all__ = [
     "RudderSignWarning",
     "SuiteResults",
     "__version__",
+    "calibrate",
     "check",
     "diagnose",
     "fetch",
@@ -87,6 +90,7 @@ __all__ = [
 # public name -> (module below helmbench, name there)
 _HOME = {
     "BadInput": ("models.errors", "BadInput"),
+    "Calibration": ("api.calibration", "Calibration"),
     "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
     "Check": ("api.check", "Check"),
@@ -99,6 +103,7 @@ _HOME = {
     "Reproduction": ("api.reproduction", "Reproduction"),
     "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
     "SuiteResults": ("api.suites", "SuiteResults"),
+    "calibrate": ("api.calibration", "calibrate"),
     "check": ("api.check", "check"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "fetch": ("datasets.measured", "fetch"),

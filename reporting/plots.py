@@ -48,7 +48,7 @@ def svg(
 
     style: dict[Any, Any] = {**matplotlib.rcParamsDefault, **STYLE, "axes.prop_cycle": cycler(color=COLOURS)}
     with matplotlib.rc_context(style):
-        figure = Figure(figsize=size, layout="constrained" if margins is None else "none")
+        figure = Figure(figsize=size, layout="constrained" if margins is None else None)
         if margins is not None:
             figure.subplots_adjust(**margins)
         draw(figure)

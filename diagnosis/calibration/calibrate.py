@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.instruments import corrected
+from ...datasets.instruments import hull_record
 from ...estimation.mixed_effects import THRUST, Problem, jackknife, pooled, problem, squares
 from ...models.coefficient_groups import groups_of, grown
 from ...models.errors import BadInput, CannotFit
@@ -20,6 +20,7 @@ from .advice import next_runs
 from .forward import Attempt, Selection, select
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
+from .traces import held_out_traces, left_out_traces
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -57,10 +58,10 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
     groups = groups_of(model)
     whole = grown(model, groups)
-    pieces = _pieces([_behind(record, model) for record in train], whole)
+    pieces = _pieces([hull_record(record, model) for record in train], whole)
     given = problem(whole, pieces)
     found = select(given, groups)
-    kept = problem(whole, [_behind(record, model) for record in held_out]) if held_out else None
+    kept = problem(whole, [hull_record(record, model) for record in held_out]) if held_out else None
     shares = _shares(given, found)
     verdict, reason = _verdict(given, found, shares)
     calibrated = _calibrated(model, whole, found.final)
@@ -91,15 +92,11 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
         runs=tuple(
             RunEffect(run.name, float(own[0])) for run, own in zip(given.runs, found.final.fitted.own, strict=True)
         ),
+        traces=(*left_out_traces(given, found), *held_out_traces(kept, found)),
         next_runs=next_runs(calibrated, whole, found, groups),
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
     )
-
-
-def _behind(record: Record, model: Model) -> Record:
-    """The record in the model's rudder sign, behind its instruments."""
-    return corrected(record.turned(model.positive_rudder), model.instruments)
 
 
 def _pieces(records: Sequence[Record], model: Model) -> list[Record]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.kinematics import check_result
 from ..models.errors import BadInput
-from .documents import json_text
+from .documents import json_text, write_together
 from .identification import listed
 
 if TYPE_CHECKING:
@@ -56,7 +56,12 @@ class Check(check_result.CheckResult):
         ------
         BadInput : the folder cannot be written to.
         """
-        return write_check(self, Path(folder))
+        document, page = json_text(self.to_json()) + "\n", self.to_html()
+        writers = (
+            lambda place: place.write_text(document, "utf-8"),
+            lambda place: place.write_text(page, "utf-8"),
+        )
+        return write_together(Path(folder), dict(zip(FILES, writers, strict=True)))
 
     def __repr__(self) -> str:
         causes = ", ".join(dict.fromkeys(f.cause for f in self.findings if f.material))
@@ -118,24 +123,3 @@ def _of_repairs(record: Record, repairs: Repairs) -> list[CheckFinding]:
     faults = [Fault(f"{n} of {repairs.rows} rows {what}", ("time_s",)) for what, n in said.items() if n]
     faults += [Fault(f"{name} has {n} infinite values", (name,)) for name, n in repairs.infinite]
     return [of_fault(check_causes()["time_stamps"], fault, record) for fault in faults]
-
-
-def write_check(found: Check, folder: Path) -> tuple[Path, ...]:
-    """Write the two `FILES` of a check into a folder: both or none; BadInput where it cannot be."""
-    from ..datasets.files import replace_together
-
-    document, page = json_text(found.to_json()) + "\n", found.to_html()
-    created = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"cannot be made ({error.strerror or error})", file=folder) from None
-    paths = [folder / name for name in FILES]
-    texts = dict(zip(paths, (document, page), strict=True))
-    try:
-        replace_together({path: lambda place, path=path: place.write_text(texts[path], "utf-8") for path in paths})
-    except BaseException:
-        if created:
-            folder.rmdir()
-        raise
-    return tuple(paths)

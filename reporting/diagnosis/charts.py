@@ -16,7 +16,7 @@ MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
 WIDTH, HEIGHT = 6.4, 3.4
 """Inches."""
 
-MARGINS = {"left": 0.11, "right": 0.985, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
+MARGINS = {"left": 0.11, "right": 0.965, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
 """Fixed margins of the charts of a record: a page has dozens of them, and fitting margins is slow."""
 
 
