@@ -45,11 +45,11 @@ def rudder_response(records: Sequence[Record]) -> float:
         if rate is None:
             rate = np.gradient(record.heading_unwrapped(), time)
         rudder = record.rudder()
-        step = max(1, round(time[-1] / 200.0 / np.median(np.diff(time))))
-        n = time.size // step
         known = np.isfinite(rate) & np.isfinite(rudder)
         if known.sum() < 20:
             continue
+        step = max(1, round(time[-1] / 200.0 / np.median(np.diff(time))))
+        n = time.size // step
         fill = [
             np.interp(time, time[known], a[known])[: n * step].reshape(n, step).mean(axis=1) for a in (rate, rudder)
         ]

@@ -137,8 +137,7 @@ def why_not(chain: Chain, record: Record) -> str | None:
     if known.sum() < FEWEST:
         return f"{record.name} has {known.sum()} samples with all of {', '.join(chain.needed)}; {FEWEST} are needed"
     still = [name for name in chain.needed if np.nanmin(record.column(name)) == np.nanmax(record.column(name))]
-    moving = [name for name in chain.target if name not in still]
-    if not moving:
+    if still:
         return f"{' and '.join(still)} of {record.name} never changes"
     return None
 

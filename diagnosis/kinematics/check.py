@@ -153,11 +153,14 @@ def check_sensors(records: Sequence[Record], derived: dict[str, set[str]]) -> tu
     for chain in (heading_chain(), track_chain()):
         use, skipped = _split(chain, current, derived)
         reasons += skipped
-        done = compare(chain, use)
+        try:
+            done = compare(chain, use)
+            found += of_sizes(done)
+            found += of_drift(done) if chain.target == ("north_m", "east_m") and done.records else []
+        except UNUSABLE as error:
+            reasons.append(f"{chain.title} cannot be compared: {error}")
+            continue
         reasons += [f"{chain.title}: {why}" for why in done.reasons]
-        found += of_sizes(done)
-        if chain.target == ("north_m", "east_m") and done.records:
-            found += of_drift(done)
         current = _merged(current, done)
     if not any(f.cause == "compass_deviation" and f.material for f in found):
         try:

@@ -30,6 +30,8 @@ STEPS = 3
 """Gauss-Newton steps on corrected records."""
 TIE = 9.2
 """Twice the log likelihood by which the better of two explanations must lead (odds of 100)."""
+LATEST = 0.1
+"""Share of a record's duration that a delay may have at most."""
 DIFFERENT = 0.05
 """Probability of equal sizes below which a size is said to differ between records."""
 
@@ -166,14 +168,16 @@ def _refined(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) 
     """The records put right for common sizes of the chosen options, these sizes, and those of each record."""
     at = _columns(chosen)
     values = np.zeros(at[-1][-1] + 1)
-    low = np.full(values.size, -np.inf)
+    low, high = np.full(values.size, -np.inf), np.full(values.size, np.inf)
     for o, places in zip(chosen, at, strict=True):
         low[places] = 0.0 if o.effects[0].delay else -0.9 if o.effects[0].unit == "1" else -np.inf
+        if o.effects[0].delay:
+            high[places] = LATEST * min(float(np.ptp(r.time_s)) for r in records)
     current = list(records)
     for _ in range(STEPS):
         parts = [sums(chain, r, chosen) for r in current]
         step = fit(parts, range(values.size))
-        before, values = values, np.maximum(values + step.values, low)
+        before, values = values, np.clip(values + step.values, low, high)
         current = [put_right(r, chosen, values) for r in records]
     told = [_told(chain, record, chosen) for record in records]
     each = [_own(part, before, own) for part, own in zip(parts, told, strict=True)]
