@@ -95,7 +95,7 @@ def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
         said,
         tuple(dict.fromkeys(tied)),
         entry.separate_by,
-        _matters(done, s, differs),
+        s.material,
         s.z,
         p_equal if len(names) > 1 else None,
     )
@@ -106,22 +106,9 @@ def _late(s: Sizes) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def _matters(done: Compared, s: Sizes, differs: bool) -> bool:
-    """Whether a mean size is clearly above nothing and larger than its floor, or that of one record is."""
-    motions = [done.chain.motion(r) for r in done.records]
-    for k, (effect, mean) in enumerate(zip(s.option.effects, s.means, strict=True)):
-        floor = np.array([effect.floor(m) for m in motions])
-        if abs(mean.value) > np.median(floor) and mean.low * mean.high > 0.0:
-            return True
-        own, spread = np.abs(s.each[:, k]), s.spread[:, k]
-        if differs and np.any((own > floor) & (own > 4.0 * spread)):
-            return True
-    return False
-
-
 def of_drift(done: Compared) -> list[CheckFinding]:
     """A steady drift of the records, or the sensor error that explains it with fewer numbers."""
-    chosen = [s.option for s in done.found]
+    chosen = [s.option for s in done.found if s.material]
     found = drifts(done.chain, done.corrected, chosen)
     if not is_there(found):
         return []

@@ -32,17 +32,21 @@ TIE = 9.2
 """Twice the log likelihood by which the better of two explanations must lead (odds of 100)."""
 LATEST = 0.1
 """Share of a record's duration that a delay may have at most."""
+COLLINEAR = 0.5
+"""Correlation of two sizes from which the small one is left out of the estimate of the large one."""
 DIFFERENT = 0.05
 """Probability of equal sizes below which a size is said to differ between records."""
 
 
 class Sizes(NamedTuple):
-    """Sizes of one selected option: values and standard errors by record (R, k), means (k) and the statistic's p."""
+    """Sizes of one selected option: values and standard errors by record (R, k), means (k), and whether they matter;
+    p-value and z of its selection, and the options that explain the records about as well."""
 
     option: Option
     each: np.ndarray
     spread: np.ndarray
     means: tuple[Mean, ...]
+    material: bool
     p: float
     z: float
     rivals: tuple[Option, ...]
@@ -74,7 +78,7 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
     if not kept or not options:
         return Compared(chain, (), (), tuple(reasons))
     chosen, facts = _forward(chain, kept, options)
-    found = _sized(chain, kept, chosen, facts)
+    found = _without_small(chain, kept, _sized(chain, kept, chosen, facts))
     return Compared(chain, tuple(kept), found, tuple(reasons), _put_right(kept, found))
 
 
@@ -147,8 +151,48 @@ def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Option], fa
         values = np.stack([f.values[at] for f in each])
         spread = np.stack([np.sqrt(np.diag(f.covariance)[at]) for f in each])
         means = tuple(_mean(values[:, k], spread[:, k], whole, c) for k, c in enumerate(at))
-        found.append(Sizes(option, values, spread, means, p, z, rivals))
+        material = _matters(chain, records, option, values, spread, means)
+        found.append(Sizes(option, values, spread, means, material, p, z, rivals))
     return tuple(found)
+
+
+def _without_small(chain: Chain, records: Sequence[Record], found: tuple[Sizes, ...]) -> tuple[Sizes, ...]:
+    """The sizes of what matters, estimated without what does not and is nearly collinear with it: that would move them
+    by more than itself."""
+    options, large = [s.option for s in found], [s for s in found if s.material]
+    if not large or len(large) == len(found):
+        return found
+    spread = _refined(chain, records, options)[1].covariance
+    size = np.sqrt(np.maximum(np.diag(spread), 1e-300))
+    near = np.abs(spread / np.outer(size, size)) > COLLINEAR
+    at = _columns(options)
+    told = [c for s, places in zip(found, at, strict=True) if s.material for c in places]
+    kept = [s for s, places in zip(found, at, strict=True) if s.material or not near[np.ix_(places, told)].any()]
+    if len(kept) == len(found):
+        return found
+    again = _sized(chain, records, [s.option for s in kept], [(s.rivals, s.p, s.z) for s in kept])
+    by_option = {s.option: s for s in again}
+    return tuple(by_option.get(s.option, s) for s in found)
+
+
+def _matters(
+    chain: Chain,
+    records: Sequence[Record],
+    option: Option,
+    values: np.ndarray,
+    spread: np.ndarray,
+    means: Sequence[Mean],
+) -> bool:
+    """Whether a mean size is clearly not zero and larger than its floor, or that of one record is."""
+    motions = [chain.motion(r) for r in records]
+    for k, (effect, mean) in enumerate(zip(option.effects, means, strict=True)):
+        floor = np.array([effect.floor(m) for m in motions])
+        if abs(mean.value) > np.median(floor) and mean.low * mean.high > 0.0:
+            return True
+        own = np.abs(values[:, k])
+        if mean.p_equal < DIFFERENT and np.any((own > floor) & (own > 4.0 * spread[:, k])):
+            return True
+    return False
 
 
 def _mean(values: np.ndarray, spread: np.ndarray, whole: Fit, place: int) -> Mean:
@@ -211,10 +255,10 @@ def put_right(record: Record, options: Sequence[Option], values: np.ndarray) -> 
 
 
 def _put_right(records: Sequence[Record], found: Sequence[Sizes]) -> list[Record]:
-    """The records with what was found removed: by the mean, or by its own size where records differ."""
+    """The records with what was found and matters removed: by the mean, or by its own size where records differ."""
     out = []
     for i, record in enumerate(records):
-        for s in found:
+        for s in (s for s in found if s.material):
             own = np.array([s.each[i, k] if m.p_equal < DIFFERENT else m.value for k, m in enumerate(s.means)])
             own = np.where(np.isfinite(own), own, [m.value for m in s.means])
             own = np.maximum(own, 0.0) if s.option.effects[0].delay else own

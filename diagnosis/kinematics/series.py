@@ -167,9 +167,9 @@ class Path(Motion):
 
     @property
     def way_floor(self) -> float:
-        """Floor of a distance, m: a tenth of the positions' noise, or the way made within the floor of a delay."""
+        """Floor of a distance, m: a tenth of the noise, or a twentieth of the way in which the turn changes."""
         speed = float(np.sqrt(np.mean(self.surge**2 + self.sway**2)))
-        return max(0.1 * sensor_sd(self.north), 0.1 * sensor_sd(self.east), late_floor(self) * speed)
+        return max(0.1 * sensor_sd(self.north), 0.1 * sensor_sd(self.east), 0.05 * self.turning_time_s * speed)
 
     @property
     def sway_floor(self) -> float:
