@@ -28,6 +28,7 @@ from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Setting
 from ..models.families.extensions import extension_of, is_term
 from ..models.model import model_to_json, resolve
+from .causes._check import CheckCause
 from .causes._records import RecordCause
 from .causes.base import WHERE, Cause, NotTestable
 from .gain.extension import extended_model
@@ -100,7 +101,7 @@ def check_is_described(cls: type[Cause]) -> None:
     assert len(cause.physics.split()) >= 5, "the docstring does not say what the cause is"
     assert cause.where in (*WHERE, "record"), f"where is {cause.where!r}, one of {', '.join(WHERE)}"
     assert cause.unit, "the unit of the sizes is not stated"
-    if not isinstance(cause, RecordCause):
+    if not isinstance(cause, RecordCause | CheckCause):
         assert isinstance(cause.search, Search), "the search is not stated"
     if cause.extension is not None:
         extension_of(cause.extension)
@@ -238,5 +239,5 @@ OF_RECORDS = (check_is_described,)
 
 def check_cause(cls: type[Cause]) -> None:
     """Run all checks on a cause class; the first that fails raises AssertionError."""
-    for check in OF_RECORDS if issubclass(cls, RecordCause) else CHECKS:
+    for check in OF_RECORDS if issubclass(cls, RecordCause | CheckCause) else CHECKS:
         check(cls)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..kinematics.series import SensorEffect, half_a_degree
+from ..kinematics.series import TurnEffect, half_a_degree
 from ._check import CheckCause
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ class CompassDeviation(CheckCause):
     unit = "rad"
     separate_by = "a full circle against a gyro compass or against courses from positions"
     turn = (
-        SensorEffect("c", "rad", (), lambda turn: np.cos(turn.heading)[None] - np.cos(turn.heading[0]), half_a_degree),
-        SensorEffect("s", "rad", (), lambda turn: np.sin(turn.heading)[None] - np.sin(turn.heading[0]), half_a_degree),
+        TurnEffect("c", "rad", (), lambda turn: np.cos(turn.heading)[None] - np.cos(turn.heading[0]), half_a_degree),
+        TurnEffect("s", "rad", (), lambda turn: np.sin(turn.heading)[None] - np.sin(turn.heading[0]), half_a_degree),
     )
     least_turn = np.pi
     """Range of headings (rad) from which it is told from a scale error."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..kinematics.series import SensorEffect, late_floor
+from ..kinematics.series import TrackEffect, TurnEffect, late_floor
 from ..searches.score import ByScore
 from .base import Cause, one, require_channels
 
@@ -24,7 +24,7 @@ class HeadingDelay(Cause):
     power_size = 0.2
     separate_by = "yaw rate and heading of instruments with known time stamps"
     turn = (
-        SensorEffect(
+        TurnEffect(
             "tau",
             "s",
             ("heading_delay",),
@@ -34,7 +34,7 @@ class HeadingDelay(Cause):
         ),
     )
     track_without_model = (
-        SensorEffect("tau", "s", ("heading_delay",), lambda path: path.late_heading, late_floor, delay=True),
+        TrackEffect("tau", "s", ("heading_delay",), lambda path: path.late_heading, late_floor, delay=True),
     )
 
     def variants(self, est: Estimator) -> Sequence[Variant]:

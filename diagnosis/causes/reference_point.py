@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..kinematics.series import SensorEffect
+from ..kinematics.series import TrackEffect
 from ._check import CheckCause
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class ReferencePoint(CheckCause):
     separate_by = (
         "where antenna and log stand, and a run at another speed: a delay moves with the speed, a point does not"
     )
-    track = (SensorEffect("x", "m", (), lambda path: path.ahead, lambda path: path.way_floor),)
+    track = (TrackEffect("x", "m", (), lambda path: path.ahead, lambda path: path.way_floor),)
 
     def put_right(self, record: Record, values: np.ndarray) -> Record:
         """The record with positions moved back by x."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..kinematics.series import SensorEffect
+from ..kinematics.series import TrackEffect
 from ..searches.score import ByScore
 from .base import Cause, one, require_channels
 
@@ -23,7 +23,7 @@ class SwayOffset(Cause):
     search = ByScore()
     power_size = 0.005
     separate_by = "a straight run with positions"
-    track = (SensorEffect("b", "m/s", ("sway_bias",), lambda path: path.of_sway, lambda path: path.sway_floor),)
+    track = (TrackEffect("b", "m/s", ("sway_bias",), lambda path: path.of_sway, lambda path: path.sway_floor),)
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         require_channels(est, "v")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..kinematics.series import SensorEffect, late_floor
+from ..kinematics.series import TurnEffect, late_floor
 from ._check import CheckCause
 
 
@@ -14,7 +14,7 @@ class YawRateDelay(CheckCause):
     unit = "s"
     separate_by = "yaw rate and heading of instruments with known time stamps"
     turn = (
-        SensorEffect(
+        TurnEffect(
             "tau",
             "s",
             ("yaw_rate_delay",),

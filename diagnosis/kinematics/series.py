@@ -223,3 +223,7 @@ def local_level(series: np.ndarray, known: np.ndarray, place: float, walk: float
         rows = whitened_steps(series[:, axis, own], np.full(steps.size, True), place, walk * np.sqrt(steps))
         out[:, axis, own[1:]] = rows
     return out.reshape(len(series), -1)
+
+
+TurnEffect = SensorEffect[Turn]
+TrackEffect = SensorEffect[Path]

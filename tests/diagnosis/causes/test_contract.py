@@ -2,14 +2,15 @@
 
 import pytest
 
+from helmbench.diagnosis.causes._check import CheckCause
 from helmbench.diagnosis.causes._records import RecordCause
-from helmbench.diagnosis.causes.registry import causes
+from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.diagnosis.contract import CHECKS, OF_RECORDS
 
 
 def cases():
-    for name, cause in causes().items():
-        for check in OF_RECORDS if isinstance(cause, RecordCause) else CHECKS:
+    for name, cause in all_causes().items():
+        for check in OF_RECORDS if isinstance(cause, RecordCause | CheckCause) else CHECKS:
             yield pytest.param(type(cause), check, id=f"{name}-{check.__name__.removeprefix('check_')}")
 
 
