@@ -18,6 +18,7 @@ import helmbench
 from helmbench.cli import status_of
 
 from .injections import injected
+from .inline_pool import inline
 
 TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 OWN_METHOD = "A method of your own, outside this repository"
@@ -213,7 +214,7 @@ def test_example_suite_is_listed_and_holds_what_it_says(tmp_path, monkeypatch):
 
 
 def test_example_score_fills_its_column(tmp_path, monkeypatch):
-    from helmbench.bench import pool, runner, suites
+    from helmbench.bench import runner, suites
     from helmbench.bench.kinds import kind_of
     from helmbench.bench.kinds.base import Selection
     from helmbench.bench.scores import registry
@@ -224,7 +225,7 @@ def test_example_score_fills_its_column(tmp_path, monkeypatch):
     registry.scores.cache_clear()
     suite = suites.load_suite(str(tmp_path / "mine.yaml"))
     specs = kind_of(suite.kind).plan(suite, Selection("mine"))
-    with pool.inline() as workers, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:
+    with inline() as workers, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:
         runner.run(specs, store, workers)
     monkeypatch.undo()
     registry.scores.cache_clear()
