@@ -71,7 +71,7 @@ def heading_chain() -> Chain:
         ("yaw_rate_rad_s",),
         ("heading_rad",),
         ("heading_rad", "yaw_rate_rad_s"),
-        tuple(_options("turn", together=True)),
+        tuple(Option(c, c.turn) for c in all_causes().values() if c.turn),
         turn_of,
         lambda turn: (turn.heading - turn.turned)[None],
         lambda turn: np.zeros((0, 1, turn.time.size)),
@@ -87,7 +87,7 @@ def track_chain() -> Chain:
         ("heading_rad", "surge_m_s", "sway_m_s"),
         ("north_m", "east_m"),
         NEEDED[1:],
-        (*_options("track"), *_options("track_without_model")),
+        tuple(Option(c, (e,)) for c in all_causes().values() for e in (*c.track, *c.track_without_model)),
         path_of,
         lambda path: np.stack([path.north, path.east]) - path.way,
         lambda path: drift_columns(path),
@@ -140,16 +140,6 @@ def why_not(chain: Chain, record: Record) -> str | None:
     if still:
         return f"{' and '.join(still)} of {record.name} never changes"
     return None
-
-
-def _options(attribute: str, together: bool = False) -> list[Option]:
-    """Every effect of the causes under a name; those of one cause together, or as options of their own."""
-    found = []
-    for entry in all_causes().values():
-        effects = getattr(entry, attribute, ())
-        if effects:
-            found += [Option(entry, effects)] if together else [Option(entry, (effect,)) for effect in effects]
-    return found
 
 
 def _track_noise(path: Any) -> tuple[float, float]:

@@ -82,7 +82,7 @@ def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
         ]
     entry, p_equal = s.option.cause, min(m.p_equal for m in s.means)
     differs = p_equal < DIFFERENT and len(names) > 1
-    tied = [o.cause.id for o in s.rivals] + list(getattr(entry, "track_rivals", ()))
+    tied = [o.cause.id for o in s.rivals] + list(entry.track_rivals)
     said = f"{done.chain.title}: z = {s.z:.1f} over {len(names)} record{'s' if len(names) > 1 else ''}"
     said += f"; late: {_late(s)}" if s.option.effects[0].delay else ""
     said += f"; differs between records (p = {p_equal:.1g}): not one cause" if differs else ""
@@ -137,7 +137,7 @@ def of_drift(done: Compared) -> list[CheckFinding]:
             done.chain.needed,
             tuple(sizes),
             said,
-            tuple(dict.fromkeys(x for name in tied for x in (name, *getattr(all_causes()[name], "track_rivals", ())))),
+            tuple(dict.fromkeys(x for name in tied for x in (name, *all_causes()[name].track_rivals))),
             entry.separate_by,
             material,
         )

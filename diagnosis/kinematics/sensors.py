@@ -84,7 +84,7 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
 
 def _testable(option: Option, chain: Chain, records: Sequence[Record]) -> bool:
     """Whether the records turn far enough to tell the option from others."""
-    least = getattr(option.cause, "least_turn", 0.0)
+    least = option.cause.least_turn
     return not least or any(float(np.ptp(chain.motion(r).heading)) > least for r in records)
 
 

@@ -56,13 +56,13 @@ def usable(records: Sequence[Record]) -> list[Record]:
 
 def rivals(entry: Cause) -> tuple[Cause, ...]:
     """Causes that the track alone cannot tell from one."""
-    return tuple(cause(name) for name in getattr(entry, "track_rivals", ()))
+    return tuple(cause(name) for name in entry.track_rivals)
 
 
 def options(only: Collection[Cause] | None) -> list[Option]:
     """Every effect on the track of the causes (None: of all)."""
     chosen = [c for c in bank() if only is None or c in only]
-    return [Option(c, effect) for c in chosen for effect in getattr(c, "track", ())]
+    return [Option(c, effect) for c in chosen for effect in c.track]
 
 
 def compare(records: Sequence[Record], alpha: float, only: Collection[Cause] | None = None) -> Tracks:
