@@ -16,7 +16,7 @@ import numpy as np
 from ...datasets.record import RUDDERS
 from ...models.errors import BadInput, CannotFit
 from ..causes.registry import cause, check_causes, record_causes
-from .chains import Chain, heading_chain, track_chain
+from .chains import Chain, heading_chain, sums, track_chain, why_not
 from .check_result import CheckFinding, CheckResult
 from .courses import deviation
 from .fault import Fault, cleaned
@@ -27,6 +27,7 @@ from .sensors import Compared, compare
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
+HEADING = "heading_rad"
 UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)
 """What a computation on records that cannot carry it may raise."""
 
@@ -154,6 +155,8 @@ def check_sensors(records: Sequence[Record], derived: dict[str, set[str]]) -> tu
         use, skipped = _split(chain, current, derived)
         reasons += skipped
         try:
+            use, doubts = _as_velocities_were_made(chain, use, records)
+            reasons += doubts
             done = compare(chain, use)
             found += of_sizes(done)
             found += of_drift(done) if chain.target == ("north_m", "east_m") and done.records else []
@@ -168,6 +171,26 @@ def check_sensors(records: Sequence[Record], derived: dict[str, set[str]]) -> tu
         except UNUSABLE as error:
             reasons.append(f"the drift angle against the heading cannot be judged: {error}")
     return found, reasons
+
+
+def _as_velocities_were_made(
+    chain: Chain, current: Sequence[Record], given: Sequence[Record]
+) -> tuple[list[Record], list[str]]:
+    """Records with the heading as it was given where a corrected one takes the track away from the velocities.
+
+    They were then turned into body axes, or made from positions, with the heading as it is, and cannot judge it.
+    """
+    out, reasons = [], []
+    before = {r.name: r for r in given}
+    for record in current:
+        first = before[record.name]
+        usable = HEADING in chain.integrated and why_not(chain, record) is None and why_not(chain, first) is None
+        changed = usable and first.column(HEADING) is not record.column(HEADING)
+        if changed and sums(chain, first, ()).square < sums(chain, record, ()).square:
+            reasons.append(f"{chain.title}: in {record.name} velocities follow the heading with its error")
+            record = record.with_channels(**{HEADING: first.column(HEADING)})
+        out.append(record)
+    return out, reasons
 
 
 def _split(chain: Chain, records: Sequence[Record], derived: dict[str, set[str]]) -> tuple[list[Record], list[str]]:

@@ -183,14 +183,18 @@ def _matters(
     spread: np.ndarray,
     means: Sequence[Mean],
 ) -> bool:
-    """Whether a mean size is clearly not zero and larger than its floor, or that of one record is."""
+    """Whether a mean size is clearly not zero and larger than its floor, or that of one record is.
+
+    A pattern over the headings (`least_turn`) that differs between records is none of the instrument.
+    """
     motions = [chain.motion(r) for r in records]
     for k, (effect, mean) in enumerate(zip(option.effects, means, strict=True)):
         floor = np.array([effect.floor(m) for m in motions])
         if abs(mean.value) > np.median(floor) and mean.low * mean.high > 0.0:
             return True
         own = np.abs(values[:, k])
-        if mean.p_equal < DIFFERENT and np.any((own > floor) & (own > 4.0 * spread[:, k])):
+        differs = mean.p_equal < DIFFERENT and not option.cause.least_turn
+        if differs and np.any((own > floor) & (own > 4.0 * spread[:, k])):
             return True
     return False
 

@@ -118,3 +118,16 @@ def test_every_finding_is_a_known_cause_with_finite_sizes(rng):
         assert len(f.evidence.split()) > 3 and f.records and f.separate_by
         for size in f.sizes:
             assert np.isfinite([size.value, size.low, size.high]).all() and size.low <= size.value <= size.high
+
+
+def test_a_late_heading_that_velocities_were_made_with_is_no_second_error(rng):
+    """Velocities turned into body axes with the late heading: only the delay is named, of the heading."""
+    record = inject(Case("mariner", (), wrap=False), rng).train[1]
+    psi, time = record.heading_unwrapped(), record.time_s
+    late = np.interp(time - 5.0, time, psi)
+    u, v, turn = record.column("surge_m_s"), record.column("sway_m_s"), late - psi
+    body = {"surge_m_s": u * np.cos(turn) + v * np.sin(turn), "sway_m_s": -u * np.sin(turn) + v * np.cos(turn)}
+    found = check([record.with_channels(heading_rad=late, **body)])
+    print(found)
+    assert [f.cause for f in found.findings if f.material and f.stage == "sensors"] == ["heading_delay"]
+    assert any("follow the heading" in why for why in found.not_checked)
