@@ -1,11 +1,11 @@
-"""Faults of whole records: columns read wrongly, looked for before all else and put right."""
+"""Causes that stages of their own look for: faults of whole records before the bank, the base model after it."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .base import Cause, NotTestable
 
@@ -28,18 +28,28 @@ class RecordFault:
     instruments: Mapping[str, float]
 
 
-class RecordCause(Cause):
+class StageCause(Cause):
+    """Base class of causes that a stage of its own looks for; the bank does not hold them.
+
+    stage : where it is looked for, as a reason why the bank does not test it.
+    """
+
+    unit = "1"
+    stage: ClassVar[str]
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        raise NotTestable(self.stage)
+
+
+class RecordCause(StageCause):
     """Base class of causes that make whole columns mean something else.
 
     rank : causes of lower rank are looked for first.
     """
 
     where = "record"
-    unit = "1"
+    stage = "looked for in the records themselves, before all else"
     rank = 0
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        raise NotTestable("looked for in the records themselves, before all else")
 
     @abstractmethod
     def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
