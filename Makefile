@@ -9,7 +9,8 @@ RESULTS := out/quick
 REPRODUCTION := out/reproduction
 TIMES := out/timing.json
 STAMP := .venv/installed-at
-ROOMS := $(wildcard models datasets estimation methods diagnosis bench reporting reproduction)
+TYPES := build/types/helmbench
+ROOMS := models datasets estimation methods diagnosis bench reporting reproduction
 
 # An environment holds absolute paths: when the checkout has moved, build it again.
 ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),here)
@@ -62,7 +63,11 @@ lint: env
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
+# Links to the sources, laid out as they install: see [tool.pyright] in pyproject.toml.
 types: env
+	@rm -rf $(TYPES)
+	@mkdir -p $(TYPES)
+	@ln -s $(addprefix $(CURDIR)/,$(filter-out %__pycache__,$(wildcard helmbench/*)) $(ROOMS)) $(TYPES)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 format: env

@@ -14,12 +14,15 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..estimation.prediction import CHANNELS
 from ..models.errors import BadInput
 from .kinds import DIAGNOSIS, IDENTIFICATION
 from .kinds.diagnosis import columns as diagnosing
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 RUNS, MANIFEST, RESULTS, PARAMETERS = "runs.jsonl", "environment.json", "results.parquet", "parameters.parquet"
 TIMING = "timing.json"
@@ -218,7 +221,7 @@ def tables(
     }
 
 
-def read_tables(directory: str | Path):
+def read_tables(directory: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The two tables of a run directory as pandas frames, complete or not.
 
     The Parquet tables are read where they exist, else the finished runs of `runs.jsonl`.

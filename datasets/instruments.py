@@ -8,12 +8,17 @@ corrected records; `simulate` writes observed ones.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..models.errors import BadInput
 from ..models.instruments import SENSORS, SWAPS, checked, linkage
-from .record import RUDDERS, Record
+from .columns import RUDDERS
+from .record import Record
+
+if TYPE_CHECKING:
+    from ..models.model import Model
 
 HEADING, SURGE, SWAY = "heading_rad", "surge_m_s", "sway_m_s"
 
@@ -40,6 +45,14 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
         if name in channels and name != HEADING:
             channels[name] = _moved(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
     return _with_felt_rudder(record.with_channels(**_gone(record, channels)), q)
+
+
+def hull_record(record: Record, model: Model) -> Record:
+    """What the hull did, as `corrected`, with the rudder in the model's sign.
+
+    A record that does not say its rudder's sign is taken to have the model's.
+    """
+    return corrected(record.turned(model.positive_rudder), model.instruments)
 
 
 def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Generator | None = None) -> Record:

@@ -34,8 +34,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..models.errors import BadInput
+from .columns import ACCEPTED, NUMBER, RUDDERS, check_header, in_order, to_canonical
 from .files import read_bytes, read_utf8, replace_together
-from .record import CANONICAL, RUDDERS, Record, in_order, is_side
+from .record import Record, is_side
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
 
 MIN_SAMPLES = 10
@@ -44,30 +45,6 @@ PARQUET = (".parquet", ".pq")
 DELIMITERS = ",;\t"
 MAY_BE_CONSTANT = ("propeller_rps", "wind_speed_m_s", "wind_direction_rad")
 GAP = re.compile(r"[+-]?nan", re.IGNORECASE)
-NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|inf(inity)?)", re.ASCII | re.IGNORECASE)
-
-# unit -> {suffix of an accepted name: factor}, the canonical suffix first
-UNITS: dict[str, dict[str, float]] = {
-    "s": {"s": 1.0, "ms": 1e-3},
-    "rad": {"rad": 1.0, "deg": math.pi / 180.0},
-    "rad/s": {"rad_s": 1.0, "deg_s": math.pi / 180.0},
-    "m/s": {"m_s": 1.0, "kn": 1852.0 / 3600.0, "ms": 1.0},
-    "1/s": {"rps": 1.0, "rpm": 1.0 / 60.0},
-    "m": {"m": 1.0},
-}
-
-
-def _spellings() -> dict[str, dict[str, tuple[str, float]]]:
-    """Quantity (a canonical name without its unit) -> {accepted name: (canonical name, factor)}."""
-    quantities = {}
-    for channel, unit in CANONICAL.items():
-        quantity = channel.removesuffix("_" + next(iter(UNITS[unit])))
-        quantities[quantity] = {f"{quantity}_{suffix}": (channel, factor) for suffix, factor in UNITS[unit].items()}
-    return quantities
-
-
-QUANTITIES = _spellings()
-ACCEPTED = {name: meaning for spellings in QUANTITIES.values() for name, meaning in spellings.items()}
 
 
 @dataclass(frozen=True)
@@ -106,16 +83,10 @@ def read_record(path: str | os.PathLike[str], positive_rudder: str | None = None
     table = _read_parquet(path) if path.suffix.lower() in PARQUET else _read_csv(path)
     meta, constant = read_sidecar(sidecar_path(path))
     _check_samples(table, path)
-    channels = _to_canonical(table.columns)
+    channels = to_canonical(table.columns)
     _check_constant(channels, constant, table, path)
     meta = replace(meta, positive_rudder=positive_rudder or meta.positive_rudder)
     return Record(channels.pop("time_s"), channels, name=path.stem, meta=meta)
-
-
-def _to_canonical(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    found = {ACCEPTED[name][0]: (values, ACCEPTED[name][1]) for name, values in columns.items()}
-    converted = {name: values if factor == 1.0 else values * factor for name, (values, factor) in found.items()}
-    return {name: converted[name] for name in in_order(converted)}
 
 
 # --- CSV
@@ -128,7 +99,7 @@ def _read_csv(path: Path) -> _Table:
     header = re.split(rb"[\r\n]", data, maxsplit=1)[0]
     delimiter = max(DELIMITERS, key=header.decode().count)
     names = [name.strip().strip('"') for name in header.decode().split(delimiter)]
-    _check_header(names, path)
+    check_header(names, path, row=1)
     columns = _parse_fast(data[len(header) :], names, delimiter)
     if columns is None:
         columns = _parse_slowly(data, names, delimiter, path)
@@ -196,49 +167,6 @@ def _short(cell: str) -> str:
     return repr(cell if len(cell) <= 40 else cell[:37] + "...")
 
 
-# --- header
-
-
-def _check_header(names: list[str], path: Path, row: int | None = 1) -> None:
-    """BadInput unless the names are accepted, distinct, and hold time and a rudder."""
-    for number, name in enumerate(names, start=1):
-        if name not in ACCEPTED:
-            message, hint = _why_unknown(name, number, alone=len(names) == 1)
-            raise BadInput(message, file=path, row=row, column=name or None, hint=hint)
-    channels = [ACCEPTED[name][0] for name in names]
-    for index, channel in enumerate(channels):
-        if channel in channels[:index]:
-            first = names[channels.index(channel)]
-            message = "the column stands there twice" if first == names[index] else f"the same quantity as {first}"
-            raise BadInput(message, file=path, row=row, column=names[index], hint="keep one of them")
-    if "time_s" not in channels:
-        raise BadInput("missing column", file=path, row=row, column="time_s", hint="every record needs its time")
-    if not set(RUDDERS) & set(channels):
-        hint = f"every record needs {' or '.join(RUDDERS)}"
-        raise BadInput("missing column", file=path, row=row, column=RUDDERS[0], hint=hint)
-
-
-def _why_unknown(name: str, number: int, alone: bool) -> tuple[str, str]:
-    """(message, hint) for a column name that is not accepted."""
-    from difflib import get_close_matches
-
-    if not name:
-        return f"column {number} has no name", "name it, or take a separator at the line's end away"
-    if NUMBER.fullmatch(name):
-        return "a number stands where the header should be", "name the columns in the first line"
-    if alone and len(re.split(r"[\s|:]+", name)) > 1:
-        return "no separator found in the header", "separate the columns by comma, semicolon or tab"
-    quantities = [q for q in QUANTITIES if f"{name.lower()}_".startswith(f"{q}_")]
-    if quantities and name.lower() not in ACCEPTED:
-        quantity = max(quantities, key=len)
-        unit = name[len(quantity) + 1 :]
-        accepted = ", ".join(QUANTITIES[quantity])
-        return (f"unknown unit {unit!r}" if unit else "the unit is missing"), f"accepted: {accepted}"
-    close = get_close_matches(name.lower(), ACCEPTED, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"accepted: {', '.join(CANONICAL)}"
-    return "unknown column", hint
-
-
 # --- Parquet
 
 
@@ -253,7 +181,7 @@ def _read_parquet(path: Path) -> _Table:
         table = parquet.read_table(pyarrow.BufferReader(data))
     except (pyarrow.ArrowException, OSError):
         raise BadInput("not a Parquet file", file=path, hint="it may be damaged, or CSV under a wrong suffix") from None
-    _check_header(table.column_names, path, row=None)
+    check_header(table.column_names, path)
     return _Table({name: _parquet_column(table, name, path) for name in table.column_names}, lambda i: i + 1)
 
 
@@ -373,7 +301,7 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
     path = Path(path)
     write = _writer(path)
     columns = {name: record.column(name) for name in in_order(["time_s", *record.channels])}
-    _check_header(list(columns), path, row=None)
+    check_header(list(columns), path)
     _check_samples(_Table(columns, lambda i: i + 2), path)
     sidecar = path.with_suffix(".yaml")
     constant = [name for name in _constant_channels(record.channels) if name not in MAY_BE_CONSTANT]

@@ -2,37 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, Literal, TypeGuard
+from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.errors import BadInput
+from .columns import CANONICAL, RUDDERS, check_header, in_order, to_canonical
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 Side = Literal["port", "starboard"]
 SIDES: tuple[Side, Side] = ("port", "starboard")
-
-# Every column of a record with its unit, in the order in which it is written.
-CANONICAL: dict[str, str] = {
-    "time_s": "s",
-    "rudder_command_rad": "rad",
-    "rudder_rad": "rad",
-    "propeller_rps": "1/s",
-    "heading_rad": "rad",
-    "yaw_rate_rad_s": "rad/s",
-    "surge_m_s": "m/s",
-    "sway_m_s": "m/s",
-    "north_m": "m",
-    "east_m": "m",
-    "roll_rad": "rad",
-    "roll_rate_rad_s": "rad/s",
-    "wind_speed_m_s": "m/s",
-    "wind_direction_rad": "rad",
-}
-RUDDERS = ("rudder_rad", "rudder_command_rad")
 
 
 def is_side(value: object) -> TypeGuard[Side]:
@@ -66,7 +52,7 @@ class RecordMeta:
             raise BadInput(f"positive_rudder is {self.positive_rudder!r}", hint="give 'port' or 'starboard'")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """One run: times and channels of equal length.
 
@@ -78,7 +64,7 @@ class Record:
     meta : vessel, source, rudder sign and the like.
 
     The arrays are copied unless they are read-only already, and are read-only afterwards; a changed record is a new
-    one (`slice`, `with_channels`, `turned`, `dataclasses.replace`).
+    one (`between`, `slice`, `with_channels`, `turned`, `dataclasses.replace`).
 
     Raises
     ------
@@ -101,6 +87,66 @@ class Record:
 
     def __reduce__(self):
         return Record, (self.time_s, dict(self.channels), self.name, self.meta)
+
+    @classmethod
+    def from_dataframe(cls, frame: pd.DataFrame, name: str = "record", meta: RecordMeta | None = None) -> Record:
+        """A record from a pandas table with one row a sample.
+
+        Parameters
+        ----------
+        frame : columns as in the header of a record file, other units included (`heading_deg`, `surge_kn`, ...); nan
+            marks gaps.  The time is the column `time_s` or `time_ms`; the index is not used.
+        name : what messages call the record.
+        meta : vessel, source, rudder sign and the like.
+
+        Raises
+        ------
+        BadInput : an unknown, repeated or missing column, a column that does not hold numbers, an infinite value, or a
+            time that is not finite or does not increase.
+        """
+        names = [str(column) for column in frame.columns]
+        check_header(names, name)
+        columns = {column: _numbers(frame.iloc[:, place], column, name) for place, column in enumerate(names)}
+        channels = to_canonical(columns)
+        return cls(channels.pop("time_s"), channels, name, meta or RecordMeta())
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The record as a pandas table: a row a sample, `time_s` and the channels as columns, gaps as nan."""
+        import pandas as pd
+
+        return pd.DataFrame({name: self.column(name) for name in in_order(["time_s", *self.channels])})
+
+    def plot(self, channels: Sequence[str] | None = None) -> Figure:
+        """Draw the channels over time, one below the other; angles in degrees.
+
+        Parameters
+        ----------
+        channels : names of channels to draw; None: all.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot: save it with `savefig`.
+
+        Raises
+        ------
+        BadInput : the record has no such channel, or none at all.
+        """
+        from .display import record_figure
+
+        return record_figure(self, channels)
+
+    def __repr__(self) -> str:
+        channels = ", ".join(in_order(self.channels)) or "no channels"
+        return f"<Record {self.name!r}: {self._extent()}; {channels}>"
+
+    def _repr_html_(self) -> str:
+        from .display import record_html
+
+        return record_html(self, self._extent())
+
+    def _extent(self) -> str:
+        steps = f" every {self.dt:g} s" if self.uniform() else f", median step {self.dt:g} s"
+        return f"{self.n} samples, {self.time_s[0]:g} to {self.time_s[-1]:g} s{steps if self.n > 1 else ''}"
 
     def __len__(self) -> int:
         return self.time_s.size
@@ -143,6 +189,20 @@ class Record:
         heading[known] = np.unwrap(heading[known])
         return heading
 
+    def between(self, start_s: float | None = None, stop_s: float | None = None) -> Record:
+        """The samples with start_s <= time <= stop_s as a record; None leaves that end open.
+
+        Raises
+        ------
+        BadInput : no sample lies between the two times.
+        """
+        first = 0 if start_s is None else int(np.searchsorted(self.time_s, start_s, side="left"))
+        stop = self.n if stop_s is None else int(np.searchsorted(self.time_s, stop_s, side="right"))
+        if first >= stop:
+            hint = f"the record runs from {self.time_s[0]:g} to {self.time_s[-1]:g} s"
+            raise BadInput(f"no sample between {start_s} and {stop_s} s", file=self.name, hint=hint)
+        return self.slice(first, stop)
+
     def slice(self, start: int | None, stop: int | None) -> Record:
         """Samples start:stop (indices as in Python, not times) as a record; BadInput if none are left."""
         cut = slice(start, stop)
@@ -182,11 +242,6 @@ class Record:
         )
 
 
-def in_order(names: Iterable[str]) -> list[str]:
-    """The columns named, in the order of `CANONICAL`."""
-    return sorted(names, key=list(CANONICAL).index)
-
-
 def _frozen(values: ArrayLike) -> np.ndarray:
     """`values` as a read-only float64 array; copied unless it is one already."""
     array = np.asarray(values, dtype=np.float64)
@@ -194,6 +249,19 @@ def _frozen(values: ArrayLike) -> np.ndarray:
         array = np.array(array, order="C")
         array.flags.writeable = False
     return array
+
+
+def _numbers(column: Any, name: str, record: str) -> np.ndarray:
+    """A column of a pandas table as (N,) float64; BadInput where it holds anything but finite numbers and nan."""
+    try:
+        values = np.asarray(column.to_numpy(dtype=np.float64, na_value=np.nan))
+    except (TypeError, ValueError):
+        raise BadInput(f"type {column.dtype} where numbers should be", file=record, column=name) from None
+    infinite = np.isinf(values)
+    if infinite.any():
+        row = int(infinite.argmax()) + 1
+        raise BadInput("infinite value", file=record, row=row, column=name, hint="use nan for a gap")
+    return values
 
 
 def _check_time(time: np.ndarray, record: str) -> None:

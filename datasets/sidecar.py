@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from ..models.errors import BadInput
+from .columns import CANONICAL
 from .files import read_utf8
-from .record import CANONICAL, RecordMeta, is_side
+from .record import RecordMeta, is_side
 
 META_KEYS = tuple(f.name for f in fields(RecordMeta) if f.name != "extra")
 

@@ -116,7 +116,7 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
     """Records in the model's rudder sign, behind its instruments, with the chosen channels only."""
-    from ..datasets.record import RUDDERS
+    from ..datasets.columns import RUDDERS
 
     out = []
     for record in records:

@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..models.errors import BadInput
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
     from ..models.model import Model
+    from .identifiability import Identifiability
     from .predictor import Predictor
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Estimate:
     """The result of one fit; SI units and radians throughout.
 
     `coefficients` (p,) and `covariance` (p, p) are in the model's coordinates, `parameters` and `stderr` are the
-    published parameters and their standard errors (delta method; inf where the records do not tell, nan where no
-    error is known).  `trajectory` (N, p) holds the recursion of a recursive method.
+    published parameters and their standard errors (delta method; inf where the records do not determine a parameter,
+    nan where no error is known).  `trajectory` (N, p) holds the coefficients after each sample of a recursive method.
+    A black box has no coefficients: its `predictor` predicts in the model's place.
+
+    `predict`, `simulate`, `score` and `residual_report` take records as they were read: the rudder sign is changed to
+    the model's, and what the model knows of its instruments is taken into account.
     """
 
     method: str
@@ -41,8 +51,125 @@ class Estimate:
     extra: dict[str, Any] = field(default_factory=dict)
     predictor: Predictor | None = None
 
+    def predict(self, record: Record) -> Record:
+        """One-step prediction: every sample from the measured sample before it.
+
+        Returns
+        -------
+        A record of the same times with the rudder, and in each channel that the record measures and the model has the
+        predicted samples (N,); nan where the sample before is missing.  The heading does not wrap.
+
+        Raises
+        ------
+        CannotFit : the record lacks an input, or measures no state of the model.
+        """
+        from .prediction import predicted_record
+
+        return predicted_record(self, record, "one")
+
+    def simulate(self, record: Record) -> Record:
+        """Free run: the model driven by the record's rudder from its first samples.  Returns and raises as `predict`.
+
+        Samples after the run has diverged are nan where they are not finite.
+        """
+        from .prediction import predicted_record
+
+        return predicted_record(self, record, "free")
+
+    def score(self, records: Record | Sequence[Record]) -> dict[str, Any]:
+        """Errors of free runs and one-step predictions, pooled over one record or several.
+
+        Returns
+        -------
+        `rmse_free_CHANNEL`, `r2_free_CHANNEL`, `rmse_one_CHANNEL`, `r2_one_CHANNEL` (in the channel's unit; R^2 = 1 -
+        SSE/SST) for every measured channel, and `diverged`.
+
+        Raises
+        ------
+        CannotFit : a record lacks an input, or measures no state of the model.
+        """
+        from ..datasets.instruments import hull_record
+        from .prediction import prediction_scores
+
+        return prediction_scores(self.model, [hull_record(r, self.model) for r in listed(records)], self.predictor)
+
+    def residual_report(self, records: Record | Sequence[Record], horizon: str = "free") -> pd.DataFrame:
+        """Statistics of measured minus predicted samples, pooled over one record or several.
+
+        With correct equations and white sensor noise the residuals of free runs are white with mean zero; those of
+        one-step predictions are not white then, since every prediction starts from a noisy sample.
+
+        Parameters
+        ----------
+        horizon : 'free' for free runs, 'one' for one-step predictions.
+
+        Returns
+        -------
+        A row a channel: unit, n (samples), mean, sd, rmse, r2, lag_1 (autocorrelation at one sample), ljung_box (Q of
+        Ljung and Box 1978, Biometrika 65, summed over the records), degrees (its degrees of freedom) and p_white (its
+        p-value under white residuals).
+
+        Raises
+        ------
+        BadInput : another horizon.
+        CannotFit : a record lacks an input, or measures no state of the model.
+        """
+        from .residual_report import residual_report
+
+        return residual_report(self, listed(records), horizon)
+
+    def identifiability(self, records: Record | Sequence[Record]) -> Identifiability:
+        """How well the records determine each parameter (Cramer-Rao bounds at the estimate), and what would help.
+
+        Raises
+        ------
+        BadInput : the estimate is a black box.
+        CannotFit : the records do not suit the model.
+        """
+        from ..datasets.instruments import hull_record
+        from .identifiability import identifiability
+
+        if self.predictor is not None:
+            raise BadInput(f"{self.method} has no parameters", hint="a black box has no coefficients")
+        return identifiability(self.model, [hull_record(record, self.model) for record in listed(records)])
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Published parameters: a row each, with unit, estimate and stderr; no rows for a black box."""
+        import pandas as pd
+
+        units = dict(zip(self.model.parameter_names, self.model.parameter_units, strict=True))
+        rows = [(units[name], value, self.stderr.get(name, np.nan)) for name, value in self.parameters.items()]
+        index = pd.Index(list(self.parameters), name="parameter", dtype=object)
+        return pd.DataFrame(rows, index=index, columns=pd.Index(["unit", "estimate", "stderr"]))
+
+    def plot(self, record: Record) -> Figure:
+        """Draw a record's measured channels, the free run and the one-step prediction over time; angles in degrees.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot: save it with `savefig`.
+
+        Raises
+        ------
+        CannotFit : the record lacks an input, or measures no state of the model.
+        """
+        from .display import estimate_figure
+
+        return estimate_figure(self, record)
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={value:.4g}" for name, value in self.parameters.items()) or "black box"
+        return (
+            f"<Estimate of {self.model.family} by {self.method}: {values}{'' if self.converged else '; not converged'}>"
+        )
+
+    def _repr_html_(self) -> str:
+        from .display import estimate_html
+
+        return estimate_html(self)
+
     def save(self, path: str | Path) -> None:
-        """Write the model with the estimated coefficients, as `--model` reads it back.
+        """Write the model with the estimated coefficients, as `--model` and `resolve` read it back.
 
         Raises
         ------
@@ -53,3 +180,8 @@ class Estimate:
         from ..models.model import model_to_json
 
         model_to_json(self.model, path)
+
+
+def listed(records: Record | Sequence[Record]) -> list[Record]:
+    """One record or several as a list."""
+    return [records] if isinstance(records, Record) else list(records)

@@ -8,14 +8,17 @@ is unwrapped.  Units are those of the channels.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..datasets.columns import RUDDERS
+
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
+    from .estimate import Estimate
     from .predictor import Predictor
     from .series import Series
 
@@ -52,7 +55,7 @@ def predict(model: Model, record: Record, predictor: Predictor | None = None) ->
     """Free-run and one-step predictions of every state of the model that the record measures.
 
     `predictor` predicts in the model's place where it is given (a black box).
-    Raises `methods.base.CannotFit` where the record lacks an input or measures no state.
+    Raises `CannotFit` where the record lacks an input or measures no state.
     """
     from ..models.model import CHANNELS as channel_of
     from .predictor import ModelPredictor
@@ -69,6 +72,23 @@ def predict(model: Model, record: Record, predictor: Predictor | None = None) ->
         lost = _diverged(symbol, observed, free[:, state])
         predictions.append(Prediction(channel_of[symbol], observed, free[:, state], one[:, state], stepped, lost))
     return predictions
+
+
+def predicted_record(estimate: Estimate, record: Record, horizon: str) -> Record:
+    """A record of the predictions with the horizon `free` or `one`, as the model's instruments show them.
+
+    It has the inputs of the record in the model's rudder sign and each predicted channel (N,), nan where there is no
+    finite prediction.
+    """
+    from ..datasets.instruments import hull_record, observed
+
+    model = estimate.model
+    turned = record.turned(model.positive_rudder)
+    found = predict(model, hull_record(record, model), estimate.predictor)
+    inputs = {name: turned.column(name) for name in (*RUDDERS, "propeller_rps") if turned.has(name)}
+    runs = {p.channel: p.free if horizon == "free" else np.where(p.stepped, p.one, np.nan) for p in found}
+    channels = {name: np.where(np.isfinite(values), values, np.nan) for name, values in runs.items()}
+    return observed(replace(turned, channels={**inputs, **channels}), model.instruments)
 
 
 def prediction_scores(model: Model, records: Sequence[Record], predictor: Predictor | None = None) -> dict[str, Any]:

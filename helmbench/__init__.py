@@ -1,60 +1,123 @@
 """helmbench: benchmark and diagnosis of methods that identify ship manoeuvring models from records.
 
-This is the public face. Every name below is loaded on first use, so that `import helmbench` costs next to nothing:
+`import helmbench` offers the names below.  Each is loaded when it is first used, so that the import itself is quick:
 
     import helmbench
 
-    model = helmbench.resolve("mariner")
-    record = helmbench.generate(helmbench.Case("mariner", "zigzag:20/20", noise="low", seed=1))
-    estimate = helmbench.make_method("ls").fit([record], model.blanked())
+    record = helmbench.simulate("mariner", "zigzag:20/20", noise="low", seed=1)
+    estimate = helmbench.identify(record, "mariner", "ls")
+    print(estimate.parameters, estimate.stderr)
+
+SI units and radians throughout, unless a name says otherwise.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api.diagnosis import Diagnosis, diagnose
+    from .api.identification import identify, rudder_sign_doubt, simulate
+    from .api.lists import (
+        list_causes,
+        list_diagnosers,
+        list_manoeuvres,
+        list_methods,
+        list_models,
+        list_suites,
+        list_vessels,
+    )
+    from .api.reproduction import Reproduction, reproduce
+    from .api.suites import SuiteResults, leaderboard, load_results, run_suite
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
-    from .datasets.record import Record
+    from .datasets.measured import fetch
+    from .datasets.plausibility import RudderSignWarning
+    from .datasets.record import Record, RecordMeta
     from .estimation.estimate import Estimate
     from .methods.registry import make as make_method
-    from .methods.registry import methods as list_methods
-    from .models.errors import BadInput
+    from .methods.tuned import with_tuner
+    from .models.errors import BadInput, CannotFit, FitFailed
     from .models.model import Model, resolve
-    from .models.simulate import simulate
+    from .reporting.report import write_report
 
     __version__: str
 
 __all__ = [
     "BadInput",
+    "CannotFit",
     "Case",
+    "Diagnosis",
     "Estimate",
+    "FitFailed",
     "Model",
     "Record",
+    "RecordMeta",
+    "Reproduction",
+    "RudderSignWarning",
+    "SuiteResults",
     "__version__",
+    "diagnose",
+    "fetch",
     "generate",
+    "identify",
+    "leaderboard",
+    "list_causes",
+    "list_diagnosers",
+    "list_manoeuvres",
     "list_methods",
+    "list_models",
+    "list_suites",
+    "list_vessels",
+    "load_results",
     "make_method",
     "read_record",
+    "reproduce",
     "resolve",
+    "rudder_sign_doubt",
+    "run_suite",
     "simulate",
+    "with_tuner",
     "write_record",
+    "write_report",
 ]
 
 # public name -> (module below helmbench, name there)
 _HOME = {
     "BadInput": ("models.errors", "BadInput"),
+    "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
+    "Diagnosis": ("api.diagnosis", "Diagnosis"),
     "Estimate": ("estimation.estimate", "Estimate"),
+    "FitFailed": ("models.errors", "FitFailed"),
     "Model": ("models.model", "Model"),
     "Record": ("datasets.record", "Record"),
+    "RecordMeta": ("datasets.record", "RecordMeta"),
+    "Reproduction": ("api.reproduction", "Reproduction"),
+    "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
+    "SuiteResults": ("api.suites", "SuiteResults"),
+    "diagnose": ("api.diagnosis", "diagnose"),
+    "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),
-    "list_methods": ("methods.registry", "methods"),
+    "identify": ("api.identification", "identify"),
+    "leaderboard": ("api.suites", "leaderboard"),
+    "list_causes": ("api.lists", "list_causes"),
+    "list_diagnosers": ("api.lists", "list_diagnosers"),
+    "list_manoeuvres": ("api.lists", "list_manoeuvres"),
+    "list_methods": ("api.lists", "list_methods"),
+    "list_models": ("api.lists", "list_models"),
+    "list_suites": ("api.lists", "list_suites"),
+    "list_vessels": ("api.lists", "list_vessels"),
+    "load_results": ("api.suites", "load_results"),
     "make_method": ("methods.registry", "make"),
     "read_record": ("datasets.io", "read_record"),
+    "reproduce": ("api.reproduction", "reproduce"),
     "resolve": ("models.model", "resolve"),
-    "simulate": ("models.simulate", "simulate"),
+    "rudder_sign_doubt": ("api.identification", "rudder_sign_doubt"),
+    "run_suite": ("api.suites", "run_suite"),
+    "simulate": ("api.identification", "simulate"),
+    "with_tuner": ("methods.tuned", "with_tuner"),
     "write_record": ("datasets.io", "write_record"),
+    "write_report": ("reporting.report", "write_report"),
 }
 
 

@@ -324,7 +324,7 @@ def _numbers(entries: Mapping, names: Sequence[str], file: object, kind: str) ->
     return np.array([float(entries[name]["value"]) for name in names])
 
 
-def model_to_json(model: Model, path: str | os.PathLike[str], extra: Mapping | None = None) -> None:
+def model_to_json(model: Model, path: str | os.PathLike[str], extra: Mapping[str, object] | None = None) -> None:
     """Write a model that `resolve` reads back; replaces the file in one step."""
     values = model.to_parameters(model.coefficients)
     facts = {

@@ -29,7 +29,6 @@ LAYERS = (
     "reporting",
     "reproduction",
 )  # each may import those to its left
-ROOMS = tuple(room for room in LAYERS if (ROOT / room).is_dir())
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SLOW_TO_IMPORT = {"jinja2", "joblib", "matplotlib", "numba", "optuna", "pandas", "pyarrow", "sklearn", "sympy"}
 SLOW_TO_IMPORT |= {"scipy.optimize"}
@@ -44,7 +43,7 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 def shipped_files(tree: Path) -> dict[str, Path]:
     """Path in the wheel -> path in the tree, of every file in the front door and in the rooms."""
-    folders = {"helmbench": tree / "helmbench"} | {f"helmbench/{room}": tree / room for room in ROOMS}
+    folders = {"helmbench": tree / "helmbench"} | {f"helmbench/{room}": tree / room for room in LAYERS}
     return {
         f"{inside}/{path.relative_to(folder).as_posix()}": path
         for inside, folder in folders.items()
@@ -59,7 +58,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = tmp_path_factory.mktemp("source")
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
-    for folder in ("helmbench", *ROOMS):
+    for folder in ("helmbench", *LAYERS):
         shutil.copytree(ROOT / folder, source / folder, ignore=shutil.ignore_patterns("__pycache__"))
     return source
 
@@ -80,6 +79,25 @@ def test_wheel_holds_the_whole_tree_and_nothing_else(tree: Path, wheel: Path) ->
     assert {"helmbench/py.typed", "helmbench/models/vessels/mariner.yaml"} <= expected.keys()
     assert sorted(packed.keys() ^ expected.keys()) == []
     assert [name for name, path in expected.items() if packed[name] != path.read_bytes()] == []
+
+
+def test_every_package_is_listed() -> None:
+    folders = {"helmbench": ROOT / "helmbench"} | {f"helmbench.{room}": ROOT / room for room in LAYERS}
+    found = {
+        ".".join([name, *path.parent.relative_to(folder).parts])
+        for name, folder in folders.items()
+        for path in folder.rglob("*.py")
+    }
+    assert PROJECT["tool"]["setuptools"]["packages"] == sorted(found)
+    assert PROJECT["tool"]["setuptools"]["package-dir"] == {f"helmbench.{room}": room for room in sorted(LAYERS)}
+
+
+def test_every_room_is_checked_and_cleaned() -> None:
+    """The Makefile and pyright's configuration name every room."""
+    (rooms,) = re.findall(r"^ROOMS := (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert tuple(rooms.split()) == LAYERS
+    checked = {Path(path).name for path in PROJECT["tool"]["pyright"]["include"]}
+    assert checked == {"helmbench", "api", "cli", *LAYERS}
 
 
 def fresh_environment(folder: Path) -> tuple[Path, Path]:
@@ -104,8 +122,8 @@ def copy_distribution(name: str, site: Path) -> dict[Path, Path]:
 BESIDE = """
 import json, sys
 import datasets, helmbench
-import helmbench.cli, helmbench.bench.suites, helmbench.datasets.io, helmbench.methods.registry, helmbench.models.model
-vessels = helmbench.models.model.list_vessels()
+import helmbench.bench, helmbench.cli, helmbench.datasets, helmbench.models
+vessels = helmbench.list_vessels()
 print(json.dumps({
     "rows": datasets.Dataset.from_dict({"rudder": [0.1, 0.2]}).num_rows,
     "vessels": list(vessels),
@@ -178,7 +196,7 @@ def relative_imports(path: Path, package: tuple[str, ...]) -> set[tuple[str, ...
     return {tuple(filter(None, (*base, alias.name))) for node, base in bases.items() for alias in node.names}
 
 
-@pytest.mark.parametrize("room", ROOMS)
+@pytest.mark.parametrize("room", LAYERS)
 def test_imports_run_one_way(room: str) -> None:
     allowed = LAYERS[: LAYERS.index(room) + 1]
     wrong = []
@@ -189,7 +207,7 @@ def test_imports_run_one_way(room: str) -> None:
     assert wrong == []
 
 
-@pytest.mark.parametrize("room", ROOMS)
+@pytest.mark.parametrize("room", LAYERS)
 def test_rooms_import_each_other_relatively(room: str) -> None:
     own = {"helmbench", *LAYERS}
     files = (ROOT / room).rglob("*.py")
@@ -197,11 +215,27 @@ def test_rooms_import_each_other_relatively(room: str) -> None:
     assert {path: names for path, names in wrong.items() if names} == {}
 
 
+def test_only_the_front_door_parses_a_command_line() -> None:
+    files = [path for room in LAYERS for path in (ROOT / room).rglob("*.py")]
+    assert [str(path) for path in files if "click" in absolute_imports(path)] == []
+
+
+def test_commands_call_only_what_helmbench_offers() -> None:
+    """Files of helmbench/cli import each other, `helmbench` and its api; rooms only for type checkers."""
+    wrong = []
+    for path in sorted((ROOT / "helmbench" / "cli").glob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        typed = {node for top in tree.body if isinstance(top, ast.If) for node in ast.walk(top)}
+        nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node not in typed]
+        homes = {node.module for node in nodes if node.level == 2 and node.module is not None}
+        wrong += [f"{path.name} imports {home}" for home in homes if home.split(".")[0] != "api"]
+    assert wrong == []
+
+
 def test_dependencies_are_what_is_imported() -> None:
-    paths = [path for room in ("helmbench", *ROOMS) for path in (ROOT / room).rglob("*.py")]
-    tops = {name.split(".")[0] for path in paths for name in absolute_imports(path)}
+    paths = [path for room in ("helmbench", *LAYERS) for path in (ROOT / room).rglob("*.py")]
+    tops = {name.split(".")[0] for path in paths for name in absolute_imports(path)} - {"helmbench"}
     imported = {{"sklearn": "scikit-learn", "yaml": "pyyaml"}.get(top, top) for top in tops - sys.stdlib_module_names}
-    imported.discard("helmbench")
     imported.add("cmaes")  # by optuna, for us
     optional = {Requirement(text).name for text in PROJECT["project"]["optional-dependencies"]["distributed"]}
     declared = {Requirement(text).name for text in PROJECT["project"]["dependencies"]}

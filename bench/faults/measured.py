@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ...datasets.record import RUDDERS, Record
+from ...datasets.columns import RUDDERS
+from ...datasets.record import Record
 from ...models.errors import BadInput
 from .sensing import ATTITUDE, VELOCITY
 

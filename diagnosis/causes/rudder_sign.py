@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.record import RUDDERS
+from ...datasets.columns import RUDDERS
 from ._records import RecordCause, RecordFault
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
-from helmbench.datasets.io import ACCEPTED, read_record, write_record
-from helmbench.datasets.record import CANONICAL, Record, RecordMeta
+from helmbench.datasets.columns import ACCEPTED, CANONICAL
+from helmbench.datasets.io import read_record, write_record
+from helmbench.datasets.record import Record, RecordMeta
 from helmbench.models.errors import BadInput
 
 HEADER = ["time_s", "rudder_rad", "heading_rad", "yaw_rate_rad_s"]

@@ -6,7 +6,8 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 
-from helmbench.datasets.record import CANONICAL, Record, RecordMeta
+from helmbench.datasets.columns import CANONICAL
+from helmbench.datasets.record import Record, RecordMeta
 from helmbench.models.errors import BadInput
 
 

@@ -11,8 +11,9 @@ import math
 import numpy as np
 import pytest
 
+from helmbench.datasets.columns import CANONICAL
 from helmbench.datasets.randomness import gauss_markov, stream
-from helmbench.datasets.record import CANONICAL, Record
+from helmbench.datasets.record import Record
 from helmbench.datasets.sensors import CHANNELS, NOISE, ChannelSensor, Sensors, apply, parse_noise, runs
 from helmbench.models.errors import BadInput
 

@@ -7,7 +7,8 @@ import sys
 import pandas as pd
 import pytest
 
-from helmbench.cli import spread, status_of
+from helmbench.cli import status_of
+from helmbench.cli._shared import spread
 from helmbench.datasets.io import read_record
 from helmbench.methods.registry import methods
 from helmbench.models.model import list_vessels, resolve
@@ -420,5 +421,5 @@ def test_what_the_file_system_refuses_is_one_line(refused, monkeypatch):
     def denied(*_):
         raise PermissionError(13, "Permission denied", "r.csv")
 
-    monkeypatch.setattr("helmbench.datasets.io.write_record", denied)
+    monkeypatch.setattr("helmbench.write_record", denied)
     assert "Permission denied: 'r.csv'" in refused("simulate", "remus-kt", "--manoeuvre", "turn:5", "-o", "r.csv")

@@ -1,0 +1,112 @@
+"""The columns of a record: canonical names with their units, and the other units that are converted on reading."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from ..models.errors import BadInput
+
+NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|inf(inity)?)", re.ASCII | re.IGNORECASE)
+
+# Every column of a record with its unit, in the order in which it is written.
+CANONICAL: dict[str, str] = {
+    "time_s": "s",
+    "rudder_command_rad": "rad",
+    "rudder_rad": "rad",
+    "propeller_rps": "1/s",
+    "heading_rad": "rad",
+    "yaw_rate_rad_s": "rad/s",
+    "surge_m_s": "m/s",
+    "sway_m_s": "m/s",
+    "north_m": "m",
+    "east_m": "m",
+    "roll_rad": "rad",
+    "roll_rate_rad_s": "rad/s",
+    "wind_speed_m_s": "m/s",
+    "wind_direction_rad": "rad",
+}
+RUDDERS = ("rudder_rad", "rudder_command_rad")
+
+# unit -> {suffix of an accepted name: factor}, the canonical suffix first
+UNITS: dict[str, dict[str, float]] = {
+    "s": {"s": 1.0, "ms": 1e-3},
+    "rad": {"rad": 1.0, "deg": math.pi / 180.0},
+    "rad/s": {"rad_s": 1.0, "deg_s": math.pi / 180.0},
+    "m/s": {"m_s": 1.0, "kn": 1852.0 / 3600.0, "ms": 1.0},
+    "1/s": {"rps": 1.0, "rpm": 1.0 / 60.0},
+    "m": {"m": 1.0},
+}
+
+
+def _spellings() -> dict[str, dict[str, tuple[str, float]]]:
+    """Quantity (a canonical name without its unit) -> {accepted name: (canonical name, factor)}."""
+    quantities = {}
+    for channel, unit in CANONICAL.items():
+        quantity = channel.removesuffix("_" + next(iter(UNITS[unit])))
+        quantities[quantity] = {f"{quantity}_{suffix}": (channel, factor) for suffix, factor in UNITS[unit].items()}
+    return quantities
+
+
+QUANTITIES = _spellings()
+ACCEPTED = {name: meaning for spellings in QUANTITIES.values() for name, meaning in spellings.items()}
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """The columns named, in the order of `CANONICAL`."""
+    return sorted(names, key=list(CANONICAL).index)
+
+
+def to_canonical(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns (N,) under accepted names as columns in SI units and radians under canonical names, in their order."""
+    found = {ACCEPTED[name][0]: (values, ACCEPTED[name][1]) for name, values in columns.items()}
+    converted = {name: values if factor == 1.0 else values * factor for name, (values, factor) in found.items()}
+    return {name: converted[name] for name in in_order(converted)}
+
+
+def check_header(names: Sequence[str], file: object, row: int | None = None) -> None:
+    """Refuse names that are not accepted or not distinct, or that lack the time or every rudder column.
+
+    Raises
+    ------
+    BadInput : naming `file`, `row` and the column.
+    """
+    for number, name in enumerate(names, start=1):
+        if name not in ACCEPTED:
+            message, hint = _why_unknown(name, number, alone=len(names) == 1)
+            raise BadInput(message, file=file, row=row, column=name or None, hint=hint)
+    channels = [ACCEPTED[name][0] for name in names]
+    for index, channel in enumerate(channels):
+        if channel in channels[:index]:
+            first = names[channels.index(channel)]
+            message = "the column stands there twice" if first == names[index] else f"the same quantity as {first}"
+            raise BadInput(message, file=file, row=row, column=names[index], hint="keep one of them")
+    if "time_s" not in channels:
+        raise BadInput("missing column", file=file, row=row, column="time_s", hint="every record needs its time")
+    if not set(RUDDERS) & set(channels):
+        hint = f"every record needs {' or '.join(RUDDERS)}"
+        raise BadInput("missing column", file=file, row=row, column=RUDDERS[0], hint=hint)
+
+
+def _why_unknown(name: str, number: int, alone: bool) -> tuple[str, str]:
+    """(message, hint) for a column name that is not accepted."""
+    from difflib import get_close_matches
+
+    if not name:
+        return f"column {number} has no name", "name it, or take a separator at the line's end away"
+    if NUMBER.fullmatch(name):
+        return "a number stands where the header should be", "name the columns in the first line"
+    if alone and len(re.split(r"[\s|:]+", name)) > 1:
+        return "no separator found in the header", "separate the columns by comma, semicolon or tab"
+    quantities = [q for q in QUANTITIES if f"{name.lower()}_".startswith(f"{q}_")]
+    if quantities and name.lower() not in ACCEPTED:
+        quantity = max(quantities, key=len)
+        unit = name[len(quantity) + 1 :]
+        accepted = ", ".join(QUANTITIES[quantity])
+        return (f"unknown unit {unit!r}" if unit else "the unit is missing"), f"accepted: {accepted}"
+    close = get_close_matches(name.lower(), ACCEPTED, n=1)
+    hint = f"did you mean {close[0]}?" if close else f"accepted: {', '.join(CANONICAL)}"
+    return "unknown column", hint

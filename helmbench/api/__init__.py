@@ -1,0 +1,1 @@
+"""What the public names of helmbench do that belongs to no single room; `import helmbench` offers it."""

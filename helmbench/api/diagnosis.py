@@ -1,0 +1,215 @@
+"""Diagnosis of a model with records, and its outcome with page, figure and files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..diagnosis import result
+from ..models.errors import BadInput
+from ..models.model import CHANNELS, model_to_json
+from .documents import json_text
+from .identification import as_model, as_records, labels, listed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..datasets.record import Record
+    from ..models.model import Model
+    from .identification import Path as FilePath
+
+FILES = ("diagnosis.json", "diagnosis.html", "extended_model.json")
+SHORT_CHANNELS = {"heading": "psi", "yaw_rate": "r", "surge": "u", "sway": "v", "north": "x", "east": "y"}
+"""Short names of channels -> states."""
+
+
+class Diagnosis(result.Diagnosis):
+    """The outcome of `diagnose`: verdict, causes with sizes and intervals, the extended model and its gain.
+
+    `causes` are the causes that are named, `bank` all that were tested, `gain` the free-run errors on the held-out
+    records before and after the extension, `extended` the extended model, which `simulate`, `identify` and `diagnose`
+    take like any other.
+    """
+
+    @classmethod
+    def of(cls, found: result.Diagnosis) -> Diagnosis:
+        """The same diagnosis with page, figure and files."""
+        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
+
+    def to_html(self) -> str:
+        """The page of the diagnosis: one self-contained HTML document."""
+        from ..reporting.diagnosis.page import html
+
+        return html(self)
+
+    def summary(self) -> str:
+        """The diagnosis in a few lines of text."""
+        from ..reporting.diagnosis.text import terminal
+
+        return terminal(self)
+
+    def plot(self, record: str | None = None) -> Figure:
+        """Draw measured channels of a record with the free runs of the model and of the extended model over time.
+
+        Parameters
+        ----------
+        record : name of a record of the diagnosis (`traces`); None: the first held-out one, else the first.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot: save it with `savefig`.  Angles are in degrees.
+
+        Raises
+        ------
+        BadInput : there is no such record.
+        """
+        from ..datasets.display import Curve, continuous, time_figure
+
+        trace = self._trace(record)
+        runs = [("measured", trace.measured), ("model", trace.before)]
+        runs += [("extended model", trace.after)] if self.causes else []
+        panels = {
+            name: [Curve(label, trace.time, continuous(name, run[name])) for label, run in runs if name in run]
+            for name in trace.measured
+        }
+        return time_figure(panels, f"{self.model.id}, {self.verdict}: {trace.record} ({trace.role.replace('_', ' ')})")
+
+    def write(self, folder: FilePath) -> tuple[Path, ...]:
+        """Write diagnosis.json, diagnosis.html and extended_model.json into a folder: all of them or none.
+
+        Returns
+        -------
+        The paths of the three files.
+
+        Raises
+        ------
+        BadInput : the folder cannot be written to.
+        """
+        return write_diagnosis(self, Path(folder))
+
+    def __repr__(self) -> str:
+        causes = ", ".join(finding.cause for finding in self.causes)
+        return f"<Diagnosis of {self.model.id}: {self.verdict}{' ' + causes if causes else ''}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(self.summary())}</pre>"
+
+    def _trace(self, record: str | None) -> result.Trace:
+        held_out = [trace for trace in self.traces if trace.role == "held_out"]
+        own = [trace for trace in self.traces if trace.record == record] if record else [*held_out, *self.traces]
+        if not own:
+            hint = f"it has {', '.join(trace.record for trace in self.traces) or 'none'}"
+            raise BadInput("the diagnosis has no such record", file=record, hint=hint)
+        return own[0]
+
+
+def diagnose(
+    model: Model | FilePath,
+    train: Record | FilePath | Sequence[Record | FilePath],
+    held_out: Record | FilePath | Sequence[Record | FilePath] = (),
+    *,
+    base_parameters: str | None = None,
+    coefficient_sd: float = 0.0,
+    channels: Sequence[str] | None = None,
+    max_effects: int = 3,
+    alpha: float = 0.01,
+    seed: int = 0,
+    causes: Sequence[str] | None = None,
+    positive_rudder: str | None = None,
+) -> Diagnosis:
+    """Find what a model gets wrong about records, name the cause, extend the model and measure the gain.
+
+    Parameters
+    ----------
+    model : a model, or a vessel id, a family id or the path of a model.json.
+    train : one record or several, or paths of record files: the causes are named and fitted with these.
+    held_out : likewise; the gain is measured with these, and they take no part in naming or fitting.
+    base_parameters : 'file' takes the model's coefficients as known, 'identify' estimates them with the causes; None:
+        'file' where the model has coefficients.
+    coefficient_sd : relative standard deviation of known coefficients (0: they are exact).
+    channels : the channels to use: 'heading', 'yaw_rate', 'surge', 'sway', 'north', 'east', or names of record columns;
+        None: all.
+    max_effects : largest number of causes that are named together.
+    alpha : family-wise error level of the whole diagnosis, between 0 and 0.5.
+    seed : of the random numbers of bootstraps.
+    causes : the only causes to test (`list_causes`); None: all.
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+
+    Raises
+    ------
+    BadInput : a file, model or option cannot be used, or a record is both a training record and held out.
+    CannotFit : the records lack what a diagnosis needs: the rudder, and heading or yaw rate.
+    """
+    from ..diagnosis import diagnose as engine
+    from ..diagnosis.options import Options
+
+    base = as_model(model)
+    _check_sides(listed(train), listed(held_out))
+    only = None if causes is None else tuple(causes)
+    options = Options(base_parameters, coefficient_sd, _columns(channels), max_effects, alpha, seed, only)
+    options.checked(base)
+    records = [record.turned(base.positive_rudder) for record in as_records(train, positive_rudder)]
+    others = [record.turned(base.positive_rudder) for record in as_records(held_out, positive_rudder)]
+    found = engine.diagnose(base, records, others, options)
+    roles = [role for _, role in found.records]
+    names = zip([*labels(train), *labels(held_out)], roles, strict=True)
+    return Diagnosis.of(replace(found, records=tuple(names)))
+
+
+def write_diagnosis(found: Diagnosis, folder: Path) -> tuple[Path, ...]:
+    """Write the three `FILES` of a diagnosis into a folder: all of them or none; BadInput where it cannot be."""
+    from ..datasets.files import replace_together
+
+    document = json_text(found.to_json()) + "\n"
+    page = found.to_html()
+    created = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"cannot be made ({error.strerror or error})", file=folder) from None
+    paths = [folder / name for name in FILES]
+    try:
+        replace_together(
+            {
+                paths[0]: lambda place: place.write_text(document, "utf-8"),
+                paths[1]: lambda place: place.write_text(page, "utf-8"),
+                paths[2]: lambda place: model_to_json(replace(found.extended, id="extended_model"), place),
+            }
+        )
+    except BaseException:
+        if created:
+            folder.rmdir()
+        raise
+    return tuple(paths)
+
+
+def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:
+    """Short names or names of record columns as names of record columns; None: all that the records have."""
+    if names is None:
+        return None
+    columns = {short: CHANNELS[state] for short, state in SHORT_CHANNELS.items()}
+    known = columns | {column: column for column in columns.values()}
+    for name in names:
+        if name not in known:
+            raise BadInput(f"channels: unknown channel {name!r}", hint=f"known: {', '.join(columns)}")
+    return tuple(dict.fromkeys(known[name] for name in names))
+
+
+def _check_sides(train: Sequence[Record | FilePath], held_out: Sequence[Record | FilePath]) -> None:
+    """Refuse a record or file that is both a training record and held out."""
+    hint = "a held-out record takes no part in training"
+    for one in train:
+        for other in held_out:
+            if _same(one, other):
+                raise BadInput("is both a training record and held out", file=labels([one])[0], hint=hint)
+
+
+def _same(one: Record | FilePath, other: Record | FilePath) -> bool:
+    from ..datasets.record import Record
+
+    if isinstance(one, Record) or isinstance(other, Record):
+        return one is other
+    return Path(one).resolve() == Path(other).resolve()

@@ -1,0 +1,147 @@
+"""Simulation of manoeuvres with a model, and identification of a model from records."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..estimation.estimate import Estimate
+    from ..methods.base import Method
+    from ..models.model import Model
+
+Path: TypeAlias = "str | PathLike[str]"
+
+
+def simulate(
+    model: Model | Path,
+    manoeuvre: str,
+    *,
+    noise: str = "none",
+    disturbance: str = "none",
+    seed: int = 0,
+    duration_s: float | None = None,
+    dt_s: float | None = None,
+) -> Record:
+    """Simulate a manoeuvre of a model with coefficients, and measure it.
+
+    As `generate`, which takes its texts from a `Case`, but also for a model that was made in Python, such as
+    `estimate.model`.
+
+    Parameters
+    ----------
+    model : a model, or a vessel id or the path of a model.json.
+    manoeuvre : for example 'zigzag:20/20' or 'turn:35:port' (`list_manoeuvres`).
+    noise : 'none', 'low', 'medium', 'high', 'gross', or channels such as 'yaw_rate=0.05deg_s'.
+    disturbance : 'none', or 'wind:12@40deg', 'current:...', 'waves:...', joined by '+'.
+    seed : of all random numbers, at least 0.
+    duration_s, dt_s : duration and sampling step, s; None: those that the vessel file suggests.
+
+    Returns
+    -------
+    The record, with the rudder in the model's sign; the same for the same arguments.
+
+    Raises
+    ------
+    BadInput : an unknown vessel, a malformed text, a disturbance that the model cannot take, no duration or step, or a
+        run that diverges.
+    """
+    from ..datasets.disturbances import parse_disturbance
+    from ..datasets.generator import record_run
+    from ..datasets.manoeuvres import parse_manoeuvre
+    from ..datasets.sensors import parse_noise
+
+    return record_run(
+        as_model(model),
+        parse_manoeuvre(manoeuvre),
+        parse_noise(noise),
+        parse_disturbance(disturbance),
+        seed=seed,
+        duration_s=duration_s,
+        dt_s=dt_s,
+    )
+
+
+def identify(
+    records: Record | Path | Sequence[Record | Path],
+    model: Model | Path,
+    method: Method | str,
+    *,
+    positive_rudder: str | None = None,
+) -> Estimate:
+    """Identify the coefficients of a model from one record or several.
+
+    The rudder sign of the records is changed to the model's, and what the model knows of its instruments is removed
+    from them.
+
+    Parameters
+    ----------
+    records : records, or paths of record files.
+    model : the structure: a model, or a vessel id, a family id or the path of a model.json.
+    method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine'
+        (`list_methods`).
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+
+    Warns
+    -----
+    RudderSignWarning : the yaw response of a record contradicts its rudder sign.
+
+    Raises
+    ------
+    BadInput : a file, model or method cannot be used.
+    CannotFit : the method does not suit the model, or a record lacks what it needs.
+    FitFailed : no finite estimate was found.
+    """
+    from ..datasets.instruments import hull_record
+    from ..datasets.plausibility import RudderSignWarning, rudder_sign_doubt
+    from ..methods.registry import make
+
+    structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
+    given = [hull_record(record, structure) for record in as_records(records, positive_rudder)]
+    estimate = fitter.fit(given, structure)
+    for doubt in filter(None, map(rudder_sign_doubt, given)):
+        warnings.warn(doubt, RudderSignWarning, stacklevel=2)
+    return estimate
+
+
+def rudder_sign_doubt(record: Record, model: Model) -> str | None:
+    """A sentence if the record's yaw response contradicts its rudder sign, else None.
+
+    The record is taken behind the model's instruments; one that does not say its sign has the model's.  A first-order
+    response to the rudder is fitted by least squares, and its gain must have the sign of the rudder.
+    """
+    from ..datasets.instruments import hull_record
+    from ..datasets.plausibility import rudder_sign_doubt as doubt
+
+    return doubt(hull_record(record, model))
+
+
+def as_model(model: Model | Path) -> Model:
+    """The model itself, or the one that an identifier or a path stands for; BadInput where there is none."""
+    from ..models.model import Model, resolve
+
+    return model if isinstance(model, Model) else resolve(model)
+
+
+def as_records(records: Record | Path | Sequence[Record | Path], positive_rudder: str | None = None) -> list[Record]:
+    """One record or several, read where they are paths; BadInput where a file cannot be used."""
+    from ..datasets.io import read_record
+
+    return [read_record(one, positive_rudder) if isinstance(one, str | PathLike) else one for one in listed(records)]
+
+
+def listed(records: Record | Path | Sequence[Record | Path]) -> list[Record | Path]:
+    """One record or path, or several, as a list."""
+    from ..datasets.record import Record
+
+    return [records] if isinstance(records, Record | str | PathLike) else list(records)
+
+
+def labels(records: Record | Path | Sequence[Record | Path]) -> list[str]:
+    """What results call the records: paths as they were given, or the records' names."""
+    from ..datasets.record import Record
+
+    return [one.name if isinstance(one, Record) else fspath(one) for one in listed(records)]

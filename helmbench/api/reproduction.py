@@ -1,0 +1,83 @@
+"""The tables and claims of the five papers, computed and compared with what they print."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from ..models.errors import BadInput
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from ..reproduction.runner import Run
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Published against computed values."""
+
+    rows: tuple[Mapping[str, Any], ...]
+    """Every claim: paper, item, quantity, unit, published, corrected and as_printed ({median, low, high}), verdict,
+    reason, equation."""
+    counts: Mapping[str, str]
+    """Paper -> how many claims it has and how they ended, in words."""
+    failures: tuple[str, ...]
+    """Runs that failed, in words."""
+
+
+def reproduce(
+    paper: str | None = None,
+    table: int | None = None,
+    *,
+    directory: str | PathLike[str] | None = None,
+    jobs: int | None = None,
+    resume: bool = False,
+    progress: bool = False,
+) -> Reproduction:
+    """Compute the tables and claims of the five papers and compare them with what the papers print.
+
+    Parameters
+    ----------
+    paper : number of a paper, such as '003'; None: all five.
+    table : only the claims of this table of the paper.
+    directory : keep runs, results and pages here; None keeps nothing.
+    jobs : worker processes; None: one for each processor.
+    resume : continue what was started in the directory.
+    progress : show a progress bar on standard error.
+
+    Raises
+    ------
+    BadInput : there is no such paper or table, or the directory cannot be used.
+    """
+    from tqdm import tqdm
+
+    from ..bench.pool import processes
+    from ..reproduction import runner, session
+    from ..reproduction.pages import counts_line
+
+    chosen = session.select(paper, table)
+    if resume and directory is None:
+        raise BadInput("--resume needs the directory that was started", hint="give it with -o")
+
+    def watch(run: Run | None) -> None:
+        bar.update()
+        failed.extend([run] if run is not None and run.error else [])
+
+    failed: list[Run] = []
+    with (
+        TemporaryDirectory() if directory is None else nullcontext(directory) as folder,
+        processes(jobs) as pool,
+        tqdm(total=len(runner.plan(chosen)), unit="run", disable=not progress, file=sys.stderr) as bar,
+    ):
+        found = session.reproduce(chosen, Path(folder), pool, resume, watch)
+    return Reproduction(
+        rows=tuple(session.rows(found)),
+        counts={one.paper: counts_line(results.judged(one)) for one, results in found},
+        failures=tuple(f"paper {r.job.paper}, {r.job.study} {r.job.index}: {r.error}" for r in failed),
+    )

@@ -1,0 +1,238 @@
+"""Suites: running them, reading what is stored, and the leaderboard."""
+
+# pandas ships no types:
+# pyright: reportMissingTypeStubs=false
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..models.errors import BadInput
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import pandas as pd
+
+    from ..bench.runner import Selection
+    from ..bench.store import Store
+    from ..reporting.leaderboard.standings import Leaderboard
+
+STATUSES = ("ok", "failed", "not_applicable")
+
+
+@dataclass(frozen=True, repr=False)
+class SuiteResults:
+    """What a suite's directory holds: its manifest and the rows of the runs that are finished, sorted by their keys."""
+
+    directory: Path
+    manifest: Mapping[str, Any]
+    rows: tuple[Mapping[str, Any], ...]
+
+    @property
+    def suite(self) -> str:
+        """Name of the suite."""
+        return str(self.manifest["suite"])
+
+    @property
+    def complete(self) -> bool:
+        """Whether every planned run is finished."""
+        return len(self.rows) >= int(self.manifest["planned"])
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of runs by status: ok, failed, not_applicable."""
+        return {status: sum(row["status"] == status for row in self.rows) for status in STATUSES}
+
+    @property
+    def failures(self) -> list[dict[str, Any]]:
+        """The failed runs: the columns that tell them apart, and the error."""
+        return [{key: row[key] for key in (*self._kind().LISTED, "error")} for row in self._failed()]
+
+    @property
+    def failure_texts(self) -> dict[str, int]:
+        """The failed runs in words -> how many failed so."""
+        return dict(Counter(map(self._kind().describe, self._failed())))
+
+    def runs(self) -> pd.DataFrame:
+        """A row a run, as in results.parquet (suites of kind diagnosis: diagnosis.parquet)."""
+        from ..bench.store import read_tables
+
+        return read_tables(self.directory)[0]
+
+    def parameters(self) -> pd.DataFrame:
+        """A row a run and parameter, as in parameters.parquet (suites of kind diagnosis: diagnosis_sizes.parquet)."""
+        from ..bench.store import read_tables
+
+        return read_tables(self.directory)[1]
+
+    def _failed(self) -> list[Mapping[str, Any]]:
+        return [row for row in self.rows if row["status"] == "failed"]
+
+    def _kind(self) -> Any:
+        from ..bench.kinds import IDENTIFICATION, runner_of
+
+        return runner_of(self.manifest.get("kind", IDENTIFICATION))
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{number} {status.replace('_', ' ')}" for status, number in self.counts.items())
+        state = "" if self.complete else f" of {self.manifest['planned']}"
+        return f"<SuiteResults {self.suite!r}: {len(self.rows)}{state} runs, {counts}; {self.directory}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self)[1:-1])}</p>"
+
+
+def run_suite(
+    suite: str | None = None,
+    *,
+    directory: str | PathLike[str],
+    methods: Sequence[str] = (),
+    vessels: Sequence[str] = (),
+    seeds: int | None = None,
+    seed: int | None = None,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    progress: bool = False,
+    message: Callable[[str], object] | None = None,
+) -> SuiteResults:
+    """Run a suite; every finished run is stored at once.
+
+    Parameters
+    ----------
+    suite : a name of `list_suites` or the path of a suite file; None: 'quick', or with `resume` what was started.
+    directory : of the results; new or empty unless the run is resumed.
+    methods : only these methods; also 'path.py:Class', 'tuned:ridge' and the like.
+    vessels : only these vessels or measured sets.
+    seeds : number of seeds, or of rounds of a diagnosis suite; None: the suite's.
+    seed : from which a diagnosis suite draws its cases; None: a new one.
+    jobs : worker processes; None: one for each processor.
+    scheduler : 'tcp://host:port' of a dask cluster to run on.
+    resume : continue a run that was interrupted, or start it where nothing was started.
+    progress : show a progress bar on standard error.
+    message : is called with a line of text about a seed that was drawn, before anything runs.
+
+    Returns
+    -------
+    The results; failed runs are among them.
+
+    Raises
+    ------
+    BadInput : an unknown suite, method or vessel, missing measured data, or a directory that cannot be used; found
+        before anything is written.
+    """
+    from ..bench.runner import Selection
+
+    folder = Path(directory)
+    given = Selection(suite or "quick", tuple(methods), tuple(vessels), seeds, seed)
+    resume = resume and _started(folder)
+    if resume:
+        stored = _stored_selection(folder)
+        asked = (suite, given.methods, given.vessels, seeds) != (None, (), (), None)
+        given = replace(given if asked else stored, seed=stored.seed if seed is None else seed)
+    store = _execute(folder, given, resume, jobs, scheduler, progress, message)
+    return SuiteResults(store.directory, store.manifest, tuple(run["row"] for run in store.runs))
+
+
+def load_results(directory: str | PathLike[str]) -> SuiteResults:
+    """The stored results of a suite, complete or not.
+
+    Raises
+    ------
+    BadInput : the directory holds no run of a suite, or a file in it is damaged.
+    """
+    from ..bench.store import RUNS, read_manifest, read_runs, schema_of, tables
+
+    folder = Path(directory)
+    manifest = read_manifest(folder)
+    schema = schema_of(manifest)
+    _, rows = tables(read_runs(folder / RUNS)[0], schema)[schema.wide_file]
+    return SuiteResults(folder, manifest, tuple(rows))
+
+
+def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
+    """The leaderboard of a suite: methods ranked by parameter error and by prediction of held-out records.
+
+    Parameters
+    ----------
+    results : what `run_suite` or `load_results` gave, or a directory of results.
+
+    Returns
+    -------
+    Tables: `overall`, `by` (factor -> standings at each level), `detail` (a row a cell and method), `failures`.
+
+    Raises
+    ------
+    BadInput : no run is finished, or the suite ranks no identification methods.
+    """
+    from ..bench.kinds import IDENTIFICATION
+    from ..reporting.leaderboard.standings import build
+
+    found = results if isinstance(results, SuiteResults) else load_results(results)
+    if found.manifest.get("kind", IDENTIFICATION) != IDENTIFICATION:
+        hint = "write_report (helmbench report) writes its rates"
+        raise BadInput(f"suite {found.suite} ranks no identification methods", file=found.directory, hint=hint)
+    if not found.rows:
+        raise BadInput("no run is finished yet", file=found.directory, hint="continue with run_suite(..., resume=True)")
+    return build(found.runs(), found.parameters())
+
+
+def _started(directory: Path) -> bool:
+    from ..bench.store import MANIFEST
+
+    return (directory / MANIFEST).exists()
+
+
+def _stored_selection(directory: Path) -> Selection:
+    from ..bench.runner import Selection
+    from ..bench.store import read_manifest
+
+    stored = read_manifest(directory).get("selection", {})
+    lists = {name: tuple(stored.get(name) or ()) for name in ("methods", "vessels")}
+    return Selection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
+
+
+def _execute(
+    directory: Path,
+    selection: Selection,
+    resume: bool,
+    jobs: int | None,
+    scheduler: str | None,
+    progress: bool,
+    message: Callable[[str], object] | None,
+) -> Store:
+    """Run what is not stored yet; whatever is wrong with the input is found before anything is written."""
+    from tqdm import tqdm
+
+    from ..bench import runner
+    from ..bench.kinds import runner_of
+    from ..bench.pool import cluster, processes
+    from ..bench.store import check_vacant
+    from ..bench.suites import load_suite
+
+    if not resume:
+        check_vacant(directory)
+    suite = load_suite(selection.suite)
+    kind = runner_of(suite.kind)
+    selection = kind.settled(suite, selection)
+    specs = kind.plan(suite, selection)
+    if selection.seed is not None and message is not None:
+        message(f"seed {selection.seed} (--seed {selection.seed} draws the same cases)")
+    if not scheduler:
+        kind.check(specs)
+    with cluster(scheduler) if scheduler else processes(jobs) as pool:
+        opened = runner.resume_store(directory, suite, specs) if resume else None
+        with opened or runner.open_store(directory, suite, selection, specs, kind.facts(suite, specs)) as store:
+            todo = [spec for spec in specs if spec.key not in store.finished]
+            if not scheduler:
+                kind.warm(todo)
+            done = len(specs) - len(todo)
+            with tqdm(total=len(specs), initial=done, unit="run", disable=not progress, file=sys.stderr) as bar:
+                runner.run(todo, store, pool, lambda _: bar.update(), kind.execute)
+    return store

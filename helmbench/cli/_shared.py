@@ -1,0 +1,92 @@
+"""What commands share: options, exit statuses, output, and checks of the place that results go to."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import click
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+SIDES = click.Choice(["port", "starboard"])
+TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
+FILE = click.Path(path_type=Path)
+
+
+class Greedy(click.Command):
+    """A command whose options named in `greedy` take every value up to the next option: `--validate a.csv b.csv`."""
+
+    greedy: tuple[str, ...] = ()
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        return super().parse_args(ctx, spread(args, self.greedy))
+
+
+def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
+    """`--x a b` as `--x a --x b` for the options in `greedy`."""
+    out: list[str] = []
+    current, repeat = "", False
+    for arg in args:
+        if arg.startswith("-") and arg != "-":
+            current, repeat = arg, False
+        elif current in greedy:
+            out += [current] if repeat else []
+            repeat = True
+        out.append(arg)
+    return out
+
+
+def tuning_options(function: Callable[P, R]) -> Callable[P, R]:
+    """Add `--tuner` and `--storage`."""
+    where = "Where studies are kept and shared: PATH.journal or sqlite:///PATH; default: in memory."
+    function = click.option("--storage", help=where)(function)
+    return click.option("--tuner", type=TUNERS, help="Tune the options that the methods declare.")(function)
+
+
+def output_options(function: Callable[P, R]) -> Callable[P, R]:
+    """Add `--json` and `--quiet`."""
+    function = click.option("--quiet", is_flag=True, help="Print nothing but results asked for and failures.")(function)
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")(function)
+
+
+def complain(message: str, status: int) -> int:
+    """Print one line on standard error; returns the status."""
+    click.echo(f"helmbench: {' '.join(message.split())}", err=True)
+    return status
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON; what is not a finite number is null."""
+    from ..api.documents import json_text
+
+    click.echo(json_text(value))
+
+
+def shows_progress(hidden: bool) -> bool:
+    """Whether a progress bar is shown: only on a terminal."""
+    return not hidden and sys.stderr.isatty()
+
+
+def check_file(output: Path) -> None:
+    """Refuse an output file that cannot be written, before anything is computed."""
+    from .. import BadInput
+
+    if output.is_dir():
+        raise BadInput("is a directory", file=output, hint="give the name of a file with -o")
+    if not output.resolve().parent.is_dir():
+        raise BadInput("no such directory", file=output.parent)
+
+
+def check_folder(output: Path) -> None:
+    """Refuse an output directory that cannot be made, before anything is computed."""
+    from .. import BadInput
+
+    if output.exists() and not output.is_dir():
+        raise BadInput("is a file", file=output, hint="give a directory with -o")
+    if not output.exists() and not output.resolve().parent.is_dir():
+        raise BadInput("no such directory", file=output.parent)

@@ -1,0 +1,77 @@
+"""`helmbench diagnose --model M --train RECORD... --held-out RECORD... -o DIR`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ._shared import FILE, SIDES, Greedy, check_folder, output_options, print_json
+
+
+class Diagnose(Greedy):
+    """`diagnose --train RECORD... --held-out RECORD...`"""
+
+    greedy = ("--train", "--held-out")
+
+
+@click.command(cls=Diagnose)
+@click.option("--model", required=True, help="Vessel id, family id or model.json.")
+@click.option("--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help="Records.")
+@click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help="Records for the gain.")
+@click.option(
+    "--base-parameters",
+    type=click.Choice(["file", "identify"]),
+    help="Take the model's coefficients as known, or identify them along.  [default: file where it has any]",
+)
+@click.option("--coefficient-sd", default=0.0, show_default=True, help="Relative uncertainty of known coefficients.")
+@click.option("--channels", help="Use these only: heading,yaw_rate,surge,sway,north,east.  [default: all there are]")
+@click.option("--max-effects", type=click.IntRange(min=1), default=3, show_default=True, help="Most causes to name.")
+@click.option("--alpha", default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option("-o", "--output", required=True, type=FILE, help="directory of the results")
+@output_options
+def diagnose(
+    model: str,
+    train: tuple[Path, ...],
+    held_out: tuple[Path, ...],
+    base_parameters: str | None,
+    coefficient_sd: float,
+    channels: str | None,
+    max_effects: int,
+    alpha: float,
+    seed: int,
+    positive_rudder: str | None,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Show what a simulation gets wrong about records, name the cause, extend the model, measure the gain.
+
+    Writes diagnosis.json, diagnosis.html and extended_model.json.
+    """
+    import helmbench
+
+    check_folder(output)
+    try:
+        found = helmbench.diagnose(
+            model,
+            train,
+            held_out,
+            base_parameters=base_parameters,
+            coefficient_sd=coefficient_sd,
+            channels=None if channels is None else [name.strip() for name in channels.split(",")],
+            max_effects=max_effects,
+            alpha=alpha,
+            seed=seed,
+            positive_rudder=positive_rudder,
+        )
+    except helmbench.CannotFit as reason:
+        raise helmbench.BadInput(f"{model} cannot be diagnosed: {reason}") from None
+    paths = found.write(output)
+    if as_json:
+        print_json(found.to_json())
+    elif not quiet:
+        click.echo(found.summary())
+        click.echo("\n".join(f"wrote {path}" for path in paths), err=True)

@@ -1,0 +1,21 @@
+"""`helmbench fetch DATASET`."""
+
+from __future__ import annotations
+
+import click
+
+from ._shared import output_options, print_json, shows_progress
+
+
+@click.command()
+@click.argument("dataset")
+@output_options
+def fetch(dataset: str, as_json: bool, quiet: bool) -> None:
+    """Download a measured set, SHA-256 checked, into HELMBENCH_DATA."""
+    import helmbench
+
+    paths = helmbench.fetch(dataset, progress=shows_progress(quiet or as_json))
+    if as_json:
+        print_json({"dataset": dataset, "files": [str(path) for path in paths]})
+    elif not quiet:
+        click.echo(f"{dataset}: {len(paths)} files in {paths[0].parent}")

@@ -1,0 +1,194 @@
+"""`helmbench identify RECORD... --model M --method X -o model.json`."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ._shared import FAILED, FILE, OK, SIDES, Greedy, check_file, complain, output_options, print_json, tuning_options
+
+if TYPE_CHECKING:
+    from .. import Estimate, Record
+    from ..estimation.identifiability import Identifiability
+
+
+class Identify(Greedy):
+    """`identify RECORD... --validate RECORD...`"""
+
+    greedy = ("--validate",)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is printed: the estimate, the records' names, scores on the validation records and what to know of them."""
+
+    estimate: Estimate
+    train: list[str]
+    validation: list[str]
+    scores: dict[str, Any]
+    warnings: list[str]
+    identifiability: Identifiability | None
+
+
+@click.command(cls=Identify)
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
+@click.option("--model", required=True, help="Vessel id, family id or model.json.")
+@click.option("--method", required=True, help="Method id with options (ls,scheme=midpoint) or path.py:Class.")
+@click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option(
+    "--identifiability", is_flag=True, help="Say what the records tell of each parameter, and what would help."
+)
+@tuning_options
+@click.option("-o", "--output", required=True, type=FILE, help="model.json to write")
+@output_options
+def identify(
+    records: tuple[Path, ...],
+    model: str,
+    method: str,
+    validate: tuple[Path, ...],
+    positive_rudder: str | None,
+    identifiability: bool,
+    tuner: str | None,
+    storage: str | None,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Identify a model from records, score it on others and write it as a model file (a black box has none)."""
+    from .. import BadInput, CannotFit, FitFailed, with_tuner
+
+    check_file(output)
+    (method,) = with_tuner((method,), tuner, storage)
+    try:
+        found = _identify(model, method, records, validate, positive_rudder, identifiability)
+    except CannotFit as reason:
+        raise BadInput(f"method {method} cannot fit {model}: {reason}") from None
+    except FitFailed as reason:
+        return complain(f"{method} failed on {model}: {reason}", FAILED)
+    for doubt in found.warnings:
+        click.echo(f"helmbench: warning: {doubt}", err=True)
+    written = found.estimate.predictor is None
+    if written:
+        found.estimate.save(output)
+    if as_json:
+        print_json(as_dict(found) | {"output": str(output) if written else None})
+    elif not quiet:
+        _print(found, output)
+    return OK
+
+
+def _identify(
+    model: str,
+    method: str,
+    train: Sequence[Path],
+    validate: Sequence[Path],
+    positive_rudder: str | None,
+    identifiability: bool,
+) -> Outcome:
+    """Read every record before anything is fitted, then fit and score."""
+    import helmbench
+
+    structure, fitter = helmbench.resolve(model), helmbench.make_method(method)
+    records = [helmbench.read_record(path, positive_rudder) for path in train]
+    others = [helmbench.read_record(path, positive_rudder) for path in validate]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", helmbench.RudderSignWarning)  # printed below, for validation records as well
+        estimate = helmbench.identify(records, structure, fitter)
+    doubts = [helmbench.rudder_sign_doubt(record, structure) for record in (*records, *others)]
+    return Outcome(
+        estimate=estimate,
+        train=_names(records),
+        validation=_names(others),
+        scores=estimate.score(others) if others else {},
+        warnings=[doubt for doubt in doubts if doubt],
+        identifiability=estimate.identifiability(records) if identifiability and estimate.predictor is None else None,
+    )
+
+
+def _names(records: Sequence[Record]) -> list[str]:
+    return [record.name for record in records]
+
+
+def as_dict(found: Outcome) -> dict[str, Any]:
+    """Plain values for `--json`."""
+    estimate, model = found.estimate, found.estimate.model
+    values, errors = estimate.parameters, estimate.stderr
+    parameters = [
+        {"parameter": name, "unit": unit, "estimate": values[name], "stderr": errors.get(name)}
+        for name, unit in zip(model.parameter_names, model.parameter_units, strict=True)
+        if name in values
+    ]
+    return {
+        "method": estimate.method,
+        "variant": estimate.variant,
+        "model": model.family,
+        "positive_rudder": model.positive_rudder,
+        "train": found.train,
+        "parameters": parameters,
+        "converged": estimate.converged,
+        "message": estimate.message,
+        "wall_s": estimate.wall_s,
+        "cpu_s": estimate.cpu_s,
+        "validation": {"records": found.validation, **found.scores} if found.validation else None,
+        "profile": estimate.extra.get("profile"),
+        "identifiability": found.identifiability.as_dict() if found.identifiability else None,
+        "warnings": found.warnings,
+    }
+
+
+def _print(found: Outcome, output: Path) -> None:
+    estimate = found.estimate
+    state = "" if estimate.converged else f", not converged: {estimate.message}"
+    click.echo(f"{estimate.model.family} by {estimate.method} from {', '.join(found.train)}{state}")
+    for line in parameter_lines(estimate):
+        click.echo(line)
+    for line in found.identifiability.lines() if found.identifiability else ():
+        click.echo(line)
+    if found.validation:
+        click.echo(f"validation on {', '.join(found.validation)}{' (diverged)' if found.scores['diverged'] else ''}")
+        for line in score_lines(found.scores):
+            click.echo(line)
+    click.echo(f"wrote {output}" if estimate.predictor is None else f"no {output}: a black box has no coefficients")
+
+
+def parameter_lines(estimate: Estimate) -> list[str]:
+    """A line a parameter: value, standard error, unit, and the profile-likelihood interval if there is one."""
+    width = max(map(len, estimate.parameters), default=0)
+    units = dict(zip(estimate.model.parameter_names, estimate.model.parameter_units, strict=True))
+    lines: list[str] = []
+    for name, value in estimate.parameters.items():
+        interval = _interval(estimate.extra.get("profile", {}).get(name))
+        error = _error(estimate.stderr.get(name, math.nan))
+        lines.append(f"  {name:<{width}}  {value:>12.5g}  {error:<15} {units[name]}{interval}".rstrip())
+    return lines
+
+
+def _error(value: float) -> str:
+    if math.isinf(value):
+        return "not identified"
+    return "" if math.isnan(value) else f"+- {value:.2g}" if value else "fixed"
+
+
+def score_lines(scores: dict[str, Any]) -> list[str]:
+    """A line a channel: errors of free runs and of one-step predictions."""
+    lines: list[str] = []
+    for channel in [name.removeprefix("rmse_free_") for name in scores if name.startswith("rmse_free_")]:
+        rmse, r2 = (scores[f"{score}_free_{channel}"] for score in ("rmse", "r2"))
+        one = scores[f"rmse_one_{channel}"]
+        lines.append(f"  {channel:<15} free run RMSE {rmse:10.4g}  R2 {r2:8.4f}   one step RMSE {one:10.4g}")
+    return lines
+
+
+def _interval(profile: dict[str, Any] | None) -> str:
+    """A profile-likelihood interval; a round bracket marks an open-ended interval."""
+    if profile is None:
+        return ""
+    left, right = ("(" if profile["low_open"] else "["), (")" if profile["high_open"] else "]")
+    return f"  {left}{profile['low']:.5g}, {profile['high']:.5g}{right}"

@@ -1,0 +1,25 @@
+"""`helmbench report DIR`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ._shared import FILE, output_options, print_json
+
+
+@click.command()
+@click.argument("directory", metavar="DIR", type=FILE)
+@click.option("--timing", type=FILE, help="Benchmark JSON to show; default: DIR/timing.json.")
+@output_options
+def report(directory: Path, timing: Path | None, as_json: bool, quiet: bool) -> None:
+    """Write the report of a run (Markdown, CSV and HTML) from stored results, without refitting."""
+    from .. import write_report
+
+    written = write_report(directory, timing)
+    if as_json:
+        print_json(written.as_dict())
+    elif not quiet:
+        click.echo(written.markdown)
+        click.echo("\n".join(f"wrote {path}" for path in written.paths), err=True)

@@ -1,0 +1,36 @@
+"""`helmbench reproduce [SEED] [--table N]`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ._shared import FAILED, FILE, OK, output_options, print_json, shows_progress
+
+
+@click.command()
+@click.argument("seed", required=False, metavar="[SEED]")
+@click.option("--table", type=click.IntRange(min=1), help="Only the claims of this table.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
+@click.option("--resume", is_flag=True, help="Continue a computation that was interrupted.")
+@click.option("-o", "--output", type=FILE, help="Keep runs, results and pages in this directory.")
+@output_options
+def reproduce(
+    seed: str | None, table: int | None, jobs: int | None, resume: bool, output: Path | None, as_json: bool, quiet: bool
+) -> int:
+    """Compute the tables and claims of the seed papers (SEED: 003 for one of them) and compare with what they print."""
+    import helmbench
+
+    show = shows_progress(quiet or as_json)
+    found = helmbench.reproduce(seed, table, directory=output, jobs=jobs, resume=resume, progress=show)
+    for failure in found.failures:
+        click.echo(f"failed: {failure}", err=True)
+    if as_json:
+        print_json(found.rows)
+    elif not quiet:
+        for row in found.rows:
+            click.echo(f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}")
+        for paper, counts in found.counts.items():
+            click.echo(f"paper {paper}: {counts}")
+    return FAILED if found.failures else OK

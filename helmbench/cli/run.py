@@ -1,0 +1,77 @@
+"""`helmbench run --suite NAME -o DIR`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ._shared import FAILED, FILE, OK, output_options, print_json, shows_progress, tuning_options
+
+if TYPE_CHECKING:
+    from .. import SuiteResults
+
+
+@click.command()
+@click.option("--suite", "suite", help="quick, default, measured, diagnosis, or a suite file.  [default: quick]")
+@click.option("--method", "methods", multiple=True, help="Only these methods (repeatable); also path.py:Class.")
+@click.option("--vessel", "vessels", multiple=True, help="Only these vessels (repeatable).")
+@click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds or rounds; default: the suite's.")
+@click.option("--seed", type=click.IntRange(min=0), help="What diagnosis cases are drawn from; default: drawn anew.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
+@click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
+@tuning_options
+@click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
+@click.option("-o", "--output", required=True, type=FILE, help="directory of the results")
+@output_options
+def run(
+    suite: str | None,
+    methods: tuple[str, ...],
+    vessels: tuple[str, ...],
+    seeds: int | None,
+    seed: int | None,
+    jobs: int | None,
+    scheduler: str | None,
+    tuner: str | None,
+    storage: str | None,
+    resume: bool,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Run a suite; every finished run is kept at once."""
+    from .. import run_suite, with_tuner
+
+    hidden = quiet or as_json
+    found = run_suite(
+        suite,
+        directory=output,
+        methods=with_tuner(methods, tuner, storage),
+        vessels=vessels,
+        seeds=seeds,
+        seed=seed,
+        jobs=jobs,
+        scheduler=scheduler,
+        resume=resume,
+        progress=shows_progress(hidden),
+        message=None if hidden else lambda text: click.echo(text, err=True),
+    )
+    return _summarise(found, as_json, quiet)
+
+
+def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:
+    """Say how the runs ended; status 1 if some failed."""
+    counts = found.counts
+    if as_json:
+        seed = found.manifest["selection"].get("seed")
+        drawn = {} if seed is None else {"seed": seed}
+        where = {"directory": str(found.directory), "suite": found.suite}
+        print_json({**where, **drawn, "runs": len(found.rows), **counts, "failures": found.failures})
+    else:
+        for told, number in found.failure_texts.items():
+            click.echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
+        if not quiet:
+            told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"
+            click.echo(f"suite {found.suite}: {len(found.rows)} runs, {told}; results in {found.directory}")
+    return FAILED if counts["failed"] else OK

@@ -1,0 +1,67 @@
+"""`helmbench identify`: what it prints for people and for machines."""
+
+import json
+
+import pytest
+
+import helmbench
+from helmbench.cli import status_of
+
+
+@pytest.fixture
+def call(tmp_path, capsys):
+    """Identify the made-up records; returns what was printed."""
+    for name, manoeuvre in (("train", "zigzag:20/20"), ("other", "zigzag:10/10:port")):
+        helmbench.write_record(helmbench.simulate("response-1", manoeuvre, noise="low"), tmp_path / f"{name}.csv")
+
+    def run(method, *more, model="response-1"):
+        arguments = [
+            "identify",
+            tmp_path / "train.csv",
+            "--model",
+            model,
+            "--method",
+            method,
+            "-o",
+            tmp_path / "m.json",
+        ]
+        status = status_of([str(a).format(tmp_path) for a in (*arguments, *more)])
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def test_json_holds_parameters_and_validation(call):
+    told = json.loads(call("output-error", "--validate", "{}/other.csv", "--json")[1])
+    assert (told["train"], told["validation"]["records"], told["warnings"]) == (["train"], ["other"], [])
+    assert told["validation"]["r2_free_heading_rad"] > 0.999 and not told["validation"]["diverged"]
+    first = told["parameters"][0]
+    assert (first["parameter"], first["unit"]) == ("T", "s") and first["stderr"] > 0
+    truth = helmbench.resolve("response-1").parameters
+    assert {p["parameter"]: p["estimate"] for p in told["parameters"]} == pytest.approx(truth, rel=0.02)
+
+
+def test_identifiability_is_told_on_request(call):
+    assert json.loads(call("output-error", "--json")[1])["identifiability"] is None
+    told = json.loads(call("output-error,fixed=K,profile=T", "--identifiability", "--json")[1])
+    assert told["identifiability"]["counts"] == {"within_10_percent": 3, "within_50_percent": 0, "not_determined": 0}
+    interval, values = told["profile"]["T"], {p["parameter"]: p["estimate"] for p in told["parameters"]}
+    assert told["identifiability"]["candidates"]
+    assert interval["low"] < values["T"] < interval["high"]
+    assert values["K"] == pytest.approx(helmbench.resolve("response-1").parameters["K"], rel=1e-12)
+
+
+def test_intervals_and_fixed_parameters_are_printed(call):
+    status, out, _ = call("output-error,fixed=K,profile=T")
+    lines = {line.split()[0]: line for line in out.splitlines() if line.startswith("  ")}
+    assert status == 0 and "fixed" in lines["K"] and "[" in lines["T"] and "+-" in lines["alpha"]
+
+
+def test_a_black_box_has_no_model_file(call, tmp_path):
+    status, out, _ = call("sklearn:Ridge", "--identifiability", model="nomoto-1")
+    assert status == 0 and "a black box has no coefficients" in out and not (tmp_path / "m.json").exists()
+
+
+def test_a_record_that_lacks_a_channel_is_bad_input(call):
+    status, out, err = call("ls", model="mariner")
+    assert (status, out) == (2, "") and "method ls cannot fit mariner: " in err and "surge_m_s" in err
