@@ -2,20 +2,69 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from ..bench.store import DIAGNOSIS, IDENTIFICATION, read_manifest
-
-if TYPE_CHECKING:
-    from .leaderboard.page import Report
+from ..bench.store import DIAGNOSIS, IDENTIFICATION, read_manifest, write_atomic
 
 PAGES = {IDENTIFICATION: ".leaderboard.page", DIAGNOSIS: ".diagnosis_suite.page"}
 """Kind of suite -> the module that writes its report."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `write_report` wrote: Markdown text, files, whether all planned runs are in it, overall standings."""
+
+    markdown: str
+    paths: tuple[Path, ...]
+    complete: bool
+    standings: tuple[dict[str, Any], ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for `--json`."""
+        files = [str(path) for path in self.paths]
+        return {"complete": self.complete, "files": files, "leaderboard": list(self.standings)}
 
 
 def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
     """Report a run directory by the kind of its suite; raises what the report of that kind does."""
     kind = read_manifest(Path(directory)).get("kind", IDENTIFICATION)
     return import_module(PAGES[kind], __package__).write_report(directory, timing)
+
+
+def write_files(directory: Path, texts: Mapping[str, str]) -> tuple[Path, ...]:
+    """Write texts under their names into a directory; the paths."""
+    for name, text in texts.items():
+        write_atomic(directory / name, text.encode())
+    return tuple(directory / name for name in texts)
+
+
+def unfinished(manifest: Mapping[str, Any], runs: int) -> str:
+    """The warning that stands first while runs are missing, else an empty text."""
+    planned = manifest["planned"]
+    return f"INCOMPLETE: {runs} of {planned} runs are finished. " if runs < planned else ""
+
+
+def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What a run was made with, as pairs of name and text."""
+    packages = ", ".join(f"{name} {version}" for name, version in (manifest.get("packages") or {}).items() if version)
+    chosen = {name: value for name, value in (manifest.get("selection") or {}).items() if value}
+    selection = [f"{name} {' '.join(value) if isinstance(value, list) else value}" for name, value in chosen.items()]
+    seeds = ", ".join(map(str, manifest.get("seeds", [])))
+    return [
+        ("version", str(manifest["version"])),
+        ("selection", ", ".join(selection)),
+        ("seeds", f"{seeds}; held-out records {manifest.get('held_out_seed')}"),
+        ("threads per worker", str(manifest.get("threads_per_worker"))),
+        ("Python", f"{manifest.get('python')} ({manifest.get('platform')})"),
+        ("processor", f"{manifest.get('cpu')}, {manifest.get('cpus')} usable"),
+        ("packages", packages),
+    ]
+
+
+def listed(rows: Sequence[tuple[str, str]]) -> str:
+    """Pairs of name and text as a Markdown list."""
+    return "\n".join(f"- {name}: {text}" for name, text in rows)

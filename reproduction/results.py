@@ -9,11 +9,11 @@ from pathlib import Path
 
 from ..bench.store import plain, write_atomic
 from ..models.errors import BadInput
-from . import summary
-from .claims import Claim, Paper, Reference
+from .claims.claim import Claim, Paper, Reference
 from .runner import Run
-from .summary import NOTHING, Spread
-from .verdict import Judged, judge
+from .verdicts import spread
+from .verdicts.spread import NOTHING, Spread
+from .verdicts.verdict import Judged, judge
 
 FOLDER = "results"
 
@@ -50,7 +50,7 @@ def of_runs(paper: Paper, runs: Sequence[Run]) -> Results:
     values, failures = {}, {}
     for study in paper.studies:
         own = [run for run in runs if run.job.study == study and run.job.paper == paper.paper]
-        values[study] = summary.summarise([run.values for run in own if run.error is None], paper.logarithmic(study))
+        values[study] = spread.summarise([run.values for run in own if run.error is None], paper.logarithmic(study))
         errors = [run.error for run in own if run.error]
         if errors:
             failures[study] = errors[0]
@@ -61,7 +61,7 @@ def write(results: Results, directory: Path) -> Path:
     """Store the results of a paper in the directory of the pages."""
     data = {
         "paper": results.paper,
-        "values": {study: summary.to_json(found) for study, found in sorted(results.values.items())},
+        "values": {study: spread.to_json(found) for study, found in sorted(results.values.items())},
         "failures": dict(results.failures),
         "figures": dict(results.figures),
     }
@@ -76,7 +76,7 @@ def read(paper: str, directory: Path) -> Results:
     path = directory / FOLDER / f"{paper}.json"
     try:
         data = json.loads(path.read_bytes())
-        values = {study: summary.from_json(found) for study, found in data["values"].items()}
+        values = {study: spread.from_json(found) for study, found in data["values"].items()}
         return Results(data["paper"], values, data["failures"], data["figures"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInput(f"holds no results of a reproduction ({error})", file=path) from None

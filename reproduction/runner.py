@@ -16,8 +16,8 @@ from ..bench.environment import environment
 from ..bench.runner import code_version, one_line, quiet
 from ..bench.store import check_vacant, plain, write_atomic
 from ..models.errors import BadInput
-from .claims import Paper
-from .study import StudyResult, stream, studies_of
+from .claims.claim import Paper
+from .papers.study import StudyResult, stream, studies_of
 
 if TYPE_CHECKING:
     from ..bench.pool import Pool

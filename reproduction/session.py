@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
-from . import claims, figures, interactive, pages, results, runner
-from .claims import Paper
+from . import results, runner
+from .claims import files
+from .claims.claim import Paper
+from .pages import figures, html, markdown
 from .results import Results
 from .runner import Run
-from .summary import Spread
+from .verdicts.spread import Spread
 
 if TYPE_CHECKING:
     from ..bench.pool import Pool
@@ -23,8 +25,8 @@ PAGES, INTERACTIVE = "pages", "interactive"
 def select(paper: str | None, table: int | None) -> list[Paper]:
     """The papers, or one of them, or one table of it; raises `BadInput` where there is no such."""
     if table is not None and paper is None:
-        raise BadInput("--table needs a paper", hint=f"name one of {', '.join(claims.papers())}")
-    chosen = [claims.load(name) for name in ([paper] if paper else claims.papers())]
+        raise BadInput("--table needs a paper", hint=f"name one of {', '.join(files.papers())}")
+    chosen = [files.load(name) for name in ([paper] if paper else files.papers())]
     return chosen if table is None else [found.only_table(table) for found in chosen]
 
 
@@ -47,8 +49,8 @@ def reproduce(
     found = [(paper, _drawn(paper, results.of_runs(paper, runs), runs, directory / PAGES)) for paper in chosen]
     for _, one in found:
         results.write(one, directory / PAGES)
-    pages.write(chosen, directory / PAGES)
-    interactive.write(found, directory / PAGES, directory / INTERACTIVE)
+    markdown.write(chosen, directory / PAGES)
+    html.write(found, directory / PAGES, directory / INTERACTIVE)
     return found
 
 

@@ -59,7 +59,7 @@ def reproduce(
 
     from ..bench.pool import processes
     from ..reproduction import runner, session
-    from ..reproduction.pages import counts_line
+    from ..reproduction.pages.markdown import counts_line
 
     chosen = session.select(paper, table)
     if resume and directory is None:

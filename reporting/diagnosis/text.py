@@ -1,19 +1,18 @@
-"""What a diagnosis says in words and short numbers: for the terminal, the page and the Markdown form alike."""
+"""What a diagnosis says in words: for the terminal, the page and the Markdown form alike."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ...diagnosis.result import Diagnosis, Entry, Finding, Gain, Size
+from ..numbers import DEG, interval_digits, number, p_value, with_unit
+from ..tables import console
 
-DEG = 180.0 / math.pi
-NOTHING = "–"
+if TYPE_CHECKING:
+    from ...diagnosis.result import Diagnosis, Entry, Finding, Size
+
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 SHARES = ("e", "s", "share", "fraction")
-"""Parameters without unit that are told in per cent."""
+"""Parameters without unit that are given in per cent."""
 CHANNEL_WORDS = {
     "heading_rad": ("heading", "deg", DEG),
     "yaw_rate_rad_s": ("yaw rate", "deg/s", DEG),
@@ -27,40 +26,22 @@ STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testabl
 
 
 def channel(name: str) -> tuple[str, str, float]:
-    """Spoken name, unit and factor of a channel."""
+    """Name, unit and factor with which a channel is shown."""
     return CHANNEL_WORDS.get(name, (name, "", 1.0))
 
 
-def number(value: float | None, digits: int = 3) -> str:
-    """A short number; a dash where there is none."""
-    if value is None or math.isnan(value):
-        return NOTHING
-    if math.isinf(value):
-        return "inf" if value > 0 else "−inf"
-    text = f"{value:.{digits}g}" if value == 0.0 or 1e-3 <= abs(value) < 1e5 else f"{value:.{max(digits - 1, 0)}e}"
-    return text.replace("-", "−", 1) if text.startswith("-") else text
-
-
 def size(item: Size) -> str:
-    """`delta0 0.31 deg [0.28, 0.34]`, in degrees or per cent where people think in them."""
+    """`delta0 0.31 deg [0.28, 0.34]`, in degrees or per cent where that is usual."""
     factor, unit = scale(item)
     value, low, high = (factor * x for x in (item.value, item.low, item.high))
-    digits = _digits(value, low, high)
+    digits = interval_digits(value, low, high)
     where = f" in {item.record}" if item.record else ""
-    told = f"{item.parameter} {number(value, digits)} {unit}".rstrip()
-    return f"{told} [{number(low, digits)}, {number(high, digits)}]{where}"
-
-
-def _digits(value: float, low: float, high: float) -> int:
-    """Significant digits that show the interval's width with two of them."""
-    width, largest = abs(high - low), max(abs(value), abs(low), abs(high))
-    if not (math.isfinite(width) and math.isfinite(largest)) or width <= 0.0:
-        return 3
-    return min(max(2 + math.ceil(math.log10(largest / width)), 2), 8)
+    middle = with_unit(value, unit, digits)
+    return f"{item.parameter} {middle} [{number(low, digits)}, {number(high, digits)}]{where}"
 
 
 def scale(item: Size) -> tuple[float, str]:
-    """Factor and unit in which a size is told."""
+    """Factor and unit in which a size is shown."""
     if item.unit in IN_DEGREES:
         return DEG, IN_DEGREES[item.unit]
     if item.unit in ("1", "fraction") and item.parameter.partition(":")[0] in SHARES:
@@ -69,20 +50,13 @@ def scale(item: Size) -> tuple[float, str]:
 
 
 def cause(name: str) -> str:
-    """`rudder_offset` as people say it."""
+    """The id of a cause as words: `rudder offset`."""
     return name.replace("_", " ")
 
 
 def tie(finding: Finding) -> str:
-    """The cause, with those that it cannot be told from."""
+    """The cause, with those that the records cannot distinguish from it."""
     return " or ".join(map(cause, (finding.cause, *finding.tied_with)))
-
-
-def p_value(value: float | None) -> str:
-    """An adjusted p-value, short."""
-    if value is None or math.isnan(value):
-        return NOTHING
-    return "< 1e-16" if value < 1e-16 else f"{value:.1e}" if value < 1e-3 else f"{value:.3f}"
 
 
 def verdict(found: Diagnosis) -> str:
@@ -90,37 +64,32 @@ def verdict(found: Diagnosis) -> str:
     named = [f"{tie(f)} ({'; '.join(map(size, f.sizes[:3]))})" if f.sizes else tie(f) for f in found.causes]
     causes = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
     opening = {
-        "adequate": "The simulation agrees with the records: no cause of the bank is needed.",
-        "inconclusive": "The records decide nothing.",
-        "unexplained": "The simulation is wrong in a way that no cause of the bank explains"
-        + (f"; of its causes {causes} fit best." if causes else "."),
-        "named": f"The simulation misses {causes}.",
-        "tied": f"The simulation misses {causes}; the records cannot tell the tied causes apart.",
+        "adequate": "The simulation agrees with the records: no further cause is needed.",
+        "inconclusive": "The records do not allow a conclusion.",
+        "unexplained": "The simulation is wrong in a way that none of the known causes explains"
+        + (f"; of these, {causes} fit best." if causes else "."),
+        "named": f"The simulation lacks {causes}.",
+        "tied": f"The simulation lacks {causes}; the records cannot distinguish between the tied causes.",
     }[found.verdict]
     return " ".join(part for part in (opening, gain_sentence(found)) if part)
 
 
 def gain_sentence(found: Diagnosis) -> str:
-    """What the extension is worth on held-out records; empty where there is no gain to tell."""
+    """How the extension changes the error on held-out records; empty where no gain was measured."""
     shown = [name for name in ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s") if name in found.gain]
     if not shown or not found.causes:
         return ""
-    told = []
+    changes = []
     for name in shown[:2]:
         gain, (word, unit, factor) = found.gain[name], channel(name)
         before, after = number(factor * gain.rmse_before), number(factor * gain.rmse_after)
-        told.append(f"{word} from {before} to {after} {unit}")
-    return f"With it the free-run error on held-out records goes: {', '.join(told)}."
-
-
-def ratio(gain: Gain) -> str:
-    """Error after over before, with its interval."""
-    middle = gain.rmse_after / gain.rmse_before if gain.rmse_before > 0.0 else math.nan
-    return f"{number(middle)} [{number(gain.ratio_low)}, {number(gain.ratio_high)}]"
+        changes.append(f"of the {word} from {before} to {after} {unit}")
+    what = "it" if len(found.causes) == 1 else "them"
+    return f"Including {what} changes the free-run error on held-out records: {', '.join(changes)}."
 
 
 def ordered_bank(found: Diagnosis) -> list[Entry]:
-    """The bank: what passed first, then by evidence."""
+    """All causes: those named first, then by evidence."""
 
     def key(entry: Entry) -> tuple:
         place = STATUS_ORDER.index(entry.status) if entry.status in STATUS_ORDER else len(STATUS_ORDER)
@@ -130,57 +99,71 @@ def ordered_bank(found: Diagnosis) -> list[Entry]:
     return sorted(found.bank, key=key)
 
 
-def gain_rows(found: Diagnosis) -> list[tuple[str, ...]]:
-    """Channel, RMSE before and after, ratio with interval, R^2 before and after, share of the gap closed."""
-    rows = []
-    for name, gain in found.gain.items():
-        word, unit, factor = channel(name)
-        rmse = [f"{number(factor * value)} {unit}".rstrip() for value in (gain.rmse_before, gain.rmse_after)]
-        r2 = [_fixed(value, 3) for value in (gain.r2_before, gain.r2_after)]
-        closed = NOTHING if math.isnan(gain.closed) else f"{_fixed(100.0 * gain.closed, 0)} %"
-        rows.append((word, *rmse, ratio(gain), *r2, closed))
-    return rows
-
-
 def hypothesis(found: Diagnosis) -> list[tuple[str, str]]:
-    """The term that fits an unexplained effect best, as pairs of texts."""
+    """The term that fits an unexplained effect best, as pairs of name and text."""
     facts = found.hypothesis or {}
     rows = [("kind", cause(str(facts.get("hypothesis", ""))))]
     rows += [(f"{term['term']} on {term['acts_on']}", number(float(term["size"]))) for term in facts.get("terms", ())]
-    told = {True: "confirmed", False: "rejected", None: "not tested"}
+    outcomes = {True: "confirmed", False: "rejected", None: "not tested"}
     confirmed = facts.get("confirmed_on_held_out")
-    return [*rows, ("on held-out records", told[None if confirmed is None else bool(confirmed)])]
+    return [*rows, ("on held-out records", outcomes[None if confirmed is None else bool(confirmed)])]
 
 
-def _fixed(value: float, decimals: int) -> str:
-    return NOTHING if math.isnan(value) else f"{value:.{decimals}f}".replace("-", "−")
+def facts(found: Diagnosis) -> list[tuple[str, str]]:
+    """What the diagnosis was made with, as pairs of name and text."""
+    given = {True: "known, from the model file", False: "identified together with the causes"}
+    files = {role: [name for name, own in found.records if own == role] for role in ("train", "held_out")}
+    rows = [
+        ("model", f"{found.model.id} ({found.model.family})"),
+        ("base parameters", given[found.base_parameters == "file"]),
+        ("training records", ", ".join(files["train"])),
+        ("held-out records", ", ".join(files["held_out"]) or "none: the gain was not measured"),
+        ("family-wise level", number(found.alpha)),
+        ("seed", str(found.seed)),
+        ("time", f"{found.wall_s:.1f} s ({found.cpu_s:.1f} s of processor time)"),
+    ]
+    return [*rows, *noise_rows(found)]
 
 
-GAIN_COLUMNS = ("channel", "RMSE before", "RMSE after", "after/before [90 %]", "R² before", "R² after", "gap closed")
+def noise_rows(found: Diagnosis) -> list[tuple[str, str]]:
+    """The estimated noise model, as pairs of name and text."""
+    noise, rows = found.noise, []
+    sd = [_standard_deviation(name, value) for name, value in noise.get("sensor_sd", {}).items()]
+    if "rudder_sd" in noise:
+        sd.append(f"rudder {number(DEG * noise['rudder_sd'])} deg")
+    if sd:
+        rows.append(("sensor noise (sd)", ", ".join(sd)))
+    forces = noise.get("force_sd", [])
+    if len(forces):
+        names = (("X", "N"), ("Y", "N"), ("N", "N m")) if len(forces) == 3 else [("yaw", "")] * len(forces)
+        texts = [f"{name} {with_unit(value, unit)}" for (name, unit), value in zip(names, forces, strict=True)]
+        time = f", correlation time {number(noise.get('correlation_time_s'))} s"
+        rows.append(("gusts (sd)", ", ".join(texts) + time if max(forces) > 0.0 else "none"))
+    return rows
+
+
+def _standard_deviation(name: str, value: float) -> str:
+    word, unit, factor = channel(name)
+    return f"{word} {with_unit(factor * float(value), unit)}"
 
 
 def terminal(found: Diagnosis) -> str:
-    """The verdict, a line a cause, and the gain, in plain text."""
+    """The verdict, the causes with their sizes, and the gain, in plain text."""
+    from .tables import gain_table
+
     lines = [f"{found.verdict}: {verdict(found)}", *([found.reason] if found.reason else [])]
     for finding in found.causes:
         lines.append(f"  {tie(finding)}  (stage {finding.stage}, adjusted p {p_value(finding.p_adjusted)})")
         lines += [f"    {size(item)}" for item in finding.sizes]
-        lines += [f"    {text}" for text in (finding.evidence, _separate(finding)) if text]
+        lines += [f"    {text}" for text in (finding.evidence, separation(finding)) if text]
     if found.gain:
-        lines += table([GAIN_COLUMNS, *gain_rows(found)])
+        lines.append(console(gain_table(found), indent="  "))
     elif not any(role == "held_out" for _, role in found.records):
         lines.append("no held-out records: the gain was not measured")
     lines += [f"next manoeuvre: {found.next_manoeuvre}"] if found.next_manoeuvre else []
     return "\n".join(lines)
 
 
-def _separate(finding: Finding) -> str:
-    return f"to tell them apart: {finding.separate_by}" if finding.tied_with and finding.separate_by else ""
-
-
-def table(rows: list[tuple[str, ...]], pad: Callable[[str, int], str] = str.ljust) -> list[str]:
-    """Rows of texts in columns."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return [
-        "  " + "  ".join(pad(text, width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    ]
+def separation(finding: Finding) -> str:
+    """What would distinguish between tied causes; empty where nothing is tied."""
+    return f"to distinguish between them: {finding.separate_by}" if finding.tied_with and finding.separate_by else ""

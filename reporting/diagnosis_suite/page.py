@@ -10,9 +10,14 @@ from typing import Any
 
 from ...bench.kinds.diagnosis.judge import LEVEL, POWER
 from ...bench.kinds.diagnosis.plan import ORACLE
-from ...bench.store import read_manifest, read_tables, write_atomic
+from ...bench.store import read_manifest, read_tables
 from ...models.errors import BadInput
-from ..leaderboard.page import NOTHING, Column, Report, Table, environment_rows, markdown_table, number, rows_table
+from .. import tables
+from ..charts import rate_curves
+from ..numbers import MISSING, interval, number, percent
+from ..report import Report, environment_rows, listed, unfinished, write_files
+from ..tables import Column, Table, field, make_table
+from ..templating import render
 from . import rates
 from .rates import Board, Frame
 
@@ -64,42 +69,35 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     board = rates.build(cases, sizes)
     texts = {
         "diagnosis.md": markdown(manifest, cases, board),
-        "diagnosis.csv": board.table().to_csv(index=False, lineterminator="\n"),
+        "diagnosis.csv": tables.csv(tables.from_frame(board.table())),
         "diagnosis.html": html(manifest, cases, board),
     }
-    for name, text in texts.items():
-        write_atomic(directory / name, text.encode())
+    paths = write_files(directory, texts)
     whole = board.table()
     standings = tuple(whole[whole["scope"] == "all"].drop(columns=["scope", "group"]).to_dict("records"))
-    paths = tuple(directory / name for name in texts)
     return Report(texts["diagnosis.md"], paths, len(cases) >= manifest["planned"], standings)
 
 
 def markdown(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
     """The report as Markdown text."""
     parts = [f"# Diagnosis: suite {manifest['suite']}", headline(manifest, cases)]
-    tables = [rate_table(board), *part_tables(board)[:1], said_table(board), power_table(board), size_table(board)]
-    for table in [*tables, failure_table(board)]:
+    shown = [rate_table(board), *part_tables(board)[:1], said_table(board), power_table(board), size_table(board)]
+    for table in [*shown, failure_table(board)]:
         if table.rows:
-            parts += [f"## {table.title}", *([table.note] if table.note else []), markdown_table(table)]
-    environment = "\n".join(f"- {name}: {value}" for name, value in facts(manifest))
-    return "\n\n".join([*parts, "## How to read it", READING, "## Made with", environment]) + "\n"
+            parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
+    return "\n\n".join([*parts, "## How to read it", READING, "## Made with", listed(facts(manifest))]) + "\n"
 
 
 def html(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
     """The report as one self-contained page."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    from markupsafe import Markup
-
-    loader = FileSystemLoader(Path(__file__).parents[1] / "templates")
-    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return page.get_template("diagnosis_suite.html.j2").render(
+    return render(
+        "diagnosis_suite.html.j2",
         suite=manifest["suite"],
         title=manifest.get("title", ""),
         headline=headline(manifest, cases),
         complete=len(cases) >= manifest["planned"],
         rates=rate_table(board),
-        charts=[(title, Markup(svg)) for title, svg in charts(board)],
+        charts=charts(board),
         matrices=matrices(board),
         parts=part_tables(board),
         sizes=size_table(board),
@@ -123,9 +121,7 @@ def headline(manifest: Mapping[str, Any], cases: Frame) -> str:
     failed, absent = ((own["status"] == status).sum() for status in ("failed", "not_applicable"))
     seed = (manifest.get("selection") or {}).get("seed")
     text = f"{different} cases from seed {seed}, {len(own)} diagnoses: {failed} failed, {absent} not applicable."
-    if len(cases) < manifest["planned"]:
-        text = f"INCOMPLETE: {len(cases)} of {manifest['planned']} runs are finished. {text}"
-    return text
+    return unfinished(manifest, len(cases)) + text
 
 
 # tables
@@ -145,19 +141,19 @@ def rate_table(board: Board) -> Table:
     order = list(dict.fromkeys(whole["rate"]))
     ranked = sorted(zip(order, rows, strict=True), key=lambda pair: titles.get(pair[0], len(titles)))
     columns = [
-        Column("rate", lambda row: row["title"]),
-        Column("asked", lambda row: row["target"]),
+        field("title", "rate"),
+        field("target", "required"),
         *(_method_column(name) for name in methods),
     ]
-    return rows_table(
-        "Rates", "n: cases (or sizes) behind a figure; ✗: not what is asked.", columns, [r for _, r in ranked]
+    return make_table(
+        columns, [r for _, r in ranked], "Rates", "n: number of cases (or sizes); ✗: the requirement is not met."
     )
 
 
 def _method_column(name: str) -> Column:
     def text(row: Mapping[str, Any]) -> str:
         if name not in row:
-            return NOTHING
+            return MISSING
         missed = " ✗" if row[name]["met"] is False or row[name]["met"] == 0 else ""
         return f"{_value(row[name])}, n = {row[name]['n']}{missed}"
 
@@ -167,13 +163,9 @@ def _method_column(name: str) -> Column:
 def _value(row: Mapping[str, Any]) -> str:
     """`97.2 % [93.0, 99.2]`, or a number with its interval."""
     if row["hits"] is None or math.isnan(float(row["hits"])):
-        return f"{number(row['value'])} [{number(row['low'])}, {number(row['high'])}]"
-    return f"{percent(row['value'])} % [{percent(row['low'])}, {percent(row['high'])}]"
-
-
-def percent(value: float) -> str:
-    """A share in percent with one decimal."""
-    return f"{100.0 * value:.1f}"
+        return interval(row["value"], row["low"], row["high"])
+    low, high = (percent(row[name], 1).removesuffix(" %") for name in ("low", "high"))
+    return f"{percent(row['value'], 1)} [{low}, {high}]"
 
 
 def _target(row: Mapping[str, Any]) -> str:
@@ -183,7 +175,7 @@ def _target(row: Mapping[str, Any]) -> str:
     if target is None or math.isnan(target):
         return ""
     sign = next("≥" if rate.at_least else "≤" for rate in rates.RATES if rate.id == row["rate"])
-    return f"{sign} {100.0 * target:.0f} %"
+    return f"{sign} {percent(target)}"
 
 
 def part_tables(board: Board) -> list[Table]:
@@ -198,13 +190,13 @@ def _part_table(table: Frame, scope: str, title: str) -> Table:
     rows = []
     for (group, method), part in own.groupby(["group", "method"], sort=True):
         rows.append({"group": group, "method": method} | {row["rate"]: row for row in part.to_dict("records")})
-    columns = [Column(scope, lambda row: row["group"]), Column("method", lambda row: row["method"])]
-    return rows_table(title, "", [*columns, *(_share_column(rate.id, rate.title) for rate in shown)], rows)
+    columns = [field("group", scope), field("method")]
+    return make_table([*columns, *(_share_column(rate.id, rate.title) for rate in shown)], rows, title)
 
 
 def _share_column(name: str, title: str) -> Column:
     def text(row: Mapping[str, Any]) -> str:
-        return f"{row[name]['hits']:.0f}/{row[name]['n']}" if name in row else NOTHING
+        return f"{row[name]['hits']:.0f}/{row[name]['n']}" if name in row else MISSING
 
     return Column(title, text, lambda row: row[name]["value"] if name in row else None)
 
@@ -215,41 +207,41 @@ def said_table(board: Board) -> Table:
     for (planted, method), part in board.confusion.groupby(["planted", "method"], sort=True):
         said = sorted(zip(part["cases"], part["named"], strict=True), reverse=True)
         rows.append({"planted": planted, "method": method, "said": ", ".join(f"{n} {name}" for n, name in said)})
-    columns = [Column(name, lambda row, name=name: row[name]) for name in ("planted", "method", "said")]
+    columns = [field(name) for name in ("planted", "method", "said")]
     note = "Cases by what was said first; a tie that holds the truth counts as the truth."
-    return rows_table("Confusion", note, columns, rows)
+    return make_table(columns, rows, "Confusion", note)
 
 
 def power_table(board: Board) -> Table:
     """Power by non-centrality."""
     columns = [
-        Column("method", lambda row: row["method"]),
-        Column("weather", lambda row: row["weather"]),
+        field("method"),
+        field("weather"),
         Column("non-centrality", lambda row: f"{row['from']:g} - {row['to']:g}", lambda row: row["from"]),
         Column("n", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column("named", lambda row: _value(row), lambda row: row["value"]),
+        Column("named", _value, lambda row: row["value"]),
     ]
-    return rows_table("Power", "", columns, board.power.to_dict("records"))
+    return make_table(columns, board.power.to_dict("records"), "Power")
 
 
 def size_table(board: Board) -> Table:
     """Coverage of the stated intervals by cause."""
     columns = [
-        Column("cause", lambda row: row["cause"]),
-        Column("method", lambda row: row["method"]),
+        field("cause"),
+        field("method"),
         Column("sizes", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column("inside 90 %", lambda row: _value(row), lambda row: row["value"]),
+        Column("inside 90 %", _value, lambda row: row["value"]),
         Column("median relative error", lambda row: number(row["error"]), lambda row: row["error"]),
     ]
     note = "Sizes of rightly named causes against the planted ones; directions have no relative error."
-    return rows_table("Sizes", note, columns, board.sizes.sort_values(["cause", "method"]).to_dict("records"))
+    return make_table(columns, board.sizes.sort_values(["cause", "method"]).to_dict("records"), "Sizes", note)
 
 
 def failure_table(board: Board) -> Table:
     """What failed or did not apply, and why."""
     names = ("status", "method", "group", "vessel", "planted", "runs", "seed", "error")
-    columns = [Column(name, lambda row, name=name: str(row[name])) for name in names]
-    return rows_table("Failed, not applicable", "", columns, board.failures.to_dict("records"))
+    columns = [field(name) for name in names]
+    return make_table(columns, board.failures.to_dict("records"), "Failed, not applicable")
 
 
 # figures
@@ -282,8 +274,6 @@ def _brackets_last(name: str) -> tuple[bool, str]:
 
 def charts(board: Board) -> list[tuple[str, str]]:
     """Power curves, calm and in gusts, a line per method."""
-    from ..plots import rate_curves
-
     found = []
     for weather, part in board.power.groupby("weather", sort=True):
         series = {str(method): _points(own.to_dict("records")) for method, own in part.groupby("method", sort=True)}

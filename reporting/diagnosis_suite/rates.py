@@ -166,15 +166,13 @@ def _rate_row(method: Any, scope: str, group: Any, rate: Rate, cases: Frame) -> 
 
 
 def binomial_interval(hits: int, n: int, level: float = LEVEL) -> tuple[float, float]:
-    """Clopper-Pearson interval of a rate; (nan, nan) of nothing."""
-    from scipy.stats import beta
+    """Clopper-Pearson interval of a rate; (nan, nan) where n = 0."""
+    from scipy.stats import binomtest
 
     if n == 0:
         return np.nan, np.nan
-    tail = (1.0 - level) / 2.0
-    low = 0.0 if hits == 0 else float(beta.ppf(tail, hits, n - hits + 1))
-    high = 1.0 if hits == n else float(beta.ppf(1.0 - tail, hits + 1, n - hits))
-    return low, high
+    found = binomtest(hits, n).proportion_ci(level, method="exact")
+    return float(found.low), float(found.high)
 
 
 def figure_table(cases: Frame, sizes: Frame) -> Frame:

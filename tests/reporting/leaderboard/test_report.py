@@ -1,15 +1,17 @@
 """Reports are made from stored results, complete or not, and hide nothing."""
 
 import csv
+import html
 import html.parser
 import json
+import math
 import re
 
 import pytest
 
-from helmbench.bench.store import Store
+from helmbench.bench.store import Store, read_tables
 from helmbench.models.errors import BadInput
-from helmbench.reporting import plots
+from helmbench.reporting import numbers
 from helmbench.reporting.leaderboard import page as report
 from helmbench.reporting.leaderboard.standings import STANDING_COLUMNS
 
@@ -41,7 +43,7 @@ class Page(html.parser.HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.open, self.links, self.cells = [], [], []
+        self.open, self.links, self.cells, self.tables = [], [], [], []
         self.feed(text)
         self.close()
 
@@ -49,6 +51,10 @@ class Page(html.parser.HTMLParser):
         self.links += [value for name, value in attrs if name in ("src", "href")]
         if tag not in self.VOID:
             self.open.append(tag)
+        if tag == "table":
+            self.tables.append([])
+        elif tag == "tr":
+            self.tables[-1].append([])
 
     def handle_startendtag(self, tag, attrs):
         pass
@@ -58,6 +64,8 @@ class Page(html.parser.HTMLParser):
 
     def handle_data(self, data):
         self.cells += [data] if self.open and self.open[-1] == "td" else []
+        if self.open and self.open[-1] in ("td", "th"):
+            self.tables[-1][-1].append(data)
 
 
 def test_three_files_are_written_beside_the_results(finished):
@@ -70,9 +78,8 @@ def test_three_files_are_written_beside_the_results(finished):
 def test_markdown_shows_ranks_intervals_and_failures(finished):
     text = report.write_report(finished).markdown
     overall = text.split("## Overall")[1].split("##")[0].strip().splitlines()
-    assert [line.split("|")[1].strip() for line in overall if line.startswith("| ")] == ["method", "a", "b", "c"]
-    assert "0.01 [0.01, 0.01]" in overall[2]
-    assert "1 / 1 / 2" in overall[4]
+    assert [line.split("|")[1].strip() for line in overall if line.startswith("| ")][2:] == ["a", "b", "c"]
+    assert "0.01 [0.01, 0.01]" in overall[2] and "1 / 1 / 2" in overall[4]
     assert "&lt;singular&gt; \\| matrix" in text and "no sway" in text
     assert "10 runs: 8 ok, 1 failed, 1 not applicable" in text
 
@@ -103,7 +110,7 @@ def test_every_line_of_a_markdown_table_has_the_same_columns(finished):
 
 def test_csv_holds_all_standings_with_fixed_columns(finished):
     report.write_report(finished)
-    rows = list(csv.DictReader((finished / "leaderboard.csv").open()))
+    rows = list(csv.DictReader((finished / "leaderboard.csv").read_text().splitlines()))
     assert list(rows[0]) == STANDING_COLUMNS
     assert {(row["scope"], row["group"]) for row in rows} == {
         ("overall", "all"), ("noise", "none"), ("noise", "low"), ("vessel", "cargo"), ("vessel", "s175"),
@@ -154,21 +161,35 @@ def test_timings_are_shown_where_they_are_stored(finished):
         report.write_report(finished, elsewhere)
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(None, "–"), (float("nan"), "–"), (float("inf"), "inf"), (0.0, "0"), (0.01234, "0.0123"), (3.2e-9, "3.2e-09")],
-)
-def test_numbers_are_short(value, text):
-    assert report.number(value) == text
+def test_every_value_on_the_page_is_that_of_the_stored_results(finished):
+    """The standings on the page, computed again here from the stored runs by the rules of `How to read it`."""
+    report.write_report(finished)
+    results, _ = read_tables(finished)
+    page = Page((finished / "leaderboard.html").read_text())
+    columns = [title.strip() for title in page.tables[0][0]]
+    shown = {row[0]: dict(zip(columns, row, strict=True)) for row in page.tables[0][1:]}
+    assert set(shown) == {"a", "b", "c"}
+    for method, own in results.groupby("method"):
+        row = shown[method]
+        ok = own[own["status"] == "ok"]
+        failed, absent = ((own["status"] == status).sum() for status in ("failed", "not_applicable"))
+        assert row["failed / n.a. / runs"] == f"{failed} / {absent} / {len(own)}"
+        assert row["diverged"] == str(int(ok["diverged"].eq(True).sum()))
+        error = float(ok["rel_error_median"].median()) if len(ok) else math.inf
+        assert row["parameter error [95 %]"].split(" [")[0] == numbers.number(error)
+        if len(ok):
+            assert row["time"] == numbers.duration(float(ok["wall_s"].median()))
+            assert row["yaw rate R2"] == numbers.r_squared(float(ok["r2_free_yaw_rate_rad_s"].median()))
+            rmse = numbers.DEG * float(ok["rmse_free_yaw_rate_rad_s"].median())
+            assert row["yaw rate RMSE (deg/s)"] == numbers.number(rmse)
 
 
-@pytest.mark.parametrize(("value", "text"), [(2.0, "2 s"), (0.0021, "2.1 ms"), (3e-6, "3 us"), (5e-10, "0.5 ns")])
-def test_durations_have_a_fitting_unit(value, text):
-    assert report.seconds(value) == text
-
-
-def test_charts_leave_out_what_a_logarithm_cannot_show():
-    drawn = plots.by_level({"a": [0.0, 0.1, 1.0], "b": [float("inf"), None, 0.01]}, ["none", "low", "high"], "errors")
-    assert drawn.count('r="3"') == 3 and drawn.count("<polyline") == 2
-    assert plots.by_level({"a": [0.0, 0.0]}, ["none", "low"], "errors") == ""
-    assert plots.by_level({"a": [0.1]}, ["low"], "errors") == ""
+def test_page_markdown_and_csv_show_the_same_standings(finished):
+    text = report.write_report(finished).markdown
+    page = Page((finished / "leaderboard.html").read_text())
+    lines = text.split("## Overall")[1].split("##")[0].strip().splitlines()
+    told = [[html.unescape(cell.strip()) for cell in line.strip("|").split(" | ")] for line in [lines[0], *lines[2:]]]
+    assert told == page.tables[0]
+    stored = [row for row in csv.DictReader((finished / "leaderboard.csv").read_text().splitlines())]
+    ranks = {row["method"]: numbers.number(float(row["mean_rank"])) for row in stored if row["scope"] == "overall"}
+    assert {row[0]: row[1] for row in told[1:]} == ranks

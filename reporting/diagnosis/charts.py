@@ -1,0 +1,148 @@
+"""Charts of a diagnosis: time series above their errors, tracks, spectra, bars."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..numbers import number
+from ..plots import INK, SOFT, chart, svg
+
+MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
+WIDTH = 6.4
+"""Inches."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line: label, values (N,), colour, style and width in points."""
+
+    label: str
+    values: np.ndarray
+    colour: str
+    style: Any = "-"
+    width: float = 1.0
+
+
+def rudder_chart(time: np.ndarray, rudder: np.ndarray) -> str:
+    """The rudder angle (N,) in degrees over time in s."""
+
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        axes.plot(time, rudder, color=SOFT, linewidth=1.0)
+        axes.set(xlim=(time[0], time[-1]), ylabel="deg")
+
+    return chart(draw, (WIDTH, 1.1), "rudder")
+
+
+def channel_chart(
+    time: np.ndarray, overlay: Sequence[Curve], residual: Sequence[Curve], title: str, unit: str, limit: float
+) -> str:
+    """Measured and simulated values over time in s, and below them their differences.
+
+    A simulation that leaves the measured range by far is cut off, a difference at +- `limit`.  Empty where nothing is
+    finite.
+    """
+    if value_range([c.values for c in overlay]) is None:
+        return ""
+
+    def draw(figure) -> None:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        _lines(above, time, overlay)
+        _lines(below, time, residual)
+        below.axhline(0.0, color=SOFT, linewidth=0.7)
+        above.set(ylim=value_range([c.values for c in overlay]), ylabel=unit, xlim=(time[0], time[-1]))
+        below.set(ylim=error_range([c.values for c in residual], limit), ylabel=unit, xlabel="time, s")
+
+    return chart(draw, (WIDTH, 3.4), title)
+
+
+def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: str) -> str:
+    """Positions (north, east) in m to equal scales, north up; empty where nothing is finite."""
+    known = [curve for curve in curves if np.isfinite(curve[0] + curve[1]).any()]
+    if not known:
+        return ""
+
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        for north, east, curve in known:
+            axes.plot(east, north, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
+        north, east, _ = known[0]
+        first = int(np.argmax(np.isfinite(north + east)))
+        axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
+        axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
+        axes.set(xlim=value_range([e for _, e, _ in known]), ylim=value_range([n for n, _, _ in known]))
+
+    return chart(draw, (WIDTH, 3.4), title)
+
+
+def spectra(frequency: np.ndarray, curves: Sequence[Curve], unit: str) -> str:
+    """An SVG file of amplitudes over frequency in Hz on logarithmic axes; empty where nothing is positive."""
+    values = np.concatenate([c.values for c in curves]) if curves else np.zeros(0)
+    if not (np.isfinite(values) & (values > 0.0)).any() or frequency.size < 2:
+        return ""
+
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        for curve in curves:
+            axes.loglog(frequency, curve.values, color=curve.colour, linewidth=curve.width, label=curve.label)
+        axes.set(xlabel="frequency, Hz", ylabel=unit)
+        axes.legend()
+
+    return svg(draw, (WIDTH, 2.6))
+
+
+def bars(groups: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], label: str) -> str:
+    """An SVG file of horizontal bars: one group a line, one bar a name in it."""
+    names = list(dict.fromkeys(name for group in groups.values() for name in group))
+    values = [v for group in groups.values() for v in group.values() if math.isfinite(v)]
+    if not values or max(values) <= 0.0:
+        return ""
+    height = 0.8 / len(names)
+
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        for k, name in enumerate(names):
+            sizes = [group.get(name, math.nan) for group in groups.values()]
+            places = np.arange(len(groups)) + height * (k - (len(names) - 1) / 2.0)
+            drawn = axes.barh(places, sizes, height, color=colours[name], label=name)
+            axes.bar_label(drawn, [number(size) for size in sizes], padding=3)
+        axes.set_yticks(range(len(groups)), list(groups))
+        axes.set(xlabel=label, ylim=(len(groups) - 0.5, -0.5), xlim=(0.0, 1.12 * max(values)))
+        axes.grid(visible=False, axis="y")
+        axes.legend()
+
+    return svg(draw, (WIDTH, 0.9 + 0.2 * len(groups) * (len(names) + 1)))
+
+
+def value_range(arrays: Sequence[np.ndarray]) -> tuple[float, float] | None:
+    """Padded range of what is finite, at most twice the range of the first array beyond it; None where nothing is."""
+    known = [a[np.isfinite(a)] for a in arrays]
+    if not any(a.size for a in known):
+        return None
+    values, first = np.concatenate(known), known[0]
+    if first.size and first.max() > first.min():
+        reach = 2.0 * (first.max() - first.min())
+        values = np.clip(values, first.min() - reach, first.max() + reach)
+    return _padded(float(values.min()), float(values.max()))
+
+
+def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, float]:
+    """Padded range of what is finite between +- `limit`, zero within it."""
+    values = np.append(np.concatenate([a[np.isfinite(a)] for a in arrays]), 0.0)
+    values = np.clip(values, -limit, limit)
+    return _padded(float(values.min()), float(values.max()))
+
+
+def _padded(low: float, high: float) -> tuple[float, float]:
+    pad = 0.06 * (high - low) or max(abs(low), 1.0) * 0.1
+    return low - pad, high + pad
+
+
+def _lines(axes, time: np.ndarray, curves: Sequence[Curve]) -> None:
+    for curve in curves:
+        axes.plot(time, curve.values, color=curve.colour, linestyle=curve.style, linewidth=curve.width)

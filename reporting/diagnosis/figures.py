@@ -1,0 +1,69 @@
+"""Figures of a published diagnosis: errors by record, spectra of the errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import text as words
+from .charts import AFTER, BEFORE, Curve, bars, spectra
+from .errors import banded, residual, rms
+from .panels import CHANNELS
+
+if TYPE_CHECKING:
+    from ...diagnosis.result import Diagnosis, Trace
+
+BANDS = 14
+"""Frequency bands, equally wide on a logarithmic axis, into which a spectrum of errors is averaged."""
+COLOURS = {"before": BEFORE, "after": AFTER}
+
+
+def figures(found: Diagnosis) -> dict[str, str]:
+    """Name -> SVG file: errors by record, and a spectrum of the errors for each channel."""
+    drawn = {"errors": error_bars(found)}
+    drawn |= {f"spectrum-{name}": spectrum_figure(found, name) for name in CHANNELS}
+    return {name: svg for name, svg in drawn.items() if svg}
+
+
+def error_bars(found: Diagnosis) -> str:
+    """RMS error of the first channel that was measured by record, before and after."""
+    name = next((c for c in CHANNELS if any(c in trace.measured for trace in found.traces)), None)
+    if name is None:
+        return ""
+    word, unit, factor = words.channel(name)
+    groups = {
+        f"{trace.record} ({trace.role.replace('_', ' ')})": {
+            run: factor * rms(residual(trace, name, run)) for run in _runs(found)
+        }
+        for trace in found.traces
+        if name in trace.measured
+    }
+    return bars(groups, COLOURS, f"RMS error of the {word}, {unit}")
+
+
+def spectrum_figure(found: Diagnosis, name: str) -> str:
+    """Amplitude spectrum of a channel's errors on the held-out records (or all), before and after, in bands."""
+    traces = [t for t in found.traces if name in t.measured]
+    traces = [t for t in traces if t.role != "train"] or traces
+    edges = _bands(traces) if traces else None
+    if edges is None:
+        return ""
+    _, unit, factor = words.channel(name)
+    curves = []
+    for run in _runs(found):
+        power = np.nanmean(np.stack([banded(t.time, residual(t, name, run), edges) for t in traces]), axis=0)
+        curves.append(Curve(run, factor * np.sqrt(power), COLOURS[run], width=1.5))
+    return spectra(np.sqrt(edges[:-1] * edges[1:]), curves, f"{unit} / √Hz")
+
+
+def _runs(found: Diagnosis) -> tuple[str, ...]:
+    return ("before", "after")[: 1 + bool(found.causes)]
+
+
+def _bands(traces: Sequence[Trace]) -> np.ndarray | None:
+    longest = max(float(t.time[-1] - t.time[0]) for t in traces)
+    step = max(float(np.median(np.diff(t.time))) for t in traces)
+    low, high = 4.0 / longest, 0.5 / step
+    return np.geomspace(low, high, BANDS + 1) if high > 2.0 * low else None

@@ -1,0 +1,183 @@
+"""Tables of a diagnosis: conditions with large errors, causes, the extended model, the gain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..numbers import DEG, MISSING, fixed, interval, number, p_value, percent, with_unit
+from ..tables import Column, Table, field, make_table
+from . import text as words
+from .errors import correlation, mean, residual, rms
+from .panels import CHANNELS
+
+if TYPE_CHECKING:
+    from ...diagnosis.result import Diagnosis, Entry, Gain
+    from ..equations import Equations
+
+LONGEST_BAR = 16.0
+"""-log10 p at which the evidence bar is full."""
+CORRELATED = (1.0, 10.0)
+"""Lags in s at which the correlation of the errors with themselves is given."""
+
+
+# ---- where the errors arise
+
+
+def where_table(found: Diagnosis) -> Table:
+    """Conditions (large rudder, slow speed, ...) with their shares of the squared error and of the time."""
+    columns = [
+        Column("condition", lambda row: f"{words.channel(str(row.get('channel', '')))[0]}: {row.get('condition', '')}"),
+        Column("share of the squared error", _share_text, lambda row: _share(row), _share_bar, _share_text),
+        Column("share of the time", lambda row: percent(_share(row, "time")), lambda row: _share(row, "time")),
+    ]
+    return make_table(columns, found.where)
+
+
+def _share(row: Mapping[str, Any], of: str = "error") -> float:
+    return float(row.get(f"share_of_{of}") or 0.0)
+
+
+def _share_text(row: Mapping[str, Any]) -> str:
+    return percent(_share(row))
+
+
+def _share_bar(row: Mapping[str, Any]) -> str:
+    return bar(100.0 * _share(row), 100.0 * _share(row, "time"), _share_text(row))
+
+
+def bar(width: float, mark: float, text: str) -> str:
+    """A bar of so many per cent of the longest with a mark, and a text behind it, as HTML."""
+    full = min(max(width, 0.0), 100.0)
+    return f'<span class="bar"><i style="width:{full:.1f}%"></i><u style="left:{mark:.1f}%"></u></span> {text}'
+
+
+# ---- causes
+
+
+def bank_table(found: Diagnosis, testable_only: bool = False) -> Table:
+    """Every cause with its status, evidence and power; `testable_only` leaves out what could not be tested."""
+    mark = bar_width(found.alpha)
+
+    def evidence(entry: Entry) -> str:
+        return bar(bar_width(entry.p_adjusted), mark, p_value(entry.p_adjusted).replace("<", "&lt;"))
+
+    columns = [
+        Column("cause", lambda entry: words.cause(entry.cause)),
+        Column("status", lambda entry: entry.status.replace("_", " ")),
+        Column("adjusted p", lambda entry: p_value(entry.p_adjusted), lambda entry: entry.p_adjusted, evidence),
+        Column("statistic", lambda entry: number(entry.statistic), lambda entry: entry.statistic),
+        Column("power", lambda entry: percent(entry.power), lambda entry: entry.power),
+        Column("tied with", lambda entry: ", ".join(map(words.cause, _rivals(entry, found)))),
+        Column("why", lambda entry: entry.why),
+    ]
+    entries = [e for e in words.ordered_bank(found) if not (testable_only and e.status == "not_testable")]
+    return make_table(columns, entries, kind=lambda entry: entry.status)
+
+
+def not_testable_table(found: Diagnosis) -> Table:
+    """Causes that these records or this model cannot tell, and why."""
+    columns = [Column("cause", lambda entry: words.cause(entry.cause)), Column("why", lambda entry: entry.why)]
+    return make_table(columns, [entry for entry in found.bank if entry.status == "not_testable"])
+
+
+def bar_width(p: float | None) -> float:
+    """Evidence -log10 p in per cent of the longest bar."""
+    if p is None or math.isnan(p):
+        return 0.0
+    return 100.0 * min(-math.log10(max(p, 1e-300)), LONGEST_BAR) / LONGEST_BAR
+
+
+def _rivals(entry: Entry, found: Diagnosis) -> list[str]:
+    finding = next((f for f in found.causes if entry.cause in (f.cause, *f.tied_with)), None)
+    return [] if finding is None else [c for c in (finding.cause, *finding.tied_with) if c != entry.cause]
+
+
+# ---- the extended model
+
+
+def added_table(equations: Equations, instruments: Sequence[tuple[str, str]]) -> Table:
+    """Parameters that the extension added, and what it says of rudder and sensors."""
+    rows = [
+        {"symbol": symbol, "name": name, "value": with_unit(value, unit, 4)}
+        for symbol, _, name, value, unit in equations.added
+    ]
+    rows += [{"symbol": "", "name": name, "value": text} for name, text in instruments]
+    symbol = Column("symbol", lambda row: row["name"] if row["symbol"] else "", html=lambda row: row["symbol"])
+    return make_table([symbol, field("name"), field("value")], rows)
+
+
+def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
+    """What the extension says of rudder linkage and sensors: name, value with unit."""
+    from ...models.instruments import INSTRUMENTS, SWAPS
+
+    own = {k: v for k, v in found.extended.instruments.items() if found.model.instruments.get(k) != v}
+    rows = []
+    for name, value in own.items():
+        unit = words.IN_DEGREES.get(INSTRUMENTS[name], INSTRUMENTS[name])
+        factor = DEG if INSTRUMENTS[name] in words.IN_DEGREES else 1.0
+        switch = name in (*SWAPS, "earth_frame_velocity", "rudder_reversed")
+        rows.append((words.cause(name), "yes" if switch else with_unit(factor * value, unit)))
+    return rows
+
+
+# ---- errors and gain
+
+
+def gain_table(found: Diagnosis) -> Table:
+    """Channel, RMSE before and after, their ratio with interval, R^2 before and after, share of the gap closed."""
+    columns = [
+        Column("channel", lambda row: words.channel(row[0])[0]),
+        Column("RMSE before", lambda row: _rmse(row, "rmse_before")),
+        Column("RMSE after", lambda row: _rmse(row, "rmse_after")),
+        Column("after/before [90 %]", lambda row: ratio(row[1])),
+        Column("R² before", lambda row: fixed(row[1].r2_before, 3), lambda row: row[1].r2_before),
+        Column("R² after", lambda row: fixed(row[1].r2_after, 3), lambda row: row[1].r2_after),
+        Column("gap to noise floor closed", lambda row: percent(row[1].closed), lambda row: row[1].closed),
+    ]
+    return make_table(columns, list(found.gain.items()))
+
+
+def _rmse(row: tuple[str, Gain], name: str) -> str:
+    _, unit, factor = words.channel(row[0])
+    return with_unit(factor * getattr(row[1], name), unit)
+
+
+def ratio(gain: Gain) -> str:
+    """Error after over before, with its interval."""
+    middle = gain.rmse_after / gain.rmse_before if gain.rmse_before > 0.0 else math.nan
+    return interval(middle, gain.ratio_low, gain.ratio_high)
+
+
+def error_table(found: Diagnosis) -> Table:
+    """RMS, mean and correlation of the errors of every record and channel, before and after."""
+    columns = [
+        field("record"),
+        field("role"),
+        field("channel"),
+        field("run"),
+        field("RMS"),
+        Column("mean", lambda row: number(row["mean"]), lambda row: row["mean"]),
+        *(_correlation_column(lag) for lag in CORRELATED),
+    ]
+    rows = [
+        _error_row(trace, name, run)
+        for trace in found.traces
+        for name in CHANNELS
+        if name in trace.measured
+        for run in ("before", "after")[: 1 + bool(found.causes)]
+    ]
+    return make_table(columns, rows)
+
+
+def _correlation_column(lag: float) -> Column:
+    return Column(f"correlation {lag:g} s", lambda row: number(row[lag], 2), lambda row: row[lag])
+
+
+def _error_row(trace: Any, name: str, run: str) -> dict[Any, Any]:
+    word, unit, factor = words.channel(name)
+    error = residual(trace, name, run)
+    facts = {"record": trace.record, "role": trace.role.replace("_", " "), "channel": word, "run": run}
+    facts |= {"RMS": with_unit(factor * rms(error), unit) if rms(error) >= 0.0 else MISSING}
+    return facts | {"mean": factor * mean(error)} | {lag: correlation(trace.time, error, lag) for lag in CORRELATED}

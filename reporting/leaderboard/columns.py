@@ -1,0 +1,98 @@
+"""Columns of the leaderboard's tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..numbers import DEG, MISSING, duration, interval, is_missing, number, r_squared
+from ..tables import Column, field
+
+Row = Mapping[str, Any]
+
+
+def numeric(title: str, name: str, form: Callable[[Any], str] = number, scale: float = 1.0) -> Column:
+    """A column of numbers, one field of the rows times `scale`."""
+
+    def value(row: Row) -> float | None:
+        return None if is_missing(row[name]) else float(row[name]) * scale
+
+    return Column(title, lambda row: form(value(row)), value)
+
+
+def count(name: str) -> Column:
+    """A column of whole numbers."""
+    return Column(name, lambda row: str(row[name]), lambda row: row[name])
+
+
+def with_interval(title: str, name: str) -> Column:
+    """A column of medians with their intervals."""
+    return Column(
+        title, lambda row: interval(row[name], row[f"{name}_low"], row[f"{name}_high"]), lambda row: row[name]
+    )
+
+
+def unless_one(name: str) -> Column:
+    """A column of numbers, empty where they are 1."""
+    return Column(name, lambda row: MISSING if row[name] == 1 else number(row[name]), lambda row: row[name])
+
+
+def _outcomes(row: Row) -> str:
+    return f"{row['failed']} / {row['not_applicable']} / {row['runs']}"
+
+
+OUTCOMES = Column("failed / n.a. / runs", _outcomes, lambda row: row["failed"])
+YAW_RATE_RMSE = numeric("yaw rate RMSE (deg/s)", "rmse_yaw_rate_rad_s", scale=DEG)
+YAW_RATE_R2 = numeric("yaw rate R2", "r2_yaw_rate", r_squared)
+HEADING_R2 = numeric("heading R2", "r2_heading", r_squared)
+TIME = numeric("time", "wall_s", duration)
+SAMPLING = (unless_one("thinning"), unless_one("length"))
+STANDING = (
+    field("method"),
+    numeric("mean rank", "mean_rank"),
+    numeric("by parameters", "rank_parameters"),
+    numeric("by prediction", "rank_prediction"),
+    with_interval("parameter error [95 %]", "rel_error"),
+    with_interval("NRMSE [95 %]", "nrmse"),
+    YAW_RATE_RMSE,
+    YAW_RATE_R2,
+    HEADING_R2,
+    numeric("efficiency", "efficiency"),
+    OUTCOMES,
+    count("diverged"),
+    count("cells"),
+    TIME,
+)
+DETAIL = (
+    field("model"),
+    field("train"),
+    field("held_out", "held out"),
+    field("noise"),
+    field("disturbance"),
+    *SAMPLING,
+    field("label", "method"),
+    numeric("parameter error", "rel_error"),
+    numeric("error / CRB", "crb_z"),
+    numeric("NRMSE", "nrmse"),
+    YAW_RATE_R2,
+    YAW_RATE_RMSE,
+    HEADING_R2,
+    numeric("heading RMSE (deg)", "rmse_heading_rad", scale=DEG),
+    field("estimates"),
+    OUTCOMES,
+    count("diverged"),
+    TIME,
+)
+FAILURE = (
+    Column("status", lambda row: row["status"].replace("_", " ")),
+    field("label", "method"),
+    field("vessel"),
+    field("model"),
+    field("train"),
+    field("noise"),
+    field("disturbance"),
+    *SAMPLING,
+    count("runs"),
+    field("seeds"),
+    field("error", "reason"),
+)

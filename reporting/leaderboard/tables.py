@@ -1,0 +1,142 @@
+"""Tables of the leaderboard: standings, methods by conditions, all cells, failures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..numbers import duration, is_missing, number
+from ..tables import Cell, Column, Table, field, make_table, with_least_marked
+from . import standings
+from .columns import DETAIL, FAILURE, STANDING
+from .standings import Frame, Leaderboard
+
+FACTORS = {
+    "noise": "noise",
+    "disturbance": "disturbance",
+    "thinning": "every n-th sample",
+    "length": "share of the records",
+    "train": "training records",
+    "held_out": "held-out records",
+    "model": "fitted model",
+    "vessel": "vessel",
+}
+"""Titles of the factors of `standings.FACTORS`."""
+CRITERIA = {"rel_error": "Parameter error", "nrmse": "Held-out NRMSE"}
+NEAR = 1.5
+"""The fastest method is sought among those with a prediction error up to this multiple of the least."""
+CHOICES = {
+    "records": "records",
+    "rel_error": "most accurate parameters (error)",
+    "nrmse": "best prediction (NRMSE)",
+    "fast": f"fastest within {NEAR:g} times the best (NRMSE, time)",
+}
+SHARED = ("model", "train", "held out", "noise", "disturbance")
+"""Columns of the table of all cells that stand in its note where they are the same in every row."""
+
+
+def overall_table(board: Leaderboard) -> Table:
+    """The standings over all cells."""
+    return make_table(STANDING, _rows(board.overall), "Overall")
+
+
+def level_tables(board: Leaderboard) -> list[Table]:
+    """The standings at every level of every factor."""
+    return [
+        make_table(STANDING, _rows(frame[frame["group"] == level]), f"{FACTORS[factor].capitalize()}: {level}")
+        for factor, frame in board.by.items()
+        for level in dict.fromkeys(frame["group"])
+    ]
+
+
+def matrices(board: Leaderboard) -> list[Table]:
+    """Methods, best first, against the levels of each factor: the parameter error and the prediction error."""
+    found = [
+        _matrix(board, factor, name, f"{title} by {FACTORS[factor]}")
+        for factor in board.by
+        for name, title in CRITERIA.items()
+    ]
+    return [table for table in found if len(table.columns) > 1]
+
+
+def _matrix(board: Leaderboard, factor: str, name: str, title: str) -> Table:
+    frame = board.by[factor]
+    levels = list(dict.fromkeys(frame["group"]))
+    most = frame.groupby("group")["cells"].max()
+    rows = []
+    for method in [method for method in board.overall["method"] if method in set(frame["method"])]:
+        own = {row["group"]: row for row in _rows(frame[frame["method"] == method])}
+        found = {level: (row[name], int(row["cells"]), int(most[level])) for level, row in own.items()}
+        if not all(is_missing(value) for value, *_ in found.values()):
+            rows.append({"method": method} | found)
+    columns = [field("method"), *(_compared(level) for level in levels)]
+    return with_least_marked(make_table(columns, rows, title), _in_every_cell)
+
+
+def _compared(level: str) -> Column:
+    """A column of (value, cells, most cells), with the number of cells where it is below the most."""
+
+    def text(row: Mapping[str, Any]) -> str:
+        value, cells, most = row.get(level, (None, 0, 0))
+        return number(value) if cells == most or is_missing(value) else f"{number(value)} ({cells} of {most})"
+
+    return Column(level, text, lambda row: row.get(level, (None,))[0])
+
+
+def _in_every_cell(cell: Cell) -> bool:
+    """Whether a cell of `_matrix` is a median over as many cells as any other there."""
+    return " of " not in cell.text
+
+
+def choice_table(board: Leaderboard) -> Table:
+    """For every level of every factor: most accurate parameters, best prediction, fastest near the best.
+
+    Only methods that were compared in as many cells as any other there.
+    """
+    rows = [
+        {"records": f"{FACTORS[factor]} {level}", **_choices(frame[frame["group"] == level])}
+        for factor, frame in board.by.items()
+        for level in dict.fromkeys(frame["group"])
+    ]
+    note = (
+        "The three methods with the best mean rank, with their median errors; and the fastest one with a prediction "
+        f"error of at most {NEAR:g} times the least. Only methods that were compared in every cell there."
+    )
+    return make_table([field(name, title) for name, title in CHOICES.items()], rows, "Which method", note)
+
+
+def _choices(frame: Frame, most: int = 3) -> dict[str, str]:
+    """Texts of one row of `choice_table`."""
+    everywhere = _rows(frame[(frame["cells"] == frame["cells"].max()) & (frame["cells"] > 0)])
+    texts = {}
+    for rank, name in standings.CRITERIA.items():
+        known = sorted((row for row in everywhere if not is_missing(row[rank])), key=lambda row: row[rank])
+        texts[name] = ", ".join(f"{row['method']} {number(row[name])}" for row in known[:most])
+    known = [row for row in everywhere if not is_missing(row["nrmse"])]
+    least = min((row["nrmse"] for row in known), default=0.0)
+    fast = min((row for row in known if row["nrmse"] <= NEAR * least), key=lambda row: row["cpu_s"], default=None)
+    text = f"{fast['method']} {number(fast['nrmse'])}, {duration(fast['cpu_s'])}" if fast else ""
+    return texts | {"fast": text}
+
+
+def detail_tables(detail: Frame) -> list[Table]:
+    """Every cell, one table a vessel."""
+    vessels = list(dict.fromkeys(detail["vessel"]))
+    return [_detail_table(vessel, _rows(detail[detail["vessel"] == vessel])) for vessel in vessels]
+
+
+def _detail_table(vessel: str, rows: Sequence[Mapping[str, Any]]) -> Table:
+    texts = {column.title: {column.text(row) for row in rows} for column in DETAIL if column.title in SHARED}
+    shared = {title: found.pop() for title, found in texts.items() if len(found) == 1}
+    note = ", ".join(f"{title} {text}" for title, text in shared.items())
+    columns = [column for column in DETAIL if column.title not in shared]
+    return make_table(columns, rows, f"All cells of {vessel}", f"All with {note}." if note else "")
+
+
+def failure_table(failures: Frame) -> Table:
+    """What failed, did not apply or did not converge, and why."""
+    return make_table(FAILURE, _rows(failures), "Failed, not applicable, not converged")
+
+
+def _rows(frame: Frame) -> list[dict[str, Any]]:
+    return frame.to_dict("records")

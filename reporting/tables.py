@@ -1,0 +1,187 @@
+"""Tables: made from rows and columns in one way, written as HTML, Markdown, CSV and for the terminal.
+
+A table holds both the text of a cell and its value: pages show the text and sort by the value, CSV has the value.
+"""
+
+from __future__ import annotations
+
+import csv as csv_format
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from typing import Any
+
+from .numbers import MISSING, is_missing
+
+WIDEST_PADDED = 40
+"""Markdown cells are padded to the width of their column, but not beyond this many characters."""
+LONG = 48
+"""HTML cells with more characters may be broken into lines."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell.
+
+    text : what is shown;  value : what it is sorted by and what CSV holds, None where that is the text;
+    html, markdown : what is shown instead of the text in that form, taken as it is;  best : whether it is set off.
+    """
+
+    text: str
+    value: Any = None
+    html: str | None = None
+    markdown: str | None = None
+    best: bool = False
+
+    @property
+    def key(self) -> str:
+        """What a page sorts by: a number as JavaScript reads it, empty where there is none, else the text."""
+        if self.value is None:
+            return "" if self.text == MISSING else self.text
+        if is_missing(self.value):
+            return ""
+        return "1e999" if self.value == math.inf else str(self.value)
+
+    @property
+    def long(self) -> bool:
+        """Whether a page may break the text into lines."""
+        return len(self.text) > LONG
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: its title, how a row becomes text, and the value behind the text (None: the text itself)."""
+
+    title: str
+    text: Callable[[Any], str]
+    value: Callable[[Any], Any] | None = None
+    html: Callable[[Any], str] | None = None
+    markdown: Callable[[Any], str] | None = None
+
+    def cell(self, row: Any) -> Cell:
+        """The cell of a row."""
+        forms = [form(row) if form else None for form in (self.value, self.html, self.markdown)]
+        value = math.nan if self.value is not None and forms[0] is None else forms[0]
+        return Cell(self.text(row), value, forms[1], forms[2])
+
+
+@dataclass(frozen=True)
+class Table:
+    """Titles of columns and rows of cells; `kinds` names the kind of each row, for the page's style and filters."""
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    title: str = ""
+    note: str = ""
+    kinds: tuple[str, ...] = ()
+
+    def is_numeric(self, column: int) -> bool:
+        """Whether the column holds numbers and is aligned to the right."""
+        return any(isinstance(row[column].value, int | float) for row in self.rows)
+
+
+def field(name: str, title: str | None = None) -> Column:
+    """A column of texts, one field of the rows."""
+    return Column(name if title is None else title, lambda row: str(row[name]))
+
+
+def make_table(
+    columns: Sequence[Column],
+    rows: Sequence[Any],
+    title: str = "",
+    note: str = "",
+    kind: Callable[[Any], str] | None = None,
+) -> Table:
+    """The table of the rows; columns that are empty throughout are left out, such as efficiency from a single seed."""
+    cells = [[column.cell(row) for column in columns] for row in rows]
+    keep = [i for i in range(len(columns)) if any(_says_something(row[i]) for row in cells)]
+    kept = tuple(tuple(row[i] for i in keep) for row in cells)
+    return Table(tuple(columns[i].title for i in keep), kept, title, note, tuple(map(kind, rows)) if kind else ())
+
+
+def from_frame(frame: Any) -> Table:
+    """A pandas frame as a table of its values, for `csv`."""
+    names = tuple(map(str, frame.columns))
+    rows = (tuple(Cell(str(value), value) for value in row) for row in frame.itertuples(index=False, name=None))
+    return Table(names, tuple(rows))
+
+
+def with_least_marked(table: Table, counts: Callable[[Cell], bool] = lambda cell: True) -> Table:
+    """The table with the least number of every column after the first set off, among the cells that count."""
+    least = [
+        min((row[j].value for row in table.rows if _finite(row[j]) and counts(row[j])), default=None)
+        for j in range(len(table.columns))
+    ]
+    rows = (
+        tuple(
+            replace(cell, best=j > 0 and _finite(cell) and counts(cell) and cell.value == least[j])
+            for j, cell in enumerate(row)
+        )
+        for row in table.rows
+    )
+    return replace(table, rows=tuple(rows))
+
+
+def html(table: Table) -> str:
+    """The table as HTML; a click on a title sorts it, if it stands on a page of this package."""
+    from .templating import macro
+
+    return macro("_table.html.j2", "table")(table)
+
+
+def markdown(table: Table) -> str:
+    """The table as Markdown: columns aligned, numbers to the right, what is set off in bold type."""
+    rows = [[_markdown_cell(Cell(title)) for title in table.columns]]
+    rows += [[_markdown_cell(cell) for cell in row] for row in table.rows]
+    right = [table.is_numeric(j) for j in range(len(table.columns))]
+    widths = [min(max(3, *(len(row[j]) for row in rows)), WIDEST_PADDED) for j in range(len(table.columns))]
+    rule = [("-" * (width - 1) + ":") if end else "-" * width for width, end in zip(widths, right, strict=True)]
+    lines = [_padded(row, widths, right) for row in (rows[0], rule, *rows[1:])]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def csv(table: Table) -> str:
+    """The values of the table as CSV; empty where there is none."""
+    buffer = io.StringIO()
+    writer = csv_format.writer(buffer, lineterminator="\n")
+    writer.writerow(table.columns)
+    writer.writerows([_csv_value(cell) for cell in row] for row in table.rows)
+    return buffer.getvalue()
+
+
+def console(table: Table, indent: str = "") -> str:
+    """The table as plain text in columns, numbers to the right; without titles where all are empty."""
+    rows = [[" ".join(cell.text.split()) for cell in row] for row in table.rows]
+    rows = [list(table.columns), *rows] if any(table.columns) else rows
+    right = [table.is_numeric(j) for j in range(len(table.columns))]
+    widths = [max((len(row[j]) for row in rows), default=0) for j in range(len(table.columns))]
+    return "\n".join(indent + "  ".join(_padded(row, widths, right)).rstrip() for row in rows)
+
+
+def _padded(row: Sequence[str], widths: Sequence[int], right: Sequence[bool]) -> list[str]:
+    return [
+        text.rjust(width) if end else text.ljust(width) for text, width, end in zip(row, widths, right, strict=True)
+    ]
+
+
+def _markdown_cell(cell: Cell) -> str:
+    """One line in which a bar does not end the cell."""
+    text = escape(cell.text, quote=False) if cell.markdown is None else cell.markdown
+    text = " ".join(text.split()).replace("|", "\\|")
+    return f"**{text}**" if cell.best else text
+
+
+def _csv_value(cell: Cell) -> Any:
+    value: Any = cell.text if cell.value is None else cell.value
+    value = value.item() if hasattr(value, "item") else value
+    return "" if is_missing(value) else value
+
+
+def _says_something(cell: Cell) -> bool:
+    return cell.text not in (MISSING, "") or bool(cell.html)
+
+
+def _finite(cell: Cell) -> bool:
+    return isinstance(cell.value, int | float) and math.isfinite(cell.value)

@@ -1,0 +1,1 @@
+"""Pages of a reproduction: Markdown, HTML and figures."""

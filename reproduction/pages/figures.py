@@ -1,0 +1,32 @@
+"""Figures of the pages: drawn by a paper's module on a matplotlib figure, as SVG with equal bytes every time."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...bench.store import write_atomic
+from ...reporting.plots import svg
+from ..claims.claim import Figure, Paper
+from ..papers.study import StudyResult, module_of
+
+FOLDER = "figures"
+
+
+def file_of(paper: str, figure: Figure) -> str:
+    """Path of a figure's file within the pages."""
+    return f"{FOLDER}/{paper}-{figure.id}.svg"
+
+
+def write(paper: Paper, figure: Figure, results: Sequence[StudyResult], directory: Path) -> str:
+    """Draw a figure from its study's results, in order of their seeds; returns the SHA-256 of the file.
+
+    The paper's module has `draw(results, figure)`, which adds axes to an empty matplotlib figure.
+    """
+    draw = getattr(module_of(paper.paper), figure.draw)
+    data = svg(lambda canvas: draw(results, canvas)).encode()
+    path = directory / file_of(paper.paper, figure)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomic(path, data)
+    return hashlib.sha256(data).hexdigest()

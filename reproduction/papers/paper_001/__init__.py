@@ -1,0 +1,21 @@
+"""Paper 001: Euler-difference least squares (A1, A2) for the 60 coefficients of a Mariner model."""
+
+from .figures import (
+    draw_accuracy,
+    draw_coefficients,
+    draw_data,
+    draw_explanation,
+    draw_headings,
+    draw_trajectories,
+)
+from .studies import STUDIES
+
+__all__ = [
+    "STUDIES",
+    "draw_accuracy",
+    "draw_coefficients",
+    "draw_data",
+    "draw_explanation",
+    "draw_headings",
+    "draw_trajectories",
+]

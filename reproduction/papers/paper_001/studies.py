@@ -1,0 +1,299 @@
+"""Paper 001: Euler-difference least squares (A1, A2) for the 60 coefficients of a Mariner model.
+
+The paper states neither speed, time step, duration nor steering gear of its 15 deg zigzag.  `settings` draws them
+(40 times) and gives the interval of what A1 and A2 find; the other studies use one setting, `SETTING`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...claims.files import load
+from ..study import Study, StudyResult
+
+if TYPE_CHECKING:
+    from ....datasets.record import Record
+    from ....models.model import Model
+
+VESSEL = "mariner-model"
+SCALE = 25.0
+TRAINING = "zigzag:15/15"
+MANOEUVRES = {
+    "Figure 2": "zigzag:15/15",
+    "Figure 3": "sine:15deg/20s",
+    "Figure 4": "turn:15",
+    "Figure 5": "zigzag:30/30",
+    "Figure 6": "sine:30deg/20s",
+    "Figure 7": "turn:30",
+}
+METHODS = {
+    "A1": "euler-ls",
+    "A1 normal": "euler-ls,variant=as_printed",
+    "A2": "euler-ls,algorithm=A2",
+    "A2p": "euler-ls,algorithm=A2,variant=as_printed",
+}
+DURATIONS_S = (40, 50, 60, 80, 100, 150, 200, 300, 400)
+
+
+class Setting(NamedTuple):
+    """What the paper leaves unsaid: speed m/s, rudder rate rad/s and lag s, time step s, duration s."""
+
+    speed: float
+    rate: float
+    lag: float
+    dt: float
+    duration: float
+
+
+SETTING = Setting(1.5435, np.deg2rad(25.0), 0.2, 0.02, 60.0)
+"""15 kn at the ship's scale, the ship's steering gear (both 1:25), and a zigzag of 60 s."""
+FINE = Setting(1.5435, np.deg2rad(25.0), 0.0, 0.003, 100.0)
+"""A small step: what difference schemes leave is proportional to it."""
+
+
+def vessel(setting: Setting = SETTING) -> Model:
+    """The Mariner model with the speed and the steering gear of a setting."""
+    from ....models.model import RudderGear, resolve
+
+    model = resolve(VESSEL)
+    constants = model.constants.copy()
+    constants[model.constant_names.index("U0")] = setting.speed
+    gear = RudderGear(model.rudder.max_rad, setting.rate, setting.lag)
+    return replace(model, constants=constants, speed_m_s=setting.speed, rudder=gear)
+
+
+def sailed(setting: Setting, manoeuvre: str = TRAINING) -> Record:
+    """A noise-free record of the vessel; '@euler' behind the manoeuvre: of its difference equation."""
+    from ....datasets.generator import record_run
+    from ....datasets.manoeuvres import parse_manoeuvre
+
+    parsed = parse_manoeuvre(manoeuvre)
+    return record_run(vessel(setting), parsed, duration_s=setting.duration, dt_s=setting.dt)
+
+
+def fitted(spec: str, record: Record, model: Model) -> np.ndarray:
+    """Coefficients (60,) that a method finds; nan where it finds none."""
+    from ....methods.registry import make
+    from ....models.errors import FitFailed
+
+    try:
+        return make(spec).fit([record], model).coefficients
+    except FitFailed:
+        return np.full(len(model.coordinates), np.nan)
+
+
+def backward(record: Record, model: Model) -> np.ndarray:
+    """A1 with backward differences: what it finds in the record played backwards, with the other sign."""
+    played = {name: values[::-1] for name, values in record.channels.items()}
+    return -fitted("euler-ls", replace(record, channels=played), model)
+
+
+def published(column: str) -> np.ndarray:
+    """A column (60,) of Table 2 as printed."""
+    from ....models.model import resolve
+
+    found = {claim.id: float(claim.published) for claim in load("001").claims}
+    return np.array([found[f"table2-{column}-{name}"] for name in resolve(VESSEL).coordinates])
+
+
+def median_error(coefficients: np.ndarray) -> float:
+    """Median relative error of the 40 coefficients that are not zero, %."""
+    from ....models.model import resolve
+
+    true = resolve(VESSEL).coefficients
+    used = true != 0.0
+    return float(100.0 * np.median(np.abs(coefficients[used] / true[used] - 1.0)))
+
+
+# ------------------------------------------------------------------------------------------------ studies
+
+
+def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Table 1 against the ship it is a model of: its particulars 1:25, and the inertia that its source gives."""
+    from ....models.model import resolve
+
+    ship, model = resolve("mariner"), resolve(VESSEL)
+    values = {name: ship.particulars[name] / SCALE for name in ("L", "B", "d")}
+    values["nabla"] = ship.particulars["nabla"] / SCALE**3
+    values |= {
+        name: value for name, value in zip(model.constant_names, model.constants.tolist(), strict=True) if name != "L"
+    }
+    values |= dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
+    return StudyResult(values)
+
+
+def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """A1 and A2 on one draw of what the paper leaves unsaid; as printed: A1 backward, A2 by normal equations."""
+    setting = Setting(
+        speed=rng.uniform(1.0, 2.0),
+        rate=np.deg2rad(rng.uniform(2.5, 25.0)),
+        lag=0.0,
+        dt=float(np.exp(rng.uniform(np.log(0.005), np.log(0.02)))),
+        duration=rng.uniform(60.0, 300.0),
+    )
+    record, model = sailed(setting), vessel(setting)
+    found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
+    found["A1p"] = backward(record, model)
+    values = {f"{name}.median": median_error(c) for name, c in found.items()}
+    for name, c in found.items():
+        values |= {f"{name}.{symbol}": float(v) for symbol, v in zip(model.coordinates, c, strict=True)}
+    values["A1 beats A2"] = values["A1.median"] < values["A2.median"]
+    values["A1p beats A2p"] = not values["A1p.median"] >= values["A2p.median"]
+    return StudyResult(values)
+
+
+def accuracy(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """A1 and A2 on records of the difference equation and of the differential equation, and the other pairings."""
+    model, true = vessel(), vessel().coefficients
+    euler = sailed(SETTING, TRAINING + "@euler")
+    values = {f"euler.{name}": _largest(fitted(spec, euler, model), true) for name, spec in METHODS.items()}
+    values["condition"] = _condition(euler, model)
+    values["euler.A2p.median"] = median_error(fitted(METHODS["A2p"], euler, model))
+    table = {duration: _pairings(SETTING._replace(duration=duration)) for duration in DURATIONS_S}
+    values |= {f"rk4.{name}": error for name, error in table[round(SETTING.duration)].items()}
+    values["rk4.A1.100s"], values["rk4.A2.100s"] = table[100]["A1"], table[100]["A2"]
+    names = tuple(table[DURATIONS_S[0]])
+    series = {name: np.array([table[d][name] for d in DURATIONS_S]) for name in names}
+    values["A1 column"] = median_error(published("A1"))
+    values["more data"] = bool(np.all(np.diff(series["A1"]) < 0.0))
+    return StudyResult(values, series | {"duration_s": np.array(DURATIONS_S, float)})
+
+
+def _largest(found: np.ndarray, true: np.ndarray) -> float:
+    return float(np.abs(found - true).max())
+
+
+def _condition(record: Record, model: Model) -> float:
+    """Condition of A2's regression of the surge (eq 9) with columns of unit length."""
+    from ....estimation.regression.schemes import regression_samples
+
+    part = regression_samples([record], model, "forward")[0]
+    terms = np.concatenate([phi[:, 0] for _, phi in part.blocks(model)])
+    columns = np.column_stack([part.states[:, 0], terms[:, np.any(terms != 0.0, axis=0)]])
+    return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
+
+
+def _pairings(setting: Setting) -> dict[str, float]:
+    """Median errors of the difference schemes on one record, %."""
+    record, model = sailed(setting), vessel(setting)
+    found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2")}
+    found |= {"backward": backward(record, model), "midpoint": fitted("ls,scheme=midpoint", record, model)}
+    return {name: median_error(c) for name, c in found.items()}
+
+
+def explanation(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """The A1 column from difference schemes and an inertia matrix that was not the simulator's."""
+    target = published("A1")
+    record, model = sailed(FINE), vessel(FINE)
+    found = {"backward": backward(record, model), "forward": fitted("euler-ls", record, model)}
+    values, series = {}, {"published": target, "true": model.coefficients}
+    for name, c in found.items():
+        mixed, mixing = mix(c, target, model)
+        values[f"{name}.alone"] = _typical(c, target)
+        values[name] = _typical(mixed, target)
+        values |= {f"{name}.{key}": value for key, value in mixing.items()}
+        series |= {name: mixed, f"{name}.alone": c}
+    return StudyResult(values, series)
+
+
+def mix(c: np.ndarray, target: np.ndarray, model: Model) -> tuple[np.ndarray, dict[str, float]]:
+    """Coefficients (60,) as a regression with another inertia matrix M' finds them, closest to `target` (60,).
+
+    Both equations, sway and yaw, have the same columns, so least squares with M' gives M' M^-1 times what it gives
+    with M; the four numbers of that matrix are those with the smallest sum of absolute relative deviations.
+    """
+    sway, yaw = (np.array([name[0] == letter for name in model.coordinates]) for letter in "YN")
+    columns = np.column_stack([c[sway], c[yaw]])
+    mixed, mixing = c.copy(), {}
+    for row, rows in (("Y", sway), ("N", yaw)):
+        factors = _least_absolute(columns / target[rows, None])
+        mixed[rows] = columns @ factors
+        mixing |= {f"{row}Y": float(factors[0]), f"{row}N": float(factors[1])}
+    return mixed, mixing
+
+
+def _least_absolute(columns: np.ndarray) -> np.ndarray:
+    """Factors (m,) for which columns (n, m) add up to one, least in absolute deviations: weights, again and again."""
+    weight = np.ones(len(columns))
+    factors = np.zeros(columns.shape[1])
+    for _ in range(50):
+        factors = np.linalg.lstsq(columns * weight[:, None], weight, rcond=None)[0]
+        weight = 1.0 / np.sqrt(np.maximum(np.abs(columns @ factors - 1.0), 1e-2))
+    return factors
+
+
+def _typical(found: np.ndarray, target: np.ndarray) -> float:
+    """Median relative deviation of the 40 coefficients whose original is not zero, %."""
+    used = published("original") != 0.0
+    return float(100.0 * np.median(np.abs(found[used] / target[used] - 1.0)))
+
+
+def predictions(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Figures 1 to 7: free runs of the coefficient sets with the rudder of the original."""
+    model, training = vessel(), sailed(SETTING)
+    sets = {"A1p": published("A1"), "A2p": published("A2")}
+    sets |= {name: fitted(METHODS[name], training, model) for name in ("A1", "A2")}
+    sets["midpoint"] = fitted("ls,scheme=midpoint", training, model)
+    values, series = {}, _drawn("Figure 1", sailed(SETTING._replace(dt=0.1, duration=80.0)))
+    for figure, manoeuvre in MANOEUVRES.items():
+        record = sailed(SETTING._replace(dt=0.1, duration=80.0), manoeuvre)
+        series |= _drawn(figure, record)
+        for name, c in sets.items():
+            errors, lines = _free_run(model.with_coefficients(c), record)
+            values |= {f"{figure}.{name}.{key}": value for key, value in errors.items()}
+            series |= {f"{figure}.{name}.{key}": line for key, line in lines.items()}
+    for letter in ("", "p"):
+        values[f"A1{letter} beats A2{letter}"] = all(
+            not values[f"{figure}.A1{letter}.heading"] >= values[f"{figure}.A2{letter}.heading"]
+            for figure in MANOEUVRES
+        )
+        lost = [not np.isfinite(values[f"{figure}.A2{letter}.heading"]) for figure in MANOEUVRES]
+        values[f"A2{letter}.diverged"] = float(np.sum(lost))
+    return StudyResult(values, series)
+
+
+CHANNELS = {"heading": "heading_rad", "north": "north_m", "east": "east_m"}
+
+
+def _drawn(figure: str, record: Record) -> dict[str, np.ndarray]:
+    """The samples of a record that figures show, each half second."""
+    names = ("surge_m_s", "sway_m_s", "yaw_rate_rad_s", "heading_rad", "rudder_rad", "north_m", "east_m")
+    chosen = {f"{figure}.{name}": record.column(name)[::5] for name in names}
+    return {f"{figure}.time_s": record.time_s[::5]} | chosen
+
+
+def _free_run(model: Model, record: Record) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+    """Errors in % of the observed range (and of the heading in deg), and the predicted lines; nan once diverged."""
+    from ....estimation.prediction import predict
+
+    found = {p.channel: p for p in predict(model, record)}
+    parts = {key: found[channel] for key, channel in CHANNELS.items()}
+    lost = any(p.diverged for p in found.values())
+    rms = {key: np.nan if lost else float(np.sqrt(np.mean((p.free - p.observed) ** 2))) for key, p in parts.items()}
+    extent = {key: float(np.ptp(p.observed)) for key, p in parts.items()}
+    errors = {
+        "heading": 100.0 * rms["heading"] / extent["heading"],
+        "heading_deg": float(np.rad2deg(rms["heading"])),
+        "track": 100.0 * float(np.hypot(rms["north"], rms["east"]) / np.hypot(extent["north"], extent["east"])),
+    }
+    return errors, {key: _while_near(p.free, p.observed)[::5] for key, p in parts.items()}
+
+
+def _while_near(free: np.ndarray, observed: np.ndarray) -> np.ndarray:
+    """A free run (N,) up to where it leaves twice the observed range for good; nan from there on."""
+    middle, extent = (observed.max() + observed.min()) / 2.0, max(float(np.ptp(observed)), 1e-9)
+    with np.errstate(all="ignore"):
+        gone = ~(np.abs(free - middle) < 2.0 * extent)
+    return np.where(np.cumsum(gone) > 0, np.nan, free)
+
+
+STUDIES = {
+    "particulars": Study(particulars),
+    "settings": Study(settings, seeds=40),
+    "accuracy": Study(accuracy),
+    "explanation": Study(explanation),
+    "predictions": Study(predictions),
+}

@@ -1,0 +1,316 @@
+"""Paper 002: fast convergent iterative learning least squares (FCI-LS) on nonlinear response models, and a tank test.
+
+"Gaussian white noise of variance 0.05 was added into the model" is read as (deg/s)^2 on the right side of the
+differential equation, new at each sample: on the measured yaw rate no method of the paper survives it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...claims.files import load
+from ..study import Study, StudyResult
+
+if TYPE_CHECKING:
+    from ....datasets.record import Record
+    from ....estimation.estimate import Estimate
+    from ....models.model import Model
+
+STEP_S, DURATION_S = 0.1, 200.0
+NOISE_SD = float(np.deg2rad(np.sqrt(0.05)))
+BAND = 0.05
+BASIC = "rls,p0=1e6"
+FCI = "fci-ls,p0=1e6,beta=0.005,most=200,tolerance=0.001"
+PRINTED = FCI + ",variant=as_printed,degrees=true"
+WITHOUT_BETA = FCI.replace("beta=0.005", "beta=0")
+
+
+def zigzag(name: str, noise: np.ndarray | None = None) -> Record:
+    """5/10 zigzag of a vessel, the rudder held and one RK4 step a sample; `noise` (N,) on the right side, rad/s."""
+    from ....datasets.record import Record
+    from ....models.model import CHANNELS, resolve
+    from ....models.simulate import initial_state, simulate
+
+    model = replace(resolve(name), max_step_s=STEP_S)
+    psi, n = model.states.index("psi"), round(DURATION_S / STEP_S)
+    extra = _as_rudder(model, np.zeros(n) if noise is None else noise)
+    states, rudder, side = [initial_state(model)], np.zeros(n + 1), 1.0
+    for k in range(n):
+        if side * states[k][psi] >= np.deg2rad(10.0):
+            side = -side
+        rudder[k] = side * np.deg2rad(5.0) if k else 0.0
+        states.append(simulate(model, [[rudder[k] + extra[k]]] * 2, STEP_S, states[k], hold="zero")[1])
+    seen = {CHANNELS[s]: np.array(states)[:, model.states.index(s)] for s in ("r", "psi")}
+    return Record(STEP_S * np.arange(n + 1), {"rudder_rad": rudder, **seen}, name=f"{name} 5/10")
+
+
+def _as_rudder(model: Model, noise: np.ndarray) -> np.ndarray:
+    """The unseen rudder angle, held over each step, that forces the model as `noise` (N,) on the right side does.
+
+    With a lead T3 the impulse of each of its steps counts too: T3 (d(k) - d(k-1)) + dt d(k) = dt noise(k)/K.
+    """
+    gain, lead = model.parameters["K"], model.parameters.get("T3", 0.0)
+    angle, last = np.zeros(noise.size), 0.0
+    for k in range(1, noise.size):
+        last = angle[k] = (lead * last + STEP_S * noise[k] / gain) / (lead + STEP_S)
+    return angle
+
+
+def fitted(spec: str, record: Record, model: Model) -> Estimate | None:
+    """What a method finds; None where it finds nothing finite."""
+    from ....methods.registry import make
+    from ....models.errors import FitFailed
+
+    try:
+        return make(spec).fit([record], model)
+    except FitFailed:
+        return None
+
+
+def found(estimate: Estimate | None, model: Model) -> dict[str, float]:
+    """Published parameters, nan of a failed fit."""
+    return dict.fromkeys(model.parameters, np.nan) if estimate is None else estimate.parameters
+
+
+# ------------------------------------------------------------------------------------------------ Tables I and II
+
+
+def first_order(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Table I and Figure 1."""
+    return _table("response-1", _printed_first, rng)
+
+
+def second_order(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Table II and Figure 2."""
+    return _table("response-2", _printed_second, rng)
+
+
+def _printed_first(p: Mapping[str, float]) -> dict[str, float]:
+    """Eq 4 as printed: T = (1 - a1)/dt is 1/T, and alpha = -a2 T/dt, K = b1 T/dt take it over."""
+    return {"T": 1.0 / p["T"], "K": p["K"] / p["T"] ** 2, "alpha": p["alpha"] / p["T"] ** 2}
+
+
+def _printed_second(p: Mapping[str, float]) -> dict[str, float]:
+    """Eq 6 as printed: alpha = -a3 h, without dt^2."""
+    return {**p, "alpha": p["alpha"] * STEP_S**2}
+
+
+def _table(
+    name: str, printed: Callable[[Mapping[str, float]], dict[str, float]], rng: np.random.Generator
+) -> StudyResult:
+    from ....models.model import resolve
+
+    model = resolve(name)
+    record = zigzag(name, NOISE_SD * rng.normal(size=round(DURATION_S / STEP_S)))
+    specs = {"basic": BASIC, "fci": FCI, "fci.printed": PRINTED, "fci.without": WITHOUT_BETA}
+    fits = {key: fitted(spec, record, model) for key, spec in specs.items()}
+    values, series = {}, {}
+    for key, fit in fits.items():
+        values |= {f"{key}.{p}": value for p, value in found(fit, model).items()}
+        values |= {f"{key}.time.{p}": seconds for p, seconds in _settling(fit, model).items()}
+        series |= {f"{key}.{p}": path for p, path in _paths(fit, model).items()}
+    values |= {f"basic.printed.{p}": value for p, value in printed(found(fits["basic"], model)).items()}
+    for key in ("fci", "fci.printed", "fci.without"):
+        errors = _errors(fits[key], model), _errors(fits["basic"], model)
+        values |= {f"{key}.ratio.{p}": errors[0][p] / errors[1][p] for p in model.parameters}
+    return StudyResult(values, series)
+
+
+def _errors(fit: Estimate | None, model: Model) -> dict[str, float]:
+    return {p: abs(value - model.parameters[p]) for p, value in found(fit, model).items()}
+
+
+def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
+    """Seconds until a parameter stays within 5 % of the set value; the length of the record where it never does."""
+    from ....estimation.recursive.convergence import convergence
+
+    if fit is None:
+        return dict.fromkeys(model.parameters, DURATION_S)
+    times = {p: c.settled_s[BAND] for p, c in convergence(fit, model.parameters, [BAND]).items()}
+    return {p: min(seconds, DURATION_S) for p, seconds in times.items()}
+
+
+def _paths(fit: Estimate | None, model: Model) -> dict[str, np.ndarray]:
+    """Relative errors of the parameters along the recursion, every second."""
+    from ....estimation.recursive.convergence import parameter_paths
+
+    if fit is None:
+        return {}
+    return {p: path[::10] / model.parameters[p] - 1.0 for p, path in parameter_paths(fit).items()}
+
+
+def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """The same without noise: what the difference equation and the maps (4) and (6) leave."""
+    from ....models.model import resolve
+
+    specs = {
+        "ls": "ls",
+        "zoh": "ls,scheme=zoh",
+        "radians": "fci-ls,variant=as_printed,beta=0,most=1,p0=1e6",
+        "fci": FCI,
+        "fci.printed": PRINTED,
+    }
+    values = {}
+    for name in ("response-1", "response-2"):
+        model, record = resolve(name), zigzag(name)
+        for key, spec in specs.items():
+            estimate = fitted(spec, record, model)
+            values |= {f"{name}.{key}.{p}": value for p, value in found(estimate, model).items()}
+    return StudyResult(values)
+
+
+def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Error of K against the size of the noise on the right side, of the basic and the iterated method."""
+    from ....models.model import resolve
+
+    model = resolve("response-1")
+    size = np.deg2rad(np.geomspace(1e-3, 0.3, 7))
+    draw = rng.normal(size=round(DURATION_S / STEP_S))
+    series: dict[str, list[float]] = {"basic": [], "without": [], "fci": [], "fci.printed": []}
+    for sd in size:
+        record = zigzag("response-1", sd * draw)
+        for key, spec in zip(series, (BASIC, WITHOUT_BETA, FCI, PRINTED), strict=True):
+            series[key].append(_errors(fitted(spec, record, model), model)["K"] / model.parameters["K"])
+    lines = {key: np.array(line) for key, line in series.items()}
+    values = {f"{key}.largest": float(line.max()) for key, line in lines.items()}
+    return StudyResult(values, lines | {"sd_deg_s": np.rad2deg(size)})
+
+
+def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """The error columns of both tables from their other columns: I is identified - set, II set - identified."""
+    from ....models.model import resolve
+
+    printed = {claim.id: claim.published for claim in load("002").claims}
+    values = {}
+    for table, name, sign in (("table1", "response-1", 1.0), ("table2", "response-2", -1.0)):
+        for p, truth in resolve(name).parameters.items():
+            values |= {f"{table}.{c}.{p}": sign * (printed[f"{table}-{c}-{p}"] - truth) for c in ("basic", "fci")}
+    return StudyResult(values)
+
+
+# ------------------------------------------------------------------------------------------------ the step beta
+
+
+def beta(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """How large the P-type step may be: the printed bound 2 gamma against 2/|phi|^2."""
+    from ....models.model import resolve
+
+    model, record = resolve("response-1"), zigzag("response-1")
+    shares = np.array([0.001, 0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2])
+    values, series = {}, {"share": shares}
+    for unit, degrees in (("rad", False), ("deg", True)):
+        bound = 2.0 / _largest_row(record, degrees)
+        errors = [_iterated(record, model, share * bound, degrees) for share in shares]
+        values[f"{unit}.bound"] = bound
+        values[f"{unit}.limit"] = bound * float(shares[np.isfinite(errors)].max())
+        series[unit] = np.array(errors)
+    values["rad.300"] = not np.isfinite(_iterated(record, model, 300.0, False))
+    values["deg.0.08"] = not np.isfinite(_iterated(record, model, 0.08, True))
+    values["rad.2gamma"] = bool(np.isfinite(_iterated(record, model, 2e6, False)))
+    safe = fitted("fci-ls,beta=2e6,p0=1e6", record, model)
+    values["corrected.2gamma"] = bool(safe is not None and np.isfinite(safe.coefficients).all())
+    series["corrected"] = np.array([_corrected(record, model, share) for share in shares])
+    return StudyResult(values, series)
+
+
+def _largest_row(record: Record, degrees: bool) -> float:
+    """Largest |phi|^2 of the rows [r, r^3, delta]."""
+    unit = np.rad2deg(1.0) if degrees else 1.0
+    r, delta = unit * record.column("yaw_rate_rad_s"), unit * record.rudder()
+    return float((r**2 + r**6 + delta**2).max())
+
+
+def _iterated(record: Record, model: Model, step: float, degrees: bool) -> float:
+    """Relative error of K after FCI-LS as printed with all 200 repeats; nan where it diverges."""
+    spec = f"fci-ls,variant=as_printed,degrees={str(degrees).lower()},tolerance=0,most=200,beta={float(step)!r}"
+    return _errors(fitted(spec, record, model), model)["K"] / model.parameters["K"]
+
+
+def _corrected(record: Record, model: Model, share: float) -> float:
+    """As `_iterated`, of the corrected form, whose columns have unit root mean square."""
+    spec = f"fci-ls,tolerance=0,most=200,p0=1e6,beta={float(share) * 2.0 / len(model.coordinates)!r}"
+    return _errors(fitted(spec, record, model), model)["K"] / model.parameters["K"]
+
+
+# ------------------------------------------------------------------------------------------------ the tank test
+
+DATASET, TRAINING = "kvlcc2-hsva", "Z_15_05"
+HELD_OUT = {"25/5": "Z_25_05", "10/10 P": "Z_10_10_P", "10/10 S": "Z_10_10_S"}
+TANK = "fci-ls,p0=1e3,beta=0.005,most=200,tolerance=0.001"
+FITS = {
+    "integrator": ("output-error", "integrator", 1),
+    "ls": ("ls", "nomoto-1-cubic", 1),
+    "ls .5 s": ("ls", "nomoto-1-cubic", 10),
+    "oe": ("output-error", "nomoto-1-cubic", 1),
+    "oe-2": ("output-error", "nomoto-2", 1),
+    "oe-2-speed": ("output-error", "nomoto-2-quadratic-speed", 1),
+    "fci": (TANK, "nomoto-1-cubic", 1),
+    "fci.radians": (TANK + ",variant=as_printed", "nomoto-1-cubic", 1),
+    "fci.degrees": (TANK + ",variant=as_printed,degrees=true", "nomoto-1-cubic", 1),
+}
+"""Name -> method, model, and every how many samples (0.05 s) of the record."""
+
+
+def tank(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Fitted to the 15/5 zigzag, predicting others from their measured rudder.  Statistics only, no measured series.
+
+    Raises `BadInput` where the measured set is not there, with how to get it.
+    """
+    from ....datasets.measured import load
+    from ....models.model import resolve
+
+    training = load(DATASET, TRAINING)
+    runs = {run: load(DATASET, stem) for run, stem in HELD_OUT.items()}
+    values, series = {}, {}
+    for name, (spec, family, stride) in FITS.items():
+        model = resolve(family)
+        estimate = fitted(spec, _thinned(training, stride), model)
+        values |= {f"{name}.{p}": value for p, value in found(estimate, model).items()}
+        scores = dict(_scores(estimate, runs | {"15/5": training}))
+        values |= {f"{name}.{key}": value for key, value in scores.items()}
+        series[f"r2.{name}"] = np.array([scores[f"{run}.r2"] for run in runs])
+        if name == "fci.radians" and estimate is not None:
+            series |= _course(estimate)
+    values["fci.good"] = bool(values["fci.25/5.r2"] > values["integrator.25/5.r2"])
+    values["fci.radians.good"] = bool(values["fci.radians.25/5.r2"] > values["integrator.25/5.r2"])
+    return StudyResult(values, series)
+
+
+def _thinned(record: Record, stride: int) -> Record:
+    channels = {name: values[::stride] for name, values in record.channels.items()}
+    return replace(record, time_s=record.time_s[::stride], channels=channels)
+
+
+def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[tuple[str, float]]:
+    """R^2 and RMSE (deg/s) of the yaw rate and RMSE of the heading (deg) of each run."""
+    from ....estimation.prediction import prediction_scores
+
+    for run, record in runs.items():
+        score = {} if estimate is None else prediction_scores(estimate.model, [record])
+        yield f"{run}.r2", score.get("r2_free_yaw_rate_rad_s", np.nan)
+        yield f"{run}.r", float(np.rad2deg(score.get("rmse_free_yaw_rate_rad_s", np.nan)))
+        yield f"{run}.psi", float(np.rad2deg(score.get("rmse_free_heading_rad", np.nan)))
+
+
+def _course(estimate: Estimate) -> dict[str, np.ndarray]:
+    """Parameters along the recursion, every second."""
+    from ....estimation.recursive.convergence import parameter_paths
+
+    time = estimate.trajectory_time_s
+    assert time is not None
+    return {"time_s": time[::20]} | {f"course.{p}": path[::20] for p, path in parameter_paths(estimate).items()}
+
+
+STUDIES = {
+    "first_order": Study(first_order, seeds=40),
+    "second_order": Study(second_order, seeds=40),
+    "noise_free": Study(noise_free),
+    "noise": Study(noise, seeds=8, drawn=8),
+    "arithmetic": Study(arithmetic),
+    "beta": Study(beta),
+    "tank": Study(tank, measured=DATASET),
+}

@@ -1,0 +1,1 @@
+"""Verdicts: intervals of our values over noise seeds, and their comparison with a claim."""

@@ -1,0 +1,113 @@
+"""The page of a diagnosis and its Markdown form, on a diagnosis made by hand."""
+
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from helmbench.reporting.diagnosis import text as words
+from helmbench.reporting.diagnosis.errors import residual, rms
+from helmbench.reporting.diagnosis.figures import figures
+from helmbench.reporting.diagnosis.markdown import write_markdown
+from helmbench.reporting.diagnosis.page import html
+from helmbench.reporting.diagnosis.tables import bank_table, error_table, gain_table
+from helmbench.reporting.numbers import DEG, number
+
+from ...made_up_diagnosis import made_up
+
+
+@pytest.fixture(scope="module")
+def found():
+    return made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}, {"yaw_rate_bias": 0.002})
+
+
+@pytest.fixture(scope="module")
+def page(found):
+    return html(found)
+
+
+def test_the_page_has_five_numbered_parts_in_order(page, found):
+    heads = re.findall(r"<h2>(.*?)</h2>", page)
+    assert [head[:2] for head in heads[:5]] == ["1.", "2.", "3.", "4.", "5."]
+    assert page.index(words.verdict(found).split(".")[0]) < page.index("<h2>")
+
+
+def test_the_page_needs_no_other_file(page):
+    links = re.findall(r"""(?:src|href)\s*=\s*["']?([^"' >]+)|url\(([^)]*)\)|(@import)""", page)
+    assert all((a or b or c).startswith("#") for a, b, c in links)
+
+
+def test_charts_and_formulas_are_well_formed(page):
+    charts = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
+    assert len(charts) >= 5 and not any("nan" in path for path in re.findall(r' d="([^"]*)"', page))
+    for svg in charts:
+        ElementTree.fromstring(svg)
+    for math in re.findall(r"<math>.*?</math>", page, re.DOTALL):
+        ElementTree.fromstring(math)
+
+
+@pytest.mark.parametrize("verdict", ["adequate", "inconclusive", "unexplained", "tied"])
+def test_every_verdict_has_its_page(verdict):
+    other = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}, verdict=verdict, held=0)
+    page = html(other)
+    assert "the gain was not measured" in page and words.verdict(other).split(":")[0][:40] in page
+    assert ("The model stays as it is" in page) == (verdict != "tied")
+    assert words.terminal(other).startswith(verdict)
+
+
+def test_names_in_the_page_are_escaped(found):
+    page = html(replace(found, reason="<script>alert(1)</script>", records=(("<b>.csv", "train"),)))
+    assert "<script>alert" not in page and "&lt;b&gt;.csv" in page
+
+
+def test_the_gain_on_the_page_is_that_of_the_diagnosis(found, page):
+    table = gain_table(found)
+    for row, (name, gain) in zip(table.rows, found.gain.items(), strict=True):
+        _, unit, factor = words.channel(name)
+        assert row[1].text == f"{number(factor * gain.rmse_before)} {unit}".rstrip()
+        assert row[2].text == f"{number(factor * gain.rmse_after)} {unit}".rstrip()
+        assert (row[4].value, row[5].value) == (gain.r2_before, gain.r2_after)
+        assert all(cell.text in page for cell in row)
+
+
+def test_every_cause_stands_in_the_table(found):
+    table = bank_table(found)
+    assert {row[0].text for row in table.rows} == {words.cause(entry.cause) for entry in found.bank}
+    assert table.kinds == tuple(entry.status for entry in words.ordered_bank(found))
+
+
+def test_errors_are_those_of_the_records(found):
+    rows = error_table(found).rows
+    trace = found.traces[0]
+    expected = DEG * rms(residual(trace, "yaw_rate_rad_s", "before"))
+    first = next(row for row in rows if [cell.text for cell in row[2:4]] == ["yaw rate", "before"])
+    assert first[0].text == trace.record and first[4].text == f"{number(expected)} deg/s"
+
+
+def test_markdown_carries_statistics_and_no_series(found, tmp_path):
+    paths = write_markdown(found, tmp_path, "made-up", "Made up")
+    assert {p.name for p in paths} == {"made-up.md", *(f"made-up-{name}.svg" for name in figures(found))}
+    text = paths[0].read_text()
+    assert "| RMSE before" in text and "$$" in text and "![" in text
+    shortest = min(trace.time.size for trace in found.traces)
+    drawn = max(len(re.findall(r"[ML]", d)) for p in paths[1:] for d in re.findall(r' d="([^"]*)"', p.read_text()))
+    assert drawn < shortest / 5 and len(text) < 20_000
+    for path in paths[1:]:
+        ElementTree.parse(path)
+
+
+def test_markdown_removes_figures_of_an_earlier_diagnosis(found, tmp_path):
+    (tmp_path / "made-up-old.svg").write_text("<svg/>")
+    write_markdown(found, tmp_path, "made-up", "Made up")
+    assert not (tmp_path / "made-up-old.svg").exists()
+
+
+def test_a_diverged_run_does_not_hide_the_measured_one(found):
+    trace = found.traces[-1]
+    wild = np.exp(0.2 * trace.time)
+    wild[-10:] = np.inf
+    page = html(replace(found, traces=(replace(trace, before={**trace.before, "yaw_rate_rad_s": wild}),)))
+    ticks = [float(t.replace("−", "-")) for t in re.findall(r">([−\d.]+)</text>", page)]
+    assert ticks and max(map(abs, ticks)) < 1e5

@@ -1,0 +1,87 @@
+"""Plots: well-formed SVG, equal bytes, what cannot be drawn is left out."""
+
+import math
+import re
+from xml.etree import ElementTree
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from helmbench.reporting.charts import by_level, rate_curves
+from helmbench.reporting.diagnosis.charts import (
+    AFTER,
+    Curve,
+    bars,
+    channel_chart,
+    error_range,
+    spectra,
+    track_chart,
+    value_range,
+)
+from helmbench.reporting.plots import embedded, svg
+
+LEVELS = ("none", "low", "high")
+
+
+def markers(text):
+    """Markers of lines, those of the legend too; ticks have no fill."""
+    return len(re.findall(r'<use [^>]*style="fill: #', text))
+
+
+def test_charts_leave_out_what_a_logarithm_cannot_show():
+    drawn = by_level({"a": [0.0, 0.1, 1.0], "b": [math.inf, None, 0.01]}, LEVELS, "errors")
+    assert markers(drawn) == 3 + 2  # points that are positive and finite, and one of each name in the legend
+    assert all(f">{name}</text>" in drawn for name in ("a", "b", *LEVELS))
+    assert by_level({"a": [0.0, 0.0]}, ["none", "low"], "errors") == ""
+    assert by_level({"a": [0.1]}, ["low"], "errors") == ""
+
+
+def test_rates_are_drawn_with_their_names():
+    drawn = rate_curves({"one": [(1.0, 0.2, 0.1, 0.5), (10.0, 0.9, 0.8, 1.0)], "two": [(3.0, 0.5, 0.4, 0.6)]}, "power")
+    assert ">one</text>" in drawn and ">two</text>" in drawn and ">100%</text>" in drawn
+    assert rate_curves({}, "power") == "" and rate_curves({"one": []}, "power") == ""
+
+
+def test_the_same_drawing_has_the_same_bytes_and_leaves_no_figure_open():
+    first = svg(lambda figure: figure.subplots().plot([1, 2], [3, 4], "o"))
+    assert first == svg(lambda figure: figure.subplots().plot([1, 2], [3, 4], "o"))
+    assert plt.get_fignums() == [] and "<metadata>" not in first
+
+
+def test_an_embedded_drawing_has_a_title_and_no_names_of_groups():
+    text = embedded(svg(lambda figure: figure.subplots().plot([1, 2], [3, 4])), 'errors & "rates"')
+    root = ElementTree.fromstring(text)
+    assert root.attrib["aria-label"] == 'errors & "rates"' and "<?xml" not in text
+    assert not re.findall(r'id="[a-zA-Z0-9]+_\d+"', text)
+    for name in re.findall(r"url\(#(.*?)\)", text):
+        assert f'id="{name}"' in text
+
+
+def test_ranges_follow_the_measured_values():
+    measured, wild = np.array([0.0, 1.0, np.nan]), np.array([0.5, 1e9, -np.inf])
+    low, high = value_range([measured, wild])
+    assert -2.5 < low < 0.0 and 3.0 <= high < 3.5
+    assert value_range([np.array([np.nan])]) is None
+    assert error_range([wild], 2.0)[1] == pytest.approx(2.0, rel=0.1) and error_range([measured], 2.0)[0] < 0.0
+
+
+def test_what_is_not_finite_is_not_drawn():
+    nothing = np.full(5, np.nan)
+    assert (
+        channel_chart(np.arange(5.0), [Curve("a", nothing, AFTER)], [Curve("a", nothing, AFTER)], "x", "m", 1.0) == ""
+    )
+    assert track_chart([(nothing, nothing, Curve("a", nothing, AFTER))], "track") == ""
+    assert spectra(np.array([0.1, 0.2]), [Curve("a", np.zeros(2), AFTER)], "m") == ""
+    assert bars({"one": {"before": math.nan}}, {"before": AFTER}, "m") == ""
+
+
+def test_a_long_series_does_not_make_a_long_file(rng):
+    time = np.arange(60_000.0)
+    curves = [Curve("a", rng.normal(size=time.size), AFTER)]
+    assert len(channel_chart(time, curves, curves, "x", "m", 5.0)) < 300_000
+
+
+def test_bars_carry_their_values():
+    drawn = bars({"run 1": {"before": 0.5, "after": 0.123456}}, {"before": AFTER, "after": AFTER}, "deg/s")
+    assert ">0.5</text>" in drawn and ">0.123</text>" in drawn and ">run 1</text>" in drawn

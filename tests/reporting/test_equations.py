@@ -1,0 +1,100 @@
+"""Equations of extended models in LaTeX and MathML."""
+
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import pytest
+import sympy as sp
+
+from helmbench.models.extend import extended
+from helmbench.models.families.extensions import EXTENSIONS
+from helmbench.models.model import list_vessels, resolve
+from helmbench.models.primitives import absv, atan2v
+from helmbench.reporting.equations import equations
+from helmbench.reporting.printers import Latex, MathML, parts, rounded
+
+HTML_NAMES = re.compile("&[A-Z][A-Za-z]+;")
+"""Characters by names that HTML knows and XML does not."""
+
+
+def lines(vessel, *extensions, **instruments):
+    base = resolve(vessel)
+    model = base
+    for name in extensions:
+        model = extended(model, name)
+    return equations(replace(model, instruments=instruments), base)
+
+
+def test_an_added_term_is_marked_in_its_equation_alone():
+    found = lines("mariner", "yaw_damping_quadratic")
+    assert [line.new for line in found.dynamics] == [False, False, True, False, False, False]
+    (marked,) = re.findall(r"<span class='term new'>(.*?)</span>$", found.dynamics[2].html.split("\n")[-1])
+    assert "N&#8242;" in marked and "underbrace" in found.dynamics[2].latex
+    assert "Xvvu" not in found.dynamics[0].html and [row[2] for row in found.added] == ["added_Nr_absr"]
+
+
+def test_rudder_and_sensors_are_shown_as_relations():
+    found = lines("mariner", "rudder_offset", rudder_delay=1.0, yaw_rate_bias=0.01)
+    assert found.relations[0].latex == r"\delta_{\mathrm{hull}} = \delta\left(t - \tau_{\delta}\right) + \delta_{0}"
+    assert len(found.relations) == 2 and not any(line.new for line in found.dynamics)
+    assert "hull" in found.dynamics[1].latex
+
+
+def test_a_new_state_is_a_new_equation():
+    found = lines("response-1", "second_order_lead")
+    assert found.dynamics[-1].new and found.dynamics[-1].latex.startswith(r"\dot{z} =")
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_every_extension_is_marked_and_well_formed(extension):
+    vessel = next(name for name in list_vessels() if _fits(name, extension))
+    found = lines(vessel, extension)
+    assert any(line.new for line in (*found.relations, *found.dynamics))
+    for line in (*found.relations, *found.dynamics, *found.helpers):
+        ElementTree.fromstring(f"<p>{HTML_NAMES.sub('', line.html)}</p>")
+        assert line.latex.count("{") == line.latex.count("}") and "_abs" not in line.latex
+
+
+def _fits(vessel, extension):
+    try:
+        extended(resolve(vessel), extension)
+    except ValueError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("Yvvr", ("Y", "vvr", "")),
+        ("Nu", ("N", "u", "")),
+        ("m11", ("m", "11", "")),
+        ("added_Nr_absr", ("Nprime", "r|r|", "")),
+        ("up", ("uprime", "", "")),
+        ("iU", ("U", "", "-1")),
+        ("delta", ("delta", "", "")),
+        ("curr_ur", ("u", "r", "")),
+    ],
+)
+def test_names_are_split_into_letter_index_and_exponent(name, expected):
+    assert parts(name) == expected
+
+
+def test_symbols_and_functions_of_models():
+    u, r, delta = sp.symbols("up r delta_rate", real=True)
+    assert Latex().doprint(absv(r) * u) == r"{u}' \left|{r}\right|"
+    assert Latex().doprint(delta) == r"\dot{\delta}" and "δ̇" in MathML()._print(delta).toxml()
+    assert Latex().doprint(atan2v(r, u)).startswith(r"\operatorname{atan2}")
+    assert Latex().doprint(sp.sin(r)) == r"\sin{\left(r \right)}"
+    assert "<mi>sin</mi>" in MathML().doprint(sp.sin(r))
+
+
+def test_marked_symbols_are_set_off():
+    z = sp.Symbol("z")
+    assert Latex({"z"}).doprint(z) == r"\boxed{z}" and Latex().doprint(z) == "z"
+    assert MathML({"z"}).doprint(z) == '<mi class="new">z</mi>'
+
+
+def test_numbers_have_six_digits():
+    assert Latex().doprint(rounded(0.123456789 * sp.Symbol("x"))) == "0.123457 x"

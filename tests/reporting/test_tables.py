@@ -1,0 +1,86 @@
+"""The table writer: HTML, Markdown, CSV, terminal."""
+
+import csv
+import html
+import io
+import math
+import re
+
+import pandas as pd
+import pytest
+
+from helmbench.reporting import tables
+from helmbench.reporting.numbers import number
+from helmbench.reporting.tables import Cell, Column, Table, field, make_table, with_least_marked
+
+ROWS = [
+    {"name": "a|b", "error": 0.123456, "note": "<b>"},
+    {"name": "c", "error": math.inf, "note": ""},
+    {"name": "d", "error": None, "note": "x" * 60},
+]
+COLUMNS = [field("name"), Column("error", lambda row: number(row["error"]), lambda row: row["error"]), field("note")]
+
+
+@pytest.fixture
+def table():
+    return make_table(COLUMNS, ROWS, "Errors", kind=lambda row: row["name"])
+
+
+def test_columns_that_say_nothing_are_left_out():
+    found = make_table(COLUMNS, [{"name": "a", "error": None, "note": ""}])
+    assert found.columns == ("name",)
+
+
+def test_html_shows_the_text_and_sorts_by_the_value(table):
+    text = str(tables.html(table))
+    assert "&lt;b&gt;" in text and "<b>" not in text
+    assert re.findall(r'data-key="([^"]*)" class="number"', text) == ["0.123456", "1e999", ""]
+    assert 'data-kind="a|b"' in text and text.count("<tr") == 4 and text.count(" long") == 1
+    cells = [html.unescape(cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", text)]
+    assert cells == [cell.text for row in table.rows for cell in row]
+
+
+def test_markdown_has_one_line_a_row_and_the_same_bars_in_each(table):
+    lines = tables.markdown(table).splitlines()
+    assert len(lines) == 5 and {len(re.findall(r"(?<!\\)\|", line)) for line in lines} == {4}
+    assert lines[2].startswith("| a\\|b | 0.123 | &lt;b&gt;") and re.fullmatch(r"\| -+ \| -+: \| -+ \|", lines[1])
+
+
+def test_csv_holds_the_values(table):
+    rows = list(csv.DictReader(io.StringIO(tables.csv(table))))
+    assert [row["error"] for row in rows] == ["0.123456", "inf", ""] and rows[0]["name"] == "a|b"
+
+
+def test_csv_of_a_frame_is_that_of_pandas():
+    frame = pd.DataFrame(
+        {"a": [1, 2], "b": [0.1, math.nan], "c": ["x,y", None], "d": [True, False], "e": [1e-17, 3.0], "f": [None, 2]}
+    )
+    assert tables.csv(tables.from_frame(frame)) == frame.to_csv(index=False, lineterminator="\n")
+
+
+def test_the_terminal_aligns_columns(table):
+    lines = tables.console(table, indent="  ").splitlines()
+    assert lines[0] == "  name  error  note" and lines[1] == "  a|b   0.123  <b>" and lines[2] == "  c       inf"
+
+
+def test_the_terminal_leaves_out_empty_titles():
+    found = Table(("", ""), ((Cell("a"), Cell("bb")), (Cell("aaa"), Cell("b"))))
+    assert tables.console(found) == "a    bb\naaa  b"
+
+
+def test_ready_made_forms_are_taken_as_they_are():
+    column = Column("x", lambda row: row, html=lambda row: f"<i>{row}</i>", markdown=lambda row: f"[{row}]({row}.md)")
+    found = make_table([column], ["page"])
+    assert "<i>page</i>" in tables.html(found) and "[page](page.md)" in tables.markdown(found)
+    assert tables.csv(found) == "x\npage\n"
+
+
+def test_the_least_value_of_a_column_is_set_off():
+    rows = [("a", 0.3, 1.0), ("b", 0.1, math.inf), ("c", math.nan, 0.5)]
+    columns = [
+        Column("name", lambda row: row[0]),
+        *(Column(f"c{k}", lambda row, k=k: number(row[k]), lambda row, k=k: row[k]) for k in (1, 2)),
+    ]
+    found = with_least_marked(make_table(columns, rows), lambda cell: cell.text != "0.5")
+    assert [(i, j) for i, row in enumerate(found.rows) for j, cell in enumerate(row) if cell.best] == [(0, 2), (1, 1)]
+    assert "**0.1**" in tables.markdown(found) and tables.html(found).count("best") == 2

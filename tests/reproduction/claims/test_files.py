@@ -1,0 +1,96 @@
+"""Claims files: every table of every paper is there, every entry is complete, faults are told in one line."""
+
+import pytest
+
+from helmbench.models.errors import BadInput
+from helmbench.reproduction.claims.claim import Tolerance, table_number
+from helmbench.reproduction.claims.files import load, papers, read
+from helmbench.reproduction.papers.study import module_of, studies_of
+
+TABLES = {"000": (1, 2, 3), "001": (1, 2), "002": (1, 2), "003": (1, 2, 3, 4, 5, 6), "004": (1, 2)}
+"""Tables that the papers have."""
+
+GOOD = """
+paper: "999"
+title: t
+citation: c
+claims:
+  - {id: a, item: Table 1, quantity: q, published: 1.0, study: s, corrected: k, tolerance: {relative: 0.1}}
+"""
+
+
+@pytest.mark.parametrize("paper", papers())
+def test_every_table_has_a_claim(paper):
+    assert set(TABLES[paper]) <= set(load(paper).tables)
+
+
+@pytest.mark.parametrize("paper", papers())
+def test_studies_and_drawings_exist(paper):
+    found = load(paper)
+    assert set(found.studies) <= set(studies_of(paper))
+    assert [figure.draw for figure in found.figures if not hasattr(module_of(paper), figure.draw)] == []
+
+
+@pytest.mark.parametrize("paper", papers())
+def test_every_wrong_equation_is_among_the_errata(paper):
+    found = load(paper)
+    told = " ".join(erratum.equation for erratum in found.errata)
+    wrong = {claim.equation for claim in found.claims if claim.equation}
+    assert wrong == set() or told
+
+
+def test_numbers_of_tables():
+    assert [table_number(item) for item in ("Table 5", "Table II", "Table 3, a", "Figure 4", "Table")] == [
+        5,
+        2,
+        3,
+        None,
+        None,
+    ]
+
+
+def test_one_table_of_a_paper():
+    only = load("003").only_table(5)
+    assert only.tables == (5,) and not only.figures and not only.references
+    with pytest.raises(BadInput, match="003 has no table 7; it has 1, 2, 3, 4, 5, 6"):
+        load("003").only_table(7)
+
+
+def test_unknown_paper():
+    with pytest.raises(BadInput, match="unknown paper '900'"):
+        load("900")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("study: s, corrected: k", "corrected: k", "a: needs either a study or what is missing"),
+        ("corrected: k,", "", "a: needs the key of the corrected value"),
+        ("published: 1.0", "published: much", "a: published is 'much'"),
+        ("published: 1.0", "published: 1.0, kind: about", "a: unknown kind 'about'"),
+        ("published: 1.0", "published: 1.0, scale: odd", "a: unknown scale 'odd'"),
+        ("published: 1.0", "published: 1.0, kind: holds", "a: published must be true or false"),
+        ("published: 1.0", "published: 1.0, colour: red", "a: .*colour"),
+        ("citation: c", "cite: c", "cite"),
+    ],
+)
+def test_faults_of_a_file(old, new, told, tmp_path):
+    path = tmp_path / "999.yaml"
+    path.write_text(GOOD.replace(old, new), encoding="utf-8")
+    with pytest.raises(BadInput, match=told) as error:
+        read(path)
+    assert "\n" not in str(error.value) and str(path) in str(error.value)
+
+
+def test_keys_on_a_logarithmic_scale(tmp_path):
+    path = tmp_path / "999.yaml"
+    path.write_text(GOOD.replace("corrected: k", "corrected: k, as_printed: p, scale: log"), encoding="utf-8")
+    assert read(path).logarithmic("s") == {"k", "p"} and read(path).logarithmic("other") == set()
+
+
+def test_references_take_study_and_key_from_their_claim(tmp_path):
+    path = tmp_path / "999.yaml"
+    path.write_text(GOOD.replace("}}", "}, reference: {value: 2.0, tolerance: {absolute: 0.5}}}"), encoding="utf-8")
+    (check,) = read(path).checks()
+    assert (check.study, check.key, check.quantity) == ("s", "k", "Table 1: q")
+    assert check.tolerance == Tolerance(absolute=0.5)

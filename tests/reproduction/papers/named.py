@@ -1,0 +1,28 @@
+"""What a claims file names, against what the studies and drawings of its paper give."""
+
+from helmbench.reporting.plots import svg
+from helmbench.reproduction.claims import files
+from helmbench.reproduction.papers.study import StudyResult, module_of, stream, studies_of
+
+
+def run(paper: str, study: str, index: int = 0) -> StudyResult:
+    return studies_of(paper)[study].function(stream(paper, study, index), index=index)
+
+
+def unnamed(paper: str, results: dict[str, StudyResult]) -> list[str]:
+    """Keys that claims and references of the paper name and that the results do not have."""
+    whole = files.load(paper)
+    named = [(c.study, key) for c in whole.claims if c.study for key in (c.corrected, c.as_printed) if key]
+    named += [(check.study, check.key) for check in whole.checks()]
+    return [f"{study}: {key}" for study, key in named if key not in results[study].values]
+
+
+def drawn(paper: str, results: dict[str, StudyResult]) -> dict[str, int]:
+    """Size of every figure of the paper in bytes."""
+    whole, module = files.load(paper), module_of(paper)
+    return {f.id: len(draw(getattr(module, f.draw), [results[f.study]])) for f in whole.figures}
+
+
+def draw(function, results: list[StudyResult]) -> str:
+    """The SVG file that a drawing function makes of results."""
+    return svg(lambda figure: function(results, figure))

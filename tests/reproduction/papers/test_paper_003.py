@@ -1,0 +1,53 @@
+"""Paper 003's own parts: its closed loop against the simulator, its printed equations, its Kalman filter."""
+
+import numpy as np
+import pytest
+
+from helmbench.models.model import resolve
+from helmbench.reproduction.papers.paper_003 import identification, settings, states, vessels
+from helmbench.reproduction.papers.paper_003.vessels import DT, VESSELS
+from helmbench.reproduction.papers.study import stream
+
+
+@pytest.mark.parametrize(("vessel", "limit"), [("cargo", 1e-4), ("patrol", 2e-3)])
+def test_the_closed_loop_is_the_simulated_vessel(vessel, limit):
+    """Eq 6, corrected, against the vessel's own equations (there the rudder is held a sample later)."""
+    run, record = vessels.motion(vessel, "S3"), vessels.record(vessel, "S3")
+    heading = record.heading_unwrapped()
+    assert np.abs(run.psi - heading).max() < limit * np.abs(heading).max() * 10.0
+    assert np.abs(run.delta - record.rudder()).max() < limit * 10.0 * np.abs(run.delta).max()
+    assert len(run.psi) == record.n == vessels.samples(vessel)
+
+
+@pytest.mark.parametrize("vessel", VESSELS)
+def test_the_third_derivative_obeys_equation_1(vessel):
+    run = vessels.motion(vessel, "S3")
+    rows = np.column_stack([run.psi_ddot, run.r, run.delta, run.delta_dot])
+    assert rows @ resolve(vessel).coefficients == pytest.approx(run.psi_dddot, abs=1e-12)
+
+
+def test_printed_equations_fail_where_the_errata_say():
+    values = settings.settings(np.random.default_rng(), index=0).values
+    for name in ("rudder_settles", "eq18_gives_eq19", "eq20_places_poles", "eq31", "weights_fall"):
+        assert values[name] and not values[f"{name}_as_printed"], name
+    assert values["patrol_stable"] and not values["patrol_stable_with_printed_gain"]
+
+
+def test_errors_of_table_5_follow_from_its_values():
+    values = identification.arithmetic(np.random.default_rng(), index=0).values
+    assert values["cargo_rw_error_T1"] == pytest.approx(2.689, abs=5e-4)
+    assert values["cargo_rw_error_K"] == pytest.approx(5.556, abs=5e-4)  # 5.23 in print
+    assert values["patrol_ls_error_T3"] == pytest.approx(4.973, abs=5e-4)
+
+
+def test_the_kalman_filter_observes_a_cubic_heading(rng):
+    t = DT * np.arange(60_000)
+    c = rng.normal(size=3)
+    found = states._kalman_states(c[0] + c[1] * t + c[2] * t**2 / 2.0, 1e-12)
+    assert found[-1, 1] == pytest.approx(c[1] + c[2] * t[-1], rel=1e-5)
+    assert found[-1, 2] == pytest.approx(c[2], rel=1e-4)
+
+
+def test_equal_streams_give_equal_results():
+    one, two = (states.table_4("patrol", stream("003", "states_patrol", 5)).values for _ in range(2))
+    assert one == two

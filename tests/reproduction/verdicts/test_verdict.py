@@ -1,0 +1,130 @@
+"""Intervals over seeds and the four verdicts."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from helmbench.reproduction.claims.claim import Claim, Reference, Tolerance
+from helmbench.reproduction.verdicts.spread import from_json, prediction_interval, spread, summarise, to_json
+from helmbench.reproduction.verdicts.verdict import CONTRADICTED, CORRECTED, IMPOSSIBLE, REPRODUCED, judge, within
+
+CLAIM = Claim("a", "Table 1", "q", 10.0, tolerance=Tolerance(absolute=0.5), study="s", corrected="c", as_printed="p")
+ALONE = dataclasses.replace(CLAIM, as_printed="")
+
+
+def verdict(claim, **runs):
+    return judge(claim, {key: spread(values) for key, values in runs.items()}).verdict
+
+
+@pytest.mark.parametrize(
+    ("corrected", "printed", "expected"),
+    [
+        ([10.4], [10.4], REPRODUCED),
+        ([20.0], [10.4], REPRODUCED),
+        ([9.6], [20.0], CORRECTED),
+        ([9.6], [math.nan], CORRECTED),
+        ([9.4], [20.0], CONTRADICTED),
+        ([math.nan], [20.0], CONTRADICTED),
+        ([math.nan], [math.nan], IMPOSSIBLE),
+    ],
+)
+def test_verdicts_of_values(corrected, printed, expected):
+    assert verdict(CLAIM, c=corrected, p=printed) == expected
+
+
+def test_without_a_printed_form_ours_decides():
+    assert verdict(ALONE, c=[10.4]) == REPRODUCED
+    assert verdict(ALONE, c=[11.0]) == CONTRADICTED
+    assert verdict(ALONE) == IMPOSSIBLE
+
+
+def test_contradicted_only_outside_the_interval():
+    runs = [7.0, 8.0, 9.0, 8.5, 7.5]
+    low, high = prediction_interval(np.sort(runs))
+    for published, expected in ((high + 0.4, REPRODUCED), (high + 0.6, CONTRADICTED), (low - 0.4, REPRODUCED)):
+        assert verdict(dataclasses.replace(ALONE, published=published), c=runs) == expected
+
+
+@pytest.mark.parametrize(("kind", "good", "bad"), [("at_most", 3.0, 11.0), ("at_least", 30.0, 9.0)])
+def test_bounds(kind, good, bad):
+    claim = dataclasses.replace(ALONE, kind=kind)
+    assert verdict(claim, c=[good]) == REPRODUCED
+    assert verdict(claim, c=[bad]) == CONTRADICTED
+
+
+def test_statements_hold_where_half_of_the_runs_show_them():
+    claim = dataclasses.replace(CLAIM, kind="holds", published=True)
+    assert verdict(claim, c=[True, False, True, False], p=[False, True, False, False]) == CORRECTED
+    assert verdict(dataclasses.replace(claim, published=False), c=[True], p=[False]) == REPRODUCED
+    assert verdict(claim, c=[False], p=[False]) == CONTRADICTED
+
+
+@pytest.mark.parametrize(
+    ("corrected", "printed", "expected"),
+    [
+        ([6.0, 10.0, 14.0], [6.0, 10.0, 14.0], IMPOSSIBLE),
+        ([9.8, 10.0, 10.2], [6.0, 10.0, 14.0], CORRECTED),
+        ([6.0, 10.0, 14.0], [9.8, 10.0, 10.2], REPRODUCED),
+        ([95.0, 100.0, 105.0], [97.0, 100.0, 103.0], CONTRADICTED),
+    ],
+)
+def test_an_interval_wider_than_the_value_reproduces_nothing(corrected, printed, expected):
+    claim = dataclasses.replace(CLAIM, widest=1.0)
+    assert verdict(claim, c=corrected, p=printed) == expected
+    if expected == IMPOSSIBLE:
+        assert verdict(CLAIM, c=corrected, p=printed) == REPRODUCED
+        assert "wider than the value" in judge(claim, {"c": spread(corrected), "p": spread(printed)}).reason
+
+
+def test_errors_have_intervals_of_their_logarithms():
+    errors = [0.01, 0.1, 1.0]
+    low, high = prediction_interval(np.array(errors), logarithmic=True)
+    assert low > 0.0 and low * high == pytest.approx(0.01)
+    assert prediction_interval(np.array(errors))[0] < 0.0
+    mixed = np.array([-1.0, 0.1, 1.0])
+    assert prediction_interval(mixed, logarithmic=True) == prediction_interval(mixed)
+    found = summarise([{"error": e, "value": e} for e in errors], {"error"})
+    assert found["error"].low > 0.0 > found["value"].low
+
+
+def test_what_is_missing_is_not_reproducible_and_says_why():
+    judged = judge(Claim("a", "Table 1", "q", "words", missing="There is no number."), {})
+    assert (judged.verdict, judged.reason) == (IMPOSSIBLE, "There is no number.")
+
+
+def test_reasons_are_filled_in():
+    claim = dataclasses.replace(CLAIM, reason={CONTRADICTED: "{published}, {corrected}, {as_printed}"})
+    values = {"c": spread([1.0]), "p": spread([math.nan])}
+    assert judge(claim, values).reason == "10, 1, no finite value"
+
+
+def test_a_run_in_half_of_which_numbers_are_lost():
+    assert spread([1.0, math.nan]).known and not spread([1.0, math.nan, math.nan]).known
+
+
+def test_interval_holds_a_further_run(rng):
+    """Prediction intervals of 10 and of 79 normal runs hold the next one in 95 % of the cases."""
+    for n in (10, 79):
+        hits = 0
+        for _ in range(2000):
+            values = rng.normal(size=n + 1)
+            low, high = prediction_interval(np.sort(values[:n]))
+            hits += low <= values[n] <= high
+        assert hits / 2000 == pytest.approx(0.95, abs=0.018)
+
+
+def test_stored_spreads_come_back():
+    found = summarise([{"a": 1.0, "b": True}, {"a": None}, {"a": 3.0, "b": False}])
+    assert found["a"].finite == 2 and found["b"].n == 3 and found["b"].mean == 0.5
+    assert from_json(to_json(found)) == found
+    assert math.isnan(from_json({"a": dict.fromkeys(to_json(found)["a"], None)})["a"].low)
+
+
+@pytest.mark.parametrize(
+    ("kind", "good", "bad"), [("value", 2.04, 2.2), ("at_most", -9.0, 2.2), ("at_least", 9.0, 1.8)]
+)
+def test_references(kind, good, bad):
+    reference = Reference(2.0, Tolerance(relative=0.05), kind=kind)
+    assert within(reference, spread([good])) and not within(reference, spread([bad]))
