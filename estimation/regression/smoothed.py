@@ -81,10 +81,10 @@ def _stretches(record: Record, model: Model) -> list[Record]:
     """Pieces of a record at equal time steps, without long gaps in the channels that the regression needs."""
     motions = [v for symbol in _motions(model) for v in list(_sensors(record, symbol).values())[-1:]]
     used = [*motions, *inputs_of(record, model).values()]
-    return [_at_equal_steps(piece) for piece in stretches(record, used) if piece.n >= SHORTEST]
+    return [at_equal_steps(piece) for piece in stretches(record, used) if piece.n >= SHORTEST]
 
 
-def _at_equal_steps(record: Record) -> Record:
+def at_equal_steps(record: Record) -> Record:
     """The record at equal time steps: samples interpolated, gaps kept."""
     if record.uniform():
         return record
@@ -99,27 +99,32 @@ def _at_equal_steps(record: Record) -> Record:
     return type(record)(grid, found, record.name, record.meta)
 
 
-def _track(record: Record, symbol: str) -> Track:
+def track_of(record: Record, symbol: str) -> Track:
     """A motion of a record, with time in samples."""
     channels = _sensors(record, symbol)
-    ranks = {"u": 0, "v": 0, "psi": 0, "r": 1}
+    ranks = {symbol: int(symbol == "r") for symbol in channels}
     columns = [values * record.dt ** ranks[s] for s, values in channels.items()]
-    return Track(np.column_stack(columns), tuple(ranks[s] for s in channels))
+    return Track(np.column_stack(columns), tuple(ranks.values()))
 
 
 def _fitted(records: Sequence[Record], model: Model, symbol: str) -> Walk:
     """The random walk of largest likelihood of a motion, over all records with the most common set of sensors."""
-    tracks = [_track(record, symbol) for record in records]
+    tracks = [track_of(record, symbol) for record in records]
     kinds = [track.ranks for track in tracks]
     common = max(sorted(set(kinds)), key=kinds.count)
     tracks = [track for track in tracks if track.ranks == common]
+    highest = _highest_derivative(model, symbol)
+    return fitted_walk(tracks, sensor_variances(tracks), [highest + extra for extra in EXTRA_STATES])
+
+
+def sensor_variances(tracks: Sequence[Track]) -> np.ndarray:
+    """Variances (c,) of the sensors' white noise, of tracks with the same sensors."""
     columns = [np.concatenate(column) for column in zip(*(list(t.outputs.T) for t in tracks), strict=True)]
     sd = [
         max(np.sqrt(np.mean([sensor_sd(t.outputs[:, c]) ** 2 for t in tracks])), noise_floor(column))
         for c, column in enumerate(columns)
     ]
-    highest = _highest_derivative(model, symbol)
-    return fitted_walk(tracks, np.array(sd) ** 2, [highest + extra for extra in EXTRA_STATES])
+    return np.array(sd) ** 2
 
 
 def _highest_derivative(model: Model, symbol: str) -> int:
@@ -135,7 +140,7 @@ def _smoothed(record: Record, model: Model, walks: dict[str, Walk], level: float
     slopes: dict[str, np.ndarray] = {}
     inputs = {k: bridged(v, record.time_s) for k, v in inputs_of(record, model).items()}
     for symbol, walk in walks.items():
-        track = _track(record, symbol)
+        track = track_of(record, symbol)
         own = _for_sensors(walk, track, level)
         derivatives = smoothed(track, own) / record.dt ** np.arange(walk.order)
         first = 1 if symbol == "r" else 0
