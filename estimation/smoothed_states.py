@@ -1,7 +1,8 @@
 """States of a ship along a record, smoothed from the record alone: where runs of any model start honestly.
 
-Every measured motion is smoothed by an integrated random walk (`observers.smoothing`); heading and yaw rate are two
-sensors of one motion.  No model takes part, so that all models that are compared start from the same state.
+Every measured channel is smoothed by an integrated random walk of its own (`observers.smoothing`).  No model takes
+part, so that all models that are compared start from the same state, and no channel corrects another: where heading
+and yaw rate contradict each other, a run starts from both as they were measured.
 """
 
 from __future__ import annotations
@@ -10,17 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .observers.smoothing import fitted_walk, smoothed
-from .regression.smoothed import SHORTEST, at_equal_steps, sensor_variances, track_of
+from .observers.smoothing import Track, fitted_walk, smoothed
+from .regression.smoothed import SHORTEST, at_equal_steps, sensor_variances
 from .series import samples
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
 
-MOTIONS = {"r": ("psi", "r", "q"), "u": ("u",), "v": ("v",), "x": ("x",), "y": ("y",)}
-"""Motion by its symbol -> the states that its smoother gives: the motion and its derivatives."""
-ORDERS = {"r": (3, 4)}
-"""States of the random walks tried for a motion; (2, 3) where nothing is said."""
+CHANNELS = {"psi": ("psi", "r", "q"), "r": ("r", "q"), "u": ("u",), "v": ("v",), "x": ("x",), "y": ("y",)}
+"""Measured state -> the states that its smoother gives, the state and its derivatives; later ones replace earlier."""
 
 
 def smoothed_states(record: Record, times_s: np.ndarray) -> dict[str, np.ndarray]:
@@ -33,26 +32,21 @@ def smoothed_states(record: Record, times_s: np.ndarray) -> dict[str, np.ndarray
 
     Returns
     -------
-    psi (not wrapped), r and q = r_dot from heading and yaw rate, whichever there is; u, v, x, y.  Motions with fewer
+    psi (not wrapped), u, v, x, y; r and q = r_dot from the yaw rate, or else from the heading.  Channels with fewer
     than 16 samples are left out.
     """
     even = at_equal_steps(record)
     found: dict[str, np.ndarray] = {}
-    for motion, states in MOTIONS.items():
-        if _measured(even, motion):
-            derivatives = _derivatives(even, motion)
-            for rank, symbol in enumerate(states):
-                found[symbol] = np.interp(times_s, even.time_s, derivatives[:, rank])
+    for symbol, states in CHANNELS.items():
+        values = samples(even, symbol)
+        if values is not None and np.isfinite(values).sum() >= SHORTEST:
+            derivatives = _derivatives(values, len(states)) / even.dt ** np.arange(len(states))
+            found |= {s: np.interp(times_s, even.time_s, derivatives[:, rank]) for rank, s in enumerate(states)}
     return found
 
 
-def _measured(record: Record, motion: str) -> bool:
-    channels = ("psi", "r") if motion == "r" else (motion,)
-    return any((v := samples(record, s)) is not None and np.isfinite(v).sum() >= SHORTEST for s in channels)
-
-
-def _derivatives(record: Record, motion: str) -> np.ndarray:
-    """The motion and its derivatives (N, order) per s^k at the record's equal steps."""
-    track = track_of(record, motion)
-    walk = fitted_walk([track], sensor_variances([track]), ORDERS.get(motion, (2, 3)))
-    return smoothed(track, walk) / record.dt ** np.arange(walk.order)
+def _derivatives(values: np.ndarray, count: int) -> np.ndarray:
+    """A series (N,) and its derivatives, (N, count), per sample^k; nan = gap."""
+    track = Track(values[:, None], (0,))
+    walk = fitted_walk([track], sensor_variances([track]), (count + 1, count + 2))
+    return smoothed(track, walk)[:, :count]

@@ -99,17 +99,17 @@ def at_equal_steps(record: Record) -> Record:
     return type(record)(grid, found, record.name, record.meta)
 
 
-def track_of(record: Record, symbol: str) -> Track:
+def _track(record: Record, symbol: str) -> Track:
     """A motion of a record, with time in samples."""
     channels = _sensors(record, symbol)
-    ranks = {symbol: int(symbol == "r") for symbol in channels}
+    ranks = {"u": 0, "v": 0, "psi": 0, "r": 1}
     columns = [values * record.dt ** ranks[s] for s, values in channels.items()]
-    return Track(np.column_stack(columns), tuple(ranks.values()))
+    return Track(np.column_stack(columns), tuple(ranks[s] for s in channels))
 
 
 def _fitted(records: Sequence[Record], model: Model, symbol: str) -> Walk:
     """The random walk of largest likelihood of a motion, over all records with the most common set of sensors."""
-    tracks = [track_of(record, symbol) for record in records]
+    tracks = [_track(record, symbol) for record in records]
     kinds = [track.ranks for track in tracks]
     common = max(sorted(set(kinds)), key=kinds.count)
     tracks = [track for track in tracks if track.ranks == common]
@@ -140,7 +140,7 @@ def _smoothed(record: Record, model: Model, walks: dict[str, Walk], level: float
     slopes: dict[str, np.ndarray] = {}
     inputs = {k: bridged(v, record.time_s) for k, v in inputs_of(record, model).items()}
     for symbol, walk in walks.items():
-        track = track_of(record, symbol)
+        track = _track(record, symbol)
         own = _for_sensors(walk, track, level)
         derivatives = smoothed(track, own) / record.dt ** np.arange(walk.order)
         first = 1 if symbol == "r" else 0

@@ -57,7 +57,8 @@ class Sailed(NamedTuple):
 def names_of(found: Performed) -> tuple[str, ...]:
     """The indices that a manoeuvre has."""
     low, high = INITIAL_RUDDER_RAD
-    initial = (INITIAL,) if low <= found.rudder_rad <= high else ()
+    reaches = found.kind == "turn" or found.heading_rad >= low
+    initial = (INITIAL,) if reaches and low <= found.rudder_rad <= high else ()
     return (*(OVERSHOOTS if found.kind == "zigzag" else TURNING), *initial)
 
 

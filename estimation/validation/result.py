@@ -21,7 +21,7 @@ class Score:
 
     horizon : 'free run', 'one step' or the time ahead as text;  horizon_s : that time, None of the first two;
     n : number of samples;  rmse : in the channel's SI unit, nan where there is none;  r2 : 1 - SSE/SST, where SST is
-    about the mean of each run; of all channels together it is their mean.
+    about the mean of each run; of all channels together it is the mean over heading, yaw rate, surge and sway.
     """
 
     model: str

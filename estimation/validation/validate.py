@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
 
+TOGETHER = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
+"""Channels whose mean R^2 is that of all together; positions, which sum up all errors, are not among them."""
 Key = tuple[str, str, str, str]
 """Model, record, channel and horizon."""
 
@@ -200,11 +202,10 @@ def _scores(
             for horizon in (FREE, ONE_STEP, *times):
                 own = [_score(sums, records, (model, record, c, horizon), times.get(horizon)) for c in CHANNELS]
                 known = [score for score in own if score.n]
-                ratios = [score.r2 for score in known if np.isfinite(score.r2)]
-                mean = float(np.mean(ratios)) if ratios else np.nan
-                together = Score(
-                    model, record, None, horizon, times.get(horizon), sum(s.n for s in known), np.nan, mean
-                )
+                motions = [score for score in known if score.channel in TOGETHER and np.isfinite(score.r2)]
+                mean = float(np.mean([score.r2 for score in motions])) if motions else np.nan
+                count = sum(score.n for score in motions)
+                together = Score(model, record, None, horizon, times.get(horizon), count, np.nan, mean)
                 out += [*known, together] if known else []
     return out
 
