@@ -18,6 +18,7 @@ CANONICAL: dict[str, str] = {
     "rudder_command_rad": "rad",
     "rudder_rad": "rad",
     "propeller_rps": "1/s",
+    "propeller_thrust_N": "N",
     "heading_rad": "rad",
     "yaw_rate_rad_s": "rad/s",
     "surge_m_s": "m/s",
@@ -39,6 +40,7 @@ UNITS: dict[str, dict[str, float]] = {
     "m/s": {"m_s": 1.0, "kn": 1852.0 / 3600.0, "ms": 1.0},
     "1/s": {"rps": 1.0, "rpm": 1.0 / 60.0},
     "m": {"m": 1.0},
+    "N": {"N": 1.0, "kN": 1e3},
 }
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.errors import BadInput
-from .columns import CANONICAL, in_order
+from .columns import CANONICAL, UNITS, in_order
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +41,7 @@ def shown_unit(channel: str) -> tuple[str, float]:
 
 def shown_name(channel: str) -> str:
     """`yaw rate` for `yaw_rate_rad_s`."""
-    suffix = {"rad": "rad", "rad/s": "rad_s", "m/s": "m_s", "1/s": "rps", "m": "m", "s": "s"}[CANONICAL[channel]]
+    suffix = next(iter(UNITS[CANONICAL[channel]]))
     return channel.removesuffix(f"_{suffix}").replace("_", " ")
 
 

@@ -37,6 +37,8 @@ class Extension:
     """Whether it needs a 3-DOF model (True), a response model (False) or takes either (None)."""
     held: tuple[str, ...] = ()
     """Parameters that enter in a non-linear way, together with a coefficient or on their own."""
+    helper: str | None = None
+    """Intermediate quantity of the family that it changes: families without it cannot carry the extension."""
 
 
 def _rudder(change: Callable[[sp.Symbol, sp.Symbol], sp.Expr]) -> Apply:
@@ -66,6 +68,28 @@ def _effectiveness(definition: Definition, parameters: Sequence[sp.Symbol]) -> D
     delta, gain = definition.inputs[0], 1 + parameters[0]
     rates = {s: gain * s for s in definition.inputs if s.name == "delta_rate"}
     return _substitute(definition, {delta: gain * delta, **rates})
+
+
+def _helper(name: str, change: Callable[[sp.Expr, sp.Symbol, Definition], sp.Expr]) -> Apply:
+    """An intermediate quantity of the family becomes `change(quantity, parameter, definition)`."""
+
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        helpers = {
+            symbol: change(sp.sympify(expression), parameters[0], definition) if symbol.name == name else expression
+            for symbol, expression in definition.helpers.items()
+        }
+        return replace(definition, helpers=helpers)
+
+    return apply
+
+
+def _asymmetry(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Side force and yaw moment on a straight course, in the prime system."""
+    helpers, _, _, unit = _primes(definition, parameters[0].name)
+    forces = list(definition.forces)
+    for row, parameter in zip((SWAY, YAW), parameters, strict=True):
+        forces[row] += unit[row] * parameter
+    return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
 
 
 def _added(terms: Sequence[tuple[int, Callable[[sp.Symbol, sp.Symbol], sp.Expr]]]) -> Apply:
@@ -277,6 +301,16 @@ EXTENSIONS: dict[str, Extension] = {
         three_dof=True,
         held=("wave_drift_north", "wave_drift_east"),
     ),
+    "propeller_thrust": Extension(
+        {"thrust_scale": "1"}, _helper("thrust", lambda f, p, d: (1 + p) * f), held=("thrust_scale",), helper="thrust"
+    ),
+    "rudder_large_angle": Extension(
+        {"rudder_law": "1"},
+        _helper("F_N", lambda f, p, d: f * (1 + p * sp.sin(d.inputs[0]) ** 2)),
+        held=("rudder_law",),
+        helper="F_N",
+    ),
+    "asymmetry": Extension({"asymmetry_Y": "1", "asymmetry_N": "1"}, _asymmetry, three_dof=True),
     "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
     "constant_yaw": Extension(
         {"constant_yaw": "rad/s^k"},
@@ -379,6 +413,7 @@ def carries(definition: Definition, name: str) -> bool:
     fits = extension.three_dof is None or extension.three_dof == (definition.force_scale is not None)
     states = {symbol.name for symbol in definition.states}
     first_order = definition.states[0].name == "r" and "lead_state" not in states
+    fits &= extension.helper is None or extension.helper in {symbol.name for symbol in definition.helpers}
     return fits and not taken & set(extension.units) and (name != "second_order_lead" or first_order)
 
 

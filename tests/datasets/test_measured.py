@@ -1,6 +1,7 @@
 """Measured sets: the published HSVA zigzags as records, and fetching from a server that may misbehave."""
 
 import hashlib
+import re
 import socket
 import threading
 from dataclasses import replace
@@ -13,6 +14,8 @@ import pytest
 
 from helmbench.datasets import measured
 from helmbench.datasets.io import read_record, write_record
+from helmbench.datasets.measured_sets import DATASETS
+from helmbench.datasets.measured_sets.base import Run
 from helmbench.models.errors import BadInput
 
 ZIGZAGS = ("05_01", "10_05", "10_10_P", "10_10_S", "15_01", "15_05", "20_05", "20_10_S", "25_05", "35_05")
@@ -140,13 +143,11 @@ def published(tmp_path, monkeypatch):
     for stem in ("a", "b"):
         content = f"run {stem}\n".encode()
         (source / f"{stem}.dat").write_bytes(content)
-        runs[stem] = measured.Run(f"{stem}.dat", hashlib.sha256(content).hexdigest(), "straight")
+        runs[stem] = Run(f"{stem}.dat", hashlib.sha256(content).hexdigest(), "straight")
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(source)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    made = replace(
-        measured.DATASETS["kvlcc2-hsva"], url=f"http://127.0.0.1:{server.server_port}", folder="set", runs=runs
-    )
-    monkeypatch.setitem(measured.DATASETS, "made", made)
+    made = replace(DATASETS["kvlcc2-hsva"], url=f"http://127.0.0.1:{server.server_port}", folder="set", runs=runs)
+    monkeypatch.setitem(DATASETS, "made", made)
     monkeypatch.setenv("HELMBENCH_DATA", str(target))
     monkeypatch.setenv("NO_PROXY", "127.0.0.1")
     yield source, target / "set"
@@ -196,8 +197,8 @@ def test_fetch_says_when_there_is_no_network(published, monkeypatch):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    made = replace(measured.DATASETS["made"], url=f"http://127.0.0.1:{port}")
-    monkeypatch.setitem(measured.DATASETS, "made", made)
+    made = replace(DATASETS["made"], url=f"http://127.0.0.1:{port}")
+    monkeypatch.setitem(DATASETS, "made", made)
     with pytest.raises(BadInput, match=r"\(no connection, ConnectionError\); try again") as caught:
         measured.fetch("made")
     assert "\n" not in str(caught.value)
@@ -215,3 +216,44 @@ def test_registry_holds_full_sums_and_addresses():
     assert all(len(run.sha256) == 64 and int(run.sha256, 16) for run in published.runs.values())
     assert published.url.startswith("https://raw.githubusercontent.com/martinlarsalbert/")
     assert {run.file for run in published.runs.values()} == {f"HSVA_CPMC_KVLCC2_{stem}.dat" for stem in STEMS}
+
+
+# ------------------------------------------------------------------------------------------------ the other sets
+
+
+def loaded(name, stem):
+    folder = measured.data_dir() / measured.dataset(name).folder
+    if not folder.is_dir():
+        pytest.skip(f"no measured data in {folder}: set HELMBENCH_DATA or run `helmbench fetch {name}`")
+    return measured.load(name, stem)
+
+
+@pytest.mark.parametrize("stem", measured.stems("kvlcc2-marin"))
+def test_marin_runs_are_at_model_scale(stem):
+    """Approach speed 15.5 kn and revolutions by Froude's law; velocities are the differentiated positions."""
+    record = loaded("kvlcc2-marin", stem)
+    assert record.uniform(1e-6) and record.dt == pytest.approx(0.0200057, rel=1e-4)
+    assert record.column("surge_m_s")[0] == pytest.approx(15.5 * 0.514444 / np.sqrt(320 / 7), rel=0.02)
+    psi, t = record.column("heading_rad"), record.time_s
+    speed = record.column("surge_m_s") * np.cos(psi) - record.column("sway_m_s") * np.sin(psi)
+    moved = record.column("north_m")[1000] - record.column("north_m")[0]
+    assert np.trapezoid(speed[:1001], t[:1001]) == pytest.approx(moved, rel=0.02)
+    nominal = float(stem.partition("_")[2].removeprefix("-"))
+    assert np.rad2deg(np.abs(record.rudder()).max()) == pytest.approx(nominal, abs=1.0)
+
+
+@pytest.mark.parametrize("stem", measured.stems("esso-osaka"))
+def test_esso_osaka_runs_are_read(stem):
+    record = loaded("esso-osaka", stem)
+    assert record.dt == pytest.approx(0.1, rel=1e-3)
+    assert record.has("rudder_command_rad", "propeller_rps", "wind_speed_m_s", "wind_direction_rad")
+    assert np.abs(record.column("surge_m_s")[0]) < 0.1 < np.nanmax(record.column("surge_m_s"))
+    assert np.rad2deg(np.nanmax(np.abs(record.rudder()))) <= 35.5
+
+
+@pytest.mark.parametrize("name", DATASETS)
+def test_every_set_is_cited_with_full_sums(name):
+    source = measured.dataset(name)
+    assert all(len(run.sha256) == 64 and int(run.sha256, 16) for run in source.runs.values())
+    assert re.search(r"/[0-9a-f]{40}(/|$)", source.url)
+    assert source.citation and source.licence and (name == "kvlcc2-hsva" or source.known)

@@ -1,0 +1,13 @@
+"""Measured sets, one file each."""
+
+from .base import Dataset
+from .esso_osaka import ESSO_OSAKA
+from .kvlcc2_hsva import KVLCC2_HSVA
+from .kvlcc2_marin import KVLCC2_MARIN
+
+DATASETS: dict[str, Dataset] = {
+    "kvlcc2-hsva": KVLCC2_HSVA,
+    "kvlcc2-marin": KVLCC2_MARIN,
+    "esso-osaka": ESSO_OSAKA,
+}
+"""Name -> measured set."""

@@ -1,0 +1,45 @@
+"""Which manoeuvre would tell most about the numbers that the records leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.generator import record_run
+from ...datasets.manoeuvres import parse_manoeuvre
+from ...estimation.mixed_effects import normal_equations, problem
+from .forward import Selection, numbers_of
+from .result import NextRun
+
+if TYPE_CHECKING:
+    from ...models.coefficient_groups import Group
+    from ...models.model import Model
+
+CANDIDATES = ("zigzag:10/10", "zigzag:20/20", "zigzag:35/5", "turn:20", "turn:35", "turn:35:port", "straight")
+DURATION = 20.0
+"""Length of a candidate run, in ship lengths sailed."""
+SHOWN = 3
+
+
+def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequence[Group]) -> tuple[NextRun, ...]:
+    """The candidates that add most information (D-optimality, half the gain of the log determinant) on the numbers that
+    moved, that were tied, and that were refused last."""
+    open_ids = {g.id for g in found.final.groups} | {g.id for s in found.steps for g in s.tied_with}
+    open_ids |= {group.id for group, _, _ in found.refused}
+    p, fitted = found.final.fitted.problem, found.final.fitted
+    numbers = numbers_of(p, [g for g in groups if g.id in open_ids])
+    scale = np.array([n.sd for n in numbers])
+    now = normal_equations(p, numbers, fitted.theta, fitted.own, fitted.sd)[0] * np.outer(scale, scale)
+    before = np.linalg.slogdet(now)[1]
+    out = []
+    for text in CANDIDATES:
+        record = record_run(calibrated, parse_manoeuvre(text), duration_s=DURATION * p.length_s, dt_s=0.03 * p.length_s)
+        one = problem(whole, [record])
+        shared = [p.channels.index(c) for c in one.channels]
+        still = np.zeros((1, one.own_sd.size))
+        added = normal_equations(one, numbers, fitted.theta, still, fitted.sd[shared])[0] * np.outer(scale, scale)
+        gain = 0.5 * (np.linalg.slogdet(now + added - np.eye(len(numbers)))[1] - before)
+        out.append(NextRun(text, float(gain)))
+    return tuple(sorted(out, key=lambda run: -run.information)[:SHOWN])

@@ -1,0 +1,206 @@
+"""The chain: prepare the records, select groups of numbers, measure what they take off, say what remains."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.instruments import corrected
+from ...estimation.mixed_effects import THRUST, Problem, jackknife, pooled, problem, squares
+from ...models.coefficient_groups import groups_of, grown
+from ...models.errors import BadInput, CannotFit
+from ...models.model import CHANNELS
+from ..causes.base import NORMAL_90
+from .advice import next_runs
+from .forward import Attempt, Selection, select
+from .remaining import remaining
+from .result import Calibration, Moved, RunEffect, Share, StepTold
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.coefficient_groups import Group
+    from ...models.model import Model
+
+FEWEST = 3
+"""Records that leaving one out needs; fewer are cut into pieces."""
+PIECE = 10.0
+"""Shortest piece of a record, in ship lengths sailed."""
+NAMED, PARTLY = 0.8, 0.2
+"""Shares of the explainable squared error that a verdict needs."""
+ADEQUATE = 0.05
+"""Share of a channel's own motion below which its free-run error is no matter."""
+WORSE = 1.05
+
+
+def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] = ()) -> Calibration:
+    """Say which numbers of a model are wrong and by how much, by free runs of records that were left out.
+
+    Parameters
+    ----------
+    model : 3-DOF model with coefficients, whose family states groups of coefficients.
+    train, held_out : records in SI units; held-out records take no part in the choice, they are scored once at the end.
+
+    Raises
+    ------
+    BadInput : no training record, a model without coefficients, or a family that states no groups.
+    CannotFit : the records lack what free runs need, or are too short to leave a part out.
+    """
+    started = time.perf_counter()
+    if not train:
+        raise BadInput("no training record", hint="give at least one")
+    if not model.known:
+        raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
+    groups = groups_of(model)
+    whole = grown(model, groups)
+    pieces = _pieces([_behind(record, model) for record in train], whole)
+    given = problem(whole, pieces)
+    found = select(given, groups)
+    kept = problem(whole, [_behind(record, model) for record in held_out]) if held_out else None
+    shares = _shares(given, found)
+    verdict, reason = _verdict(given, found, shares)
+    calibrated = _calibrated(model, whole, found.final)
+    before, after = _errors(given, kept, found.base), _errors(given, kept, found.final)
+    return Calibration(
+        model=model,
+        calibrated=calibrated,
+        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]),
+        verdict=verdict,
+        reason=reason,
+        moved=_moved(found.final, groups),
+        steps=tuple(
+            StepTold(
+                s.group.id,
+                s.group.title,
+                s.gain,
+                s.standard_error,
+                tuple(g.id for g in s.tied_with),
+                *_both(given, kept, s.attempt),
+            )
+            for s in found.steps
+        ),
+        refused=tuple((group.id, gain, error) for group, gain, error in found.refused),
+        before=before,
+        after=after,
+        shares=shares,
+        remaining=remaining(given, found.final),
+        runs=tuple(
+            RunEffect(run.name, float(own[0])) for run, own in zip(given.runs, found.final.fitted.own, strict=True)
+        ),
+        next_runs=next_runs(calibrated, whole, found, groups),
+        worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
+        wall_s=time.perf_counter() - started,
+    )
+
+
+def _behind(record: Record, model: Model) -> Record:
+    """The record in the model's rudder sign, behind its instruments."""
+    return corrected(record.turned(model.positive_rudder), model.instruments)
+
+
+def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
+    """The records, or equal pieces of them where there are fewer than FEWEST.
+
+    Raises
+    ------
+    CannotFit : they are too short to be cut.
+    """
+    from ...estimation.mixed_effects import ship_length_s
+
+    if len(records) >= FEWEST:
+        return list(records)
+    shortest, out = PIECE * ship_length_s(model), []
+    for record in records:
+        duration = float(record.time_s[-1] - record.time_s[0])
+        parts = min(int(duration / shortest), 6)
+        edges = np.linspace(0, record.n, max(parts, 1) + 1).astype(int).tolist()
+        cuts = [record.slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        out += [replace(cut, name=f"{record.name}, part {i + 1}") for i, cut in enumerate(cuts)]
+    if len(out) < FEWEST:
+        raise CannotFit(f"the records last less than {FEWEST * shortest:.0f} s: no part can be left out")
+    return out
+
+
+def _both(given: Problem, kept: Problem | None, attempt: Attempt) -> tuple[dict[str, float], dict[str, float]]:
+    errors = _errors(given, kept, attempt)
+    held = {c: new for c, (_, new) in errors.items() if new is not None}
+    return {c: old for c, (old, _) in errors.items()}, held
+
+
+def _errors(given: Problem, kept: Problem | None, attempt: Attempt) -> dict[str, tuple[float, float | None]]:
+    """Column -> errors of left-out training records and of held-out records."""
+    own = dict(zip(_columns(given), pooled([x.free for x in attempt.left_out]).tolist(), strict=True))
+    held: Mapping[str, float] = {}
+    if kept is not None:
+        parts = [squares(kept, attempt.fitted.theta, run) for run in kept.runs]
+        held = dict(zip(_columns(kept), pooled(parts).tolist(), strict=True))
+    return {column: (value, held.get(column)) for column, value in own.items()}
+
+
+def _columns(p: Problem) -> list[str]:
+    return [c if c == THRUST else CHANNELS[c] for c in p.channels]
+
+
+def _calibrated(model: Model, whole: Model, final: Attempt) -> Model:
+    """The base model with the extensions of the chosen groups only, and all numbers where the fit put them."""
+    smallest = grown(model, final.groups)
+    known = dict(zip((*whole.coordinates, *whole.constant_names), final.fitted.theta.tolist(), strict=True))
+    coefficients = np.array([known[name] for name in smallest.coordinates])
+    constants = np.array([known[name] for name in smallest.constant_names])
+    name = f"{model.id}+calibrated" if final.groups else model.id
+    return replace(smallest, id=name, coefficients=coefficients, constants=constants)
+
+
+def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
+    """Numbers with intervals of the larger of jackknife and model standard error."""
+    fitted = final.fitted
+    if not fitted.numbers:
+        return ()
+    spread = np.sqrt(np.diag(np.linalg.pinv(fitted.normal)))
+    spread = np.maximum(spread, jackknife(np.array([x.values for x in final.left_out])))
+    owner = {name: group.id for group in groups for name in group.sd}
+    out = []
+    for n, value, sd in zip(fitted.numbers, fitted.values.tolist(), spread.tolist(), strict=True):
+        percent = 100.0 * (value / n.mean - 1.0) if n.mean else None
+        half = NORMAL_90 * sd
+        out.append(
+            Moved(n.name, owner[n.name], n.mean, value, value - half, value + half, percent, (value - n.mean) / n.sd)
+        )
+    return tuple(out)
+
+
+def _shares(p: Problem, found: Selection) -> dict[str, Share]:
+    """Shares of the base model's squared free-run error, by column."""
+    base = pooled([x.free for x in found.base.left_out]) ** 2
+    after = pooled([x.free for x in found.final.left_out]) ** 2
+    adapted = np.minimum(pooled([x.adapted for x in found.final.left_out]) ** 2, after)
+    noise = np.minimum(np.mean([run.series.noise**2 for run in p.runs], axis=0), adapted[: len(p.runs[0].series.noise)])
+    out = {}
+    for c, column in enumerate(_columns(p)):
+        floor = float(noise[c]) if c < len(noise) else 0.0
+        parts = (base[c] - after[c], after[c] - adapted[c], floor, adapted[c] - floor)
+        out[column] = Share(*(float(part / base[c]) for part in parts))
+    return out
+
+
+def _verdict(p: Problem, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
+    """The verdict, and the sentence that supports it."""
+    base = pooled([x.free for x in found.base.left_out])
+    motion = np.array([np.nanstd(np.concatenate([run.series.outputs[:, c] for run in p.runs])) for c in _states(p)])
+    matter = [c for c in _states(p) if base[c] > ADEQUATE * motion[c]]
+    columns = _columns(p)
+    if not matter and not found.steps:
+        return "adequate", f"free-run errors are below {100 * ADEQUATE:.0f} % of each channel's motion"
+    counted = [shares[columns[c]] for c in matter] or list(shares.values())
+    explained = float(np.mean([s.coefficients / max(1.0 - s.trim - s.noise, 1e-9) for s in counted]))
+    said = f"the numbers that moved take off {100 * explained:.0f} % of what can be explained of the free-run error"
+    if explained >= NAMED:
+        return "named", said
+    return ("partly_named" if explained >= PARTLY else "unexplained"), said
+
+
+def _states(p: Problem) -> list[int]:
+    return [c for c, name in enumerate(p.channels) if name != THRUST]

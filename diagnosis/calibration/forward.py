@@ -1,0 +1,162 @@
+"""Forward selection of groups of numbers by free runs of records that were left out.
+
+A group enters if the score of the left-out records falls by more than LEAST and by more than two jackknife standard
+errors over records; groups whose scores cannot be told apart from the best are ties.  At the end groups whose removal
+costs less than that leave again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.mixed_effects import (
+    Fitted,
+    LeftOut,
+    Number,
+    Problem,
+    fit,
+    leave_one_out,
+    normal_equations,
+    score_difference,
+    stepped,
+)
+
+if TYPE_CHECKING:
+    from ...models.coefficient_groups import Group
+
+LEAST = 0.03
+"""Fall of the score (half a log squared error, summed over channels) below which a group does not matter."""
+REFITTED = 4
+"""Groups of the largest predicted gain that are refitted in each step."""
+SHORT, LONG = 4, 14
+"""Gauss-Newton steps of a candidate and of what is kept."""
+MOST = 6
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """Groups fitted together, and the records predicted by fits that left them out."""
+
+    groups: tuple[Group, ...]
+    fitted: Fitted
+    left_out: tuple[LeftOut, ...]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One group that entered: the fit with it, by how much the score fell with its standard error, and its ties."""
+
+    group: Group
+    attempt: Attempt
+    gain: float
+    standard_error: float
+    tied_with: tuple[Group, ...] = ()
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The base without any group, the steps in order, the final attempt, and what the last step refused."""
+
+    base: Attempt
+    steps: tuple[Step, ...]
+    final: Attempt
+    refused: tuple[tuple[Group, float, float], ...] = field(default=())
+
+
+def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
+    """The numbers of groups with their priors about the model's own values."""
+    names = [*problem.model.coordinates, *problem.model.constant_names]
+    theta = problem.model.theta
+    places = [(name, names.index(name), sd) for group in groups for name, sd in group.sd.items()]
+    return tuple(Number(name, place, float(theta[place]), sd) for name, place, sd in places)
+
+
+def attempt(problem: Problem, groups: Sequence[Group], start: Fitted | None, most: int) -> Attempt:
+    """A fit of the groups from another one's values."""
+    theta = problem.model.theta if start is None else start.theta
+    own = None if start is None else start.own
+    fitted = fit(problem, numbers_of(problem, groups), theta, own, most)
+    return Attempt(tuple(groups), fitted, leave_one_out(fitted))
+
+
+def select(problem: Problem, groups: Sequence[Group], most: int = MOST) -> Selection:
+    """Groups in the order in which they enter."""
+    base = now = attempt(problem, (), None, LONG)
+    steps: list[Step] = []
+    refused: tuple[tuple[Group, float, float], ...] = ()
+    while len(steps) < most:
+        tried = _tried(problem, now, groups)
+        if not tried:
+            break
+        best = tried[0]
+        if not _enters(best[1], best[2]):
+            refused = tuple((_new(now, a), gain, error) for a, gain, error in tried)
+            break
+        ties = tuple(_new(now, a) for a, _, _ in tried[1:] if _tied(problem, best[0], a))
+        kept = attempt(problem, best[0].groups, best[0].fitted, LONG)
+        steps.append(Step(kept.groups[-1], kept, best[1], best[2], ties))
+        now = kept
+    final = _without_idle(problem, now)
+    kept_ids = {group.id for group in final.groups}
+    return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
+
+
+def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[tuple[Attempt, float, float]]:
+    """The leaders refitted: attempt, gain and its standard error, the largest gain first."""
+    found = []
+    for group in _leaders(problem, now, groups):
+        try:
+            trial = attempt(problem, (*now.groups, group), now.fitted, SHORT)
+        except np.linalg.LinAlgError:
+            continue
+        found.append((trial, *score_difference(problem, now.left_out, trial.left_out)))
+    return sorted(found, key=lambda item: -item[1])
+
+
+def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Group]:
+    """Groups of the largest fall of the score after one Gauss-Newton step, all from one linearisation."""
+    rest = [g for g in groups if g.id not in {used.id for used in now.groups}]
+    numbers = numbers_of(problem, [*now.groups, *rest])
+    fitted = now.fitted
+    normal, slope, blocks = normal_equations(problem, numbers, fitted.theta, fitted.own, fitted.sd)
+    held, gains, at = len(fitted.numbers), [], len(fitted.numbers)
+    for group in rest:
+        pick = np.array([*range(held), *range(at, at + len(group.sd))])
+        at += len(group.sd)
+        moved = stepped(fitted, [numbers[i] for i in pick], pick, (normal, slope, blocks))
+        gains.append(score_difference(problem, now.left_out, leave_one_out(moved))[0])
+    return [rest[i] for i in np.argsort(gains)[::-1][:REFITTED]]
+
+
+def _enters(gain: float, error: float) -> bool:
+    return gain > max(LEAST, 2.0 * error)
+
+
+def _tied(problem: Problem, best: Attempt, other: Attempt) -> bool:
+    """Whether the other's score is within one standard error of the best's, and it would enter on its own."""
+    difference, error = score_difference(problem, other.left_out, best.left_out)
+    return difference < error
+
+
+def _new(now: Attempt, trial: Attempt) -> Group:
+    return trial.groups[len(now.groups)]
+
+
+def _without_idle(problem: Problem, final: Attempt) -> Attempt:
+    """The attempt without groups that the others make needless."""
+    while len(final.groups) > 1:
+        trials = []
+        for group in final.groups[:-1]:
+            rest = tuple(g for g in final.groups if g.id != group.id)
+            trial = attempt(problem, rest, None, LONG)
+            gain, error = score_difference(problem, trial.left_out, final.left_out)
+            trials.append((gain, error, trial))
+        gain, error, trial = min(trials, key=lambda item: item[0])
+        if _enters(gain, error):
+            return final
+        final = trial
+    return final

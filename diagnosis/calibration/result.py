@@ -1,0 +1,128 @@
+"""What a calibration says: the numbers that moved, the errors of records that were left out, and what remains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ...models.model import Model
+
+SCHEMA = 1
+VERDICTS = ("adequate", "named", "partly_named", "unexplained")
+
+
+@dataclass(frozen=True)
+class Moved:
+    """One number of the model: before and after, 90 % interval, change in percent (None from zero) and in prior
+    standard deviations."""
+
+    name: str
+    group: str
+    before: float
+    after: float
+    low: float
+    high: float
+    percent: float | None
+    prior_sds: float
+
+
+@dataclass(frozen=True)
+class StepTold:
+    """One group that entered: fall of the score with its standard error, groups that would do as well, and errors.
+
+    left_out, held_out : column -> root mean squared free-run error, SI, of training records that were left out of the
+    fit, and of the held-out records.
+    """
+
+    group: str
+    title: str
+    gain: float
+    standard_error: float
+    tied_with: tuple[str, ...]
+    left_out: Mapping[str, float]
+    held_out: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Share:
+    """Shares of a channel's squared free-run error of the base model, left-out records.
+
+    coefficients : taken off by the numbers that moved.  trim : due to the neutral rudder angle and the initial state of
+    single runs.  noise : the sensor's.  remaining : the rest.
+    """
+
+    coefficients: float
+    trim: float
+    noise: float
+    remaining: float
+
+
+@dataclass(frozen=True)
+class Remaining:
+    """A condition in which the remaining error of a channel is larger than elsewhere."""
+
+    channel: str
+    condition: str
+    share_of_error: float
+    share_of_time: float
+
+
+@dataclass(frozen=True)
+class RunEffect:
+    """A record's own neutral rudder angle (rad) about the common one."""
+
+    record: str
+    neutral_angle_rad: float
+
+
+@dataclass(frozen=True)
+class NextRun:
+    """A manoeuvre that would tell more: its information on the numbers of the model, nats."""
+
+    manoeuvre: str
+    information: float
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The outcome of `calibrate`.
+
+    model, calibrated : base model, and the model with the numbers that moved.
+    records : (name, 'train' | 'held_out').
+    before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
+        second is None without held-out records.
+    worse : columns in which held-out records are predicted worse than 1.05 times the base model's error.
+    """
+
+    model: Model
+    calibrated: Model
+    records: tuple[tuple[str, str], ...]
+    verdict: str
+    reason: str
+    moved: tuple[Moved, ...]
+    steps: tuple[StepTold, ...]
+    refused: tuple[tuple[str, float, float], ...]
+    before: Mapping[str, tuple[float, float | None]]
+    after: Mapping[str, tuple[float, float | None]]
+    shares: Mapping[str, Share]
+    remaining: tuple[Remaining, ...]
+    runs: tuple[RunEffect, ...]
+    next_runs: tuple[NextRun, ...]
+    worse: tuple[str, ...]
+    wall_s: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The calibration as plain data, without the models' equations."""
+        document = {name: value for name, value in self.__dict__.items() if name not in ("model", "calibrated")}
+        told = {name: _plain(value) for name, value in document.items()}
+        return {"schema": SCHEMA, "model": self.model.id, "calibrated_family": self.calibrated.family, **told}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, Mapping):
+        return {name: _plain(entry) for name, entry in value.items()}
+    return asdict(value) if hasattr(value, "__dataclass_fields__") else value
