@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from html import escape
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ..diagnosis import result
 from ..models.errors import BadInput
 from ..models.model import CHANNELS, model_to_json
-from .documents import json_text
+from .documents import json_text, write_folder
 from .identification import as_model, as_records, labels, listed
 
 if TYPE_CHECKING:
@@ -161,29 +161,13 @@ def diagnose(
 
 def write_diagnosis(found: Diagnosis, folder: Path) -> tuple[Path, ...]:
     """Write the three `FILES` of a diagnosis into a folder: all of them or none; BadInput where it cannot be."""
-    from ..datasets.files import replace_together
-
-    document = json_text(found.to_json()) + "\n"
-    page = found.to_html()
-    created = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"cannot be made ({error.strerror or error})", file=folder) from None
-    paths = [folder / name for name in FILES]
-    try:
-        replace_together(
-            {
-                paths[0]: lambda place: place.write_text(document, "utf-8"),
-                paths[1]: lambda place: place.write_text(page, "utf-8"),
-                paths[2]: lambda place: model_to_json(replace(found.extended, id="extended_model"), place),
-            }
-        )
-    except BaseException:
-        if created:
-            folder.rmdir()
-        raise
-    return tuple(paths)
+    document, page = json_text(found.to_json()) + "\n", found.to_html()
+    writers: tuple[Callable[[Path], object], ...] = (
+        lambda place: place.write_text(document, "utf-8"),
+        lambda place: place.write_text(page, "utf-8"),
+        lambda place: model_to_json(replace(found.extended, id="extended_model"), place),
+    )
+    return write_folder(folder, dict(zip(FILES, writers, strict=True)))
 
 
 def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:

@@ -69,13 +69,14 @@ def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: s
 
     def draw(figure) -> None:
         axes = figure.subplots()
+        ranges = [value_range([track[k] for track in known]) for k in (0, 1)]
         for north, east, curve in known:
-            axes.plot(east, north, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
+            x, y = (_within(values, limits) for values, limits in zip((east, north), ranges[::-1], strict=True))
+            axes.plot(x, y, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
         north, east, _ = known[0]
         first = int(np.argmax(np.isfinite(north + east)))
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
         axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
-        axes.set(xlim=value_range([e for _, e, _ in known]), ylim=value_range([n for n, _, _ in known]))
 
     return chart(draw, (WIDTH, 3.4), title)
 
@@ -136,6 +137,12 @@ def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, floa
     values = np.append(np.concatenate([a[np.isfinite(a)] for a in arrays]), 0.0)
     values = np.clip(values, -limit, limit)
     return _padded(float(values.min()), float(values.max()))
+
+
+def _within(values: np.ndarray, limits: tuple[float, float] | None) -> np.ndarray:
+    """Values (N,) with gaps where they are outside of the limits."""
+    low, high = limits or (-np.inf, np.inf)
+    return np.where((values >= low) & (values <= high), values, np.nan)
 
 
 def _padded(low: float, high: float) -> tuple[float, float]:
