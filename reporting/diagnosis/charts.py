@@ -121,15 +121,21 @@ def bars(groups: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], 
 
 
 def value_range(arrays: Sequence[np.ndarray]) -> tuple[float, float] | None:
-    """Padded range of what is finite, at most twice the range of the first array beyond it; None where nothing is."""
+    """Padded range of what is finite, at most `reach` of the first array beyond it; None where nothing is."""
     known = [a[np.isfinite(a)] for a in arrays]
     if not any(a.size for a in known):
         return None
     values, first = np.concatenate(known), known[0]
     if first.size and first.max() > first.min():
-        reach = 2.0 * (first.max() - first.min())
-        values = np.clip(values, first.min() - reach, first.max() + reach)
+        values = np.clip(values, first.min() - reach(first), first.max() + reach(first))
     return _padded(float(values.min()), float(values.max()))
+
+
+def reach(values: np.ndarray) -> float:
+    """How far a simulation may leave the measured values (N,) before it is cut off: twice their range or half their
+    size, whichever is more."""
+    known = values[np.isfinite(values)]
+    return max(2.0 * float(np.ptp(known)), 0.5 * float(np.abs(known).max())) if known.size else 0.0
 
 
 def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
-from ..diagnosis.charts import MEASURED, Curve, channel_chart, rudder_chart, track_chart
+from ..diagnosis.charts import MEASURED, Curve, channel_chart, reach, rudder_chart, track_chart
 from ..numbers import DEG
 from ..plots import COLOURS
 from ..templating import render
@@ -56,7 +56,7 @@ def _panel(found: Validation, record: Measured) -> Panel:
     runs = [run for run in found.runs if run.record == record.name]
     charts = [("rudder", rudder_chart(record.time_s, DEG * record.rudder))]
     charts += [(f"{shown_name(c)}; below, measured − simulated", _chart(found, record, runs, c))
-               for c in ORDER if c in record.channels]  # fmt: skip
+               for c in ORDER if any(c in run.predicted for run in runs)]  # fmt: skip
     charts.append(("track", _track(found, record, runs)))
     remarks = tuple(f"{run.model}: {run.told}" for run in runs if run.told)
     return Panel(record.name, remarks, tuple((caption, svg) for caption, svg in charts if svg))
@@ -71,9 +71,8 @@ def _chart(found: Validation, record: Measured, runs: list[Run], channel: str) -
         values = factor * run.predicted[channel]
         overlay.append(_curve(found, run, _broken(values, starts)))
         errors.append(_curve(found, run, _broken(measured - values, starts)))
-    limit = 2.0 * float(np.nanmax(measured) - np.nanmin(measured))
     time = np.insert(record.time_s, starts, record.time_s[starts])
-    return channel_chart(time, overlay, errors, shown_name(channel), unit, limit)
+    return channel_chart(time, overlay, errors, shown_name(channel), unit, reach(measured))
 
 
 def _track(found: Validation, record: Measured, runs: list[Run]) -> str:

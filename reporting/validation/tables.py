@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ...datasets.columns import CANONICAL
 from ...datasets.display import shown_name, shown_unit
 from ...estimation.validation.result import FREE
 from ..numbers import DEG, MISSING, number, r_squared
@@ -32,7 +33,8 @@ def horizon_table(found: Validation) -> Table:
     """Root mean square errors some time ahead, over all records: a row a channel and model, a column a horizon."""
     horizons = list(dict.fromkeys(score.horizon for score in found.scores))
     horizons = [*(h for h in horizons if h != FREE), FREE]
-    rows = [(channel, name) for channel in _channels(found) for name in found.models]
+    pairs = [(channel, name) for channel in _channels(found) for name in found.models]
+    rows = [pair for pair in pairs if found.score(*pair)]
     columns = [
         Column("channel", lambda row: _channel_name(row[0])),
         Column("unit", lambda row: _unit(row[0])),
@@ -68,13 +70,11 @@ def index_table(found: Validation) -> Table:
         Column("manoeuvre", lambda row: _any(row).manoeuvre),
         Column("index", lambda row: _any(row).name.replace("_", " ")),
         Column("unit", lambda row: _shown_unit(_any(row))),
-        Column("measured", lambda row: number(_shown(_any(row), _any(row).measured)), lambda row: _any(row).measured),
+        Column("measured", lambda row: number(_measured(row)), _measured),
     ]
-    for name in found.models:
-        columns += [
-            _index_column(f"simulated{_of(found, name)}", name, lambda index: index.simulated),
-            _index_column(f"difference{_of(found, name)}", name, lambda index: index.difference),
-        ]
+    columns += [_index_column(f"simulated{_of(found, n)}", n, lambda index: index.simulated) for n in found.models]
+    if len(found.models) == 1:
+        columns.append(_index_column("difference", next(iter(found.models)), lambda index: index.difference))
     columns += [Column("measured, in ship lengths", _lengths), Column("remark", _reasons)]
     return make_table(columns, rows)
 
@@ -86,7 +86,7 @@ def left_out_table(found: Validation) -> Table:
         groups.setdefault((one.model, one.what, one.reason), []).append(one.record)
     columns = [
         Column("model", lambda row: row[0][0]),
-        Column("left out", lambda row: row[0][1].replace("_rad_s", "").replace("_m_s", "").replace("_", " ")),
+        Column("left out", lambda row: shown_name(row[0][1]) if row[0][1] in CANONICAL else row[0][1]),
         Column("why", lambda row: row[0][2]),
         Column("records", lambda row: _listed(row[1], len(found.records))),
     ]
@@ -163,6 +163,10 @@ def _shown_unit(index: Index) -> str:
 
 def _shown(index: Index, value: float) -> float:
     return DEG * value if index.unit == "rad" else value
+
+
+def _measured(row: dict[str, Index]) -> float:
+    return _shown(_any(row), _any(row).measured)
 
 
 def _index_column(title: str, model: str, value: Callable[[Index], float]) -> Column:
