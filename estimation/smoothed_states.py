@@ -48,5 +48,6 @@ def smoothed_states(record: Record, times_s: np.ndarray) -> dict[str, np.ndarray
 def _derivatives(values: np.ndarray, count: int) -> np.ndarray:
     """A series (N,) and its derivatives, (N, count), per sample^k; nan = gap."""
     track = Track(values[:, None], (0,))
-    walk = fitted_walk([track], sensor_variances([track]), (count + 1, count + 2))
+    with np.errstate(divide="ignore"):  # a series without any noise has an infinite likelihood
+        walk = fitted_walk([track], sensor_variances([track]), (count + 1, count + 2))
     return smoothed(track, walk)[:, :count]
