@@ -133,7 +133,7 @@ class Squares(NamedTuple):
 
     def plus(self, other: Squares) -> Squares:
         """The sums of both."""
-        return Squares(*(a + b for a, b in zip(self, other, strict=True)))
+        return Squares(self.n + other.n, self.error + other.error, self.spread + other.spread)
 
     def scores(self) -> tuple[float, float]:
         """Root mean square error and R^2, as `error_and_r2`."""

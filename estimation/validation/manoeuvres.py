@@ -29,7 +29,7 @@ from .runs import Stretch
 OVERSHOOTS = ("first_overshoot", "second_overshoot")
 TURNING = ("advance", "transfer", "tactical_diameter")
 INITIAL = "initial_turning"
-UNITS = dict.fromkeys(OVERSHOOTS, "rad") | dict.fromkeys((INITIAL, *TURNING), "m")
+UNITS: dict[str, str] = {**dict.fromkeys(OVERSHOOTS, "rad"), **dict.fromkeys((INITIAL, *TURNING), "m")}
 INITIAL_RUDDER_RAD = math.radians(9.0), math.radians(11.0)
 """Rudder angles for which the initial turning ability is told; it is defined for 10 degrees."""
 POSITIONS, VELOCITIES = ("north_m", "east_m"), ("surge_m_s", "sway_m_s")
@@ -88,8 +88,8 @@ def rows(model: str, record: str, length_m: float, found: Performed, measured: F
     out = []
     for name in names_of(found):
         reasons = dict.fromkeys(r for r in (measured.reasons.get(name), simulated.reasons.get(name)) if r)
-        values = (side.values.get(name, math.nan) for side in (measured, simulated))
-        out.append(Index(model, record, found.title, name, UNITS[name], *values, "; ".join(reasons), length_m))
+        real, own = (side.values.get(name, math.nan) for side in (measured, simulated))
+        out.append(Index(model, record, found.title, name, UNITS[name], real, own, "; ".join(reasons), length_m))
     return out
 
 

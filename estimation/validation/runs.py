@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 ORIGINS = 200
 """Predictions start at so many samples of a stretch at most, evenly spread."""
+ANY_RATE = 1e6
+"""Limit of velocities, m/s, and of the yaw rate, rad/s, where the record shows no motion."""
 NEXT = 1.5
 """A sample follows another directly where it comes within so many median steps."""
 
@@ -66,13 +68,13 @@ class Stretch:
 
     @cached_property
     def limits(self) -> np.ndarray:
-        """Absolute values (n,) above which a run has diverged: ten times the largest of the record, speeds together."""
+        """Absolute values (n,) above which a run has diverged: ten times the largest recorded."""
         speeds = [v for s in ("u", "v") if (v := samples(self.record, s)) is not None]
         speed = float(np.nanmax(np.abs(speeds))) if speeds and np.isfinite(speeds).any() else self.model.speed_m_s
         rate = float(np.nanmax(np.abs(self._yaw_rate())))
         largest = {"u": speed, "v": speed, "r": rate}
-        limits = [BOUND * largest.get(name, np.inf) for name in self.model.states]
-        return np.array([limit if limit > 0.0 else np.inf for limit in limits])
+        bounds = {name: BOUND * value if 0.0 < value < np.inf else ANY_RATE for name, value in largest.items()}
+        return np.array([bounds.get(name, np.inf) for name in self.model.states])
 
     def free_run(self) -> FreeRun:
         """The run over the whole stretch."""

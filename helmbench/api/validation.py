@@ -1,10 +1,12 @@
 """Validation of models on records, and its outcome with page, table, figure and files."""
 
+# pandas ships no types:
+# pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from html import escape
 from os import PathLike, fspath
@@ -99,14 +101,10 @@ class Validation(result.Validation):
         BadInput : the folder cannot be written to.
         """
         texts = json_text(self.to_json()) + "\n", self.to_html()
-        writers = {
-            name: lambda place, text=text: place.write_text(text, "utf-8")
-            for name, text in zip(FILES, texts, strict=True)
-        }
-        return write_folder(Path(folder), writers)
+        return write_folder(Path(folder), {name: _writer(text) for name, text in zip(FILES, texts, strict=True)})
 
     def __repr__(self) -> str:
-        told = []
+        told: list[str] = []
         for name in self.models:
             score = self.score(None, name)
             told.append(f"{name} R2 {score.r2:.3f}" if score else f"{name} without a run")
@@ -160,13 +158,17 @@ def validate(
     return found
 
 
+def _writer(text: str) -> Callable[[Path], object]:
+    return lambda place: place.write_text(text, "utf-8")
+
+
 def _named_models(
     model: Model | FilePath, compare: Model | FilePath | Sequence[Model | FilePath]
 ) -> Mapping[str, Model]:
     """Models by identifier, or by what they were given as where identifiers repeat."""
     from ..models.model import Model
 
-    others = [compare] if isinstance(compare, Model | str | PathLike) else list(compare)
+    others: list[Model | FilePath] = [compare] if isinstance(compare, Model | str | PathLike) else list(compare)
     models = [as_model(one) for one in (model, *others)]
     given = [one.id if isinstance(one, Model) else fspath(one) for one in (model, *others)]
     return dict(zip(_names([one.id for one in models], given), models, strict=True))
@@ -183,7 +185,7 @@ def _names(short: Sequence[str], long: Sequence[str]) -> list[str]:
     """The short names if they differ, else the long ones; those that repeat even so get a number."""
     names = short if len(set(short)) == len(short) else long
     counts: Counter[str] = Counter()
-    out = []
+    out: list[str] = []
     for name in names:
         counts[name] += 1
         out.append(name if counts[name] == 1 else f"{name} ({counts[name]})")

@@ -69,7 +69,7 @@ def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: s
 
     def draw(figure) -> None:
         axes = figure.subplots()
-        ranges = [value_range([track[k] for track in known]) for k in (0, 1)]
+        ranges = [value_range(values) for values in ([n for n, _, _ in known], [e for _, e, _ in known])]
         for north, east, curve in known:
             x, y = (_within(values, limits) for values, limits in zip((east, north), ranges[::-1], strict=True))
             axes.plot(x, y, color=curve.colour, linestyle=curve.style, linewidth=curve.width)

@@ -78,10 +78,11 @@ def _chart(found: Validation, record: Measured, runs: list[Run], channel: str) -
 def _track(found: Validation, record: Measured, runs: list[Run]) -> str:
     if not set(POSITIONS) <= set(record.channels):
         return ""
+    north, east = POSITIONS
     none = np.zeros(0)
-    curves = [(*(record.channels[c] for c in POSITIONS), Curve("measured", none, MEASURED, width=1.4))]
+    curves = [(record.channels[north], record.channels[east], Curve("measured", none, MEASURED, width=1.4))]
     curves += [
-        (*(run.predicted[c] for c in POSITIONS), _curve(found, run, none))
+        (run.predicted[north], run.predicted[east], _curve(found, run, none))
         for run in runs
         if set(POSITIONS) <= set(run.predicted)
     ]

@@ -25,4 +25,5 @@ def terminal(found: Validation) -> str:
 
 def count(found: Validation) -> str:
     """`3 records`, or the name of the only one."""
-    return f"{len(found.records)} records" if len(found.records) > 1 else found.records[0].name
+    names = [record.name for record in found.records]
+    return names[0] if len(names) == 1 else f"{len(names)} records"
