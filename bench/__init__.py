@@ -1,7 +1,6 @@
-"""The bench: suites, runner, scores, results store, leaderboard, report and the command line.
+"""Benchmarks: plan, run, store and score.
 
-`suites` reads what is to be run (data files), `problems` makes records and truth of a row, `runner` enumerates (`plan`)
-and executes (`run`), `pool` holds the workers, `scores` judges one estimate, `store` keeps every finished run,
-`leaderboard` aggregates and `report` renders.  `reproduction` computes the papers' tables again.  `identify` serves a
-user's own records; `cli` only parses and calls.
+`suites` reads what is to be run, from data files.  A kind of suite (`kinds`) plans the runs, executes one and says
+which tables it fills; `runner` executes them in the worker processes of `pool` and keeps finished runs in a `store`.
+`scores` holds the scores of an estimate.  `faults` is a truth simulator that injects effects in records.
 """

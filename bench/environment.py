@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import sys
+from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,7 @@ THREAD_VARIABLES = (
     "VECLIB_MAXIMUM_THREADS",
     "NUMBA_NUM_THREADS",
 )
-"""Environment variables by which the threads of every worker are held at one."""
+"""Environment variables that limit every worker to one thread."""
 
 
 def environment() -> dict[str, Any]:
@@ -43,7 +45,7 @@ def cpu_count() -> int:
 
 
 def cpu_name() -> str:
-    """The processor's model name where the system tells it."""
+    """The processor's model name where the system gives it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -57,3 +59,19 @@ def _version(name: str) -> str | None:
         return version(name)
     except PackageNotFoundError:
         return None
+
+
+def code_version() -> str:
+    """Version of the installed package, with a digest of its sources."""
+    return f"{environment()['packages']['helmbench']}+{_source_digest()}"
+
+
+@lru_cache(maxsize=1)
+def _source_digest() -> str:
+    rooms = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256()
+    for folder in ("models", "datasets", "estimation", "methods", "diagnosis", "bench"):
+        for path in sorted((rooms / folder).rglob("*")):
+            if path.suffix in (".py", ".yaml"):
+                digest.update(path.relative_to(rooms).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:12]

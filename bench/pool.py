@@ -1,7 +1,7 @@
 """Executors: local processes by loky or a dask cluster, behind the `concurrent.futures` interface.
 
 Only a few tasks are handed over at a time.  When a worker dies, the tasks that were in its pool are repeated one by
-one, so that only the task that kills its worker is lost.
+one, so that only the task that kills its worker fails.
 """
 
 from __future__ import annotations
@@ -120,22 +120,6 @@ def cluster(address: str) -> Iterator[Pool]:
         yield Pool(lambda: executor, max(1, threads) * QUEUED_PER_WORKER)
     finally:
         client.close()
-
-
-@contextmanager
-def inline() -> Iterator[Pool]:
-    """This process, one task after the other; for tests and for debugging."""
-    yield Pool(_Inline, 1)
-
-
-class _Inline(Executor):
-    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        future: Future = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:
-            future.set_exception(error)
-        return future
 
 
 def _end_with(parent: int) -> None:

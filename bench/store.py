@@ -1,6 +1,6 @@
 """Results store: one JSON line per finished run while a suite runs, two Parquet tables when it is complete.
 
-Which tables and columns depends on the kind of suite (`SCHEMAS`).
+Which tables and columns there are depends on the kind of suite (`kinds.base.Tables`).
 
 `runs.jsonl` is only ever appended to, one `write` per finished run, so that a killed process loses nothing that was
 finished; a torn last line is dropped when the store is opened again.  `environment.json` says what was run, with what.
@@ -12,100 +12,24 @@ import json
 import math
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..estimation.prediction import CHANNELS
 from ..models.errors import BadInput
-from .kinds import DIAGNOSIS, IDENTIFICATION
-from .kinds.diagnosis import columns as diagnosing
+from .kinds import IDENTIFICATION, kind_names, kind_of
+from .kinds.base import Kind, Tables
 
 if TYPE_CHECKING:
     import pandas as pd
 
-RUNS, MANIFEST, RESULTS, PARAMETERS = "runs.jsonl", "environment.json", "results.parquet", "parameters.parquet"
+RUNS, MANIFEST = "runs.jsonl", "environment.json"
 TIMING = "timing.json"
 """Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
-KEYS = {
-    "suite": "string",
-    "method": "string",
-    "variant": "string",
-    "vessel": "string",
-    "model": "string",
-    "train": "string",
-    "held_out": "string",
-    "noise": "string",
-    "disturbance": "string",
-    "thinning": "int",
-    "length": "float",
-    "seed": "int",
-}
-RESULT_COLUMNS = {
-    **KEYS,
-    "status": "string",
-    "error": "string",
-    "diverged": "bool",
-    "n_samples": "int",
-    "rel_error_median": "float",
-    "rel_error_max": "float",
-    "crb_z_rms": "float",
-    **{
-        f"{score}_{horizon}_{channel}": "float"
-        for horizon in ("free", "one")
-        for score in ("rmse", "r2")
-        for channel in CHANNELS
-    },
-    "wall_s": "float",
-    "cpu_s": "float",
-    "peak_memory_mib": "float",
-}
-PARAMETER_COLUMNS = {
-    **KEYS,
-    "parameter": "string",
-    "unit": "string",
-    "true": "float",
-    "true_kind": "string",
-    "estimate": "float",
-    "stderr": "float",
-    "rel_error": "float",
-    "crb_sd": "float",
-    "identifiable": "bool",
-}
-MEASURED_COLUMNS = ("wall_s", "cpu_s", "peak_memory_mib")
-"""The only columns in which two equal runs may differ."""
 
 
-@dataclass(frozen=True)
-class Schema:
-    """Two tables of one kind of suite: a row per run, and a long one with several rows per run.
-
-    Columns are name -> kind; rows are sorted by `keys`, those of the long table also by `long_keys`.
-    """
-
-    keys: tuple[str, ...]
-    wide_file: str
-    wide: Mapping[str, str]
-    long_file: str
-    long: Mapping[str, str]
-    long_keys: tuple[str, ...]
-
-
-SCHEMAS = {
-    IDENTIFICATION: Schema(
-        tuple(KEYS), RESULTS, RESULT_COLUMNS, PARAMETERS, PARAMETER_COLUMNS, ("parameter",)
-    ),
-    DIAGNOSIS: Schema(
-        tuple(diagnosing.KEYS), diagnosing.CASES, diagnosing.CASE_COLUMNS, diagnosing.SIZES, diagnosing.SIZE_COLUMNS,
-        diagnosing.SIZE_KEYS,
-    ),
-}  # fmt: skip
-"""Kind of suite -> its tables."""
-
-
-def schema_of(manifest: Mapping[str, Any]) -> Schema:
-    """The tables of a run directory, by its manifest."""
-    return SCHEMAS[manifest.get("kind", IDENTIFICATION)]
+def stored_kind(manifest: Mapping[str, Any]) -> Kind:
+    """The kind of suite of a run directory, by its manifest."""
+    return kind_of(manifest.get("kind", IDENTIFICATION))
 
 
 class Store:
@@ -117,6 +41,7 @@ class Store:
 
     def __init__(self, directory: Path, manifest: Mapping[str, Any]) -> None:
         self.directory, self.manifest = directory, dict(manifest)
+        self.kind = stored_kind(manifest)
         self._file: int | None = _open_for_append(directory / RUNS)
         self._runs = {run["key"]: run for run in read_runs(directory / RUNS)[0]}
 
@@ -143,7 +68,7 @@ class Store:
     @property
     def runs(self) -> list[dict[str, Any]]:
         """The stored runs in the order of their result rows."""
-        return sorted(self._runs.values(), key=lambda run: _order(run["row"], schema_of(self.manifest).keys))
+        return sorted(self._runs.values(), key=lambda run: _order(run["row"], self.kind.tables.keys))
 
     def append(self, run: Mapping[str, Any]) -> None:
         """Keep one finished run, `{"key", "row", "parameters"}`, at once."""
@@ -168,7 +93,7 @@ class Store:
 
     def write_tables(self) -> None:
         """Write the Parquet tables, each by one atomic replacement."""
-        for name, (columns, rows) in tables(self._runs.values(), schema_of(self.manifest)).items():
+        for name, (columns, rows) in tables(self._runs.values(), self.kind.tables).items():
             write_atomic(self.directory / name, _parquet(columns, rows))
 
 
@@ -190,9 +115,8 @@ def read_manifest(directory: Path) -> dict[str, Any]:
         raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing") from None
     except (ValueError, OSError) as error:
         raise BadInput(f"cannot be read ({error})", file=path) from None
-    kinds = {None, *SCHEMAS}
     known = isinstance(manifest, dict) and {"suite", "version", "planned"} <= manifest.keys()
-    if not known or manifest.get("kind") not in kinds:
+    if not known or manifest.get("kind", IDENTIFICATION) not in kind_names():
         raise BadInput("is not the manifest of a benchmark run", file=path)
     return manifest
 
@@ -209,15 +133,15 @@ def read_runs(path: Path) -> tuple[list[dict[str, Any]], int]:
 
 
 def tables(
-    runs: Iterable[Mapping[str, Any]], schema: Schema = SCHEMAS[IDENTIFICATION]
+    runs: Iterable[Mapping[str, Any]], form: Tables
 ) -> dict[str, tuple[Mapping[str, str], list[dict[str, Any]]]]:
     """Both tables as `file name -> (column kinds, sorted rows)`."""
     runs = list(runs)
     wide = [run["row"] for run in runs]
     long = [run["row"] | row for run in runs for row in run["parameters"]]
     return {
-        schema.wide_file: (schema.wide, _sorted(wide, schema.wide, schema.keys)),
-        schema.long_file: (schema.long, _sorted(long, schema.long, (*schema.keys, *schema.long_keys))),
+        form.wide_file: (form.wide, _sorted(wide, form.wide, form.keys)),
+        form.long_file: (form.long, _sorted(long, form.long, (*form.keys, *form.long_keys))),
     }
 
 
@@ -229,19 +153,19 @@ def read_tables(directory: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     import pandas as pd
 
     directory = Path(directory)
-    schema = schema_of(read_manifest(directory))
-    wide, long = directory / schema.wide_file, directory / schema.long_file
+    form = stored_kind(read_manifest(directory)).tables
+    wide, long = directory / form.wide_file, directory / form.long_file
     if wide.exists() and long.exists():
         try:
             return pd.read_parquet(wide), pd.read_parquet(long)
         except (OSError, ValueError) as error:
             raise BadInput(f"cannot be read ({error})", file=wide) from None
-    return frames(read_runs(directory / RUNS)[0], schema)
+    return frames(read_runs(directory / RUNS)[0], form)
 
 
-def frames(runs: Iterable[Mapping[str, Any]], schema: Schema = SCHEMAS[IDENTIFICATION]):
+def frames(runs: Iterable[Mapping[str, Any]], form: Tables):
     """Both tables of runs as two pandas frames with the columns and types of the stored tables."""
-    wide, long = (_table(columns, rows).to_pandas() for columns, rows in tables(runs, schema).values())
+    wide, long = (_table(columns, rows).to_pandas() for columns, rows in tables(runs, form).values())
     return wide, long
 
 

@@ -84,7 +84,7 @@ def check_header(names: Sequence[str], file: object, row: int | None = None) -> 
     for index, channel in enumerate(channels):
         if channel in channels[:index]:
             first = names[channels.index(channel)]
-            message = "the column stands there twice" if first == names[index] else f"the same quantity as {first}"
+            message = "the column appears twice" if first == names[index] else f"the same quantity as {first}"
             raise BadInput(message, file=file, row=row, column=names[index], hint="keep one of them")
     if "time_s" not in channels:
         raise BadInput("missing column", file=file, row=row, column="time_s", hint="every record needs its time")
@@ -98,9 +98,9 @@ def _why_unknown(name: str, number: int, alone: bool) -> tuple[str, str]:
     from difflib import get_close_matches
 
     if not name:
-        return f"column {number} has no name", "name it, or take a separator at the line's end away"
+        return f"column {number} has no name", "name it, or remove the separator at the end of the line"
     if NUMBER.fullmatch(name):
-        return "a number stands where the header should be", "name the columns in the first line"
+        return "there is a number where the header should be", "name the columns in the first line"
     if alone and len(re.split(r"[\s|:]+", name)) > 1:
         return "no separator found in the header", "separate the columns by comma, semicolon or tab"
     quantities = [q for q in QUANTITIES if f"{name.lower()}_".startswith(f"{q}_")]

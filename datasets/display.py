@@ -66,8 +66,9 @@ def time_figure(panels: Mapping[str, Iterable[Curve]], title: str) -> Figure:
             panel.plot(curve.time_s, factor * curve.values, color=colour, linewidth=1.0, label=curve.label or None)
         panel.set_ylabel(f"{shown_name(channel)}\n[{unit}]")
         panel.grid(True, linewidth=0.3)
-    if axes[0].get_legend_handles_labels()[1]:
-        axes[0].legend(loc="upper right", ncols=len(COLOURS), fontsize="small")
+    handles, labels = axes[0].get_legend_handles_labels()
+    if labels:
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small")
     axes[-1].set_xlabel("time [s]")
     figure.suptitle(title, fontsize="medium")
     return figure

@@ -12,7 +12,7 @@ Gusts are earth-fixed, both components independent: Gauss-Markov, sd 12 % of the
 
 Waves do two things. Their mean second-order force is a force on the hull, F = rho g Hs^2 L C with
 CX = -.010 cos(chi) (times .3 in following seas), CY = -.020 sin(chi)|sin(chi)|, CN = -.002 sin(2 chi) (times L),
-chi the direction they come from against the bow (magnitudes assumed: a stand-in of the right order). Their
+chi the direction they come from against the bow (assumed coefficients, of the right order of magnitude). Their
 first-order motion does not enter the equations: it is added to what the sensors see. The hull follows the water
 averaged over its length at half its draught; with elevation a cos(theta) of one component, theta = w t - k xi + phase
 at the ship's own place (so that the encounter frequency is theta's rate at any speed, heading and turn),
@@ -76,7 +76,7 @@ class Waves(NamedTuple):
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What disturbs a run; read by `parse_disturbance`."""
+    """The disturbances of a run; read by `parse_disturbance`."""
 
     text: str = "none"
     wind: Wind | None = None
@@ -216,11 +216,13 @@ def _unit_motion(
     k: float, size: float, gamma: np.ndarray, turn: np.ndarray, theta: np.ndarray, encounter: np.ndarray
 ) -> np.ndarray:
     """Rows of `Motion` (6, N) for one wave of unit amplitude; ``turn``, ``encounter``: rates of gamma, theta."""
+    from scipy.special import spherical_jn
+
     sin_g, cos_g, sin_t, cos_t = np.sin(gamma), np.cos(gamma), np.sin(theta), np.cos(theta)
     s = 0.5 * k * size * cos_g
     s_rate = -0.5 * k * size * sin_g * turn
-    j0, j1 = spherical_bessel(s)
-    j0_rate, j1_rate = -j1 * s_rate, j1_slope(s, j0, j1) * s_rate
+    j0, j1, j2 = (spherical_jn(order, s) for order in range(3))
+    j0_rate, j1_rate = -j1 * s_rate, (j0 - 2.0 * j2) / 3.0 * s_rate
     swing = j1 * sin_g
     swing_rate = j1_rate * sin_g + j1 * cos_g * turn
     heel = j0 * sin_g
@@ -238,28 +240,10 @@ def _unit_motion(
     )
 
 
-def spherical_bessel(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Spherical Bessel functions j0(s) = sin(s)/s and j1(s) = sin(s)/s^2 - cos(s)/s."""
-    small = np.abs(s) < 1e-2
-    safe = np.where(small, 1.0, s)
-    j0, square = np.sin(safe) / safe, s * s
-    j1 = (j0 - np.cos(safe)) / safe
-    return (
-        np.where(small, 1.0 - square / 6.0 * (1.0 - square / 20.0), j0),
-        np.where(small, s / 3.0 * (1.0 - square / 10.0 * (1.0 - square / 28.0)), j1),
-    )
-
-
-def j1_slope(s: np.ndarray, j0: np.ndarray, j1: np.ndarray) -> np.ndarray:
-    """Derivative of j1: j0 - 2 j1/s."""
-    small = np.abs(s) < 1e-2
-    return np.where(small, 1.0 / 3.0 - s * s / 10.0, j0 - 2.0 * j1 / np.where(small, 1.0, s))
-
-
 def _along_track(model: Model, record: Record, travel: float) -> tuple[np.ndarray, np.ndarray]:
     """Place (N,) in m and speed (N,) in m/s of the ship along the direction that the waves travel.
 
-    A response model has no track: it is reckoned with its speed (none: at rest) along its heading.
+    A response model has no track: its position is computed from its speed (0 if it has none) and its heading.
     """
     heading = record.column("heading_rad")
     if record.has(*TRACK):

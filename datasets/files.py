@@ -1,4 +1,4 @@
-"""File access shared by the readers and writers of this room: whole files in, complete files out."""
+"""File access that readers and writers share: whole files are read, and complete files are written."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Case:
 def generate(case: Case) -> Record:
     """The record of a case, noise included.
 
-    Raises BadInput for an unknown vessel, a malformed text, a disturbance that the vessel cannot meet, a missing
+    Raises BadInput for an unknown vessel, a malformed text, a disturbance that the model cannot take, a missing
     duration or step, or a run that diverges.
     """
     return record_run(
@@ -89,7 +89,7 @@ def record_run(
 
 
 def check(model: Model, disturbance: Disturbance, seed: int) -> None:
-    """BadInput unless the model has coefficients, can meet the disturbance, and the seed is not negative."""
+    """BadInput unless the model has coefficients, can take the disturbance, and the seed is not negative."""
     if not model.known:
         raise BadInput(f"{model.id} has no coefficients to simulate with", hint="give a vessel or a model.json")
     if seed < 0:
@@ -113,7 +113,7 @@ def sail(
 
     The drift force depends on the heading, which the environment array cannot. The run is repeated with the
     drift along the last run's heading until that stops changing (waveform relaxation: the error after k passes
-    falls like c^k / k!, so a finite run always settles). Raises BadInput if it has not after 60 passes.
+    falls like c^k / k!, so a finite run always converges). Raises BadInput if it has not after 60 passes.
     """
     start, environment = steady_start(model, environment), environment.copy()
     run = closed_loop(model, dt, control, environment, start, integrator)
@@ -126,7 +126,9 @@ def sail(
         run = closed_loop(model, dt, control, environment, start, integrator)
         if not np.max(np.abs(run.states[:, column] - heading)) > DRIFT_TOLERANCE_RAD:
             return run
-    raise BadInput(f"{model.id} under {disturbance.text!r}: the wave drift does not settle", hint="shorten the run")
+    raise BadInput(
+        f"{model.id} under {disturbance.text!r}: the wave drift force does not converge", hint="shorten the run"
+    )
 
 
 def steady_start(model: Model, environment: np.ndarray) -> np.ndarray:
@@ -163,5 +165,5 @@ def as_record(model: Model, manoeuvre: Manoeuvre, run: Run, note: str) -> Record
 
 
 def notes(disturbance: Disturbance, sensors: Sensors, seed: int) -> str:
-    """What a record's metadata say about how it was made."""
+    """The notes of a generated record: noise, disturbance and seed."""
     return f"noise {sensors.text}; disturbance {disturbance.text}; seed {seed}"

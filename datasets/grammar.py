@@ -19,7 +19,7 @@ _QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)([A-Za-z%][A
 def quantity(text: str, units: Mapping[str, float], default: str | None = None) -> float:
     """Read ``20deg`` and return it times ``units["deg"]``.
 
-    ``default`` names the unit of a bare number; without it the unit must be written.
+    ``default`` names the unit of a number without unit; without it the unit must be written.
     Raises ValueError with a short reason.
     """
     match = _QUANTITY.fullmatch(text)

@@ -3,8 +3,8 @@
 Definitions of IMO MSC.137(76) and MSC/Circ.1053: an overshoot is the extra heading change after counter rudder;
 advance is the distance made good along the approach course from the position at execute to a heading change of
 90 degrees, transfer and tactical diameter are the distances off the approach course at 90 and 180 degrees. The
-approach course is the line through the first sample along its heading (a ship that wanders off it before execute
-thus counts that as transfer). Values between samples are interpolated linearly; distances count towards the side
+approach course is the line through the first sample along its heading (a drift off it before the execute is
+part of the transfer). Values between samples are interpolated linearly; distances count towards the side
 of the turn.  Initial turning ability is the distance travelled from the execute to a heading change of 10 degrees
 under 10 degrees of rudder.
 """

@@ -1,7 +1,7 @@
-"""Records as a model's instruments show them, and what the hull did behind such a record.
+"""Records as a model's instruments show them, and the true motion behind such a record.
 
 `models.instruments` names the numbers and their equations.  `observed` is what the sensors show of a true record;
-`corrected` undoes that and turns the recorded rudder angle into the one that the hull felt.  Methods are given
+`corrected` undoes that and turns the recorded rudder angle into the one that acted on the hull.  Methods are given
 corrected records; `simulate` writes observed ones.
 """
 
@@ -24,10 +24,9 @@ HEADING, SURGE, SWAY = "heading_rad", "surge_m_s", "sway_m_s"
 
 
 def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
-    """What the hull did: sensor errors removed, the rudder angle as it was felt.
+    """The true motion: sensor errors removed, and the rudder angle that acted on the hull.
 
-    A channel that came late loses its last samples (gaps), and where none is known for a stretch it stays unknown.
-    Waves are left in: they are a random motion.
+    A delayed channel loses its last samples; gaps stay gaps.  Waves are not removed: they are a random motion.
 
     Raises
     ------
@@ -48,7 +47,7 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
 
 
 def hull_record(record: Record, model: Model) -> Record:
-    """What the hull did, as `corrected`, with the rudder in the model's sign.
+    """The true motion, as `corrected`, with the rudder in the model's sign.
 
     A record that does not say its rudder's sign is taken to have the model's.
     """
@@ -58,8 +57,8 @@ def hull_record(record: Record, model: Model) -> Record:
 def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Generator | None = None) -> Record:
     """What the sensors show of a record whose channels are true.
 
-    The rudder column is the recorded one already and stays (the angle that the hull feels does not tell it: think of
-    play and limits).  Waves are added where `rng` is given.  Before a late channel's first value that value is shown.
+    The rudder column is the recorded one already and stays (it cannot be computed from the angle that acts on the hull,
+    because of play and limits).  Waves are added where `rng` is given.  A delayed channel starts with its first value.
 
     Raises
     ------
@@ -126,7 +125,7 @@ def _with_felt_rudder(record: Record, q: Mapping[str, float]) -> Record:
 
 
 def _gone(record: Record, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray | None]:
-    """Channels with None for those that the record has and they lack."""
+    """The channels, and None for each other channel of the record (`with_channels` then leaves it out)."""
     return {**dict.fromkeys(record.channels), **channels}
 
 
@@ -151,7 +150,7 @@ def _shown(name: str, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
 def _freed(name: str, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
     gain, bias = _numbers(name, q)
     if gain == 0.0:
-        raise BadInput(f"a scale of -1 leaves nothing of {name}")
+        raise BadInput(f"a scale of -1 of {name} is not invertible")
     return values if (gain, bias) == (1.0, 0.0) else (values - bias) / gain
 
 

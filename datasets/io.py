@@ -1,15 +1,15 @@
 """Reading and writing records: CSV or Parquet, with an optional YAML sidecar of the same stem.
 
-Accepted columns are the canonical ones (`record.CANONICAL`) and the same quantities in other units, converted on
+Accepted columns are the canonical ones (`columns.CANONICAL`) and the same quantities in other units, converted on
 reading: ``_deg``, ``_deg_s``, ``_kn``, ``_rpm`` and ``_ms``, which means milliseconds for time and metres per second
-for speeds. Any other column is bad input, since a misspelt one would otherwise be lost without a word. Blank cells and
+for speeds. Any other column is bad input, since a misspelt one would otherwise be ignored silently. Blank cells and
 ``nan`` are gaps. CSV is UTF-8 (a byte order mark may lead), separated by comma, semicolon or tab (whichever the header
 uses most), with a decimal point. Row numbers in messages are line numbers as an editor shows them; in Parquet the
 first record is row 1.
 
 Constant channels
 -----------------
-A channel that never changes is a dead sensor more often than not, and is bad input, except:
+A channel that never changes is usually a failed sensor, and is bad input, except:
 
 * a set value or the weather: propeller and wind;
 * the rudder, where the record itself shows that it was held (a straight course, a turning circle): the heading does
@@ -238,7 +238,7 @@ def _at(table: _Table, index: int, name: str, path: Path, message: str, hint: st
 
 
 def _check_constant(channels: dict[str, np.ndarray], declared: Iterable[str], table: _Table, path: Path) -> None:
-    """BadInput for a channel that never changes and has no leave to (see the head of this module)."""
+    """BadInput for a channel that never changes although it should (see the head of this module)."""
     names = {ACCEPTED[name][0]: name for name in table.columns}
     for channel in _constant_channels(channels):
         if channel in MAY_BE_CONSTANT or channel in declared or (channel in RUDDERS and _was_held(channel, channels)):

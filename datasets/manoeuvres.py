@@ -21,12 +21,20 @@ import numpy as np
 from ..models.errors import BadInput
 from ..models.model import Model, RudderGear
 from ..models.simulate import ClosedLoop
-from .grammar import ANGLE, DEGREE, TIME, pair, plain, positive
+from .manoeuvre_texts import (
+    read_angle,
+    read_clocked,
+    read_nothing,
+    read_pair,
+    read_pullout,
+    read_series,
+    read_side,
+    read_spiral,
+    read_tones,
+)
 from .record import Record
 
 EULER = "@euler"
-PERIOD = {"s": 1.0, "rad_s": 1.0}
-RUDDER_MAX = 90.0 * DEGREE
 
 # Feedback taps of maximum-length shift registers, by order (Alfke, Xilinx XAPP 052, 1996).
 TAPS = {
@@ -134,7 +142,7 @@ def parse_manoeuvre(text: str) -> Manoeuvre:
     if kind is None:
         raise BadInput(f"unknown manoeuvre {text!r}", hint=f"expected one of {', '.join(KINDS)}")
     try:
-        side, rest = _side(rest) if kind.sided else (1, rest)
+        side, rest = read_side(rest) if kind.sided else (1, rest)
         values, canonical = kind.read(rest)
     except ValueError as error:
         raise BadInput(f"manoeuvre {text!r}: {error}", hint=f"expected {kind.form}") from None
@@ -164,86 +172,6 @@ def _recorded(record: Record) -> Series:
     rudder = record.rudder() if actual else record.column("rudder_command_rad")
     seen = np.isfinite(rudder)
     return Series(record.time_s[seen], rudder[seen], record.meta.positive_rudder, actual)
-
-
-# ---- reading the text after the colon: (values in SI, canonical text), ValueError when it is wrong
-
-
-def _side(rest: str) -> tuple[int, str]:
-    for suffix, side in (("port", -1), ("starboard", 1)):
-        if rest.endswith(":" + suffix):
-            return side, rest[: -len(suffix) - 1]
-    return 1, rest
-
-
-def _angle(text: str, default: str | None = "deg") -> float:
-    value = positive(text, ANGLE, default)
-    if value > RUDDER_MAX:
-        raise ValueError(f"{text!r} is above 90 deg")
-    return value
-
-
-def _read_nothing(rest: str) -> tuple[tuple[float, ...], str]:
-    if rest:
-        raise ValueError(f"nothing may follow, found {rest!r}")
-    return (), ""
-
-
-def _read_pair(rest: str) -> tuple[tuple[float, ...], str]:
-    rudder, heading = pair(rest)
-    values = _angle(rudder), _angle(heading)
-    return values, "/".join(_degrees(v) for v in values)
-
-
-def _read_angle(rest: str) -> tuple[tuple[float, ...], str]:
-    value = _angle(rest)
-    return (value,), _degrees(value)
-
-
-def _read_pullout(rest: str) -> tuple[tuple[float, ...], str]:
-    angle, _, hold = rest.partition("/")
-    value = _angle(angle)
-    if "/" not in rest:
-        return (value,), _degrees(value)
-    held = positive(hold, TIME)
-    return (value, held), f"{_degrees(value)}/{plain(held)}s"
-
-
-def _read_spiral(rest: str) -> tuple[tuple[float, ...], str]:
-    angle, _, step = rest.partition("/")
-    top = _angle(angle)
-    if "/" not in rest:
-        return (top, top / 5.0), _degrees(top)
-    by = _angle(step)
-    if abs(top / by - round(top / by)) > 1e-9:
-        raise ValueError(f"the step {step!r} does not divide {angle!r}")
-    return (top, by), f"{_degrees(top)}/{_degrees(by)}"
-
-
-def _read_tones(rest: str) -> tuple[tuple[float, ...], str]:
-    values: list[float] = []
-    texts = []
-    for tone in rest.split("+"):
-        amplitude, period = pair(tone)
-        size, number = _angle(amplitude, None), positive(period, PERIOD)
-        frequency = period.endswith("rad_s")
-        values += [size, number if frequency else 2.0 * math.pi / number]
-        texts.append(f"{_degrees(size)}deg/{plain(number)}{'rad_s' if frequency else 's'}")
-    return tuple(values), "+".join(texts)
-
-
-def _read_clocked(rest: str) -> tuple[tuple[float, ...], str]:
-    angle, period = pair(rest)
-    size, clock = _angle(angle, None), positive(period, TIME)
-    return (size, clock), f"{_degrees(size)}deg/{plain(clock)}s"
-
-
-def _read_series(rest: str) -> tuple[tuple[float, ...], str]:
-    raise ValueError("a free series has no text form, make it with from_series()")
-
-
-def _degrees(value: float) -> str:
-    return plain(value / DEGREE)
 
 
 # ---- building the control
@@ -370,49 +298,51 @@ def shift_register(order: int, bits: int, rng: np.random.Generator) -> np.ndarra
 KINDS: dict[str, Kind] = {
     "zigzag": Kind(
         "zigzag:RUDDER/HEADING[:port] in degrees, e.g. zigzag:20/20",
-        "rudder over to the other side whenever the heading has changed by HEADING",
-        _read_pair,
+        "rudder ordered to the other side whenever the heading is HEADING off the initial course",
+        read_pair,
         _zigzag,
     ),
-    "turn": Kind("turn:RUDDER[:port] in degrees, e.g. turn:35", "turning circle with held rudder", _read_angle, _turn),
+    "turn": Kind(
+        "turn:RUDDER[:port] in degrees, e.g. turn:35", "turning circle with constant rudder", read_angle, _turn
+    ),
     "pullout": Kind(
         "pullout:RUDDER[/HOLDs][:port], e.g. pullout:20 or pullout:20/300s",
-        "turn with held rudder (half of the time unless said), then rudder midships",
-        _read_pullout,
+        "turn with constant rudder (for HOLD, by default half of the duration), then rudder midships",
+        read_pullout,
         _pullout,
     ),
     "spiral": Kind(
         "spiral:RUDDER[/STEP][:port] in degrees, e.g. spiral:25 or spiral:25/5",
-        "Dieudonne spiral: rudder held in steps from one side to the other and back (STEP: a fifth of RUDDER)",
-        _read_spiral,
+        "Dieudonne spiral: rudder in steps of STEP (by default RUDDER/5) from one side to the other and back",
+        read_spiral,
         _spiral,
     ),
     "sine": Kind(
         "sine:AMPLITUDEdeg/PERIODs[+...][:port], e.g. sine:20deg/120s+10deg/0.2rad_s",
         "sum of rudder sines of zero phase",
-        _read_tones,
+        read_tones,
         _sine,
     ),
     "prbs": Kind(
         "prbs:AMPLITUDEdeg/CLOCKs, e.g. prbs:20deg/15s",
         "maximum-length binary sequence between +AMPLITUDE and -AMPLITUDE",
-        _read_clocked,
+        read_clocked,
         _prbs,
         sided=False,
     ),
     "steps": Kind(
         "steps:AMPLITUDEdeg/HOLDs, e.g. steps:30deg/20s",
         "random rudder angles, uniform within AMPLITUDE, each held for HOLD",
-        _read_clocked,
+        read_clocked,
         _random_steps,
         sided=False,
     ),
-    "straight": Kind("straight", "rudder midships", _read_nothing, _straight, sided=False),
+    "straight": Kind("straight", "rudder midships", read_nothing, _straight, sided=False),
     "heading": Kind(
         "heading:AMPLITUDEdeg/PERIODs[+...][:port], e.g. heading:20deg/600s",
         "heading reference made of sines, followed by the vessel's own controller",
-        _read_tones,
+        read_tones,
         _heading,
     ),
-    "series": Kind("from_series(record or array)", "free rudder series (Python only)", _read_series, _series, False),
+    "series": Kind("from_series(record or array)", "any rudder series (from Python only)", read_series, _series, False),
 }

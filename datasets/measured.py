@@ -105,11 +105,11 @@ def _fetch_file(store: Any, file: str) -> Path:
         raise BadInput(f"cannot be fetched from {url} ({_cause(error)})", file=place, hint=hint) from None
     except ValueError:
         message = f"the download from {url} is not the published file (SHA-256 differs)"
-        raise BadInput(message, file=place, hint="it was thrown away") from None
+        raise BadInput(message, file=place, hint="the download was deleted") from None
 
 
 def _cause(error: OSError) -> str:
-    """The shortest true account of a failed download."""
+    """Why a download failed, in a few words."""
     import requests
 
     if isinstance(error, requests.Timeout):

@@ -1,4 +1,4 @@
-"""Checks of what a record says about itself against what its samples show."""
+"""Checks of a record's metadata against its samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Random streams with stable names, and the coloured process that gusts and sensors share."""
+"""Random streams with stable names, and the coloured noise process of gusts and sensors."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def is_side(value: object) -> TypeGuard[Side]:
 class RecordMeta:
     """What is known about a record besides its samples; None where nothing is said.
 
-    `positive_rudder` is the side the ship turns to under a positive rudder ('port' or 'starboard'); None stands for
+    `positive_rudder` is the side the ship turns to under a positive rudder ('port' or 'starboard'); None means
     the vessel's own sign. `extra` holds whatever else the sidecar file says and is not to be changed in place.
 
     Raises

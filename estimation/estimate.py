@@ -96,8 +96,9 @@ class Estimate:
     def residual_report(self, records: Record | Sequence[Record], horizon: str = "free") -> pd.DataFrame:
         """Statistics of measured minus predicted samples, pooled over one record or several.
 
-        With correct equations and white sensor noise the residuals of free runs are white with mean zero; those of
-        one-step predictions are not white then, since every prediction starts from a noisy sample.
+        With correct equations and white sensor noise the residuals of a free run are white, apart from what the noise
+        of the first sample, from which it starts, does to it: that decays in the yaw rate and stays in the heading.
+        One-step residuals are not white even then, since every prediction starts from a noisy sample.
 
         Parameters
         ----------

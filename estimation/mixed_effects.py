@@ -4,10 +4,11 @@ A free run uses nothing of a record but its inputs and its initial state.  Numbe
 constants) have Gaussian priors and are common to all records.  Every record has a deviation of its neutral rudder angle
 and of its initial state, with priors too: without them the coefficients would absorb the trim of single runs.
 
-The criterion is the sum over channels of N_eff / 2 log(S_c + floor_c^2), S_c being the mean squared error of all records
-and N_eff the records' duration over the correlation time of the residuals, plus half the squares of all numbers in
-prior standard deviations.  Measured thrust counts with a fixed standard deviation, N_eff S_c / (2 sd_c^2).  Gauss-Newton steps eliminate the records' own effects by a Schur complement; leaving a
-record out subtracts its part of the normal equations and takes one step.
+The criterion is the sum over channels of N_eff / 2 log(S_c + floor_c^2), S_c being the mean squared error of all
+records and N_eff the records' duration over the correlation time of the residuals, plus half the squares of all numbers
+in prior standard deviations.  Measured thrust counts with a fixed standard deviation, N_eff S_c / (2 sd_c^2).
+Gauss-Newton steps eliminate the records' own effects by a Schur complement; leaving a record out subtracts its part of
+the normal equations and takes one step.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ STEP = 0.035
 NEUTRAL_ANGLE_SD = np.deg2rad(0.3)
 """Standard deviation of a record's neutral rudder angle about the common one, rad."""
 START_SD = {"u": 2.5e-3, "v": 2.5e-3, "r": 3e-3, "psi": 2e-3}
-"""Standard deviation of a record's initial state about the estimated one: shares of speed and of speed / length, rad."""
+"""Standard deviation of a record's initial state about the estimated one: shares of speed, of speed / length, rad."""
 FLOOR = {"u": 2.5e-3, "v": 2.5e-3, "r": 5e-3, "psi": np.deg2rad(0.5), THRUST: 0.05}
 """Error below which a channel counts as perfect: shares of speed, of speed / length, rad, share of the mean thrust."""
 LARGEST = 20.0
@@ -105,7 +106,7 @@ class Problem:
 
     @cached_property
     def known(self) -> np.ndarray:
-        """(C,) channels whose error size is known to be the floor: a fit must not give up measured thrust for others."""
+        """(C,) channels whose error size is the floor: a fit must not give up measured thrust for other channels."""
         return np.array([c == THRUST for c in self.channels])
 
     @property

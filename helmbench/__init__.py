@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api.calibration import Calibration, calibrate
     from .api.diagnosis import Diagnosis, diagnose
     from .api.identification import identify, rudder_sign_doubt, simulate
     from .api.lists import (
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BadInput",
+    "Calibration",
     "CannotFit",
     "Case",
     "Diagnosis",
@@ -58,6 +60,7 @@ __all__ = [
     "SuiteResults",
     "Validation",
     "__version__",
+    "calibrate",
     "diagnose",
     "fetch",
     "generate",
@@ -87,6 +90,7 @@ __all__ = [
 # public name -> (module below helmbench, name there)
 _HOME = {
     "BadInput": ("models.errors", "BadInput"),
+    "Calibration": ("api.calibration", "Calibration"),
     "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
@@ -99,6 +103,7 @@ _HOME = {
     "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
     "SuiteResults": ("api.suites", "SuiteResults"),
     "Validation": ("api.validation", "Validation"),
+    "calibrate": ("api.calibration", "calibrate"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),

@@ -25,8 +25,8 @@ class Definition:
     ----------
     name : identifier, for example ``abkowitz``.
     states, inputs : symbols; inputs are ``delta`` and, where the model has a propeller, ``n``.
-    coefficients : symbols of what is identified; the forces minus mass terms are linear in them.
-    constants : symbols of what is known (length, masses, ...), kept in the same vector behind the coefficients.
+    coefficients : symbols of the parameters to identify; the forces minus mass terms are linear in them.
+    constants : symbols of known numbers (length, masses, ...), kept in the same vector behind the coefficients.
     mass : matrix (k, k) of constants and coefficients.
     forces : k expressions.
     kinematics : expressions for the remaining states.
@@ -35,7 +35,6 @@ class Definition:
         (K, T1, T2, ... of a response model); None where coefficients are published themselves.
     inverse : coefficient name -> expression in the published parameters (symbols named as in ``public``).
     units : unit of each published parameter.
-    coefficient_units : unit of each coefficient.
     rate_gain : coefficient that multiplies the input's derivative (symbol ``delta_rate``) in the forces of a
         second-order response model; the simulated state is then ``w = q - rate_gain * delta``.
     held : coefficients that enter in a non-linear way; regression holds them at zero (their column is zero).
@@ -57,7 +56,6 @@ class Definition:
     units: Mapping[str, str]
     source: str
     helpers: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
-    coefficient_units: Mapping[str, str] = field(default_factory=dict)
     public: Mapping[str, sp.Expr] | None = None
     inverse: Mapping[str, sp.Expr] | None = None
     rate_gain: sp.Symbol | None = None

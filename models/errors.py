@@ -1,4 +1,4 @@
-"""The one exception that means "the user's input is at fault"."""
+"""The exceptions of helmbench: bad input, a method that does not apply, a fit that failed."""
 
 from __future__ import annotations
 

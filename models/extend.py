@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from .model import Model
 
 NEUTRAL = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
-"""Parameters of extensions that mean nothing while their effect is absent, and must not be zero."""
+"""Parameters of extensions that have no meaning while their effect is absent, but must not be zero."""
 
 
 def extended(model: Model, extension: str, values: Mapping[str, float] | None = None) -> Model:
-    """The model with an extension behind its family; parameters that `values` does not name are at their null.
+    """The model with an extension added to its family; parameters not named in `values` have their null value.
 
     Constants that the extension needs (water density, windage) come from the model's particulars and windage.
 

@@ -1,4 +1,4 @@
-"""What stands between a hull and its record: the rudder's linkage and the sensors, as named numbers.
+"""Between the true motion and the record: the rudder linkage and the sensors, as named numbers.
 
 `Model.instruments` maps these names to values (SI); what is not named is ideal.
 

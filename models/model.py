@@ -66,7 +66,7 @@ class Model:
     max_step_s : largest RK4 step.
     windage : coefficients of the wind force by name, None where the vessel file has none.
     suite : suggested manoeuvres, duration and sampling of a vessel.
-    instruments : what stands between hull and record (rudder linkage, sensor errors): see `models.instruments`.
+    instruments : rudder linkage and sensor errors between the true motion and the record: see `models.instruments`.
     """
 
     id: str

@@ -5,7 +5,7 @@
 This is the order of the parts in a ship: the order reaches the steering gear late, the pump limits how fast the
 gear turns, the gear ends at its stops, the linkage behind the gear has play, and what the blade does with the angle
 (its effectiveness and its neutral angle) comes last.  A limit before the rate limit, or play before the limits, would
-be another machine: with a stop of 15 degrees and 3 degrees/s, the two orders of the limits differ by 1.15 degrees rms
+be another mechanism: with a stop of 15 degrees and 3 degrees/s, the two orders of the limits differ by 1.15 degrees rms
 on a 30 degree sine of 20 s.  Delay, rate limit, stop and play do not depend on time, so the place of the delay is free.
 
 Between samples the recorded angle is linear.  Every part is solved exactly on a linear piece, so that the result at a
@@ -47,7 +47,7 @@ def steer(angle, command, dt, lag, rate, limit):
 
 @njit(inline="always")
 def _inside(angle, limit):
-    """The angle within +- limit; 0 stands for no limit."""
+    """The angle within +- limit; 0 means no limit."""
     return min(max(angle, -limit), limit) if limit > 0.0 else angle
 
 
@@ -174,8 +174,9 @@ def run_chain(time, recorded, quiet, chain, noise, parts, out):
 def quieten(series, sd, out):
     """Fill `out` with a rudder series (N,) freed of its sensor's noise: play counts every reversal, that of noise too.
 
-    Means of the neighbours that lie near are taken until the command's plateaus are flat (their highest noise would be
-    taken for play), each time after a lone sample far off four that agree is set among them (it would stay as it is).
+    Each sample is replaced by the mean of its neighbours of nearly the same angle, several times, until the plateaus of
+    the command are flat: the largest noise on them would be taken for play.  Before each time, an isolated outlier
+    between four neighbours that agree is replaced by their mean; it has no neighbours of nearly the same angle.
     """
     n = series.size
     before = np.empty(n)

@@ -15,8 +15,9 @@ def by_level(series: Mapping[str, Sequence[float | None]], levels: Sequence[str]
 
     Returns an empty text where fewer than two levels or no points are given.
     """
-    lines = {name: [value if _drawable(value) else math.nan for value in line] for name, line in series.items()}
-    if len(levels) < 2 or all(math.isnan(value or 0.0) for line in lines.values() for value in line):
+    lines = {name: [_drawable(value) for value in line] for name, line in series.items()}
+    lines = {name: line for name, line in lines.items() if not all(map(math.isnan, line))}
+    if len(levels) < 2 or not lines:
         return ""
 
     def draw(figure) -> None:
@@ -55,5 +56,6 @@ def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]
     return chart(draw, SIZE, title)
 
 
-def _drawable(value: float | None) -> bool:
-    return value is not None and math.isfinite(value) and value > 0.0
+def _drawable(value: float | None) -> float:
+    """The value if a logarithmic axis can show it, else nan."""
+    return value if value is not None and math.isfinite(value) and value > 0.0 else math.nan

@@ -108,7 +108,7 @@ class HtmlForm:
         return f"<span class='op'>{sign}</span>"
 
     def term(self, sign: str, inside: str, new: bool) -> str:
-        return f"<span class='term{' new' if new else ''}'>{sign}<math>{inside}</math></span>"
+        return f"<span class='term{' new' if new else ''}'>{sign}<math displaystyle='true'>{inside}</math></span>"
 
 
 HTML, LATEX = HtmlForm(), LatexForm()

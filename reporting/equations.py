@@ -1,4 +1,4 @@
-"""A model's equations as text for people: MathML for pages, LaTeX for Markdown, from the symbolic definition.
+"""A model's equations from its symbolic definition: MathML for pages, LaTeX for Markdown.
 
 What an extension added is marked: whole terms that its parameters multiply, else its symbols where they stand.
 """
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 RUDDER_SIDE = ("rudder_offset", "rudder_effectiveness")
-"""Extensions that are shown as a relation between the recorded and the felt rudder angle."""
+"""Extensions that are shown as a relation between the recorded and the effective rudder angle."""
 
 
 @dataclass(frozen=True)
 class Equations:
-    """What a model says, in reading order; `added` are its new numbers (symbol in HTML and LaTeX, value, unit)."""
+    """The equations in reading order; `added`: new parameters as (symbol in HTML, in LaTeX, name, value, unit)."""
 
     relations: tuple[Line, ...]
     dynamics: tuple[Line, ...]
@@ -39,11 +39,11 @@ def equations(model: Model, base: Model) -> Equations:
     from ..models.kernels import definition_of
 
     own = [part for part in model.family.split("+")[1:] if part not in base.family.split("+")[1:]]
-    told = [part for part in own if part in RUDDER_SIDE]
-    family = "+".join([model.family.split("+")[0], *(p for p in model.family.split("+")[1:] if p not in told)])
+    as_relations = [part for part in own if part in RUDDER_SIDE]
+    family = "+".join([model.family.split("+")[0], *(p for p in model.family.split("+")[1:] if p not in as_relations)])
     definition = definition_of(family)
     fresh = {name for name in model.coordinates if name not in base.coordinates}
-    hull = bool(told or _rudder_numbers(model, base))
+    hull = bool(as_relations or _rudder_numbers(model, base))
     if hull:
         definition = _renamed(definition, {definition.inputs[0]: sp.Symbol("delta_hull", real=True)})
     marks = _marks(definition, fresh, {symbol.name for symbol in definition_of(base.family).helpers})
@@ -54,7 +54,7 @@ def equations(model: Model, base: Model) -> Equations:
     units = dict(zip(model.coordinates, model.parameter_units, strict=False))
     added = [(*symbol_forms(n), n, values[n], units.get(n, "")) for n in fresh]
     added.sort(key=lambda row: model.coordinates.index(row[2]))
-    return Equations(tuple(_relations(model, base, told)), dynamics, helpers, tuple(added))
+    return Equations(tuple(_relations(model, base, as_relations)), dynamics, helpers, tuple(added))
 
 
 # ---- the parts
@@ -82,41 +82,53 @@ def _helpers(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) -
             yield line
 
 
-def _relations(model: Model, base: Model, told: Sequence[str]) -> Iterable[Line]:
-    """Recorded against felt rudder, and recorded against true channels, where the extension says so."""
+def _relations(model: Model, base: Model, as_relations: Sequence[str]) -> Iterable[Line]:
+    """Relations of the recorded to the effective rudder angle, and of recorded to true channels, that are new."""
+    values = dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
+    rudder = _rudder_numbers(model, base) | {name: values[name] for name in as_relations}
+    if rudder:
+        yield _rudder_relation(rudder)
+    new = {k: v for k, v in model.instruments.items() if base.instruments.get(k) != v}
+    yield from _channel_relations(new)
+    yield from _velocity_relations(new)
+    if "wave_rms" in new:
+        yield statement("heading and yaw rate contain narrow-band wave motion")
+
+
+def _rudder_relation(rudder: Mapping[str, float]) -> Line:
+    delay = sp.Symbol("tau_delta") if "rudder_delay" in rudder else 0
+    gain = 1 + (sp.Symbol("e") if "rudder_effectiveness" in rudder else 0)
+    gain += sp.Symbol("e_fault") if "rudder_fault" in rudder else 0
+    sign = -1 if "rudder_reversed" in rudder else 1
+    effective = sign * gain * sp.Function("delta")(sp.Symbol("t") - delay)
+    effective += sp.Symbol("rudder_offset") if "rudder_offset" in rudder else 0
+    return with_note(equation([(sp.Symbol("delta_hull"), None)], effective, {}, True), _limits(rudder))
+
+
+def _channel_relations(new: Mapping[str, float]) -> Iterable[Line]:
+    """Scale, bias and delay of sensors, and exchanged columns."""
     from ..models.instruments import SENSORS, SWAPS
 
-    new = {k: v for k, v in model.instruments.items() if base.instruments.get(k) != v}
-    values = dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
-    rudder = _rudder_numbers(model, base) | {name: values[name] for name in told}
-    time = sp.Symbol("t")
-    if rudder:
-        late = sp.Symbol("tau_delta") if "rudder_delay" in rudder else 0
-        gain = 1 + (sp.Symbol("e") if "rudder_effectiveness" in rudder else 0)
-        gain += sp.Symbol("e_fault") if "rudder_fault" in rudder else 0
-        sign = -1 if "rudder_reversed" in rudder else 1
-        felt = sign * gain * sp.Function("delta")(time - late)
-        felt += sp.Symbol("rudder_offset") if "rudder_offset" in rudder else 0
-        yield with_note(equation([(sp.Symbol("delta_hull"), None)], felt, {}, True), _limits(rudder))
     for short in SENSORS:
-        own = {kind: new[f"{short}_{kind}"] for kind in ("scale", "bias", "delay") if f"{short}_{kind}" in new}
+        own = {kind for kind in ("scale", "bias", "delay") if f"{short}_{kind}" in new}
         if own:
-            true = sp.Function(f"{short.replace('_', ' ')}_true")(
-                time - (sp.Symbol(f"tau_{short}") if "delay" in own else 0)
-            )
-            shown = true * (1 + (sp.Symbol("s") if "scale" in own else 0)) + (sp.Symbol("b") if "bias" in own else 0)
-            yield equation([(sp.Symbol(f"{short.replace('_', ' ')}_recorded"), None)], shown, {}, True)
+            channel = short.replace("_", " ")
+            delay = sp.Symbol(f"tau_{short}") if "delay" in own else 0
+            scale, bias = (sp.Symbol(s) if kind in own else 0 for kind, s in (("scale", "s"), ("bias", "b")))
+            recorded = sp.Function(f"{channel}_true")(sp.Symbol("t") - delay) * (1 + scale) + bias
+            yield equation([(sp.Symbol(f"{channel}_recorded"), None)], recorded, {}, True)
     yield from (statement(f"columns {a} and {b} are exchanged") for name, (a, b) in SWAPS.items() if name in new)
+
+
+def _velocity_relations(new: Mapping[str, float]) -> Iterable[Line]:
+    """Recorded velocities in axes that are turned against those of the hull."""
+    u, v, alpha, psi = sp.symbols("u v alpha psi")
     if "axis_misalignment" in new:
-        u, v, angle = sp.symbols("u v alpha")
-        yield equation([(sp.Symbol("surge_recorded"), None)], u * sp.cos(angle) + v * sp.sin(angle), {}, True)
-        yield equation([(sp.Symbol("sway_recorded"), None)], v * sp.cos(angle) - u * sp.sin(angle), {}, True)
+        yield equation([(sp.Symbol("surge_recorded"), None)], u * sp.cos(alpha) + v * sp.sin(alpha), {}, True)
+        yield equation([(sp.Symbol("sway_recorded"), None)], v * sp.cos(alpha) - u * sp.sin(alpha), {}, True)
     if "earth_frame_velocity" in new:
-        u, v, psi = sp.symbols("u v psi")
         yield equation([(sp.Symbol("surge_recorded"), None)], u * sp.cos(psi) - v * sp.sin(psi), {}, True)
         yield equation([(sp.Symbol("sway_recorded"), None)], u * sp.sin(psi) + v * sp.cos(psi), {}, True)
-    if "wave_rms" in new:
-        yield statement("heading and yaw rate carry narrow-band wave motion")
 
 
 def _limits(rudder: Mapping[str, float]) -> str:

@@ -53,7 +53,7 @@ def percent(value: Any, decimals: int = 0) -> str:
 
 
 def interval(value: Any, low: Any, high: Any, text: Callable[[Any], str] = number) -> str:
-    """`0.31 [0.28, 0.34]`; the value alone where the bounds say no more."""
+    """`0.31 [0.28, 0.34]`; the value alone where all three are missing or infinite."""
     middle, lower, upper = text(value), text(low), text(high)
     return middle if middle in (MISSING, "inf") and lower == middle else f"{middle} [{lower}, {upper}]"
 

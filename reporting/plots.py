@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -29,21 +29,28 @@ STYLE: dict[str, Any] = {
     "axes.spines.right": False,
     "legend.frameon": False,
     "lines.linewidth": 1.2,
-    "path.simplify_threshold": 1.0,
+    "path.simplify_threshold": 0.3,
     "figure.facecolor": "white",
 }
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 
 
-def svg(draw: Callable[[Figure], object], size: tuple[float, float] = SIZE) -> str:
-    """An SVG file with what `draw` adds to an empty figure of (width, height) inches."""
+def svg(
+    draw: Callable[[Figure], object], size: tuple[float, float] = SIZE, margins: Mapping[str, float] | None = None
+) -> str:
+    """An SVG file with what `draw` adds to an empty figure of (width, height) inches.
+
+    margins : those of `Figure.subplots_adjust`; None fits them to the texts.
+    """
     import matplotlib
     from matplotlib.figure import Figure
     from matplotlib.rcsetup import cycler
 
     style: dict[Any, Any] = {**matplotlib.rcParamsDefault, **STYLE, "axes.prop_cycle": cycler(color=COLOURS)}
     with matplotlib.rc_context(style):
-        figure = Figure(figsize=size, layout="constrained")
+        figure = Figure(figsize=size, layout="constrained" if margins is None else None)
+        if margins is not None:
+            figure.subplots_adjust(**margins)
         draw(figure)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata=NO_METADATA)
@@ -52,14 +59,19 @@ def svg(draw: Callable[[Figure], object], size: tuple[float, float] = SIZE) -> s
 
 
 def embedded(text: str, title: str) -> str:
-    """The drawing of an SVG file to stand in an HTML page: no prologue, no names that other drawings have too."""
+    """The drawing of an SVG file, to be put into an HTML page: without prologue and without ids of groups."""
     body = re.sub(r' id="[a-zA-Z0-9]+_\d+"', "", text[text.index("<svg") :])
     return body.replace("<svg ", f'<svg role="img" aria-label="{escape(title)}" ', 1)
 
 
-def chart(draw: Callable[[Figure], object], size: tuple[float, float], title: str) -> str:
+def chart(
+    draw: Callable[[Figure], object],
+    size: tuple[float, float],
+    title: str,
+    margins: Mapping[str, float] | None = None,
+) -> str:
     """`svg` and `embedded` in one."""
-    return embedded(svg(draw, size), title)
+    return embedded(svg(draw, size, margins), title)
 
 
 def legend_beside(axes: Axes) -> None:

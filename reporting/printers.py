@@ -129,10 +129,12 @@ class MathML(MathMLPresentationPrinter):
 
     def _split_super_sub(self, name: str) -> tuple[str, list[str], list[str]]:
         letter, index, exponent = parts(name)
-        plain = re.sub("(prime|dot)$", "", letter)
-        accent = {"prime": "′", "dot": "\N{COMBINING DOT ABOVE}"}.get(letter.removeprefix(plain), "")
-        shown = [escape(text.replace("-", "−")) for text in (LETTERS.get(plain, plain) + accent, exponent, index)]
-        return shown[0], [shown[1]] if exponent else [], [shown[2]] if index else []
+        plain, prime, dot = (*letter.partition("prime")[:2], "")
+        if letter.endswith("dot"):
+            plain, dot = letter.removesuffix("dot"), "\N{COMBINING DOT ABOVE}"
+        base = escape(LETTERS.get(plain, plain) + dot)
+        raised = ["′"] if prime else [escape(exponent.replace("-", "−"))] if exponent else []
+        return base, raised, [escape(index)] if index else []
 
     def _print_Symbol(self, sym: Any, style: str = "plain") -> Any:
         element = super()._print_Symbol(sym, style)

@@ -8,7 +8,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from ..bench.store import DIAGNOSIS, IDENTIFICATION, read_manifest, write_atomic
+from ..bench.kinds import DIAGNOSIS, IDENTIFICATION
+from ..bench.store import read_manifest, write_atomic
 
 PAGES = {IDENTIFICATION: ".leaderboard.page", DIAGNOSIS: ".diagnosis_suite.page"}
 """Kind of suite -> the module that writes its report."""

@@ -1,6 +1,6 @@
-"""`helmbench reproduce`: what five papers publish, computed again, and a verdict on every number.
+"""`helmbench reproduce`: what five papers publish, computed again, with a verdict on every number.
 
-`claims/NNN.yaml` holds a paper's claims, errata and figures; `paper_NNN` the studies that compute them; `claims` reads
-the one, `study` defines the other.  `runner` runs studies and keeps each result, `summary` makes intervals of them,
-`verdict` compares, `pages` and `figures` write.
+`claims/` has the claims, errata and figures of each paper as data; `papers/` the studies that compute their values;
+`verdicts/` compares the two; `pages/` writes Markdown, HTML and figures.  `runner` executes studies and stores each
+run, `results` summarises the runs, `session` is one call of the command.
 """

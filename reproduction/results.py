@@ -1,4 +1,4 @@
-"""What the pages are made from: the spreads of every value of a paper, stored beside them in `results/NNN.json`."""
+"""Results of a paper: the spread of every value, stored as `results/NNN.json` in the folder of the pages."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Results:
         return [self._judged(claim) for claim in paper.claims]
 
     def found(self, reference: Reference) -> Spread:
-        """Our value of what an independent computation gave."""
+        """Our value of the quantity of an independent computation."""
         return self.values.get(reference.study, {}).get(reference.key, NOTHING)
 
     def _judged(self, claim: Claim) -> Judged:

@@ -1,4 +1,4 @@
-"""Runs studies over their seeds and keeps every finished run, one file each, so that a stopped computation resumes."""
+"""Executes studies over their seeds and stores every finished run in a file, so that a stopped computation resumes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench.environment import environment
-from ..bench.runner import code_version, one_line, quiet
+from ..bench.environment import code_version, environment
+from ..bench.execution import one_line, quiet
 from ..bench.store import check_vacant, plain, write_atomic
 from ..models.errors import BadInput
 from .claims.claim import Paper
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 MANIFEST, RUNS = "reproduction.json", "runs"
 STORED = Path(__file__).parent / "stored"
-"""Runs of studies on measured sets, as a directory of results holds them."""
+"""Stored runs of studies on measured sets, used where the data are missing."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Run:
 
 
 def plan(papers: Sequence[Paper]) -> list[Job]:
-    """Every run that the papers' claims and figures need; first runs first, so that each kernel is compiled once."""
+    """Every run that the papers' claims and figures need, in order of index, so that each kernel is compiled once."""
     found = []
     for paper in papers:
         known = studies_of(paper.paper)
@@ -83,7 +83,7 @@ def open_directory(directory: Path, resume: bool) -> None:
 def compute(
     jobs: Sequence[Job], directory: Path, pool: Pool, watch: Callable[[Run | None], object] = lambda run: None
 ) -> None:
-    """Execute what the directory does not hold yet and keep each run as it ends.
+    """Execute the runs that the directory lacks and store each when it ends.
 
     `watch` is called with every run, with None for one that was stored before.  Failed runs are repeated.
     """
@@ -102,9 +102,9 @@ def compute(
 
 
 def execute(job: Job) -> Run:
-    """One run; whatever goes wrong inside becomes its error."""
+    """One run; an exception in it becomes its error."""
     study = studies_of(job.paper)[job.study]
-    if study.measured and not at_hand(study.measured) and (stored := read_run(job, STORED)) is not None:
+    if study.measured and not is_available(study.measured) and (stored := read_run(job, STORED)) is not None:
         return stored
     begin = time.process_time()
     values, series, error = {}, {}, None
@@ -119,15 +119,15 @@ def execute(job: Job) -> Run:
     return Run(job, values, kept, error, time.process_time() - begin)
 
 
-def at_hand(measured: str) -> bool:
-    """Whether the folder of a measured set is there."""
+def is_available(measured: str) -> bool:
+    """Whether the folder of a measured set exists."""
     from ..datasets.measured import data_dir, dataset
 
     return (data_dir() / dataset(measured).folder).is_dir()
 
 
 def write_run(run: Run, directory: Path) -> None:
-    """Keep a run: first its series, then, atomically, the file that says that it is there."""
+    """Store a run: first its series, then, atomically, the file that marks it as finished."""
     path = run.job.path(directory)
     path.parent.mkdir(parents=True, exist_ok=True)
     if run.series:

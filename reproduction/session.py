@@ -1,4 +1,4 @@
-"""One call of `helmbench reproduce`: compute, summarise, draw, write, and tell."""
+"""One call of `helmbench reproduce`: compute, summarise, draw and write."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ def reproduce(
     resume: bool = False,
     watch: Callable[[Run | None], object] = lambda run: None,
 ) -> list[tuple[Paper, Results]]:
-    """Compute what the directory does not hold yet; write results, figures and pages into its folder `pages`,
-    and pages to search and zoom in into its folder `interactive`.
+    """Compute the runs that the directory lacks.  Its folder `pages` gets results, figures and Markdown pages, its
+    folder `interactive` HTML pages with search and zoom.
 
-    Raises `BadInput` where the directory holds something else.
+    Raises `BadInput` if the directory has other contents.
     """
     jobs = runner.plan(chosen)
     runner.open_directory(directory, resume)

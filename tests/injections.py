@@ -1,4 +1,4 @@
-"""Effects hidden by a simulator that shares no code with ours, and what a correct diagnosis says of them.
+"""Effects injected by a simulator that shares no code with ours, and what a correct diagnosis says of them.
 
 An expectation is a random check with the rate at which correct code passes it.  The tests draw each a few times and
 compare the number of passes with the binomial bound of that rate; `make rates` draws many more.
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from helmbench.bench.faults import CAUSES, Case, carries, plant
+from helmbench.bench.faults import TAXONOMY, Case, inject, kind_of, names_of
 from helmbench.bench.faults.ships import ship
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
@@ -30,20 +30,20 @@ OFTEN = (
     *("current", "wind", "speed_scale", "axis_misalignment", "yaw_damping_quadratic", "heading_delay"),
 )
 SINGLE = {
-    **{c: "mariner" for c in CAUSES},
+    **{c: "mariner" for c in names_of(TAXONOMY)},
     **dict.fromkeys(("speed_loss", "second_order_lead"), "response-1"),
 }
-"""Cause -> the ship in which it is hidden alone."""
+"""Cause -> the ship in which it is injected alone."""
 OF_RECORDS = ("rudder_sign", "earth_frame_velocity", "channel_swap", "outliers")
 """Effects that are found before there is a filter, whatever the bank holds."""
 LEVEL = 1e-3
 """Probability that correct code fails one test of a rate."""
 
 
-def hidden(vessel, causes, rng, strength="large", gusts="none", **facts):
+def injected(vessel, causes, rng, strength="large", gusts="none", **facts):
     """Short records of a ship with the effects in it."""
     duration, dt = SHORT[vessel]
-    return plant(Case(vessel, causes, strength, gusts=gusts, duration_s=duration, dt_s=dt, **facts), rng)
+    return inject(Case(vessel, causes, strength, gusts=gusts, duration_s=duration, dt_s=dt, **facts), rng)
 
 
 def fewest(draws: int, rate: float) -> int:
@@ -71,7 +71,7 @@ def alone_in_the_bank(cause: str) -> Callable[[np.random.Generator], bool]:
     """The effect is found where the bank holds nothing else."""
 
     def check(rng):
-        case = hidden(SINGLE[cause], (cause,), rng)
+        case = injected(SINGLE[cause], (cause,), rng)
         only = None if cause in OF_RECORDS else (cause,)
         return cause in names(_diagnosed(case, max_effects=1, only=only))
 
@@ -81,66 +81,66 @@ def alone_in_the_bank(cause: str) -> Callable[[np.random.Generator], bool]:
 def shallow_water_is_no_crossflow(rng):
     """Water of six to thirty draughts' depth; others of the bank can imitate most of it."""
     bank = ("shallow_water", "crossflow_coupling", "coefficient_shift", "yaw_damping_quadratic")
-    case = hidden("mariner", ("shallow_water",), rng, strength="small")
+    case = injected("mariner", ("shallow_water",), rng, strength="small")
     return names(_diagnosed(case, max_effects=1, only=bank)) == ["shallow_water"]
 
 
 def faint_cause_in_calm_is_no_gust(rng):
     """Just detectable by the best test; small gusts would explain most of it."""
-    case = hidden("s175", ("yaw_damping_quadratic",), rng, strength="faint")
+    case = injected("s175", ("yaw_damping_quadratic",), rng, strength="faint")
     return "yaw_damping_quadratic" in names_and_ties(_diagnosed(case, max_effects=1))
 
 
 def limit_just_below_the_largest_command(rng):
     """Only the tops of the widest command are cut off."""
-    case = hidden("cargo", ("rudder_saturation",), rng, strength="faint")
+    case = injected("cargo", ("rudder_saturation",), rng, strength="faint")
     return names(_diagnosed(case, max_effects=1, only=("rudder_saturation",))) == ["rudder_saturation"]
 
 
 def limit_far_below_the_rate_of_the_commands(rng):
     """Orders come in steps: how fast they change says little about how fast the rudder can turn."""
-    case = hidden("response-1", ("rudder_rate_limit",), rng)
+    case = injected("response-1", ("rudder_rate_limit",), rng)
     return names(_diagnosed(case, max_effects=1)) == ["rudder_rate_limit"]
 
 
 def drawn_cause_comes_first(rng):
     """A drawn cause on a drawn ship is the first name, or tied with it, among the whole bank."""
     vessel = str(rng.choice(list(SHORT)))
-    cause = str(rng.choice([c for c in OFTEN if carries(ship(vessel), c)]))
-    case = hidden(vessel, (cause,), rng)
+    cause = str(rng.choice([c for c in OFTEN if kind_of(c).carried_by(ship(vessel))]))
+    case = injected(vessel, (cause,), rng)
     found = _diagnosed(case, case.held_out[:1])
     return bool(found.causes) and cause in (found.causes[0].cause, *found.causes[0].tied_with)
 
 
-def nothing_hidden_is_adequate(rng):
+def no_effect_is_adequate(rng):
     """A sound ship in calm, fast or slow gusts."""
     vessel = str(rng.choice(["mariner", "kvlcc2-l7", "response-1", "cargo"]))
-    case = hidden(vessel, (), rng, gusts=str(rng.choice(["none", "fast", "slow"])))
+    case = injected(vessel, (), rng, gusts=str(rng.choice(["none", "fast", "slow"])))
     return _diagnosed(case).verdict == "adequate"
 
 
 def waves_are_named_alone(rng):
     """A sound ship in waves."""
     vessel = str(rng.choice(["mariner", "kvlcc2-l7", "response-1", "cargo"]))
-    case = hidden(vessel, ("wave_motion",), rng, strength="moderate", gusts=str(rng.choice(["none", "fast"])))
+    case = injected(vessel, ("wave_motion",), rng, strength="moderate", gusts=str(rng.choice(["none", "fast"])))
     return set(names(_diagnosed(case))) == {"wave_motion"}
 
 
 def two_effects_are_named(rng):
     """A rudder offset and a yaw-rate scale in the same records."""
     both = ("rudder_offset", "yaw_rate_scale")
-    return names_and_ties(_diagnosed(hidden("mariner", both, rng))) >= set(both)
+    return names_and_ties(_diagnosed(injected("mariner", both, rng))) >= set(both)
 
 
 def effect_outside_the_bank_is_unexplained(rng):
     """A gross effect that is described as a family of effects, but has no name in the bank."""
     kind = str(rng.choice(["harmonic", "pulse", "periodic", "sensor_ramp", "memory"]))
-    return _diagnosed(hidden("mariner", (kind,), rng)).verdict == "unexplained"
+    return _diagnosed(injected("mariner", (kind,), rng)).verdict == "unexplained"
 
 
 def heading_and_rudder_suffice(rng):
     """Heading is the only measured motion."""
-    case = hidden("mariner", ("rudder_effectiveness",), rng, channels=("heading_rad",))
+    case = injected("mariner", ("rudder_effectiveness",), rng, channels=("heading_rad",))
     found = _diagnosed(case, case.held_out[:1])
     entry = next(e for e in found.bank if e.cause == "sway_offset")
     assert entry.status == "not_testable" and "sway" in entry.why
@@ -149,12 +149,12 @@ def heading_and_rudder_suffice(rng):
 
 def gaps_do_not_matter(rng):
     """A tenth of the samples is missing."""
-    return "yaw_rate_scale" in names_and_ties(_diagnosed(hidden("mariner", ("yaw_rate_scale",), rng, gaps=0.1)))
+    return "yaw_rate_scale" in names_and_ties(_diagnosed(injected("mariner", ("yaw_rate_scale",), rng, gaps=0.1)))
 
 
 def extension_predicts_held_out_records(rng):
     """The extended model has the size that is told, near the true one, and predicts what it has not seen."""
-    case = hidden("mariner", ("rudder_effectiveness",), rng)
+    case = injected("mariner", ("rudder_effectiveness",), rng)
     found = _diagnosed(case, case.held_out)
     if names(found) != ["rudder_effectiveness"]:
         return False
@@ -193,7 +193,7 @@ SPECIAL = (
 )
 COMMON = (
     Expectation(drawn_cause_comes_first, 0.95, 6),
-    Expectation(nothing_hidden_is_adequate, 0.97, 12),
+    Expectation(no_effect_is_adequate, 0.97, 12),
     Expectation(waves_are_named_alone, 0.9, 4),
     Expectation(two_effects_are_named, 0.97, 4),
     Expectation(effect_outside_the_bank_is_unexplained, 0.89, 6),

@@ -49,7 +49,7 @@ def gains(traces):
 def made_up(
     vessel="mariner", extension="yaw_damping_quadratic", values=None, instruments=None, verdict="named", held=2
 ):
-    """A diagnosis of records in which one extension was planted."""
+    """A diagnosis of records made with one extension."""
     base = resolve(vessel)
     truth = extended(base, extension, values) if extension else base
     truth = replace(truth, instruments=instruments or {})

@@ -1,6 +1,6 @@
 """Synthetic runs for the tests of store, leaderboard and report: no model is simulated and nothing is fitted."""
 
-from helmbench.bench.store import KEYS
+from helmbench.bench.kinds.identification.columns import KEYS
 from helmbench.estimation.prediction import CHANNELS
 
 DEFAULTS = {

@@ -17,7 +17,8 @@ import pytest
 import helmbench
 from helmbench.cli import status_of
 
-from .injections import hidden
+from .injections import injected
+from .inline_pool import inline
 
 TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 OWN_METHOD = "A method of your own, outside this repository"
@@ -101,7 +102,8 @@ def test_own_method_appears_on_the_leaderboard(mine):
         program, *words = shlex.split(line)
         jobs = ["--jobs", "1"] if words[0] == "run" else []
         assert (program, status_of([*words, *jobs])) == ("helmbench", 0), line
-    rows = list(csv.DictReader((mine / "out" / "leaderboard.csv").open(encoding="utf-8")))
+    text = (mine / "out" / "leaderboard.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(text.splitlines()))
     overall = {row["method"]: row for row in rows if row["scope"] == "overall"}
     assert set(overall) == {"lad", "ls"}
     assert int(overall["lad"]["ok"]) == int(overall["lad"]["runs"]) >= 3
@@ -161,7 +163,70 @@ def test_example_diagnoser_names_one_cause_at_most(tmp_path, monkeypatch, rng):
     from helmbench.diagnosis.registry import find
 
     loaded("helmbench.diagnosis.baselines.single", example("python", "A diagnoser: one file"), tmp_path, monkeypatch)
-    case = hidden("mariner", ("rudder_offset", "yaw_rate_scale"), rng)
+    case = injected("mariner", ("rudder_offset", "yaw_rate_scale"), rng)
     found = find("single")().diagnose(helmbench.resolve("mariner"), case.train, case.held_out[:1], Options())
     print(found.verdict, found.causes)
     assert len(found.causes) == 1 and found.verdict == "unexplained"
+
+
+@pytest.fixture
+def injectable(cause, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The example cause together with the effect that it should find."""
+    from helmbench.bench.faults.effects import registry
+
+    folder = tmp_path / "effects"
+    folder.mkdir()
+    heading = f"The effect of the {CAUSES[cause.id].removeprefix('A ')}"
+    loaded(f"helmbench.bench.faults.effects.{cause.id}", example("python", heading), folder, monkeypatch)
+    registry.kinds.cache_clear()
+    yield cause.id
+    monkeypatch.undo()
+    registry.kinds.cache_clear()
+
+
+def test_example_cause_finds_the_effect_of_the_truth_simulator(injectable, rng):
+    from helmbench.diagnosis.diagnose import diagnose
+    from helmbench.diagnosis.options import Options
+
+    case = injected("mariner", (injectable,), rng)
+    options = Options(max_effects=1, only=(injectable,))
+    (finding,) = diagnose(helmbench.resolve("mariner"), case.train, options=options).causes
+    truths = case.effects[0].kind.truths(case.effects[0].at(0), case.case.ship, finding.details)
+    print(case.truth, truths, finding)
+    assert finding.cause == injectable
+    found = {size.parameter: size.value for size in finding.sizes}
+    assert found == pytest.approx({name: truths[name] for name in found}, rel=0.25) and found
+
+
+def test_example_suite_is_listed_and_holds_what_it_says(tmp_path, monkeypatch):
+    from helmbench.bench import suites
+    from helmbench.bench.kinds import kind_of
+    from helmbench.bench.kinds.base import Selection
+
+    (tmp_path / "gentle.yaml").write_text(example("yaml", "A suite: one YAML file"), encoding="utf-8")
+    monkeypatch.setattr(suites, "FOLDER", tmp_path)
+    assert suites.suite_names() == ["gentle"]
+    suite = suites.load_suite("gentle")
+    specs = kind_of(suite.kind).plan(suite, Selection("gentle"))
+    rows = [spec.row_key() for spec in specs]
+    assert len(rows) == 2 * 2 * 2 * 2 * 2
+    assert {row["train"] for row in rows} == {"zigzag:5/5", "zigzag:5/5+turn:10"}
+
+
+def test_example_score_fills_its_column(tmp_path, monkeypatch):
+    from helmbench.bench import runner, suites
+    from helmbench.bench.kinds import kind_of
+    from helmbench.bench.kinds.base import Selection
+    from helmbench.bench.scores import registry
+    from helmbench.bench.store import read_tables
+
+    (tmp_path / "mine.yaml").write_text("entries: [{vessels: response-1, methods: ls, euler: true}]", encoding="utf-8")
+    loaded("helmbench.bench.scores.nearly_right", example("python", "A score: one file"), tmp_path, monkeypatch)
+    registry.scores.cache_clear()
+    suite = suites.load_suite(str(tmp_path / "mine.yaml"))
+    specs = kind_of(suite.kind).plan(suite, Selection("mine"))
+    with inline() as workers, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:
+        runner.run(specs, store, workers)
+    monkeypatch.undo()
+    registry.scores.cache_clear()
+    assert read_tables(tmp_path / "out")[0]["share_within_5_percent"].tolist() == [1.0]

@@ -1,18 +1,21 @@
-"""The truth simulator that hides effects in records, for the benchmark of the diagnosis and for tests.
+"""The truth simulator that injects effects in records, for the benchmark of the diagnosis and for tests.
 
 Shares no code with the kernels that the diagnosis fits: the equations are written by hand (`equations`), the rudder
 moves inside the integration step (`integrate`), and only the numbers of the vessel files are read.
 
-    planted = plant(Case("mariner", causes=("rudder_offset",), strength="faint"), rng)
-    planted.train, planted.held_out, planted.truth
+    injected = inject(Case("mariner", causes=("rudder_offset",), strength="faint"), rng)
+    injected.train, injected.held_out, injected.truth
+
+A kind of effect is one file in `effects/`.
 """
 
-from .case import GUSTS, SIZED, STRENGTHS, Case, Planted, draw_effect, noncentrality, plant
-from .effects import ANTICIPATED, CAUSES, UNFORESEEN, Effect, carries
-from .measured import SPOILERS, spoil
+from .case import GUSTS, Case, Injected, inject
+from .effects import ANTICIPATED, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
+from .measured import inject_in_record
 from .ships import VESSELS
+from .strength import SIZED, STRENGTHS, noncentrality
 
 __all__ = [
-    "ANTICIPATED", "CAUSES", "GUSTS", "SIZED", "SPOILERS", "STRENGTHS", "UNFORESEEN", "VESSELS",
-    "Case", "Effect", "Planted", "carries", "draw_effect", "noncentrality", "plant", "spoil",
+    "ANTICIPATED", "GUSTS", "SIZED", "STRENGTHS", "TAXONOMY", "UNFORESEEN", "VESSELS", "Case", "Effect", "EffectKind",
+    "Injected", "inject", "inject_in_record", "kind_of", "kinds", "names_of", "noncentrality",
 ]  # fmt: skip

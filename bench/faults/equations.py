@@ -12,13 +12,10 @@ from math import atan2, cos, exp, fabs, pi, sin, sqrt
 import numpy as np
 from numba import njit
 
-from .anticipated import anticipated_force
-from .unforeseen import unforeseen_force
-
 JIT = {"cache": True, "error_model": "numpy"}
 GRAVITY = 9.81
 
-#: Names of the effect parameters that act inside the equations; units as in `effects.CAUSES`.
+#: Names of the effect parameters that act inside the equations; units as in the files of `effects`.
 DYNAMIC_TEXT = (
     "current_north current_east wind_north wind_east X Y N Nrr Nrrr Yvv Yrv Yvr Nvr Nrv mass_fraction Hs "
     "wave_from drop recovery r_quadratic r_cubic"
@@ -138,7 +135,7 @@ def wind_force(s, u, v):
 
 @njit(**JIT)
 def added_force(s, p, u, v, r, psi, ug, vg):
-    """Planted forces: u, v through the water, ug, vg over ground."""
+    """Injected forces: u, v through the water, ug, vg over ground."""
     speed = sqrt(u * u + v * v) + 1e-12
     b, w = v / speed, r * s[S_L] / speed
     q = s[S_S] * speed * speed
@@ -220,18 +217,17 @@ def response(kind, c, s, p, x, d, fn, out):
 
 
 @njit(**JIT)
-def derivative(kind, c, s, p, extra, t, x, d, fx, fy, fn, work, out):
+def derivative(kind, c, s, p, extra, functions, t, x, d, fx, fy, fn, work, out):
     """out (8,) = dx/dt of u, v, r, north, east, psi and two hidden states; d is the rudder angle at the hull.
 
-    extra (m, 8): rows [set, code, size, parameters...] of further forces; work (5,) is scratch.
+    extra (m, 6) and functions (m of them): further forces and what each gets (`effects._forces`); work (5,) is scratch.
     """
     out[6] = out[7] = 0.0
-    for i in range(extra.shape[0]):
+    i = 0
+    for function in functions:
         work[:] = 0.0
-        if extra[i, 0] == 1.0:
-            anticipated_force(extra[i, 1:], t, x, d, s[S_L], s[S_U0], work)
-        else:
-            unforeseen_force(extra[i, 1:], t, x, d, s[S_L], s[S_U0], work)
+        function(extra[i], t, x, d, s[S_L], s[S_U0], work)
+        i += 1  # noqa: SIM113, numba takes no enumerate of a tuple of functions
         fx, fy, fn = fx + work[0] * s[S_FORCE], fy + work[1] * s[S_FORCE], fn + work[2] * s[S_MOMENT]
         out[6] += work[3]
         out[7] += work[4]

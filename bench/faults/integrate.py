@@ -61,15 +61,15 @@ def at_hull(chain, half, j, recorded, limited, played):
 
 
 @njit(**JIT)
-def rk4(kind, c, s, p, extra, t, h, x, d, f, slopes, work, mid):
+def rk4(kind, c, s, p, extra, functions, t, h, x, d, f, slopes, work, mid):
     """One step in place; d (3,) rudder and f (3, 3) further X, Y, N at its start, middle and end."""
-    derivative(kind, c, s, p, extra, t, x, d[0], f[0, 0], f[0, 1], f[0, 2], work, slopes[0])
+    derivative(kind, c, s, p, extra, functions, t, x, d[0], f[0, 0], f[0, 1], f[0, 2], work, slopes[0])
     for stage in range(1, 4):
         part, at = (0.5 * h, 1) if stage < 3 else (h, 2)
         for i in range(x.size):
             mid[i] = x[i] + part * slopes[stage - 1, i]
         fx, fy, fn = f[at, 0], f[at, 1], f[at, 2]
-        derivative(kind, c, s, p, extra, t + part, mid, d[at], fx, fy, fn, work, slopes[stage])
+        derivative(kind, c, s, p, extra, functions, t + part, mid, d[at], fx, fy, fn, work, slopes[stage])
     for i in range(x.size):
         x[i] += h / 6.0 * (slopes[0, i] + 2.0 * (slopes[1, i] + slopes[2, i]) + slopes[3, i])
 
@@ -84,7 +84,10 @@ def turned(gust, heading, fixed_to_earth):
 
 
 @njit(**JIT)
-def run(kind, c, s, p, extra, chain, x0, h, orders, loop, seen, limits, prescribed, gusts, earth, states, rudder, hull):
+def run(
+    kind, c, s, p, extra, functions, chain, x0, h, orders, loop, seen, limits, prescribed, gusts, earth, states, rudder,
+    hull,
+):  # fmt: skip
     """Integrate one record.
 
     orders (n,) rudder order of each step; loop (5,) see above; seen (n,) error of the heading that the helmsman sees;
@@ -114,5 +117,5 @@ def run(kind, c, s, p, extra, chain, x0, h, orders, loop, seen, limits, prescrib
             at = 0.5 * i
             g = (1.0 - at) * gusts[k] + at * gusts[k + 1]
             f[i, 0], f[i, 1], f[i, 2] = turned(g, x[5] + at * h * x[2], earth)
-        rk4(kind, c, s, p, extra, k * h, h, x, hull[2 * k : 2 * k + 3], f, slopes, work, mid)
+        rk4(kind, c, s, p, extra, functions, k * h, h, x, hull[2 * k : 2 * k + 3], f, slopes, work, mid)
         states[k + 1] = x

@@ -1,4 +1,4 @@
-"""The oracle's Kalman filter: how far a noise-free record stands from what the ship without effects would do (numba).
+"""The oracle's Kalman filter: how far a noise-free record is from what the ship without effects would do (numba).
 
 An extended filter of the ship's true equations, with the sensors' and the rudder sensor's true variances, the true
 gust process and a vague start. The whitened innovations of a noise-free record are what an effect adds to
@@ -17,21 +17,23 @@ from .integrate import rk4
 
 
 @njit(**JIT)
-def advance(kind, c, s, p, h, m, x, rudder, first, spread, force, slopes, work, mid, d, f):
+def advance(kind, c, s, p, extra, functions, h, m, x, rudder, first, spread, force, slopes, work, mid, d, f):
     """m steps of h with the rudder (half steps of h / spread) from index `first`, and a constant force (3,)."""
-    extra = np.zeros((0, 8))
     for k in range(m):
         for i in range(3):
             d[i] = rudder[min(first + (2 * k + i) * spread, rudder.size - 1)] + force[3]
             f[i, 0], f[i, 1], f[i, 2] = force[0], force[1], force[2]
-        rk4(kind, c, s, p, extra, 0.0, h, x, d, f, slopes, work, mid)
+        rk4(kind, c, s, p, extra, functions, 0.0, h, x, d, f, slopes, work, mid)
 
 
 @njit(**JIT)
-def innovations(kind, c, s, p, h, m, spread, per, x0, sd0, y, which, sd, rudder, rudder_sd, gust_sd, tau, z):
+def innovations(
+    kind, c, s, p, extra, functions, h, m, spread, per, x0, sd0, y, which, sd, rudder, rudder_sd, gust_sd, tau, z
+):
     """Whitened innovations z (N, k) of samples y (N, k) (nan: not measured) of the states `which` (k,).
 
-    x0, sd0 (6,) start; m steps of h a sample, each over 2 spread rudder half steps; per: half steps a sample.
+    extra and functions are no further force (`simulator.further_forces`); x0, sd0 (6,) start; m steps of h a sample,
+    each over 2 spread rudder half steps; per: half steps a sample.
     """
     nx, nb = 9, 6
     x = np.zeros(nx)
@@ -62,13 +64,15 @@ def innovations(kind, c, s, p, h, m, spread, per, x0, sd0, y, which, sd, rudder,
         drive[:] = 0.0
         force[:3], force[3] = x[6:9], 0.0
         state[:6], state[6], state[7] = x[:6], 0.0, 0.0
-        advance(kind, c, s, p, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f)
+        advance(kind, c, s, p, extra, functions, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f)
         base = state[:6].copy()
         for i in range(nb):
             steps[i] = 1e-5 * max(sd0[i], 1e-6)
             state[:6] = x[:6]
             state[i] += steps[i]
-            advance(kind, c, s, p, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f)
+            advance(
+                kind, c, s, p, extra, functions, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f
+            )
             phi[:6, i] = (state[:6] - base) / steps[i]
         for i in range(4):
             size = 1e-4 if i == 3 else gust_sd[i]
@@ -77,7 +81,9 @@ def innovations(kind, c, s, p, h, m, spread, per, x0, sd0, y, which, sd, rudder,
             force[:3], force[3] = x[6:9], 0.0
             force[i] += size
             state[:6] = x[:6]
-            advance(kind, c, s, p, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f)
+            advance(
+                kind, c, s, p, extra, functions, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f
+            )
             if i == 3:
                 drive[:6] = (state[:6] - base) / size
             else:

@@ -1,6 +1,6 @@
-"""From a dense run to a Record: sampling, what the sensors get wrong, noise, gaps.
+"""From a dense run to a Record: sampling, effects of the sensors, noise, gaps.
 
-recorded = (1 + scale) true(t - delay) + bias + noise; frames and swaps act on what the instruments give.
+recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects._sensors.Stage`.
 """
 
 from __future__ import annotations
@@ -8,11 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...datasets.record import Record, RecordMeta
+from .effects._sensors import ATTITUDE, VELOCITY, Stage
 from .ships import Ship
 from .simulator import Plan, Run
 
-VELOCITY = ("surge_m_s", "sway_m_s")
-ATTITUDE = ("heading_rad", "yaw_rate_rad_s")
 CHANNELS = ("rudder_rad", *ATTITUDE, *VELOCITY, "north_m", "east_m")
 RESPONSE_CHANNELS = ("rudder_rad", *ATTITUDE, "surge_m_s")
 STATE = {"surge_m_s": 0, "sway_m_s": 1, "yaw_rate_rad_s": 2, "north_m": 3, "east_m": 4, "heading_rad": 5}
@@ -52,19 +51,20 @@ def observe(
     """The record of a run, sampled every dt_s seconds.
 
     gaps: share of the samples of each channel but the rudder that are lost, in runs of 10; command: the rudder
-    column is `rudder_command_rad`, what the steering gear was told.
+    column is `rudder_command_rad`, the order to the steering gear.
     """
-    sensors = plan.sensors
+    effects = sorted(plan.sensors, key=lambda item: item[0].stage)
     time = dt_s * np.arange(round((len(run.states) - 1) * run.step_s / dt_s) + 1)
-    jitter = sensors.get("clock_jitter", {}).get("sd", 0.0)
+    jitter = sum(kind.jitter_s(p) for kind, p in effects)
     taken = np.clip(time + jitter * rng.standard_normal(time.size), 0.0, time[-1])
-    rows = {c: sampled(run, c, taken - delay(sensors, c)) for c in CHANNELS}
-    framed(rows, sensors)
-    calibrated(rows, sensors, time)
+    rows = {c: sampled(run, c, taken - sum(kind.delay_s(c, p) for kind, p in effects)) for c in CHANNELS}
+    before = [kind.stage <= Stage.OFFSET for kind, _ in effects].count(True)
+    for kind, p in effects[:before]:
+        kind.apply(rows, time, p, noise, rng)
     for channel in rows:
         rows[channel] = rows[channel] + noise.get(channel, 0.0) * rng.standard_normal(time.size)
-    spoiled(rows, sensors, noise, rng)
-    swapped(rows, sensors)
+    for kind, p in effects[before:]:
+        kind.apply(rows, time, p, noise, rng)
     if wrap:
         rows["heading_rad"] = np.mod(rows["heading_rad"], 2.0 * np.pi)
     for channel in CHANNELS[1:]:
@@ -84,62 +84,6 @@ def sampled(run: Run, channel: str, at: np.ndarray) -> np.ndarray:
     if channel in ATTITUDE:
         values = values + run.wave[:, ATTITUDE.index(channel)]
     return np.interp(at, run.time_s, values)
-
-
-def delay(sensors: dict[str, dict], channel: str) -> float:
-    """Delay of a channel, s."""
-    late = sensors.get("heading_delay", {}).get("tau", 0.0) if channel == "heading_rad" else 0.0
-    velocity = sensors.get("velocity_delay", {})
-    if channel in VELOCITY or (channel in ATTITUDE and velocity.get("attitude", 0.0)):
-        late += velocity.get("tau", 0.0)
-    return late
-
-
-def framed(rows: dict[str, np.ndarray], sensors: dict[str, dict]) -> None:
-    """Velocities turned by the misalignment of the log, or given along north and east."""
-    surge, sway = (rows[c] for c in VELOCITY)
-    if "axis_misalignment" in sensors:
-        angle = sensors["axis_misalignment"]["angle"]
-        surge, sway = np.cos(angle) * surge + np.sin(angle) * sway, -np.sin(angle) * surge + np.cos(angle) * sway
-    if "earth_frame_velocity" in sensors:
-        psi = rows["heading_rad"]
-        surge, sway = np.cos(psi) * surge - np.sin(psi) * sway, np.sin(psi) * surge + np.cos(psi) * sway
-    rows["surge_m_s"], rows["sway_m_s"] = surge, sway
-
-
-def calibrated(rows: dict[str, np.ndarray], sensors: dict[str, dict], time: np.ndarray) -> None:
-    """Scales, biases and ramps."""
-    for cause, channels in {"yaw_rate_scale": ATTITUDE[1:], "speed_scale": VELOCITY}.items():
-        for channel in channels if cause in sensors else ():
-            rows[channel] = (1.0 + sensors[cause]["s"]) * rows[channel]
-    for cause, channel in {
-        "yaw_rate_bias": ATTITUDE[1],
-        "heading_offset": ATTITUDE[0],
-        "sway_offset": VELOCITY[1],
-    }.items():
-        if cause in sensors:
-            rows[channel] = rows[channel] + sensors[cause]["b"]
-    if "sensor_ramp" in sensors:
-        ramp = sensors["sensor_ramp"]
-        rows[ramp["channel"]] = rows[ramp["channel"]] + ramp["size"] * time / time[-1]
-    if "rudder_sign" in sensors:
-        rows["rudder_rad"] = -rows["rudder_rad"]
-
-
-def spoiled(rows: dict[str, np.ndarray], sensors: dict[str, dict], noise: dict[str, float], rng) -> None:
-    """Outliers of 12 to 30 standard deviations in a share of every channel's samples but the rudder's."""
-    share = sensors.get("outliers", {}).get("share", 0.0)
-    for channel in CHANNELS[1:] if share > 0.0 else ():
-        n = rows[channel].size
-        error = rng.choice([-1.0, 1.0], n) * rng.uniform(12.0, 30.0, n) * noise.get(channel, 0.0)
-        rows[channel] = rows[channel] + np.where(rng.random(n) < share, error, 0.0)
-
-
-def swapped(rows: dict[str, np.ndarray], sensors: dict[str, dict]) -> None:
-    """Two columns exchanged."""
-    if "channel_swap" in sensors:
-        first, second = sensors["channel_swap"]["channels"]
-        rows[first], rows[second] = rows[second], rows[first]
 
 
 def with_gaps(values: np.ndarray, share: float, rng: np.random.Generator, length: int = 10) -> np.ndarray:

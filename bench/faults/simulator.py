@@ -1,20 +1,32 @@
-"""One run of the truth: ship, manoeuvre, what is planted in it, gusts -> dense states and rudder."""
+"""One run of the truth: ship, manoeuvre, injected effects, gusts -> dense states and rudder."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numba import cfunc, types
+from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from ...datasets.manoeuvres import Manoeuvre, parse_manoeuvre
 from ...models.errors import BadInput
 from . import equations, integrate
 from .ships import FIRST, Ship
 
+if TYPE_CHECKING:
+    from .effects._sensors import SensorKind
+
 REFERENCE_RUDDER = np.deg2rad(10.0)
-NO_EXTRA = np.zeros((0, 8))
+CONSTANTS = 6
+"""Length of the vector that a force function gets: the size, then the constants of the effect."""
+_VECTOR = types.Array(types.float64, 1, "C")
+FORCE = types.void(_VECTOR, types.float64, _VECTOR, types.float64, types.float64, types.float64, _VECTOR)
+"""Numba type of a force function (`effects._forces.ForceKind.force`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,18 +44,18 @@ class Gusts:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is planted in one record, sorted by where it acts.
+    """What is injected in one record, sorted by where it acts.
 
-    dynamic: `equations.DYNAMIC` name -> value; chain: `integrate.CHAIN` name -> value; extra (m, 8) further forces;
-    wave: (rms rad, peak rad/s, damping) or None; sensors: cause -> parameters, for `sensing`.
+    dynamic: `equations.DYNAMIC` name -> value; chain: `integrate.CHAIN` name -> value; extra: force functions with
+    their vectors (`effects._forces`); wave: (rms rad, peak rad/s, damping) or None; sensors: kinds with parameters.
     """
 
     ship: Ship
     dynamic: dict[str, float] = field(default_factory=dict)
     chain: dict[str, float] = field(default_factory=dict)
-    extra: np.ndarray = field(default_factory=lambda: NO_EXTRA)
+    extra: tuple[tuple[Callable[..., None], np.ndarray], ...] = ()
     wave: tuple[float, float, float] | None = None
-    sensors: dict[str, dict] = field(default_factory=dict)
+    sensors: tuple[tuple[SensorKind, Mapping[str, Any]], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +83,9 @@ def rudder_force(ship: Ship) -> tuple[float, float]:
     out = np.zeros((2, 8))
     x = straight(ship)
     for row, angle in zip(out, (0.0, REFERENCE_RUDDER), strict=True):
-        args = (equations.ship_vector(ship, 1.0, 1.0), np.zeros(len(equations.DYNAMIC)), NO_EXTRA, 0.0, x, angle)
-        equations.derivative(ship.kind, ship.coefficients, *args, 0.0, 0.0, 0.0, np.zeros(5), row)
+        args = (equations.ship_vector(ship, 1.0, 1.0), np.zeros(len(equations.DYNAMIC)), *further_forces(()), 0.0, x)
+        with first_class_functions():
+            equations.derivative(ship.kind, ship.coefficients, *args, angle, 0.0, 0.0, 0.0, np.zeros(5), row)
     force = ship.mass @ (out[1, :3] - out[0, :3])
     return abs(float(force[1])), abs(float(force[2]))
 
@@ -117,13 +130,38 @@ def simulate(
     seen = np.repeat(rng.normal(0.0, 1.0, n // hold + 1) * helmsman_sd, hold)[:n] + wave[:n, 0]
     states, rudder, hull = np.empty((n + 1, integrate.STATES)), np.empty(2 * n + 1), np.empty(2 * n + 1)
     limits = np.array([ship.lag_s, ship.rate_rad_s, ship.max_rad])
-    integrate.run(
-        ship.kind, ship.coefficients, equations.ship_vector(ship, *rudder_force(ship)), vector(plan.dynamic),
-        plan.extra, chain(plan.chain), start(plan, heading_rad), h, orders, loop, seen, limits,
-        np.zeros(0) if prescribed is None else np.ascontiguousarray(prescribed, float),
-        forces, bool(gusts and gusts.earth_fixed), states, rudder, hull,
-    )  # fmt: skip
+    with first_class_functions():
+        integrate.run(
+            ship.kind, ship.coefficients, equations.ship_vector(ship, *rudder_force(ship)), vector(plan.dynamic),
+            *further_forces(plan.extra), chain(plan.chain), start(plan, heading_rad), h, orders, loop, seen, limits,
+            np.zeros(0) if prescribed is None else np.ascontiguousarray(prescribed, float),
+            forces, bool(gusts and gusts.earth_fixed), states, rudder, hull,
+        )  # fmt: skip
     return Run(h, states, rudder, hull, wave)
+
+
+@contextmanager
+def first_class_functions() -> Iterator[None]:
+    """Without numba's warning that functions as arguments are experimental."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+        yield
+
+
+def no_force(a, t, x, d, length, speed, out):
+    """The force function of a record without further forces."""
+
+
+def further_forces(extra: Sequence[tuple[Callable[..., None], np.ndarray]]) -> tuple[np.ndarray, tuple]:
+    """Vectors (m, 6) and compiled functions (m) for the equations; one that does nothing where there is none."""
+    extra = extra or ((no_force, np.zeros(CONSTANTS)),)
+    return np.vstack([a for _, a in extra]), tuple(compiled(function) for function, _ in extra)
+
+
+@cache
+def compiled(function: Callable[..., None]) -> Any:
+    """A force function as a numba C function; cached on disk beside its file."""
+    return cfunc(FORCE, cache=True, error_model="numpy")(function)
 
 
 def vector(dynamic: dict[str, float]) -> np.ndarray:

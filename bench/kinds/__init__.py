@@ -1,35 +1,32 @@
-"""Kinds of suites: who plans and runs them."""
+"""Kinds of suites: one folder each, found by its name.
+
+A folder holds `kind.py` with a subclass of `base.Kind` named `KIND`, and `suite.py` with the models of its suite files.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from pathlib import Path
 
-if TYPE_CHECKING:
-    from ..runner import Selection, Spec
-    from ..suites import Suite
+from ...models.errors import BadInput
+from .base import Kind
 
 IDENTIFICATION, DIAGNOSIS = "identification", "diagnosis"
 
 
-class Runner(Protocol):
-    """What the runner module of a kind offers; `runner` says what each does."""
-
-    LISTED: tuple[str, ...]
-    settled: Callable[[Suite, Selection], Selection]
-    plan: Callable[[Suite, Selection], Sequence[Spec]]
-    check: Callable[[Iterable[Any]], None]
-    facts: Callable[[Suite, Sequence[Any]], Mapping[str, Any]]
-    warm: Callable[[Iterable[Any]], None]
-    execute: Callable[[Any], dict[str, Any]]
-    describe: Callable[[Mapping[str, Any]], str]
+def kind_names() -> list[str]:
+    """Names of the kinds."""
+    return sorted(path.parent.name for path in Path(__file__).parent.glob("*/kind.py"))
 
 
-MODULES = {IDENTIFICATION: "..runner", DIAGNOSIS: ".diagnosis.runner"}
-"""Kind -> the module that plans and runs it."""
+def kind_of(name: object, file: object = None) -> Kind:
+    """The kind of that name; `BadInput`, which names the file, if there is none."""
+    if name not in kind_names():
+        raise BadInput(f"unknown kind {name!r}", file=file, hint=f"known: {', '.join(kind_names())}")
+    return _load(str(name))
 
 
-def runner_of(kind: str) -> Runner:
-    """The runner module of a kind."""
-    return cast(Runner, import_module(MODULES[kind], __package__))
+@cache
+def _load(name: str) -> Kind:
+    return import_module(f".{name}.kind", __package__).KIND

@@ -19,7 +19,7 @@ def _read(content: bytes, name: str, manoeuvre: str) -> Record:
 
     Columns (N, 11), full scale: time s; x0, y0 m; roll, heading deg; dx0/dt, dy0/dt m/s (earth-fixed); roll rate, yaw
     rate deg/s; rudder deg (positive to port); propeller 1/min.  Lengths are divided by the scale, times and speeds by
-    its root, rates multiplied by its root.  The first row stands twice.
+    its root, rates multiplied by its root.  The first row appears twice.
     """
     lines = content.decode("cp1252").splitlines()[HEADER_LINES:]
     _, north, east, roll, heading, north_rate, east_rate, roll_rate, yaw_rate, rudder, turns = np.loadtxt(lines)[1:].T

@@ -5,11 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.instruments import corrected
+from ...datasets.instruments import hull_record
 from ...estimation.mixed_effects import THRUST, Problem, jackknife, pooled, problem, squares
 from ...models.coefficient_groups import groups_of, grown
 from ...models.errors import BadInput, CannotFit
@@ -19,6 +20,7 @@ from .advice import next_runs
 from .forward import Attempt, Selection, select
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
+from .traces import held_out_traces, left_out_traces
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -56,10 +58,10 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
     groups = groups_of(model)
     whole = grown(model, groups)
-    pieces = _pieces([_behind(record, model) for record in train], whole)
+    pieces = _pieces([hull_record(record, model) for record in train], whole)
     given = problem(whole, pieces)
     found = select(given, groups)
-    kept = problem(whole, [_behind(record, model) for record in held_out]) if held_out else None
+    kept = problem(whole, [hull_record(record, model) for record in held_out]) if held_out else None
     shares = _shares(given, found)
     verdict, reason = _verdict(given, found, shares)
     calibrated = _calibrated(model, whole, found.final)
@@ -90,15 +92,11 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
         runs=tuple(
             RunEffect(run.name, float(own[0])) for run, own in zip(given.runs, found.final.fitted.own, strict=True)
         ),
+        traces=(*left_out_traces(given, found), *held_out_traces(kept, found)),
         next_runs=next_runs(calibrated, whole, found, groups),
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
     )
-
-
-def _behind(record: Record, model: Model) -> Record:
-    """The record in the model's rudder sign, behind its instruments."""
-    return corrected(record.turned(model.positive_rudder), model.instruments)
 
 
 def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
@@ -117,7 +115,7 @@ def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
         duration = float(record.time_s[-1] - record.time_s[0])
         parts = min(int(duration / shortest), 6)
         edges = np.linspace(0, record.n, max(parts, 1) + 1).astype(int).tolist()
-        cuts = [record.slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        cuts = [record.slice(a, b) for a, b in pairwise(edges)]
         out += [replace(cut, name=f"{record.name}, part {i + 1}") for i, cut in enumerate(cuts)]
     if len(out) < FEWEST:
         raise CannotFit(f"the records last less than {FEWEST * shortest:.0f} s: no part can be left out")
@@ -188,12 +186,13 @@ def _shares(p: Problem, found: Selection) -> dict[str, Share]:
 
 def _verdict(p: Problem, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
     """The verdict, and the sentence that supports it."""
-    base = pooled([x.free for x in found.base.left_out])
+    base = pooled([x.adapted for x in found.base.left_out])
     motion = np.array([np.nanstd(np.concatenate([run.series.outputs[:, c] for run in p.runs])) for c in _states(p)])
     matter = [c for c in _states(p) if base[c] > ADEQUATE * motion[c]]
     columns = _columns(p)
     if not matter and not found.steps:
-        return "adequate", f"free-run errors are below {100 * ADEQUATE:.0f} % of each channel's motion"
+        limit = f"{100 * ADEQUATE:.0f} % of each channel's motion"
+        return "adequate", f"but for the trim of single runs, free-run errors are below {limit}"
     counted = [shares[columns[c]] for c in matter] or list(shares.values())
     explained = float(np.mean([s.coefficients / max(1.0 - s.trim - s.noise, 1e-9) for s in counted]))
     said = f"the numbers that moved take off {100 * explained:.0f} % of what can be explained of the free-run error"

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ...models.model import Model
+    from ..result import Trace
 
 SCHEMA = 1
+HIDDEN = ("model", "calibrated", "traces")
+"""Fields that are not written as plain data."""
 VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 
 
@@ -93,6 +96,7 @@ class Calibration:
     records : (name, 'train' | 'held_out').
     before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
         second is None without held-out records.
+    traces : measured against free runs before and after; after of a training record is by a fit without it.
     worse : columns in which held-out records are predicted worse than 1.05 times the base model's error.
     """
 
@@ -109,13 +113,14 @@ class Calibration:
     shares: Mapping[str, Share]
     remaining: tuple[Remaining, ...]
     runs: tuple[RunEffect, ...]
+    traces: tuple[Trace, ...]
     next_runs: tuple[NextRun, ...]
     worse: tuple[str, ...]
     wall_s: float
 
     def to_json(self) -> dict[str, Any]:
         """The calibration as plain data, without the models' equations."""
-        document = {name: value for name, value in self.__dict__.items() if name not in ("model", "calibrated")}
+        document = {name: value for name, value in self.__dict__.items() if name not in HIDDEN}
         told = {name: _plain(value) for name, value in document.items()}
         return {"schema": SCHEMA, "model": self.model.id, "calibrated_family": self.calibrated.family, **told}
 

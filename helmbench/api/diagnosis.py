@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from html import escape
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ..diagnosis import result
 from ..models.errors import BadInput
 from ..models.model import CHANNELS, model_to_json
-from .documents import json_text, write_folder
+from .documents import json_text, write_together
 from .identification import as_model, as_records, labels, listed
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def diagnose(
     from ..diagnosis.options import Options
 
     base = as_model(model)
-    _check_sides(listed(train), listed(held_out))
+    check_sides(listed(train), listed(held_out))
     only = None if causes is None else tuple(causes)
     options = Options(base_parameters, coefficient_sd, _columns(channels), max_effects, alpha, seed, only)
     options.checked(base)
@@ -162,12 +162,12 @@ def diagnose(
 def write_diagnosis(found: Diagnosis, folder: Path) -> tuple[Path, ...]:
     """Write the three `FILES` of a diagnosis into a folder: all of them or none; BadInput where it cannot be."""
     document, page = json_text(found.to_json()) + "\n", found.to_html()
-    writers: tuple[Callable[[Path], object], ...] = (
+    writers = (
         lambda place: place.write_text(document, "utf-8"),
         lambda place: place.write_text(page, "utf-8"),
         lambda place: model_to_json(replace(found.extended, id="extended_model"), place),
     )
-    return write_folder(folder, dict(zip(FILES, writers, strict=True)))
+    return write_together(folder, dict(zip(FILES, writers, strict=True)))
 
 
 def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:
@@ -182,7 +182,7 @@ def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:
     return tuple(dict.fromkeys(known[name] for name in names))
 
 
-def _check_sides(train: Sequence[Record | FilePath], held_out: Sequence[Record | FilePath]) -> None:
+def check_sides(train: Sequence[Record | FilePath], held_out: Sequence[Record | FilePath]) -> None:
     """Refuse a record or file that is both a training record and held out."""
     hint = "a held-out record takes no part in training"
     for one in train:

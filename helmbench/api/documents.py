@@ -1,13 +1,16 @@
-"""Results as JSON text, and as files that are written all or not at all."""
+"""Results as text: JSON for machines, tables for the terminal, files of a folder."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
+
+if TYPE_CHECKING:
+    from ..estimation.estimate import Estimate
 
 
 def json_text(value: Any) -> str:
@@ -17,12 +20,10 @@ def json_text(value: Any) -> str:
     return json.dumps(plain(value), indent=1, allow_nan=False)
 
 
-def write_folder(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> tuple[Path, ...]:
-    """Write files into a folder, which is made where it is missing: all of them or none.
+def write_together(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> tuple[Path, ...]:
+    """Write files of a folder, which is made if need be: all of them or none.
 
-    Parameters
-    ----------
-    writers : name of a file -> function that writes it to a given place.
+    writers : name of the file -> function that writes it to a path.
 
     Raises
     ------
@@ -35,11 +36,33 @@ def write_folder(folder: Path, writers: Mapping[str, Callable[[Path], object]]) 
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BadInput(f"cannot be made ({error.strerror or error})", file=folder) from None
-    paths = tuple(folder / name for name in writers)
     try:
-        replace_together(dict(zip(paths, writers.values(), strict=True)))
+        replace_together({folder / name: write for name, write in writers.items()})
     except BaseException:
         if created:
             folder.rmdir()
         raise
-    return paths
+    return tuple(folder / name for name in writers)
+
+
+def titles_text(titles: Mapping[str, str]) -> str:
+    """Identifiers and their titles in two columns."""
+    from ..reporting.tables import Cell, Table, console
+
+    return console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in titles.items())))
+
+
+def parameters_text(estimate: Estimate) -> str:
+    """The parameters of an estimate with their standard errors, as a table."""
+    from ..reporting.identification import parameter_table
+    from ..reporting.tables import console
+
+    return console(parameter_table(estimate), indent="  ")
+
+
+def scores_text(scores: Mapping[str, Any]) -> str:
+    """Errors of free runs and of one-step predictions by channel, as a table."""
+    from ..reporting.identification import score_table
+    from ..reporting.tables import console
+
+    return console(score_table(scores), indent="  ")

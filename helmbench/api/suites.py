@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from ..bench.runner import Selection
+    from ..bench.kinds.base import Kind, Selection
     from ..bench.store import Store
     from ..reporting.leaderboard.standings import Leaderboard
 
@@ -52,7 +52,7 @@ class SuiteResults:
     @property
     def failures(self) -> list[dict[str, Any]]:
         """The failed runs: the columns that tell them apart, and the error."""
-        return [{key: row[key] for key in (*self._kind().LISTED, "error")} for row in self._failed()]
+        return [{key: row[key] for key in (*self._kind().failure_columns, "error")} for row in self._failed()]
 
     @property
     def failure_texts(self) -> dict[str, int]:
@@ -74,10 +74,10 @@ class SuiteResults:
     def _failed(self) -> list[Mapping[str, Any]]:
         return [row for row in self.rows if row["status"] == "failed"]
 
-    def _kind(self) -> Any:
-        from ..bench.kinds import IDENTIFICATION, runner_of
+    def _kind(self) -> Kind:
+        from ..bench.store import stored_kind
 
-        return runner_of(self.manifest.get("kind", IDENTIFICATION))
+        return stored_kind(self.manifest)
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{number} {status.replace('_', ' ')}" for status, number in self.counts.items())
@@ -127,7 +127,7 @@ def run_suite(
     BadInput : an unknown suite, method or vessel, missing measured data, or a directory that cannot be used; found
         before anything is written.
     """
-    from ..bench.runner import Selection
+    from ..bench.kinds.base import Selection
 
     folder = Path(directory)
     given = Selection(suite or "quick", tuple(methods), tuple(vessels), seeds, seed)
@@ -147,12 +147,12 @@ def load_results(directory: str | PathLike[str]) -> SuiteResults:
     ------
     BadInput : the directory holds no run of a suite, or a file in it is damaged.
     """
-    from ..bench.store import RUNS, read_manifest, read_runs, schema_of, tables
+    from ..bench.store import RUNS, read_manifest, read_runs, stored_kind, tables
 
     folder = Path(directory)
     manifest = read_manifest(folder)
-    schema = schema_of(manifest)
-    _, rows = tables(read_runs(folder / RUNS)[0], schema)[schema.wide_file]
+    form = stored_kind(manifest).tables
+    _, rows = tables(read_runs(folder / RUNS)[0], form)[form.wide_file]
     return SuiteResults(folder, manifest, tuple(rows))
 
 
@@ -190,7 +190,7 @@ def _started(directory: Path) -> bool:
 
 
 def _stored_selection(directory: Path) -> Selection:
-    from ..bench.runner import Selection
+    from ..bench.kinds.base import Selection
     from ..bench.store import read_manifest
 
     stored = read_manifest(directory).get("selection", {})
@@ -211,7 +211,7 @@ def _execute(
     from tqdm import tqdm
 
     from ..bench import runner
-    from ..bench.kinds import runner_of
+    from ..bench.kinds import kind_of
     from ..bench.pool import cluster, processes
     from ..bench.store import check_vacant
     from ..bench.suites import load_suite
@@ -219,8 +219,8 @@ def _execute(
     if not resume:
         check_vacant(directory)
     suite = load_suite(selection.suite)
-    kind = runner_of(suite.kind)
-    selection = kind.settled(suite, selection)
+    kind = kind_of(suite.kind)
+    selection = kind.with_seed(suite, selection)
     specs = kind.plan(suite, selection)
     if selection.seed is not None and message is not None:
         message(f"seed {selection.seed} (--seed {selection.seed} draws the same cases)")
@@ -228,11 +228,11 @@ def _execute(
         kind.check(specs)
     with cluster(scheduler) if scheduler else processes(jobs) as pool:
         opened = runner.resume_store(directory, suite, specs) if resume else None
-        with opened or runner.open_store(directory, suite, selection, specs, kind.facts(suite, specs)) as store:
+        with opened or runner.open_store(directory, suite, selection, specs) as store:
             todo = [spec for spec in specs if spec.key not in store.finished]
             if not scheduler:
                 kind.warm(todo)
             done = len(specs) - len(todo)
             with tqdm(total=len(specs), initial=done, unit="run", disable=not progress, file=sys.stderr) as bar:
-                runner.run(todo, store, pool, lambda _: bar.update(), kind.execute)
+                runner.run(todo, store, pool, lambda _: bar.update())
     return store

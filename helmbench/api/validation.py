@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from ..estimation.validation import result
 from ..models.errors import BadInput
-from .documents import json_text, write_folder
+from .documents import json_text, write_together
 from .identification import as_model, as_records, labels, listed, rudder_sign_doubt
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class Validation(result.Validation):
         BadInput : the folder cannot be written to.
         """
         texts = json_text(self.to_json()) + "\n", self.to_html()
-        return write_folder(Path(folder), {name: _writer(text) for name, text in zip(FILES, texts, strict=True)})
+        return write_together(Path(folder), {name: _writer(text) for name, text in zip(FILES, texts, strict=True)})
 
     def __repr__(self) -> str:
         told: list[str] = []

@@ -13,6 +13,7 @@ from typing import NoReturn
 import click
 
 from ._shared import BAD_INPUT, INTERRUPTED, OK, complain
+from .calibrate import calibrate
 from .diagnose import diagnose
 from .fetch import fetch
 from .identify import identify
@@ -30,7 +31,7 @@ def cli() -> None:
     """Benchmark methods that identify ship, USV and AUV manoeuvring models from records."""
 
 
-for command in (list_command, simulate, identify, validate, diagnose, run, report, reproduce, fetch):
+for command in (list_command, simulate, identify, validate, diagnose, calibrate, run, report, reproduce, fetch):
     cli.add_command(command)
 
 

@@ -43,14 +43,14 @@ def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
 
 def tuning_options(function: Callable[P, R]) -> Callable[P, R]:
     """Add `--tuner` and `--storage`."""
-    where = "Where studies are kept and shared: PATH.journal or sqlite:///PATH; default: in memory."
+    where = "Where tuning studies are stored and shared: PATH.journal or sqlite:///PATH; default: in memory."
     function = click.option("--storage", help=where)(function)
     return click.option("--tuner", type=TUNERS, help="Tune the options that the methods declare.")(function)
 
 
 def output_options(function: Callable[P, R]) -> Callable[P, R]:
     """Add `--json` and `--quiet`."""
-    function = click.option("--quiet", is_flag=True, help="Print nothing but results asked for and failures.")(function)
+    function = click.option("--quiet", is_flag=True, help="Print only failures, and what --json asks for.")(function)
     return click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")(function)
 
 

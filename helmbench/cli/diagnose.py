@@ -17,16 +17,22 @@ class Diagnose(Greedy):
 
 @click.command(cls=Diagnose)
 @click.option("--model", required=True, help="Vessel id, family id or model.json.")
-@click.option("--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help="Records.")
-@click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help="Records for the gain.")
+@click.option(
+    "--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help="Records to name the causes with."
+)
+@click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help="Records to measure the gain with.")
 @click.option(
     "--base-parameters",
     type=click.Choice(["file", "identify"]),
-    help="Take the model's coefficients as known, or identify them along.  [default: file where it has any]",
+    help="Take the model's coefficients as known, or estimate them with the causes.  [default: file where it has any]",
 )
-@click.option("--coefficient-sd", default=0.0, show_default=True, help="Relative uncertainty of known coefficients.")
-@click.option("--channels", help="Use these only: heading,yaw_rate,surge,sway,north,east.  [default: all there are]")
-@click.option("--max-effects", type=click.IntRange(min=1), default=3, show_default=True, help="Most causes to name.")
+@click.option(
+    "--coefficient-sd", default=0.0, show_default=True, help="Relative standard deviation of known coefficients."
+)
+@click.option("--channels", help="Use only these: heading,yaw_rate,surge,sway,north,east.  [default: all]")
+@click.option(
+    "--max-effects", type=click.IntRange(min=1), default=3, show_default=True, help="Largest number of causes to name."
+)
 @click.option("--alpha", default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
@@ -47,7 +53,7 @@ def diagnose(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Show what a simulation gets wrong about records, name the cause, extend the model, measure the gain.
+    """Find what a model gets wrong about records, name the cause, extend the model, measure the gain.
 
     Writes diagnosis.json, diagnosis.html and extended_model.json.
     """

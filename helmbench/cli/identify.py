@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +25,7 @@ class Identify(Greedy):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is printed: the estimate, the records' names, scores on the validation records and what to know of them."""
+    """What is printed: estimate, names of the records, scores on validation records, warnings, identifiability."""
 
     estimate: Estimate
     train: list[str]
@@ -43,7 +42,9 @@ class Outcome:
 @click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option(
-    "--identifiability", is_flag=True, help="Say what the records tell of each parameter, and what would help."
+    "--identifiability",
+    is_flag=True,
+    help="Report how well the records determine each parameter, and which manoeuvre would help.",
 )
 @tuning_options
 @click.option("-o", "--output", required=True, type=FILE, help="model.json to write")
@@ -144,51 +145,15 @@ def as_dict(found: Outcome) -> dict[str, Any]:
 
 
 def _print(found: Outcome, output: Path) -> None:
+    from ..api.documents import parameters_text, scores_text
+
     estimate = found.estimate
     state = "" if estimate.converged else f", not converged: {estimate.message}"
     click.echo(f"{estimate.model.family} by {estimate.method} from {', '.join(found.train)}{state}")
-    for line in parameter_lines(estimate):
-        click.echo(line)
+    click.echo(parameters_text(estimate))
     for line in found.identifiability.lines() if found.identifiability else ():
         click.echo(line)
     if found.validation:
         click.echo(f"validation on {', '.join(found.validation)}{' (diverged)' if found.scores['diverged'] else ''}")
-        for line in score_lines(found.scores):
-            click.echo(line)
+        click.echo(scores_text(found.scores))
     click.echo(f"wrote {output}" if estimate.predictor is None else f"no {output}: a black box has no coefficients")
-
-
-def parameter_lines(estimate: Estimate) -> list[str]:
-    """A line a parameter: value, standard error, unit, and the profile-likelihood interval if there is one."""
-    width = max(map(len, estimate.parameters), default=0)
-    units = dict(zip(estimate.model.parameter_names, estimate.model.parameter_units, strict=True))
-    lines: list[str] = []
-    for name, value in estimate.parameters.items():
-        interval = _interval(estimate.extra.get("profile", {}).get(name))
-        error = _error(estimate.stderr.get(name, math.nan))
-        lines.append(f"  {name:<{width}}  {value:>12.5g}  {error:<15} {units[name]}{interval}".rstrip())
-    return lines
-
-
-def _error(value: float) -> str:
-    if math.isinf(value):
-        return "not identified"
-    return "" if math.isnan(value) else f"+- {value:.2g}" if value else "fixed"
-
-
-def score_lines(scores: dict[str, Any]) -> list[str]:
-    """A line a channel: errors of free runs and of one-step predictions."""
-    lines: list[str] = []
-    for channel in [name.removeprefix("rmse_free_") for name in scores if name.startswith("rmse_free_")]:
-        rmse, r2 = (scores[f"{score}_free_{channel}"] for score in ("rmse", "r2"))
-        one = scores[f"rmse_one_{channel}"]
-        lines.append(f"  {channel:<15} free run RMSE {rmse:10.4g}  R2 {r2:8.4f}   one step RMSE {one:10.4g}")
-    return lines
-
-
-def _interval(profile: dict[str, Any] | None) -> str:
-    """A profile-likelihood interval; a round bracket marks an open-ended interval."""
-    if profile is None:
-        return ""
-    left, right = ("(" if profile["low_open"] else "["), (")" if profile["high_open"] else "]")
-    return f"  {left}{profile['low']:.5g}, {profile['high']:.5g}{right}"

@@ -13,13 +13,12 @@ KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "
 @click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def list_command(kind: str, as_json: bool) -> None:
-    """List what is known: identifier and title."""
+    """List what there is: identifier and title."""
     from ..api import lists
+    from ..api.documents import titles_text
 
     found: dict[str, str] = getattr(lists, f"list_{kind}")()
     if as_json:
         print_json([{"id": name, "title": title} for name, title in found.items()])
         return
-    width = max(map(len, found), default=0)
-    for name, title in found.items():
-        click.echo(f"{name:<{width}}  {title}".rstrip())
+    click.echo(titles_text(found))

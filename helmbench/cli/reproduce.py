@@ -12,14 +12,14 @@ from ._shared import FAILED, FILE, OK, output_options, print_json, shows_progres
 @click.command()
 @click.argument("seed", required=False, metavar="[SEED]")
 @click.option("--table", type=click.IntRange(min=1), help="Only the claims of this table.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one for each processor.")
 @click.option("--resume", is_flag=True, help="Continue a computation that was interrupted.")
 @click.option("-o", "--output", type=FILE, help="Keep runs, results and pages in this directory.")
 @output_options
 def reproduce(
     seed: str | None, table: int | None, jobs: int | None, resume: bool, output: Path | None, as_json: bool, quiet: bool
 ) -> int:
-    """Compute the tables and claims of the seed papers (SEED: 003 for one of them) and compare with what they print."""
+    """Compute the tables and claims of the five papers (SEED: 003 for one) and compare them with the published ones."""
     import helmbench
 
     show = shows_progress(quiet or as_json)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 @click.option("--method", "methods", multiple=True, help="Only these methods (repeatable); also path.py:Class.")
 @click.option("--vessel", "vessels", multiple=True, help="Only these vessels (repeatable).")
 @click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds or rounds; default: the suite's.")
-@click.option("--seed", type=click.IntRange(min=0), help="What diagnosis cases are drawn from; default: drawn anew.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one a processor.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one for each processor.")
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
 @tuning_options
 @click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
@@ -40,7 +40,7 @@ def run(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Run a suite; every finished run is kept at once."""
+    """Run a suite; every finished run is stored at once."""
     from .. import run_suite, with_tuner
 
     hidden = quiet or as_json

@@ -15,7 +15,9 @@ from ._shared import FILE, SIDES, check_file, output_options, print_json
 @click.option("--duration", "duration_s", type=float, help="Seconds; default: the vessel file's.")
 @click.option("--dt", "dt_s", type=float, help="Sampling step in seconds; default: the vessel file's.")
 @click.option("--noise", default="none", show_default=True, help="none, low, medium, high, or yaw_rate=0.05deg_s,...")
-@click.option("--disturbance", default="none", show_default=True, help="wind:12@40deg, current:..., waves:..., by +.")
+@click.option(
+    "--disturbance", default="none", show_default=True, help="wind:12@40deg, current:..., waves:..., joined by +."
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
 @click.option("-o", "--output", required=True, type=FILE, help="record.csv or record.parquet")

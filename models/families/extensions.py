@@ -399,7 +399,7 @@ def extended(definition: Definition, name: str) -> Definition:
 
 
 def _unknown(definition: Definition, parameters: Sequence[sp.Symbol]) -> list[sp.Symbol]:
-    """Symbols that an extension brought along: further constants, by name."""
+    """Further constants that an extension has added, by name."""
     expressions = [*definition.forces, *definition.kinematics, *definition.helpers.values(), *definition.mass]
     used = set().union(*(sp.sympify(e).free_symbols for e in expressions))
     known = {*definition.states, *definition.inputs, *definition.parameters, *definition.helpers, *parameters}

@@ -110,12 +110,14 @@ def _standard_inflow(helpers: Helpers, k: Mapping[str, sp.Symbol], motion, n, sc
 
 def son_nomoto() -> Definition:
     """Son & Nomoto 1982 with roll locked: primes by the instantaneous speed, sway-yaw added-mass coupling kept."""
-    return _container("mmg-son-nomoto", "3-DOF MMG, instantaneous-speed primes", fixed=False)
+    return _container(
+        "mmg-son-nomoto", "3-DOF MMG, derivatives non-dimensional by the instantaneous speed", fixed=False
+    )
 
 
 def fixed_speed() -> Definition:
     """The same ship in paper 004's structure: hull polynomial in u/U0, v/U0, r L/U0, no sway-yaw coupling (eq 1)."""
-    return _container("mmg-fixed-speed", "3-DOF MMG, fixed-speed primes", fixed=True)
+    return _container("mmg-fixed-speed", "3-DOF MMG, derivatives non-dimensional by the initial speed", fixed=True)
 
 
 def _container(name: str, title: str, fixed: bool) -> Definition:

@@ -89,8 +89,8 @@ def second_order_speed() -> Definition:
     """Second-order Nomoto with quadratic damping whose rudder moment goes with the speed U(t) to the power m.
 
     h r_ddot + g r_dot + r + alpha r|r| = K (delta + delta0) U^m + K T3 delta_rate, with the measured U in m/s (K is
-    the gain at 1 m/s) and a neutral rudder angle -delta0.  At constant propeller speed the race keeps the rudder's
-    inflow from falling with the ship's speed, so m is well below the 2 of a rudder in open water.
+    the gain at 1 m/s) and a neutral rudder angle -delta0.  At constant propeller speed the slipstream keeps the
+    rudder's inflow from falling with the ship's speed, so m is well below the 2 of a rudder in open water.
     """
     q, r, psi = symbols("q r psi")
     delta, rate, speed = symbols("delta delta_rate speed")
@@ -161,7 +161,7 @@ def kt() -> Definition:
 
 
 def integrator() -> Definition:
-    """r_dot = k delta: the baseline that any identified model must beat."""
+    """r_dot = k delta: the baseline that any identified model must improve on."""
     r, psi = symbols("r psi")
     (delta,) = symbols("delta")
     (k,) = symbols("k")

@@ -1,4 +1,4 @@
-"""Linear sway-yaw model at a held surge speed (Prestero's REMUS derivatives; paper 000, Table 1)."""
+"""Linear sway-yaw model at a constant surge speed (Prestero's REMUS derivatives; paper 000, Table 1)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def sway_yaw() -> Definition:
     m, xg, iz, yvdot, yrdot, nvdot, nrdot = constants = symbols("m xG Iz Yvdot Yrdot Nvdot Nrdot")
     return Definition(
         name="sway-yaw",
-        title="linear sway-yaw at held surge speed",
+        title="linear sway and yaw at constant surge speed",
         states=states,
         inputs=inputs,
         coefficients=coefficients,

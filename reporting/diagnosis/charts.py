@@ -13,8 +13,11 @@ from ..numbers import number
 from ..plots import INK, SOFT, chart, svg
 
 MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
-WIDTH = 6.4
+WIDTH, HEIGHT = 6.4, 3.4
 """Inches."""
+
+MARGINS = {"left": 0.11, "right": 0.965, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
+"""Fixed margins of the charts of a record: a page has dozens of them, and fitting margins is slow."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +37,9 @@ def rudder_chart(time: np.ndarray, rudder: np.ndarray) -> str:
     def draw(figure) -> None:
         axes = figure.subplots()
         axes.plot(time, rudder, color=SOFT, linewidth=1.0)
-        axes.set(xlim=(time[0], time[-1]), ylabel="deg")
+        axes.set(xlim=(time[0], time[-1]), ylabel="deg", xlabel="time, s")
 
-    return chart(draw, (WIDTH, 1.1), "rudder")
+    return chart(draw, (WIDTH, HEIGHT), "rudder", MARGINS)
 
 
 def channel_chart(
@@ -44,8 +47,8 @@ def channel_chart(
 ) -> str:
     """Measured and simulated values over time in s, and below them their differences.
 
-    A simulation that leaves the measured range by far is cut off, a difference at +- `limit`.  Empty where nothing is
-    finite.
+    A simulation is cut off where it leaves the measured range by more than `limit`, a difference at +- `limit`.  Empty
+    where nothing is finite.
     """
     if value_range([c.values for c in overlay]) is None:
         return ""
@@ -55,10 +58,10 @@ def channel_chart(
         _lines(above, time, overlay)
         _lines(below, time, residual)
         below.axhline(0.0, color=SOFT, linewidth=0.7)
-        above.set(ylim=value_range([c.values for c in overlay]), ylabel=unit, xlim=(time[0], time[-1]))
+        above.set(ylim=value_range([c.values for c in overlay], limit), ylabel=unit, xlim=(time[0], time[-1]))
         below.set(ylim=error_range([c.values for c in residual], limit), ylabel=unit, xlabel="time, s")
 
-    return chart(draw, (WIDTH, 3.4), title)
+    return chart(draw, (WIDTH, HEIGHT), title, MARGINS)
 
 
 def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: str) -> str:
@@ -69,16 +72,15 @@ def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: s
 
     def draw(figure) -> None:
         axes = figure.subplots()
-        ranges = [value_range(values) for values in ([n for n, _, _ in known], [e for _, e, _ in known])]
         for north, east, curve in known:
-            x, y = (_within(values, limits) for values, limits in zip((east, north), ranges[::-1], strict=True))
+            x, y = _within(east, [e for _, e, _ in known]), _within(north, [n for n, _, _ in known])
             axes.plot(x, y, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
         north, east, _ = known[0]
         first = int(np.argmax(np.isfinite(north + east)))
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
         axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
 
-    return chart(draw, (WIDTH, 3.4), title)
+    return chart(draw, (WIDTH, HEIGHT), title, MARGINS)
 
 
 def spectra(frequency: np.ndarray, curves: Sequence[Curve], unit: str) -> str:
@@ -120,22 +122,17 @@ def bars(groups: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], 
     return svg(draw, (WIDTH, 0.9 + 0.2 * len(groups) * (len(names) + 1)))
 
 
-def value_range(arrays: Sequence[np.ndarray]) -> tuple[float, float] | None:
-    """Padded range of what is finite, at most `reach` of the first array beyond it; None where nothing is."""
+def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tuple[float, float] | None:
+    """Padded range of what is finite, at most `limit` (None: twice its range) beyond the first array; None where
+    nothing is."""
     known = [a[np.isfinite(a)] for a in arrays]
     if not any(a.size for a in known):
         return None
     values, first = np.concatenate(known), known[0]
     if first.size and first.max() > first.min():
-        values = np.clip(values, first.min() - reach(first), first.max() + reach(first))
+        reach = 2.0 * (first.max() - first.min()) if limit is None else limit
+        values = np.clip(values, first.min() - reach, first.max() + reach)
     return _padded(float(values.min()), float(values.max()))
-
-
-def reach(values: np.ndarray) -> float:
-    """How far a simulation may leave the measured values (N,) before it is cut off: twice their range or half their
-    size, whichever is more."""
-    known = values[np.isfinite(values)]
-    return max(2.0 * float(np.ptp(known)), 0.5 * float(np.abs(known).max())) if known.size else 0.0
 
 
 def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, float]:
@@ -145,9 +142,9 @@ def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, floa
     return _padded(float(values.min()), float(values.max()))
 
 
-def _within(values: np.ndarray, limits: tuple[float, float] | None) -> np.ndarray:
-    """Values (N,) with gaps where they are outside of the limits."""
-    low, high = limits or (-np.inf, np.inf)
+def _within(values: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """The values with nan where they lie outside the range of what is drawn."""
+    low, high = value_range(arrays) or (-math.inf, math.inf)
     return np.where((values >= low) & (values <= high), values, np.nan)
 
 

@@ -40,7 +40,7 @@ def _writer(text: str) -> Callable[[Path], Any]:
 
 
 def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) -> str:
-    """The Markdown text; `files` says under which name each of `figures` lies."""
+    """The Markdown text; `files` has the file name of each of `figures`."""
     where = tables.markdown(where_table(found)) if found.where else "Under no particular condition."
     errors = error_table(found)
     gain = tables.markdown(gain_table(found)) if found.gain else "No gain was measured."

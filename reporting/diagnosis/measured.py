@@ -51,7 +51,7 @@ class Report:
 REPORTS = {
     "hsva-public-columns": Report(
         "HSVA zigzags under the column names of public loaders",
-        "The columns that public loaders call surge, sway, roll rate and yaw rate, taken at their word.",
+        "The columns that public loaders call surge, sway, roll rate and yaw rate, used as they are named.",
         "kvlcc2-l7",
         ("Z_15_05", "Z_20_05"),
         ("Z_25_05",),
@@ -60,7 +60,7 @@ REPORTS = {
     ),
     "hsva-nomoto": Report(
         "HSVA 15/5 zigzag with a first-order Nomoto model",
-        "What a first-order response model misses of a free-running tanker model.",
+        "What a first-order response model does not describe of a free-running tanker model.",
         "nomoto-1-cubic",
         ("Z_15_05",),
         ("Z_25_05", "Z_10_10_P", "Z_10_10_S", "Z_20_10_S"),
@@ -78,7 +78,7 @@ REPORTS = {
 
 
 def _thinned(record: Record) -> Record:
-    """Every EVERY-th sample: 20 Hz tell no more of a 7 m model's motion than 4 Hz."""
+    """Every EVERY-th sample: the motion of a 7 m model needs no more than 4 Hz; the records have 20 Hz."""
     channels = {name: values[::EVERY] for name, values in record.channels.items()}
     return replace(record, time_s=record.time_s[::EVERY], channels=channels)
 

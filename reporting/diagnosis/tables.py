@@ -77,7 +77,7 @@ def bank_table(found: Diagnosis, testable_only: bool = False) -> Table:
 
 
 def not_testable_table(found: Diagnosis) -> Table:
-    """Causes that these records or this model cannot tell, and why."""
+    """Causes that cannot be tested with this model and these records, and why."""
     columns = [Column("cause", lambda entry: words.cause(entry.cause)), Column("why", lambda entry: entry.why)]
     return make_table(columns, [entry for entry in found.bank if entry.status == "not_testable"])
 
@@ -98,7 +98,7 @@ def _rivals(entry: Entry, found: Diagnosis) -> list[str]:
 
 
 def added_table(equations: Equations, instruments: Sequence[tuple[str, str]]) -> Table:
-    """Parameters that the extension added, and what it says of rudder and sensors."""
+    """Parameters that the extension added, and its values for rudder and sensors."""
     rows = [
         {"symbol": symbol, "name": name, "value": with_unit(value, unit, 4)}
         for symbol, _, name, value, unit in equations.added
@@ -109,7 +109,7 @@ def added_table(equations: Equations, instruments: Sequence[tuple[str, str]]) ->
 
 
 def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
-    """What the extension says of rudder linkage and sensors: name, value with unit."""
+    """Values of the extension for rudder linkage and sensors: name, value with unit."""
     from ...models.instruments import INSTRUMENTS, SWAPS
 
     own = {k: v for k, v in found.extended.instruments.items() if found.model.instruments.get(k) != v}

@@ -1,4 +1,4 @@
-"""What a diagnosis says in words: for the terminal, the page and the Markdown form alike."""
+"""Sentences and facts of a diagnosis, for the terminal, the page and the Markdown form."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def tie(finding: Finding) -> str:
 
 
 def verdict(found: Diagnosis) -> str:
-    """The sentence that stands first."""
+    """The first sentence: what was found, and how it changes the free-run error."""
     named = [f"{tie(f)} ({'; '.join(map(size, f.sizes[:3]))})" if f.sizes else tie(f) for f in found.causes]
     causes = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
     opening = {

@@ -23,12 +23,13 @@ from .rates import Board, Frame
 
 READING = (
     "Every case is made by a truth simulator that shares no code with what is judged: a ship, manoeuvres, sensors, and "
-    "what is hidden. "
-    f"Detectable: the best possible test of level {LEVEL} has power {POWER}. Named: the planted cause is the first "
-    "finding or in its tie. A confident wrong name is a finding that stands alone and is not planted, under a verdict "
-    "named or tied. Anything but adequate on a clean record is a false alarm, unexplained too. Both causes of a pair "
-    "count only in different ties. Held-out error over the oracle's: free-run RMSE on whole held-out records of the "
-    "extended model over that of the engine told the true causes, geometric mean over heading, yaw rate, surge and "
+    "the injected effects. "
+    f"Detectable: the best possible test of level {LEVEL} has power {POWER}. Named: the injected cause is the first "
+    "finding or in its tie. A confident wrong name is a finding that stands alone and was not injected, where the "
+    "verdict is named or tied. Anything but adequate on a clean record is a false alarm, unexplained too. "
+    "Both causes of a pair count only in different ties. Held-out error over the oracle's: free-run RMSE on whole "
+    "held-out records of the extended model over that of the engine told the true causes, geometric mean over heading, "
+    "yaw rate, surge and "
     "sway. [intervals] of rates: Clopper-Pearson, 95 %; of medians: 5 and 95 % quantiles of the cases. A failed case "
     "counts against its rate. Every case can be made again from its vessel, causes, strength, gusts and seed."
 )
@@ -180,7 +181,7 @@ def _target(row: Mapping[str, Any]) -> str:
 
 def part_tables(board: Board) -> list[Table]:
     """Every rate in parts: one table a scope, rates as columns."""
-    titles = {"planted": "By planted cause", "vessel": "By vessel", "gusts": "By gusts", "strength": "By strength"}
+    titles = {"injected": "By injected cause", "vessel": "By vessel", "gusts": "By gusts", "strength": "By strength"}
     return [_part_table(board.rates, scope, title) for scope, title in titles.items()]
 
 
@@ -204,10 +205,10 @@ def _share_column(name: str, title: str) -> Column:
 def said_table(board: Board) -> Table:
     """The confusion matrix in words: what was said beside the truth."""
     rows = []
-    for (planted, method), part in board.confusion.groupby(["planted", "method"], sort=True):
+    for (injected, method), part in board.confusion.groupby(["injected", "method"], sort=True):
         said = sorted(zip(part["cases"], part["named"], strict=True), reverse=True)
-        rows.append({"planted": planted, "method": method, "said": ", ".join(f"{n} {name}" for n, name in said)})
-    columns = [field(name) for name in ("planted", "method", "said")]
+        rows.append({"injected": injected, "method": method, "said": ", ".join(f"{n} {name}" for n, name in said)})
+    columns = [field(name) for name in ("injected", "method", "said")]
     note = "Cases by what was said first; a tie that holds the truth counts as the truth."
     return make_table(columns, rows, "Confusion", note)
 
@@ -233,13 +234,13 @@ def size_table(board: Board) -> Table:
         Column("inside 90 %", _value, lambda row: row["value"]),
         Column("median relative error", lambda row: number(row["error"]), lambda row: row["error"]),
     ]
-    note = "Sizes of rightly named causes against the planted ones; directions have no relative error."
+    note = "Sizes of correctly named causes against the true ones; directions have no relative error."
     return make_table(columns, board.sizes.sort_values(["cause", "method"]).to_dict("records"), "Sizes", note)
 
 
 def failure_table(board: Board) -> Table:
     """What failed or did not apply, and why."""
-    names = ("status", "method", "group", "vessel", "planted", "runs", "seed", "error")
+    names = ("status", "method", "group", "vessel", "injected", "runs", "seed", "error")
     columns = [field(name) for name in names]
     return make_table(columns, board.failures.to_dict("records"), "Failed, not applicable")
 
@@ -253,19 +254,19 @@ def matrices(board: Board) -> list[Matrix]:
 
 
 def _matrix(method: str, own: Frame) -> Matrix:
-    counts = {(row["planted"], row["named"]): row["cases"] for row in own.to_dict("records")}
-    planted, said = (sorted(set(own[name]), key=_brackets_last) for name in ("planted", "named"))
+    counts = {(row["injected"], row["named"]): row["cases"] for row in own.to_dict("records")}
+    injected, said = (sorted(set(own[name]), key=_brackets_last) for name in ("injected", "named"))
     rows = []
-    for name in planted:
+    for name in injected:
         total = sum(counts.get((name, other), 0) for other in said)
         cells = [_cell(name, other, counts.get((name, other), 0), total) for other in said]
         rows.append((name, tuple(cells)))
     return Matrix(method, tuple(said), tuple(rows))
 
 
-def _cell(planted: str, said: str, count: int, total: int) -> Cell:
+def _cell(injected: str, said: str, count: int, total: int) -> Cell:
     right = {"(null)": "(adequate)", "(anticipated)": "(unexplained)", "(unforeseen)": "(unexplained)"}
-    return Cell(count, right.get(planted, planted) == said, f"{0.12 + 0.6 * count / total:.2f}")
+    return Cell(count, right.get(injected, injected) == said, f"{0.12 + 0.6 * count / total:.2f}")
 
 
 def _brackets_last(name: str) -> tuple[bool, str]:

@@ -18,7 +18,7 @@ Frame: TypeAlias = Any
 LEVEL = 0.95
 GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 """Channels whose errors make the gain; positions drift and are stored only."""
-CASE = ["group", "vessel", "planted", "strength", "gusts", "seed"]
+CASE = ["group", "vessel", "injected", "strength", "gusts", "seed"]
 FOUND = ("alone", "tie")
 POWER_EDGES = (1.0, 3.0, 10.0, 30.0, 60.0, 120.0, 400.0, 800.0, 4e3, 1e4)
 """Non-centralities between which the power curves count."""
@@ -45,7 +45,7 @@ def _unexplained(frame: Frame) -> Frame:
 
 
 def _detectable(frame: Frame) -> Frame:
-    return (frame["group"] == "planted") & frame["detectable"].eq(True)
+    return (frame["group"] == "injected") & frame["detectable"].eq(True)
 
 
 def _null(gusts: str) -> Callable[[Frame], Frame]:
@@ -70,7 +70,7 @@ RATES = (
     Rate("false_clean", "false alarms, clean", _null("none"), _false_alarm, 0.02, False),
     Rate("false_fast", "false alarms, fast gusts", _null("fast"), _false_alarm, 0.03, False),
     Rate("false_slow", "false alarms, slow gusts", _null("slow"), _false_alarm, 0.03, False),
-    Rate("wrong", "confident wrong names", lambda f: f["group"].isin(["planted", "pair"]), _wrong, 0.02, False),
+    Rate("wrong", "confident wrong names", lambda f: f["group"].isin(["injected", "pair"]), _wrong, 0.02, False),
     Rate("anticipated_clean", "anticipated unknowns unexplained, clean", _of("anticipated", True), _unexplained, 0.95),
     Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", _of("anticipated", False), _unexplained, 0.70),
     Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", _of("unforeseen", True), _unexplained, 0.70),
@@ -83,8 +83,8 @@ class Board:
     """Aggregated results, each a pandas frame.
 
     rates: method, scope, group, rate, title, n, hits, value, low, high, target, met; scope `all`, `vessel`, `gusts`,
-    `strength` or `planted`.  figures: method, figure, title, n, value, low, high, target, met.  confusion: counts of
-    (method, planted, named).  power: method, gusts, low, high (of the non-centrality), middle, n, hits, value.
+    `strength` or `injected`.  figures: method, figure, title, n, value, low, high, target, met.  confusion: counts of
+    (method, injected, named).  power: method, gusts, low, high (of the non-centrality), middle, n, hits, value.
     sizes: coverage by method and cause.  failures: what failed or did not apply.
     """
 
@@ -142,7 +142,7 @@ def rate_table(cases: Frame) -> Frame:
         for rate in RATES:
             chosen = own[rate.cases(own)]
             rows.append(_rate_row(method, "all", "all", rate, chosen))
-            for scope in ("vessel", "gusts", "strength", "planted"):
+            for scope in ("vessel", "gusts", "strength", "injected"):
                 for group, part in chosen.groupby(scope, sort=True):
                     rows.append(_rate_row(method, scope, group, rate, part))
     return pd.DataFrame([row for row in rows if row["n"]], columns=RATE_COLUMNS)
@@ -231,32 +231,32 @@ def _spread_row(name: str, title: str, values: np.ndarray, most: float | None = 
 
 
 def confusion(cases: Frame) -> Frame:
-    """What was named for what was planted: method, planted, named, cases.
+    """What was named for what was injected: method, injected, named, cases.
 
     Detectable single causes, unknown effects (by group) and clean records; a tie that holds the truth counts as the
     truth, else the best member of the first finding; `adequate` and `unexplained` where that is all that was said.
     """
     chosen = cases[(cases["status"] == "ok") & (cases["group"] != "pair")]
-    chosen = chosen[(chosen["group"] != "planted") | _detectable(chosen)]
-    planted = chosen["planted"].where(chosen["group"] == "planted", "(" + chosen["group"] + ")")
-    table = chosen.assign(planted=planted, named=[_said(row) for row in chosen.to_dict("records")])
-    return table.groupby(["method", "planted", "named"], sort=True).size().rename("cases").reset_index()
+    chosen = chosen[(chosen["group"] != "injected") | _detectable(chosen)]
+    injected = chosen["injected"].where(chosen["group"] == "injected", "(" + chosen["group"] + ")")
+    table = chosen.assign(injected=injected, named=[_said(row) for row in chosen.to_dict("records")])
+    return table.groupby(["method", "injected", "named"], sort=True).size().rename("cases").reset_index()
 
 
 def _said(row: dict[str, Any]) -> str:
     if row["outcome"] in FOUND:
-        return row["planted"]
+        return row["injected"]
     if row["outcome"] == "unexplained" or not row["named"]:
         return f"({row['verdict']})"
     return row["named"].split("+")[0].split("/")[0]
 
 
 def power_curves(cases: Frame) -> Frame:
-    """Share of planted cases in which the truth was first or in its tie, over the non-centrality."""
+    """Share of cases with one injected effect in which the truth was first or in its tie, over the non-centrality."""
     import pandas as pd
 
     chosen = _judged(cases)
-    chosen = chosen[(chosen["group"] == "planted") & np.isfinite(chosen["noncentrality"].astype(float))]
+    chosen = chosen[(chosen["group"] == "injected") & np.isfinite(chosen["noncentrality"].astype(float))]
     rows = []
     for (method, calm), own in chosen.groupby(["method", chosen["gusts"] == "none"], sort=True):
         size = own["noncentrality"].astype(float)
@@ -285,6 +285,6 @@ def coverage(sizes: Frame) -> Frame:
 def failures(cases: Frame) -> Frame:
     """Reasons why cases failed or did not apply, with their number and one seed by which to repeat them."""
     told = cases[cases["status"] != "ok"]
-    keys = ["status", "method", "group", "vessel", "planted", "error"]
+    keys = ["status", "method", "group", "vessel", "injected", "error"]
     groups = told.assign(error=told["error"].fillna("")).groupby(keys, sort=True)["seed"]
     return groups.agg(runs="size", seed="first").reset_index()

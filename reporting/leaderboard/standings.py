@@ -1,8 +1,8 @@
 """Leaderboard: ranks, medians and efficiencies of methods from stored results.
 
-A cell is what methods compete in: one vessel, fitted model, training and held-out manoeuvres, noise, disturbance and
-sampling of the training records; seeds are repetitions inside it.  Two criteria are ranked in every cell with at least
-two methods:
+A cell is one set of conditions under which methods are compared: one vessel, fitted model, training and held-out
+manoeuvres, noise, disturbance and sampling of the training records; seeds are repetitions inside it.  Two criteria are
+ranked in every cell with at least two methods:
 
 * parameters: `rel_error_median`, where the vessel's own coefficients are the truth (`true_kind` is `given`),
 * prediction: the normalised free-run error on held-out records, the mean over channels of sqrt(1 - R^2).
@@ -13,7 +13,8 @@ rounding decides no rank.  Medians are taken over seeds, then over cells; their 
 over cells from a fixed seed.
 
 The levels of a factor (noise, wind, manoeuvres, ...) are compared over the same other conditions: only blocks of cells
-that were run at the most levels are taken, so that no level looks hard because of the vessels it was run with.
+that were run at the most levels are taken, so that no level has large errors only because of the vessels that it was
+run with.
 """
 
 from __future__ import annotations
@@ -210,7 +211,7 @@ def efficiency(parameters: Frame) -> Frame:
 
 
 def detail(cells: Frame, parameters: Frame) -> Frame:
-    """`cell_table` in the order in which it is read, with the estimates of small models as text."""
+    """`cell_table` in reading order, with the estimates of small models as text."""
     table = cells.assign(estimates=_estimates(cells, parameters), _noise=[in_order(text) for text in cells["noise"]])
     keys = ["vessel", "train", "held_out", "model", "_noise", "disturbance", "thinning", "length", "label"]
     return table.sort_values(keys, ignore_index=True).drop(columns="_noise")
@@ -218,9 +219,9 @@ def detail(cells: Frame, parameters: Frame) -> Frame:
 
 def failures(runs: Frame) -> Frame:
     """Every reason why runs failed, did not apply or did not converge, with the number of runs and their seeds."""
-    told = runs[(runs["status"] != "ok") | runs["error"].notna()]
+    listed = runs[(runs["status"] != "ok") | runs["error"].notna()]
     keys = ["status", "label", "vessel", "model", "train", "noise", "disturbance", "thinning", "length", "error"]
-    groups = told.assign(error=told["error"].fillna("")).groupby(keys, sort=True)["seed"]
+    groups = listed.assign(error=listed["error"].fillna("")).groupby(keys, sort=True)["seed"]
     table = groups.agg(runs="size", seeds=lambda seeds: ", ".join(str(seed) for seed in sorted(set(seeds))))
     return table.reset_index()
 
@@ -251,7 +252,7 @@ def _standing(cells: Frame, efficiencies: Series) -> dict[str, Any]:
 
 
 def _comparable(errors: Series) -> Series:
-    """Errors without the digits that shall not decide a rank."""
+    """Errors without the digits that must not decide a rank."""
     return errors.clip(lower=FLOOR).map(lambda error: float(f"{error:.{DIGITS - 1}e}"))
 
 
@@ -279,7 +280,7 @@ def _estimates(cells: Frame, parameters: Frame, most: int = 6) -> list[str]:
 
 
 def in_order(level: str) -> tuple[tuple[int, float, str], ...]:
-    """Key that sorts levels as one reads them: noise levels by size, numbers by value, other texts by letter."""
+    """Key that sorts levels in reading order: noise levels by size, numbers by value, other texts by letter."""
     from ...datasets.sensors import NOISE
 
     sizes = {name: place for place, name in enumerate(NOISE)}

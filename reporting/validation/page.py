@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
-from ..diagnosis.charts import MEASURED, Curve, channel_chart, reach, rudder_chart, track_chart
+from ..diagnosis.charts import MEASURED, Curve, channel_chart, rudder_chart, track_chart
 from ..numbers import DEG
 from ..plots import COLOURS
 from ..templating import render
@@ -72,7 +72,14 @@ def _chart(found: Validation, record: Measured, runs: list[Run], channel: str) -
         overlay.append(_curve(found, run, _broken(values, starts)))
         errors.append(_curve(found, run, _broken(measured - values, starts)))
     time = np.insert(record.time_s, starts, record.time_s[starts])
-    return channel_chart(time, overlay, errors, shown_name(channel), unit, reach(measured))
+    return channel_chart(time, overlay, errors, shown_name(channel), unit, _reach(measured, unit))
+
+
+def _reach(measured: np.ndarray, unit: str) -> float:
+    """How far a run may leave the measured values (N,) before it is cut off: twice their range, and a velocity at least
+    half of itself."""
+    known = measured[np.isfinite(measured)]
+    return max(2.0 * float(np.ptp(known)), 0.5 * float(np.abs(known).max()) if unit == "m/s" else 0.0)
 
 
 def _track(found: Validation, record: Measured, runs: list[Run]) -> str:

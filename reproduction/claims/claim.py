@@ -1,4 +1,4 @@
-"""What is claimed of a paper: claims, errata, figures, independent references."""
+"""Claims of a paper, its errata, its figures, and independent references."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Claim:
     reason : one sentence, or one for each verdict; {published}, {corrected}, {as_printed}, {low}, {high} are filled in.
     missing : why nothing can be computed, instead of a study.
     nonzero : the value only counts as reproduced by an interval that excludes zero; for coefficients that records may
-        not tell at all.
+        not determine at all.
     widest : an interval wider than this multiple of the published value reproduces nothing.
     scale : 'log' for errors and other positive sizes, whose interval is taken of the logarithms; 'linear'.
     """

@@ -1,4 +1,4 @@
-"""Claims files: `NNN.yaml` beside this module."""
+"""Reads claims files: `NNN.yaml` in this folder."""
 
 from __future__ import annotations
 

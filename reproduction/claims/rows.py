@@ -1,4 +1,4 @@
-"""Tables of claims in short: one entry of a claims file that stands for a row of numbers per line of a table."""
+"""Short form for tables: one entry of a claims file with a row of numbers for each line of the table."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any
 
 
 def expanded(entry: Mapping[str, Any], number: str = "published") -> Iterator[dict[str, Any]]:
-    """The claims (or references) that an entry stands for: itself, or one for every number of its `rows`.
+    """The claims (or references) of an entry: the entry itself, or one for every number of its `rows`.
 
     rows : {name: [numbers]}, a null where the table has none;  columns : {name: fields} in the order of the numbers,
-    whose fields are added to those of the entry.  {row} and {column} are filled in wherever they stand in a text, and
+    whose fields are added to those of the entry.  {row} and {column} are replaced in every text, and
     the number becomes the field `number`.
 
     Raises

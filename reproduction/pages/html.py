@@ -1,6 +1,6 @@
-"""Pages to work with on one's own machine: claims that can be searched and filtered, figures that can be zoomed.
+"""HTML pages for local use: claims that can be searched and filtered, figures that can be zoomed.
 
-They are written beside the Markdown pages, not among them: only those are published.
+They go into a folder of their own; only the Markdown pages are published.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def page(paper: Paper, results: Results) -> str:
 
 
 def index(found: Sequence[tuple[Paper, Results]]) -> str:
-    """The first page: what was found, in numbers, and how to read the others."""
+    """The first page: numbers of claims by verdict, and how to read the other pages."""
     rows = [_counts(paper, results) for paper, results in found]
     counted = ("claims", *VERDICTS)
     rows.append({"paper": "", "title": "all"} | {name: sum(row[name] for row in rows) for name in counted})
@@ -79,15 +79,15 @@ _INTRODUCTION = """# Five papers, computed again
 
 Every table of five papers on the identification of manoeuvring models, and every number that their texts and figures
 claim: the published value, ours under the corrected equations, ours under the equations as printed, and a verdict.
-These pages are written by `helmbench reproduce`; every number of ours on them comes from the results beside them."""
+These pages are written by `helmbench reproduce`; every number of ours comes from the files in the folder `results`."""
 
 _LEGEND = """## How to read the pages
 
-- **reproduced**: the printed equations give the published value; where only one form of them exists, that one does.
+- **reproduced**: the printed equations give the published value, or the only form of them that exists.
 - **reproduced with correction**: the corrected equations give it, the printed ones do not.
-- **not reproducible**: it cannot be computed from what the paper says, or such records do not tell it: the interval of
-  our runs is so wide that it would hold almost any value.
-- **contradicted**: neither form gives it; the published value lies outside the interval of our runs.
+- **not reproducible**: the paper does not say enough to compute it, or such records cannot determine it: the
+  interval of our runs is so wide that it contains almost any value.
+- **contradicted**: neither form gives it: the published value is outside the interval of our runs.
 
 Where a paper has noise we repeat its experiment with other noise. The number given is the median of the runs, and the
 interval behind it is the one in which a single further run, like the one that the authors made, would lie with a
@@ -240,8 +240,8 @@ def _agreement(check: Reference, results: Results) -> str:
 def counts_line(judged: Sequence[Judged]) -> str:
     """How many claims there are and how they ended."""
     counts = Counter(j.verdict for j in judged)
-    told = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
-    return f"{len(judged)} claims: {told}."
+    text = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
+    return f"{len(judged)} claims: {text}."
 
 
 def _equations(text: str) -> str:

@@ -1,4 +1,4 @@
-"""What a paper's module offers: `STUDIES`, named computations that are repeated over noise seeds."""
+"""Studies: named computations that are repeated over noise seeds; a paper's package has them as `STUDIES`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Study:
     """A computation `function(rng, index=i) -> StudyResult`, run for i = 0 .. seeds - 1.
 
     A deterministic one has one seed.  Only the runs of index below `drawn` keep their series.  `measured` is the
-    measured set that it needs; where that is not at hand, the run that is stored in `stored/` stands for it.
+    measured set that it needs; without the data, the run in `stored/` is used instead.
     """
 
     function: Callable[..., StudyResult]
@@ -48,6 +48,6 @@ def studies_of(paper: str) -> dict[str, Study]:
 
 
 def stream(paper: str, study: str, index: int) -> np.random.Generator:
-    """The random numbers of one run: the same in every process, whatever else is run."""
+    """The random numbers of one run: the same in every process and independent of all other runs."""
     digest = hashlib.sha256(f"{paper}/{study}".encode()).digest()
     return np.random.default_rng(np.random.SeedSequence([int.from_bytes(digest[:16], "big"), index]))

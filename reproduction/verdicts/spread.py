@@ -1,4 +1,4 @@
-"""Values over seeds as intervals in which one more run would lie."""
+"""Prediction intervals of values over seeds: where the value of one more run would lie."""
 
 from __future__ import annotations
 

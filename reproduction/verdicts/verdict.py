@@ -52,15 +52,15 @@ def _verdict(claim: Claim, corrected: Spread, printed: Spread) -> str:
     if claim.missing or not (corrected.known or printed.known):
         return IMPOSSIBLE
     first = printed if claim.as_printed else corrected
-    if agrees(claim, first) and tells(claim, first):
+    if agrees(claim, first) and determines(claim, first):
         return REPRODUCED
-    if agrees(claim, corrected) and tells(claim, corrected):
+    if agrees(claim, corrected) and determines(claim, corrected):
         return CORRECTED
     return IMPOSSIBLE if agrees(claim, first) or agrees(claim, corrected) else CONTRADICTED
 
 
-def tells(claim: Claim, found: Spread) -> bool:
-    """Whether the interval settles the sign of a value where it has to, and is not too wide to tell the value."""
+def determines(claim: Claim, found: Spread) -> bool:
+    """Whether the interval is narrow enough, and excludes zero where the claim requires that."""
     return not (_holds_zero(claim, found) or _too_wide(claim, found))
 
 
@@ -110,9 +110,9 @@ def _reason(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> s
 
 def _default(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
     if verdict == IMPOSSIBLE and (corrected.known or printed.known):
-        told = claim.widest < math.inf
-        what = "is wider than the value itself" if told else "holds zero too"
-        return f"The interval of our runs holds it, but {what}: such records do not tell it."
+        too_wide = claim.widest < math.inf
+        what = "is wider than the value itself" if too_wide else "contains zero as well"
+        return f"The interval of our runs contains it, but {what}: such records cannot determine it."
     return _DEFAULTS[verdict, bool(claim.as_printed)]
 
 

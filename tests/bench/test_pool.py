@@ -14,13 +14,15 @@ from helmbench.bench import pool as pools
 from helmbench.bench.environment import THREAD_VARIABLES
 from helmbench.models.errors import BadInput
 
+from ..inline_pool import inline
+
 
 def collect(pool, function, items):
     return {item: future for item, future in pool.outcomes(function, items)}
 
 
 def test_every_item_comes_back_once_and_exceptions_stay_with_their_item():
-    with pools.inline() as pool:
+    with inline() as pool:
         found = collect(pool, float, ["1", "one", "2"])
     assert (found["1"].result(), found["2"].result()) == (1.0, 2.0)
     assert isinstance(found["one"].exception(), ValueError)
@@ -66,10 +68,10 @@ def test_no_more_than_the_width_is_in_flight():
 def test_workers_end_when_their_parent_is_killed(tmp_path):
     script = tmp_path / "parent.py"
     script.write_text(
-        "import os, sys, time\n"
+        "import os, pathlib, sys, time\n"
         "from helmbench.bench import pool\n"
         "def child(path):\n"
-        "    open(path, 'w').write(str(os.getpid()))\n"
+        "    pathlib.Path(path).write_text(str(os.getpid()))\n"
         "    time.sleep(60)\n"
         "if __name__ == '__main__':\n"
         "    with pool.processes(1) as workers:\n"

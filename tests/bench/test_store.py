@@ -9,7 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helmbench.bench import store as stores
-from helmbench.bench.store import MANIFEST, PARAMETERS, RESULTS, RUNS, Store, frames, read_runs, read_tables
+from helmbench.bench.kinds import IDENTIFICATION, kind_of
+from helmbench.bench.kinds.identification.columns import PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
+from helmbench.bench.store import MANIFEST, RUNS, Store, frames, read_runs, read_tables
 from helmbench.models.errors import BadInput
 
 KEYS = ["suite", "method", "variant", "vessel", "model", "train", "held_out"]
@@ -21,8 +23,8 @@ def files(folder):
 
 
 def test_result_columns_are_those_of_the_specification():
-    scores = [name for name in stores.RESULT_COLUMNS if name.startswith(("rmse_", "r2_"))]
-    rest = [name for name in stores.RESULT_COLUMNS if name not in scores]
+    scores = [name for name in result_columns() if name.startswith(("rmse_", "r2_"))]
+    rest = [name for name in result_columns() if name not in scores]
     assert rest == [
         *KEYS, "status", "error", "diverged", "n_samples", "rel_error_median", "rel_error_max", "crb_z_rms",
         "wall_s", "cpu_s", "peak_memory_mib",
@@ -33,7 +35,7 @@ def test_result_columns_are_those_of_the_specification():
 
 
 def test_parameter_columns_are_those_of_the_specification():
-    assert list(stores.PARAMETER_COLUMNS) == [
+    assert list(PARAMETER_COLUMNS) == [
         *KEYS, "parameter", "unit", "true", "true_kind", "estimate", "stderr", "rel_error", "crb_sd", "identifiable",
     ]  # fmt: skip
 
@@ -45,8 +47,8 @@ def test_tables_have_fixed_types_and_sorted_rows(tmp_path, manifest, run_of):
         store.write_tables()
     results = pd.read_parquet(tmp_path / "out" / RESULTS)
     parameters = pd.read_parquet(tmp_path / "out" / PARAMETERS)
-    assert list(results.columns) == list(stores.RESULT_COLUMNS)
-    assert list(parameters.columns) == list(stores.PARAMETER_COLUMNS)
+    assert list(results.columns) == list(result_columns())
+    assert list(parameters.columns) == list(PARAMETER_COLUMNS)
     assert results[["vessel", "seed"]].values.tolist() == [["cargo", 0], ["s175", 0], ["s175", 1]]
     assert results["rmse_free_surge_m_s"].dtype == "float64" and results["rmse_free_surge_m_s"].isna().all()
     assert results["seed"].dtype == "int64"
@@ -162,6 +164,6 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
 
 
 def test_frames_keep_failed_runs_without_parameters(run_of):
-    results, parameters = frames([run_of(status="failed", reason="no luck")])
+    results, parameters = frames([run_of(status="failed", reason="no luck")], kind_of(IDENTIFICATION).tables)
     assert results["status"].tolist() == ["failed"] and results["error"].tolist() == ["no luck"]
     assert parameters.empty

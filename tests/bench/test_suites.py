@@ -2,7 +2,8 @@
 
 import pytest
 
-from helmbench.bench.suites import Entry, load_suite, suite_names
+from helmbench.bench.kinds.identification.suite import Entry
+from helmbench.bench.suites import load_suite, suite_names
 from helmbench.models.errors import BadInput
 
 

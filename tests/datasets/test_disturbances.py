@@ -238,22 +238,36 @@ def test_one_regular_wave_on_a_straight_course_has_the_encounter_frequency(direc
 
 def test_hull_averages_are_the_strip_integrals():
     """sin(s)/s and (6/L) j1(s) against quadrature of the water's lateral displacement along the hull."""
+    model, still = resolve("s175"), np.zeros(1)
     x, w = np.polynomial.legendre.leggauss(60)
-    x, w = 0.5 * 100.0 * x, 0.5 * 100.0 * w
-    for q in (1e-6, 0.003, 0.05, 0.3):
-        j0, j1 = (float(j[0]) for j in d.spherical_bessel(np.array([0.5 * q * 100.0])))
-        assert j0 == pytest.approx(np.sum(w * np.cos(q * x)) / 100.0, abs=1e-12)
-        assert 6.0 / 100.0 * j1 == pytest.approx(12.0 / 100.0**3 * np.sum(w * x * np.sin(q * x)), abs=1e-12)
+    x, w = 0.5 * 175.0 * x, 0.5 * 175.0 * w
+    for q in (1e-6, 0.003, 0.05):
+        gamma = math.acos(0.5)
+        k = q / math.cos(gamma)
+        wave = d.Components(np.array([math.sqrt(9.81 * k)]), np.ones(1), np.array([0.3]))
+        record = Record(still, {"heading_rad": still, "yaw_rate_rad_s": still, "surge_m_s": still, "sway_m_s": still,
+                                "north_m": still, "east_m": still})  # fmt: skip
+        m = d.wave_motion(model, record, d.Waves(2.0, 9.0, gamma - math.pi), wave)
+        deep = math.exp(-0.5 * k * 8.5)
+        mean, moment = np.sum(w * np.cos(q * x)) / 175.0, 12.0 / 175.0**3 * np.sum(w * x * np.sin(q * x))
+        assert m.along[0] == pytest.approx(deep * mean * math.sin(0.3), rel=1e-9)
+        assert abs(m.heading[0]) == pytest.approx(deep * abs(moment) * math.sin(gamma) * math.cos(0.3), rel=1e-9)
 
 
-def test_bessel_functions_and_slope_join_smoothly():
-    s = np.array([-2.0, -1e-2 - 1e-9, -1e-2 + 1e-9, -1e-5, 0.0, 1e-2 - 1e-9, 1e-2 + 1e-9, 4.4934])
-    j0, j1 = d.spherical_bessel(s)
-    from scipy.special import spherical_jn
-
-    np.testing.assert_allclose(j0, spherical_jn(0, s), atol=1e-12)
-    np.testing.assert_allclose(j1, spherical_jn(1, s), atol=1e-12)
-    np.testing.assert_allclose(d.j1_slope(s, j0, j1), spherical_jn(1, s, derivative=True), atol=1e-9)
+@pytest.mark.parametrize("direction", [0.0, 30.0, 89.9999, 90.0, 150.0])
+def test_rates_are_the_derivatives_of_the_motion(direction):
+    """Also where the waves come from abeam and the hull averages are those of zero."""
+    n, dt = 4001, 0.01
+    time = dt * np.arange(n)
+    still, turn = np.zeros(n), 1e-3
+    record = Record(time, {
+        "heading_rad": turn * (time - 20.0), "yaw_rate_rad_s": still + turn, "surge_m_s": still, "sway_m_s": still,
+        "north_m": still, "east_m": still,
+    })  # fmt: skip
+    wave = d.Components(np.array([0.7]), np.ones(1), np.array([0.4]))
+    m = d.wave_motion(resolve("s175"), record, d.Waves(2.0, 9.0, direction * DEG), wave)
+    for value, rate in ((m[0], m[1]), (m[2], m[3]), (m[4], m[5])):
+        np.testing.assert_allclose(np.gradient(value, dt)[1:-1], rate[1:-1], atol=2e-5 * max(np.abs(rate).max(), 1e-6))
 
 
 def test_long_waves_move_a_small_hull_as_they_move_the_water():

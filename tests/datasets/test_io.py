@@ -226,7 +226,7 @@ BAD_TABLES = {
     "capitals": (rename(2, "Heading_rad"), 1, "Heading_rad", "unknown column; did you mean heading_rad?"),
     "unknown": (rename(2, "zzz"), 1, "zzz", "unknown column; accepted: time_s, rudder_command_rad, rudder_rad"),
     "nameless": (rename(3, ""), 1, None, "column 4 has no name"),
-    "twice": (double_column("heading_rad"), 1, "heading_rad", "the column stands there twice"),
+    "twice": (double_column("heading_rad"), 1, "heading_rad", "the column appears twice"),
     "two units": (double_column("heading_deg"), 1, "heading_deg", "the same quantity as heading_rad"),
     "too short": (cut(9), 10, None, "too short: 9 samples; a record needs 10"),
     "header only": (cut(0), 1, None, "too short: 0 samples"),
@@ -285,7 +285,7 @@ def test_decimal_commas(trial, table):
 
 def test_no_header_and_other_separators(trial, table):
     save(trial, table[0], table[1:])
-    assert refusal(trial).startswith("trial.csv: row 1, column 0.0: a number stands where the header should be")
+    assert refusal(trial).startswith("trial.csv: row 1, column 0.0: there is a number where the header should be")
     save(trial, HEADER, table, "|")
     assert refusal(trial).endswith("no separator found in the header; separate the columns by comma, semicolon or tab")
 

@@ -4,6 +4,7 @@ import pickle
 from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from helmbench.datasets.columns import CANONICAL
@@ -165,3 +166,79 @@ def test_equals_sees_every_difference(record):
     assert not record.equals(replace(record, meta=RecordMeta()))
     assert not record.equals(record.with_channels(sway_m_s=None))
     assert not record.equals(record.with_channels(sway_m_s=np.zeros(12)))
+
+
+# tables, slices by time, and what a record shows of itself
+
+
+@pytest.fixture
+def frame():
+    return pd.DataFrame({"time_ms": [0.0, 500.0, 1000.0], "rudder_deg": [0, 10, -10], "surge_kn": [5.0, None, 7.0]})
+
+
+def test_a_table_is_read_like_a_file(frame):
+    record = Record.from_dataframe(frame, "mine", RecordMeta(vessel="own"))
+    assert (record.name, record.meta.vessel, record.dt) == ("mine", "own", 0.5)
+    np.testing.assert_allclose(record.column("rudder_rad"), np.deg2rad([0, 10, -10]))
+    np.testing.assert_allclose(record.column("surge_m_s"), np.array([5.0, np.nan, 7.0]) * 1852 / 3600)
+
+
+def test_a_record_goes_through_a_table_unchanged(frame):
+    record = Record.from_dataframe(frame)
+    table = record.to_dataframe()
+    assert list(table) == ["time_s", "rudder_rad", "surge_m_s"]
+    assert Record.from_dataframe(table).equals(record)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"draught_m": [1, 2, 3]}, "draught_m: unknown column"),
+        ({"rudder_rad": [0.0, 0.1, 0.2]}, "the same quantity as rudder_deg"),
+        ({"surge_kn": ["five", "six", "seven"]}, "surge_kn: type .* where numbers should be"),
+        ({"surge_kn": [5.0, np.inf, 7.0]}, "mine: row 2, column surge_kn: infinite value"),
+        ({"time_ms": [0.0, 0.0, 1.0]}, "time does not increase"),
+        ({"time_ms": [0.0, np.nan, 1.0]}, "time is not finite"),
+    ],
+)
+def test_a_table_with_a_fault_is_refused(frame, change, told):
+    with pytest.raises(BadInput, match=told):
+        Record.from_dataframe(frame.assign(**change), "mine")
+    with pytest.raises(BadInput, match="time_s: missing column"):
+        Record.from_dataframe(frame[["rudder_deg"]])
+
+
+def test_samples_between_two_times():
+    record = Record(np.arange(10.0), {"rudder_rad": np.arange(10.0)})
+    assert record.between(2.0, 4.0).time_s.tolist() == [2.0, 3.0, 4.0]
+    assert record.between(2.5, 4.5).time_s.tolist() == [3.0, 4.0]
+    assert record.between(stop_s=1.0).n == 2 and record.between(8.0).n == 2 and record.between().equals(record)
+    with pytest.raises(BadInput, match=r"no sample between 2\.1 and 2\.9 s; the record runs from 0 to 9 s"):
+        record.between(2.1, 2.9)
+
+
+def test_a_record_tells_its_extent():
+    record = Record([0.0, 0.5, 1.0], {"yaw_rate_rad_s": [0.0, 1.0, 2.0], "rudder_rad": [0.0, 0.0, 0.0]}, "mine")
+    assert repr(record) == "<Record 'mine': 3 samples, 0 to 1 s every 0.5 s; rudder_rad, yaw_rate_rad_s>"
+    assert "median step 0.75 s" in repr(Record([0.0, 0.5, 1.5], {}))
+    assert repr(Record([2.0], {})) == "<Record 'record': 1 samples, 2 to 2 s; no channels>"
+
+
+def test_a_figure_shows_angles_in_degrees_and_headings_without_jumps():
+    heading = np.deg2rad([350.0, 10.0, np.nan, 30.0])
+    record = Record(np.arange(4.0), {"heading_rad": heading, "surge_m_s": np.ones(4)})
+    top, bottom = record.plot().axes
+    np.testing.assert_allclose(top.lines[0].get_ydata(), [350.0, 370.0, np.nan, 390.0])
+    assert (top.get_ylabel(), bottom.get_ylabel()) == ("heading\n[deg]", "surge\n[m/s]")
+    assert len(record.plot(["surge_m_s"]).axes) == 1
+    with pytest.raises(BadInput, match="no such column"):
+        record.plot(["sway_m_s"])
+    with pytest.raises(BadInput, match="no channel to draw"):
+        Record([0.0, 1.0], {}).plot()
+
+
+def test_a_table_for_notebooks_counts_gaps():
+    record = Record([0.0, 1.0, 2.0], {"yaw_rate_rad_s": np.deg2rad([1.0, np.nan, 3.0])}, "<i>")
+    table = record._repr_html_()
+    cells = "".join(f"<td>{text}</td>" for text in ("yaw rate", "deg/s", "1", "2", "3", "1"))
+    assert f"<tr>{cells}</tr>" in table and "&lt;i&gt;" in table

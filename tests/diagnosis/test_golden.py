@@ -12,7 +12,7 @@ import pytest
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
-from ..injections import hidden
+from ..injections import injected
 
 STORED = Path(__file__).with_name("golden.json")
 CASES = {
@@ -31,7 +31,7 @@ def outcome(name: str) -> dict:
     """What is stored of a diagnosis."""
     vessel, causes, strength, gusts = CASES[name]
     rng = np.random.default_rng(int.from_bytes(name.encode(), "little") % 2**32)
-    case = hidden(vessel, causes, rng, strength, gusts)
+    case = injected(vessel, causes, rng, strength, gusts)
     found = diagnose(resolve(vessel), case.train, case.held_out[:1])
     return {
         "truth": [effect["cause"] for effect in case.truth],

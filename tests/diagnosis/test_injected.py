@@ -1,4 +1,4 @@
-"""Effects hidden by a simulator that shares no code with the kernels must be found; nothing hidden must not be.
+"""Effects injected by a simulator that shares no code with the kernels must be found; nothing injected must not be.
 
 Random draws are counted together and compared with the binomial bound of the promised rate (`tests/injections.py`);
 fixed seeds are compared with stored outcomes (`test_golden.py`); `make rates` draws many more.
@@ -10,7 +10,7 @@ from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
-from ..injections import ALONE, COMMON, SPECIAL, fewest, hidden
+from ..injections import ALONE, COMMON, SPECIAL, fewest, injected
 
 GROUPS = 4
 
@@ -42,7 +42,7 @@ def test_rate_of_what_is_promised(expected, rng):
 
 
 def test_a_straight_course_is_inconclusive_and_says_what_to_run(rng):
-    case = hidden("mariner", (), rng, train=("straight",), held_out=("straight",))
+    case = injected("mariner", (), rng, train=("straight",), held_out=("straight",))
     found = diagnose(resolve("mariner"), case.train)
     assert found.verdict == "inconclusive"
     assert found.causes == ()
@@ -50,7 +50,7 @@ def test_a_straight_course_is_inconclusive_and_says_what_to_run(rng):
 
 
 def test_diagnosis_is_repeatable(rng):
-    case = hidden("response-1", ("rudder_delay",), rng)
+    case = injected("response-1", ("rudder_delay",), rng)
     first, second = (diagnose(resolve("response-1"), case.train, case.held_out[:1]).to_json() for _ in range(2))
     drop = ("wall_s", "cpu_s")
     assert {k: v for k, v in first.items() if k not in drop} == {k: v for k, v in second.items() if k not in drop}
@@ -58,7 +58,7 @@ def test_diagnosis_is_repeatable(rng):
 
 def test_free_coefficients_take_the_rudder_along(rng):
     """With the coefficients of a response model free its rudder's effectiveness cannot be told."""
-    case = hidden("cargo", ("yaw_rate_bias",), rng)
+    case = injected("cargo", ("yaw_rate_bias",), rng)
     found = diagnose(resolve("cargo"), case.train, options=Options(base_parameters="identify"))
     entries = {e.cause: e for e in found.bank}
     print(case.truth, found.causes, entries["rudder_effectiveness"])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import spoil
+from helmbench.bench.faults import inject_in_record
 from helmbench.datasets.measured import data_dir, load
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.kinematics.gross_errors import put_right
@@ -58,9 +58,9 @@ def test_first_order_nomoto_lacks_lead_and_speed_loss():
     assert found.gain["heading_rad"].ratio_high > 1.0
 
 
-def test_a_scale_error_planted_in_measured_records_is_named(rng):
+def test_a_scale_error_injected_in_measured_records_is_named(rng):
     scale = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.04, 0.1))
-    records = [spoil(thinned("Z_15_05"), "yaw_rate_scale", {"s": scale}, rng)]
+    records = [inject_in_record(thinned("Z_15_05"), "yaw_rate_scale", {"s": scale}, rng)]
     found = diagnose(resolve("nomoto-1-cubic"), records, options=Options(base_parameters="identify"))
     sizes = {f.cause: f.sizes for f in found.causes}
     print(scale, sizes)

@@ -4,8 +4,9 @@ import pickle
 
 import pytest
 
+from helmbench.bench.kinds.identification.execute import execute
+from helmbench.bench.kinds.identification.plan import RunSpec
 from helmbench.bench.kinds.identification.problems import Task
-from helmbench.bench.runner import RunSpec, execute
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.black_box.predictor import evenly_spaced
 from helmbench.estimation.prediction import prediction_scores

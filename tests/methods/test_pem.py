@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults.case import Case as FaultCase
-from helmbench.bench.faults.case import plant
+from helmbench.bench.faults import Case as FaultCase
+from helmbench.bench.faults import inject
 from helmbench.datasets.generator import Case, generate
 from helmbench.methods.output_error import OutputError
 from helmbench.methods.pem import Pem
@@ -67,7 +67,7 @@ def test_beats_output_error_under_wind(seed):
 def test_gusts_on_a_response_model_are_found(seed):
     """Simulated gusts: their correlation time is estimated, and the parameters within their standard errors."""
     case = FaultCase("response-1", gusts="fast", gust_level=np.deg2rad(1.0))
-    injected = plant(case, np.random.default_rng(seed))
+    injected = inject(case, np.random.default_rng(seed))
     model = resolve("response-1")
     estimate = Pem().fit(injected.train, model.blanked())
     assert estimate.converged and _z(estimate, model) < 4.0

@@ -8,8 +8,9 @@ import sys
 import optuna
 import pytest
 
+from helmbench.bench.kinds.identification.execute import execute
+from helmbench.bench.kinds.identification.plan import RunSpec, _named
 from helmbench.bench.kinds.identification.problems import Task
-from helmbench.bench.runner import RunSpec, _named, execute
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.tuning.tune import storage_of
 from helmbench.methods import contract

@@ -89,7 +89,7 @@ def test_what_cannot_be_resolved_is_said_in_one_line(name, said):
         (lambda facts: facts.update(constants=[1, 2]), "not a usable model file"),
     ],
 )
-def test_a_spoiled_model_file_is_named(change, said, tmp_path):
+def test_a_damaged_model_file_is_named(change, said, tmp_path):
     path = tmp_path / "model.json"
     model_to_json(resolve("mariner"), path)
     facts = json.loads(path.read_text())
@@ -105,10 +105,10 @@ def test_a_spoiled_model_file_is_named(change, said, tmp_path):
     [
         ("[1, 2]", "not a vessel file"),
         ("id: ship", "missing: title"),
-        ("{", "not a YAML file"),
+        ("{", "is not YAML"),
     ],
 )
-def test_a_spoiled_vessel_file_is_named(text, said, tmp_path):
+def test_a_damaged_vessel_file_is_named(text, said, tmp_path):
     path = tmp_path / "ship.yaml"
     path.write_text(text)
     with pytest.raises(BadInput, match=said):

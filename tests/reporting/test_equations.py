@@ -7,9 +7,10 @@ from xml.etree import ElementTree
 import pytest
 import sympy as sp
 
+from helmbench.models.errors import BadInput
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import EXTENSIONS
-from helmbench.models.model import list_vessels, resolve
+from helmbench.models.model import resolve
 from helmbench.models.primitives import absv, atan2v
 from helmbench.reporting.equations import equations
 from helmbench.reporting.printers import Latex, MathML, parts, rounded
@@ -30,7 +31,7 @@ def test_an_added_term_is_marked_in_its_equation_alone():
     found = lines("mariner", "yaw_damping_quadratic")
     assert [line.new for line in found.dynamics] == [False, False, True, False, False, False]
     (marked,) = re.findall(r"<span class='term new'>(.*?)</span>$", found.dynamics[2].html.split("\n")[-1])
-    assert "N&#8242;" in marked and "underbrace" in found.dynamics[2].latex
+    assert "&#8242;" in marked and "underbrace" in found.dynamics[2].latex
     assert "Xvvu" not in found.dynamics[0].html and [row[2] for row in found.added] == ["added_Nr_absr"]
 
 
@@ -41,6 +42,17 @@ def test_rudder_and_sensors_are_shown_as_relations():
     assert "hull" in found.dynamics[1].latex
 
 
+def test_a_sensor_has_its_scale_bias_and_delay():
+    found = lines("mariner", surge_scale=0.1, surge_bias=0.2, surge_delay=0.5)
+    expected = r"\left(s + 1\right) \text{surge}_{\mathrm{true}}\left(t - \tau_{\mathrm{surge}}\right) + b"
+    assert found.relations[0].latex == r"\text{surge}_{\mathrm{recorded}} = " + expected
+
+
+def test_turned_axes_and_exchanged_columns_are_stated():
+    found = lines("mariner", axis_misalignment=0.05, earth_frame_velocity=1.0, wave_rms=0.1)
+    assert [r"\cos" in line.latex for line in found.relations] == [True, True, True, True, False]
+
+
 def test_a_new_state_is_a_new_equation():
     found = lines("response-1", "second_order_lead")
     assert found.dynamics[-1].new and found.dynamics[-1].latex.startswith(r"\dot{z} =")
@@ -48,18 +60,23 @@ def test_a_new_state_is_a_new_equation():
 
 @pytest.mark.parametrize("extension", EXTENSIONS)
 def test_every_extension_is_marked_and_well_formed(extension):
-    vessel = next(name for name in list_vessels() if _fits(name, extension))
-    found = lines(vessel, extension)
+    base = next(base for base in map(_with_rigid_body, ("mariner", "response-1")) if _fits(base, extension))
+    found = equations(extended(base, extension), base)
     assert any(line.new for line in (*found.relations, *found.dynamics))
     for line in (*found.relations, *found.dynamics, *found.helpers):
         ElementTree.fromstring(f"<p>{HTML_NAMES.sub('', line.html)}</p>")
         assert line.latex.count("{") == line.latex.count("}") and "_abs" not in line.latex
 
 
-def _fits(vessel, extension):
+def _with_rigid_body(vessel):
+    """A vessel with the constants that a change of loading needs."""
+    return replace(resolve(vessel), windage={"rigid_mass": 1e6, "rigid_moment": 1e5, "rigid_inertia": 1e9})
+
+
+def _fits(base, extension):
     try:
-        extended(resolve(vessel), extension)
-    except ValueError:
+        extended(base, extension)
+    except BadInput:
         return False
     return True
 

@@ -9,8 +9,9 @@ import contextlib
 import numpy as np
 import pytest
 
+from helmbench.bench.kinds.identification.execute import execute
+from helmbench.bench.kinds.identification.plan import RunSpec
 from helmbench.bench.kinds.identification.problems import Task, problem
-from helmbench.bench.runner import RunSpec, execute
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.io import read_record, write_record
 from helmbench.methods.registry import make, methods

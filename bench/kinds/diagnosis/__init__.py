@@ -1,4 +1,1 @@
-"""The benchmark of diagnosis itself: effects are planted by the truth simulator, diagnosed, and the findings scored.
-
-`plan` deals out the cases, `runner` executes one, `judge` scores it, `rates` sums up, `page` reports.
-"""
+"""The benchmark of diagnosis: the truth simulator injects effects, a diagnoser is run, its findings are scored."""

@@ -1,5 +1,7 @@
 """Tables of a diagnosis suite: `diagnosis.parquet`, a row per case and diagnoser, and `diagnosis_sizes.parquet`."""
 
+from ..base import TIMES
+
 CASES, SIZES = "diagnosis.parquet", "diagnosis_sizes.parquet"
 CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
 
@@ -8,13 +10,13 @@ KEYS = {
     "method": "string",
     "group": "string",
     "vessel": "string",
-    "planted": "string",
+    "injected": "string",
     "strength": "string",
     "gusts": "string",
     "seed": "int",
 }
-"""`planted`: causes joined by +, empty for a clean record; `seed` is the case's own: with it the truth simulator
-makes the same records again."""
+"""`injected`: causes joined by +, empty for a clean record; `seed` is the case's own: with it the truth simulator makes
+the same records again."""
 
 CASE_COLUMNS = {
     **KEYS,
@@ -29,11 +31,9 @@ CASE_COLUMNS = {
     "confident_wrong": "bool",
     "tie_size": "int",
     **{f"rmse_{when}_{channel}": "float" for when in ("before", "after") for channel in CHANNELS},
-    "wall_s": "float",
-    "cpu_s": "float",
-    "peak_memory_mib": "float",
+    **TIMES,
 }
-"""`named`: what the diagnosis says, findings in its order joined by +, ties by /; `outcome`: see `judge.OUTCOMES`."""
+"""`named`: findings of the diagnosis in its order, joined by +, tied causes by /; `outcome`: see `judge.OUTCOMES`."""
 
 SIZE_COLUMNS = {
     **KEYS,

@@ -1,4 +1,4 @@
-"""What a diagnosis suite runs: cases dealt out from the run's seed, and who diagnoses them."""
+"""What a diagnosis suite runs: cases drawn from the run's seed, and who diagnoses them."""
 
 from __future__ import annotations
 
@@ -14,21 +14,22 @@ import numpy as np
 from ....models.errors import BadInput
 
 if TYPE_CHECKING:
-    from ...runner import Selection
-    from ...suites import HiddenEntry, Suite
+    from ...suites import Suite
+    from ..base import Selection
+    from .suite import Entry
 
 NOTHING = "none"
 ORACLE = "oracle"
-"""What the tables call the engine when it is told the true causes: the bound on the gain, not a competitor."""
+"""Name in the tables of the diagnosis that is given the true causes: a bound on the gain, not a competitor."""
 DIGITS = 2**53
-"""Seeds of cases stay below it, so that every reader of the tables has them exactly."""
+"""Seeds of cases stay below it, so that they are exact also where a reader makes them floating-point numbers."""
 
 
 @dataclass(frozen=True)
 class CaseSpec:
     """One case for one diagnoser; `maker` is what `diagnosis.registry.make` takes.
 
-    With `seed` and the rest the truth simulator makes the same records again: `planting.plant(case, rng)`.
+    With `seed` and the other fields the truth simulator makes the same records again (`faults.inject`).
     """
 
     suite: str
@@ -36,7 +37,7 @@ class CaseSpec:
     maker: str
     group: str
     vessel: str
-    planted: tuple[str, ...]
+    injected: tuple[str, ...]
     strength: str
     gusts: str
     seed: int
@@ -51,14 +52,14 @@ class CaseSpec:
         """The key columns of the tables."""
         facts = asdict(self)
         return {name: facts[name] for name in ("suite", "method", "group", "vessel")} | {
-            "planted": "+".join(self.planted),
+            "injected": "+".join(self.injected),
             "strength": self.strength,
             "gusts": self.gusts,
             "seed": self.seed,
         }
 
 
-def settled(suite: Suite, selection: Selection) -> Selection:
+def with_seed(selection: Selection) -> Selection:
     """The selection with a seed: its own, or one drawn anew."""
     if selection.seed is not None:
         return selection
@@ -70,15 +71,15 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
 
     Raises `BadInput` for unknown diagnosers, vessels or causes, and where nothing is left to run.
     """
-    makers = [(_name_of(maker), maker) for maker in selection.methods or suite.methods]
-    once = [] if selection.methods else [(_name_of(maker), maker) for maker in suite.compare]
-    selection = settled(suite, selection)
+    makers = [(_name_of(maker), maker) for maker in selection.methods or suite.head.methods]
+    once = [] if selection.methods else [(_name_of(maker), maker) for maker in suite.head.compare]
+    selection = with_seed(selection)
     _check_vessels(suite, selection)
     specs = []
-    for turn in range(selection.seeds or suite.seeds):
+    for turn in range(selection.seeds or suite.head.seeds):
         for number, entry in enumerate(suite.entries):
             rng = np.random.default_rng([selection.seed or 0, turn, number])
-            for case in deal(suite.name, entry, rng):
+            for case in draw_cases(suite.name, entry, rng):
                 if selection.vessels and case.vessel not in selection.vessels:
                     continue
                 specs += [
@@ -90,44 +91,41 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
     return specs
 
 
-def deal(suite: str, entry: HiddenEntry, rng: np.random.Generator) -> Iterator[CaseSpec]:
-    """One round of an entry: each text `each` times, decks shuffled and used up before they are shuffled anew."""
-    strengths, gusts = _deck(entry.strength, rng), _deck(entry.gusts, rng)
-    for text in _texts(entry.plant):
-        planted = () if text == NOTHING else tuple(text.split("+"))
-        vessels = _deck(_carriers(entry, planted), rng)
+def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[CaseSpec]:
+    """One round of an entry: each text of `inject` `each` times, with stratified draws of the rest."""
+    strengths, gusts = stratified(entry.strength, rng), stratified(entry.gusts, rng)
+    for text in _texts(entry.inject):
+        injected = () if text == NOTHING else tuple(text.split("+"))
+        vessels = stratified(_carriers(entry, injected), rng)
         for _ in range(entry.each):
-            strength = next(strengths) if planted else NOTHING
+            strength = next(strengths) if injected else NOTHING
             seed = int(rng.integers(DIGITS))
-            yield CaseSpec(suite, "", "", entry.group, next(vessels), planted, strength, next(gusts), seed)
+            yield CaseSpec(suite, "", "", entry.group, next(vessels), injected, strength, next(gusts), seed)
 
 
-def _deck(cards: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
+def stratified(values: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
+    """Values without end, in random order; each comes once before any comes again."""
     for _ in cycle([None]):
-        yield from (cards[int(i)] for i in rng.permutation(len(cards)))
+        yield from (values[int(i)] for i in rng.permutation(len(values)))
 
 
-def _texts(plant: Sequence[str]) -> list[str]:
-    from ...faults import ANTICIPATED, CAUSES, UNFORESEEN
+def _texts(inject: Sequence[str]) -> list[str]:
+    from ...faults import ANTICIPATED, TAXONOMY, UNFORESEEN, names_of
 
-    groups = {"causes": [*CAUSES], "anticipated": [*ANTICIPATED], "unforeseen": [*UNFORESEEN]}
-    return [text for name in plant for text in groups.get(name, [name])]
+    groups = {group: names_of(group) for group in (TAXONOMY, ANTICIPATED, UNFORESEEN)}
+    return [text for name in inject for text in groups.get(name, (name,))]
 
 
-def _carriers(entry: HiddenEntry, planted: Sequence[str]) -> list[str]:
-    """Vessels of an entry that can carry all that is planted."""
-    from ...faults import VESSELS, carries
-    from ...faults.effects import CATALOGUE
+def _carriers(entry: Entry, injected: Sequence[str]) -> list[str]:
+    """Vessels of an entry that can carry all the effects."""
+    from ...faults import VESSELS, kind_of
     from ...faults.ships import ship
 
-    unknown = [cause for cause in planted if cause not in CATALOGUE]
-    if unknown:
-        hint = f"known are {NOTHING}, {', '.join(CATALOGUE)}"
-        raise BadInput(f"nothing called {unknown[0]!r} can be planted", hint=hint)
+    kinds = [kind_of(cause) for cause in injected]
     vessels = entry.vessels or VESSELS
-    found = [name for name in vessels if all(carries(ship(name), cause) for cause in planted)]
+    found = [name for name in vessels if all(kind.carried_by(ship(name)) for kind in kinds)]
     if not found:
-        raise BadInput(f"no vessel of the entry can carry {'+'.join(planted)}")
+        raise BadInput(f"no vessel of the entry can carry {'+'.join(injected)}")
     return found
 
 

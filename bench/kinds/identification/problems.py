@@ -1,7 +1,7 @@
 """Identification problems: the records, the blank model and the truth that one row of a suite is made of.
 
-A `Task` is plain data; its `Problem` is made from it wherever the row is run, so that workers are sent a few strings
-instead of arrays.  Problems are kept while rows of the same task follow each other.
+A `Task` is plain data; its `Problem` is made from it in the worker that runs the row, so that only a few strings are
+sent.  Problems are kept while rows of the same task follow each other.
 """
 
 from __future__ import annotations

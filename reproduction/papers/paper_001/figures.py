@@ -1,4 +1,4 @@
-"""The figures of paper 001, drawn again; each function adds axes to an empty matplotlib figure."""
+"""The figures of paper 001; each function adds axes to an empty matplotlib figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figures of paper 002, drawn again, and three that explain them; each adds axes to an empty matplotlib figure."""
+"""The figures of paper 002, and three that explain them; each function adds axes to an empty matplotlib figure."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, plant
+from helmbench.bench.faults import Case, inject
 from helmbench.datasets.generator import Case as Generated
 from helmbench.datasets.generator import generate
 from helmbench.diagnosis.causes.base import DESCRIBED, NORMAL_90
@@ -16,7 +16,7 @@ from helmbench.models.model import resolve
 
 def test_a_clocks_error_is_drawn_once_a_sample(rng):
     """Heading, yaw rate and positions of a sample are late together: their number does not sharpen the interval."""
-    case = plant(Case("mariner", ("clock_jitter",), "large", duration_s=240.0, dt_s=1.0), rng)
+    case = inject(Case("mariner", ("clock_jitter",), "large", duration_s=240.0, dt_s=1.0), rng)
     est = estimator(resolve("mariner"), case.train)
     s = est.with_entries(est.start(), {"clock_jitter": case.truth[0]["parameters"]["sd"]})
     s, _ = fit_noise(est, s, 6)

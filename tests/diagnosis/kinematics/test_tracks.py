@@ -1,11 +1,11 @@
-"""Sensor causes that the track shows by itself, planted by a simulator of other code."""
+"""Sensor causes that the track shows by itself, injected by a simulator that shares no code."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, plant
+from helmbench.bench.faults import Case, inject
 from helmbench.datasets.instruments import corrected, observed
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.kinematics.tracks import compare
@@ -18,7 +18,7 @@ SHIPS = ("mariner", "s175", "kvlcc2-l7")
 
 def records(cause, rng, strength="large"):
     case = Case(str(rng.choice(SHIPS)), (cause,) if cause else (), strength, gusts=str(rng.choice(["none", "fast"])))
-    return plant(case, rng)
+    return inject(case, rng)
 
 
 @pytest.mark.parametrize("cause", CAUSES)
@@ -26,9 +26,9 @@ def test_the_track_shows_it(cause, rng):
     """In two of three draws: at a rate of .97 correct code fails .3 % of the time."""
     hits = 0
     for _ in range(3):
-        planted = records(cause, rng)
-        found = compare(planted.train, 0.01).findings
-        print(planted.truth[0], found)
+        injected = records(cause, rng)
+        found = compare(injected.train, 0.01).findings
+        print(injected.truth[0], found)
         hits += any(cause in (f.cause, *f.tied_with) for f in found)
     assert hits >= 2
 
@@ -43,7 +43,7 @@ def test_nothing_is_found_where_dynamics_are_wrong(rng):
 
 def test_sizes_put_the_records_right(rng):
     """A scale of 1 % and a sway offset together, from noise-free channels."""
-    true = plant(Case("mariner", ()), rng).train
+    true = inject(Case("mariner", ()), rng).train
     errors = {"surge_scale": 0.01, "sway_scale": 0.01, "sway_bias": 0.05}
     found = compare([observed(r, errors) for r in true], 0.01)
     assert {f.cause for f in found.findings} == {"speed_scale", "sway_offset"}
@@ -53,22 +53,22 @@ def test_sizes_put_the_records_right(rng):
 
 
 def test_records_without_a_track_say_nothing(rng):
-    bare = [r.with_channels(north_m=None) for r in plant(Case("mariner", ()), rng).train]
+    bare = [r.with_channels(north_m=None) for r in inject(Case("mariner", ()), rng).train]
     assert compare(bare, 0.01).findings == () and compare(bare, 0.01).statistics == ()
 
 
 def test_a_response_model_is_told_of_the_log(rng):
     """The model knows no sway and no track: the stage names the log's scale and the extended model carries it."""
-    planted = plant(Case("mariner", ("speed_scale",), "large"), rng)
+    injected = inject(Case("mariner", ("speed_scale",), "large"), rng)
     vessel = resolve("nomoto-1")
     found = diagnose(
         replace(vessel, positive_rudder=resolve("mariner").positive_rudder),
-        planted.train,
+        injected.train,
         options=Options(base_parameters="identify", max_effects=1),
     )
     kinematic = [f for f in found.causes if f.stage == "kinematics"]
     assert [f.cause for f in kinematic] == ["speed_scale"]
-    size = planted.truth[0]["parameters"]["s"]
+    size = injected.truth[0]["parameters"]["s"]
     assert found.extended.instruments["sway_scale"] == pytest.approx(size, rel=0.2)
     entries = {e.cause: e.status for e in found.bank}
     assert entries["speed_scale"] == "named" and entries["heading_offset"] == "not_significant"

@@ -41,7 +41,7 @@ def test_one_size_throughout_is_believed(seed):
 
 
 def test_a_periodic_moment_is_seen_through_its_phase(rng):
-    """Cosine and sine of the frequency nearest to the planted one gain what the moment is worth."""
+    """Cosine and sine of the frequency nearest to the injected one gain what the moment is worth."""
     est = estimator(resolve("response-1"), [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
     waves = lines(est)
     n = est.segments[0].time.size

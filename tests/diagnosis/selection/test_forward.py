@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case as Planted
-from helmbench.bench.faults import plant
+from helmbench.bench.faults import Case as FaultCase
+from helmbench.bench.faults import inject
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
@@ -120,7 +120,7 @@ def test_a_fault_before_the_rudder_moves_is_a_loss_of_effectiveness(rng):
 
 def test_an_accepted_fault_that_moved_before_the_rudder_gives_way(rng):
     """What else is named may move a fault's time; one that is there from the start is a loss of effectiveness."""
-    case = plant(Planted("response-1", ("rudder_effectiveness",), "large", duration_s=60.0, dt_s=0.2), rng)
+    case = inject(FaultCase("response-1", ("rudder_effectiveness",), "large", duration_s=60.0, dt_s=0.2), rng)
     first = _started("response-1", case.train)
     est, cause = first.est, cause_of("rudder_fault")
     (fault,) = first.bank[cause]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, plant
+from helmbench.bench.faults import Case, inject
 from helmbench.datasets.generator import Case as Generated
 from helmbench.datasets.generator import generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
@@ -20,7 +20,7 @@ from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve
 
 NULLS, LEVEL, MOST = 40, 0.1, 12
-"""Of 40 records with nothing planted a right level of .1 passes 13 or more in .05 % of draws."""
+"""Of 40 records without an effect a right level of .1 passes 13 or more in .05 % of draws."""
 
 
 def started(records, vessel, fitted=True):
@@ -49,7 +49,7 @@ def log_levels(state, rng):
 def test_levels_hold_where_nothing_is_hidden(rng):
     passed = {}
     for _ in range(NULLS):
-        record, *_ = plant(Case("response-1", (), "large", duration_s=60.0, dt_s=0.2), rng).train
+        record, *_ = inject(Case("response-1", (), "large", duration_s=60.0, dt_s=0.2), rng).train
         for cause, log_p in log_levels(started([record], "response-1"), rng).items():
             passed[cause] = passed.get(cause, 0) + (log_p < np.log(LEVEL))
     print(passed)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case as Planted
-from helmbench.bench.faults import plant
+from helmbench.bench.faults import Case as FaultCase
+from helmbench.bench.faults import inject
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
@@ -44,7 +44,7 @@ def test_gusts_in_proportion_cost_one_nat_for_each_parameter(est):
 
 def test_strong_gusts_just_out_of_proportion_lose_little(rng, monkeypatch):
     """The likelihood of strong gusts falls by nats within a tenth of their size: the best in proportion are found."""
-    est = estimator(resolve("mariner"), plant(Planted("mariner", gusts="fast"), rng).train)
+    est = estimator(resolve("mariner"), inject(FaultCase("mariner", gusts="fast"), rng).train)
     s, now = fit_noise_from_starts(est, est.start(), est.start())
     ratio = s.noise.force_sd[0] / s.noise.force_sd[2]
     monkeypatch.setattr(gusts, "GUST_Y", (0.1, 100.0))

@@ -44,7 +44,7 @@ def test_charts_and_formulas_are_well_formed(page):
     assert len(charts) >= 5 and not any("nan" in path for path in re.findall(r' d="([^"]*)"', page))
     for svg in charts:
         ElementTree.fromstring(svg)
-    for math in re.findall(r"<math>.*?</math>", page, re.DOTALL):
+    for math in re.findall(r"<math.*?</math>", page, re.DOTALL):
         ElementTree.fromstring(math)
 
 

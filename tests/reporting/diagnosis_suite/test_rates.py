@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from helmbench.bench.kinds import DIAGNOSIS, kind_of
 from helmbench.bench.kinds.diagnosis.plan import ORACLE
-from helmbench.bench.store import DIAGNOSIS, SCHEMAS, Store, frames
+from helmbench.bench.store import Store, frames
 from helmbench.models.errors import BadInput
 from helmbench.reporting.diagnosis_suite import page, rates
 
 
 def board_of(runs):
-    return rates.build(*frames(runs, SCHEMAS[DIAGNOSIS]))
+    return rates.build(*frames(runs, kind_of(DIAGNOSIS).tables))
 
 
 def rate(board, name, method="innovations", scope="all", group="all"):
@@ -23,21 +24,21 @@ def rate(board, name, method="innovations", scope="all", group="all"):
 
 @pytest.fixture
 def runs(case_of):
-    """Two methods on planted, clean, unknown and paired cases, and the oracle on one."""
+    """Two methods on injected, clean, unknown and paired cases, and the oracle on one."""
     size = {"cause": "rudder_offset", "parameter": "delta0", "true": 1.0, "estimate": 1.1, "low": 0.9, "high": 1.3}
     missed = {"outcome": "missed", "named": "", "verdict": "adequate", "tie_size": None}
-    wrong = {"outcome": "wrong_lead", "named": "wind", "confident_wrong": True, "tie_size": None}
-    clean = {"group": "null", "planted": "", "strength": "none", "detectable": None, "noncentrality": None}
+    wrong = {"outcome": "wrong_first", "named": "wind", "confident_wrong": True, "tie_size": None}
+    clean = {"group": "null", "injected": "", "strength": "none", "detectable": None, "noncentrality": None}
     quiet = clean | {"outcome": "adequate", "named": "", "verdict": "adequate"}
     loud = clean | {"outcome": "false_alarm", "named": "wind"}
     unknown = {
         "group": "unforeseen",
-        "planted": "kind",
+        "injected": "kind",
         "outcome": "unexplained",
         "named": "",
         "verdict": "unexplained",
     }
-    pair = {"group": "pair", "planted": "rudder_offset+wind", "outcome": "both"}
+    pair = {"group": "pair", "injected": "rudder_offset+wind", "outcome": "both"}
     return [
         case_of(seed=1, size_of=size | {"covered": True, "rel_error": 0.1}),
         case_of(seed=2, outcome="tie", named="constant_force/rudder_offset", tie_size=2, gusts="slow"),
@@ -98,7 +99,7 @@ def test_the_oracle_is_not_a_competitor(runs):
 
 def test_confusion_counts_a_tie_with_the_truth_as_the_truth(runs):
     table = board_of(runs).confusion
-    own = {(r["planted"], r["named"]): r["cases"] for r in table[table["method"] == "innovations"].to_dict("records")}
+    own = {(r["injected"], r["named"]): r["cases"] for r in table[table["method"] == "innovations"].to_dict("records")}
     assert own == {
         ("rudder_offset", "rudder_offset"): 2, ("rudder_offset", "(adequate)"): 1, ("rudder_offset", "wind"): 1,
         ("(null)", "(adequate)"): 3, ("(null)", "wind"): 1,

@@ -7,12 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
 from helmbench.reporting.leaderboard import standings as leaderboard
 
 
 def board(runs):
-    return leaderboard.build(*frames(runs))
+    return leaderboard.build(*frames(runs, kind_of(IDENTIFICATION).tables))
 
 
 def by_method(table):
@@ -228,5 +229,5 @@ def test_bootstrap_takes_infinite_errors_as_they_are():
 def test_normalised_error_is_the_mean_over_scored_channels(run_of):
     run = run_of(error=0.1)
     run["row"] |= {"r2_free_heading_rad": 0.75, "r2_free_yaw_rate_rad_s": 1.0, "r2_free_north_m": -8.0}
-    results, _ = frames([run])
+    results, _ = frames([run], kind_of(IDENTIFICATION).tables)
     assert leaderboard.normalised_error(results).tolist() == [0.25]

@@ -74,4 +74,4 @@ def test_a_diverged_prediction_is_worse_than_any(found):
 def test_figures_are_drawn(name, paper, found):
     figure = next(figure for figure in paper.figures if figure.id == name)
     drawn = draw(getattr(paper_001, figure.draw), [found[figure.study]])
-    assert drawn.startswith(b"<?xml") and len(drawn) < 200_000
+    assert drawn.startswith("<?xml") and len(drawn) < 200_000

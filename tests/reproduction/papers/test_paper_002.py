@@ -90,7 +90,7 @@ def test_figures_are_drawn(paper, found):
     for figure in paper.figures:
         if figure.study in found:
             drawn = draw(getattr(paper_002, figure.draw), [found[figure.study]])
-            assert drawn.startswith(b"<?xml") and len(drawn) < 200_000, figure.id
+            assert drawn.startswith("<?xml") and len(drawn) < 200_000, figure.id
 
 
 def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):

@@ -3,36 +3,35 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import CAUSES, Case, Effect, Planted
-from helmbench.bench.faults.effects import Setting, carries
+from helmbench.bench.faults import TAXONOMY, Case, Effect, Injected, kind_of, names_of
+from helmbench.bench.faults.effects import Setting
 from helmbench.bench.faults.ships import VESSELS, ship
-from helmbench.bench.kinds.diagnosis.judge import OUTCOMES, compare, detectable, gain, judge, size_rows, truths, wrapped
+from helmbench.bench.kinds.diagnosis.judge import OUTCOMES, compare, detectable, gain, judge, size_rows, wrapped
 from helmbench.datasets.record import Record, RecordMeta
-from helmbench.diagnosis.result import Finding
 
 OFFSET = ("rudder_offset",)
 PAIR = ("rudder_offset", "wind")
 
 
 @pytest.mark.parametrize(
-    ("group", "planted", "findings", "verdict", "outcome", "wrong", "tie"),
+    ("group", "injected", "findings", "verdict", "outcome", "wrong", "tie"),
     [
-        ("planted", OFFSET, ["rudder_offset"], None, "alone", False, 1),
-        ("planted", OFFSET, ["rudder_offset/constant_force"], None, "tie", False, 2),
-        ("planted", OFFSET, ["constant_force/rudder_offset/wind"], None, "tie", False, 3),
-        ("planted", OFFSET, ["wind"], None, "wrong_lead", True, None),
-        ("planted", OFFSET, ["wind/current"], None, "wrong_lead", False, None),
-        ("planted", OFFSET, ["rudder_offset", "wind"], None, "alone", True, 1),
-        ("planted", OFFSET, ["wind", "rudder_offset"], None, "wrong_lead", True, 1),
-        ("planted", OFFSET, ["wind"], "unexplained", "wrong_lead", False, None),
-        ("planted", OFFSET, [], None, "missed", False, None),
-        ("planted", OFFSET, [], "unexplained", "missed", False, None),
+        ("injected", OFFSET, ["rudder_offset"], None, "alone", False, 1),
+        ("injected", OFFSET, ["rudder_offset/constant_force"], None, "tie", False, 2),
+        ("injected", OFFSET, ["constant_force/rudder_offset/wind"], None, "tie", False, 3),
+        ("injected", OFFSET, ["wind"], None, "wrong_first", True, None),
+        ("injected", OFFSET, ["wind/current"], None, "wrong_first", False, None),
+        ("injected", OFFSET, ["rudder_offset", "wind"], None, "alone", True, 1),
+        ("injected", OFFSET, ["wind", "rudder_offset"], None, "wrong_first", True, 1),
+        ("injected", OFFSET, ["wind"], "unexplained", "wrong_first", False, None),
+        ("injected", OFFSET, [], None, "missed", False, None),
+        ("injected", OFFSET, [], "unexplained", "missed", False, None),
         ("pair", PAIR, ["wind", "rudder_offset"], None, "both", False, 1),
         ("pair", PAIR, ["wind/current", "constant_force/rudder_offset"], None, "both", False, 2),
         ("pair", PAIR, ["wind/rudder_offset"], None, "one", False, 2),
         ("pair", PAIR, ["wind/rudder_offset", "rudder_offset"], None, "both", False, 2),
         ("pair", PAIR, ["wind"], None, "one", False, 1),
-        ("pair", PAIR, ["current"], None, "wrong_lead", True, None),
+        ("pair", PAIR, ["current"], None, "wrong_first", True, None),
         ("null", (), [], None, "adequate", False, None),
         ("null", (), ["wind"], None, "false_alarm", True, None),
         ("null", (), ["wind/current"], None, "false_alarm", False, None),
@@ -43,8 +42,8 @@ PAIR = ("rudder_offset", "wind")
         ("unforeseen", ("memory",), [], None, "missed", False, None),
     ],
 )
-def test_every_outcome(diagnosis_of, group, planted, findings, verdict, outcome, wrong, tie):
-    scored = judge(diagnosis_of(*findings, verdict=verdict), group, planted)
+def test_every_outcome(diagnosis_of, group, injected, findings, verdict, outcome, wrong, tie):
+    scored = judge(diagnosis_of(*findings, verdict=verdict), group, injected)
     assert scored["outcome"] == outcome in OUTCOMES
     assert scored["confident_wrong"] == wrong and scored["tie_size"] == tie
     assert scored["false_alarm"] == (outcome == "false_alarm" if group == "null" else None)
@@ -58,9 +57,9 @@ def test_gains_keep_known_channels_only(diagnosis_of):
 def test_a_size_is_covered_inside_its_interval_and_a_direction_on_the_circle(size):
     assert compare(size("b", 1.0, 0.3), 1.2)["covered"] and not compare(size("b", 1.0, 0.3), 1.4)["covered"]
     assert compare(size("b", 1.0, 0.3), 2.0)["rel_error"] == pytest.approx(0.5)
-    assert compare(size("from", np.pi - 0.05, 0.2), -np.pi + 0.05)["covered"]
-    assert not compare(size("from", np.pi - 0.05, 0.05), -np.pi + 0.05)["covered"]
-    assert compare(size("from", 1.0, 0.1), 1.0)["rel_error"] is None
+    assert compare(size("from", np.pi - 0.05, 0.2), -np.pi + 0.05, circular=True)["covered"]
+    assert not compare(size("from", np.pi - 0.05, 0.05), -np.pi + 0.05, circular=True)["covered"]
+    assert compare(size("from", 1.0, 0.1), 1.0, circular=True)["rel_error"] is None
 
 
 def test_angles_are_wrapped(rng):
@@ -68,53 +67,48 @@ def test_angles_are_wrapped(rng):
     assert -np.pi <= wrapped(angle) < np.pi and np.sin(wrapped(angle)) == pytest.approx(np.sin(angle))
 
 
-def planted_of(effect, vessel="mariner", power=50.0):
+def injected_of(effect, vessel="mariner", power=50.0):
     records = [
         Record(np.arange(3.0), {"rudder_rad": np.zeros(3)}, name, RecordMeta())
         for name in ("train-1", "train-2", "held_out-3")
     ]
-    return Planted(Case(vessel), records[:2], records[2:], (effect,), None, power)
+    return Injected(Case(vessel), records[:2], records[2:], (effect,), None, power)
 
 
 def test_sizes_are_compared_record_by_record(diagnosis_of, size):
     effect = Effect("wind", {"speed": (5.0, 7.0, 9.0), "from": (0.1, 0.2, 0.3)})
     stated = [size("speed", 5.2, 1.0, "train-1"), size("speed", 5.2, 1.0, "train-2"), size("from", 0.1, 0.1, "train-1")]
-    rows = size_rows(diagnosis_of("wind", sizes=stated), planted_of(effect))
+    rows = size_rows(diagnosis_of("wind", sizes=stated), injected_of(effect))
     assert [(row["record"], row["parameter"], row["true"], row["covered"]) for row in rows] == [
         ("train-1", "speed", 5.0, True), ("train-2", "speed", 7.0, False), ("train-1", "from", 0.1, True),
     ]  # fmt: skip
-    assert size_rows(diagnosis_of("current/wind", sizes=stated), planted_of(effect)) == []
+    assert size_rows(diagnosis_of("current/wind", sizes=stated), injected_of(effect)) == []
 
 
-def test_a_shifted_coefficient_is_compared_only_where_it_is_the_planted_one():
+def test_a_shifted_coefficient_is_compared_only_where_it_is_the_true_one():
     effect, hull = Effect("coefficient_shift", {"name": "Nr", "fraction": 0.1}), ship("mariner")
-
-    def finding(name):
-        return Finding("coefficient_shift", (), "dynamics", 9.0, 0.0, (), details={"coefficient": name})
-
-    assert truths(effect, hull, finding("Nr"), 0)["fraction"] == 0.1
-    assert "fraction" not in truths(effect, hull, finding("Nv"), 0)
+    assert effect.kind.truths(effect.at(0), hull, {"coefficient": "Nr"})["fraction"] == 0.1
+    assert "fraction" not in effect.kind.truths(effect.at(0), hull, {"coefficient": "Nv"})
 
 
 def test_what_is_stated_in_other_terms_is_translated():
-    finding = Finding("shallow_water", (), "dynamics", 9.0, 0.0, ())
-    found = truths(Effect("shallow_water", {"depth_ratio": 2.0}), ship("mariner"), finding, 0)
+    found = kind_of("shallow_water").truths({"depth_ratio": 2.0}, ship("mariner"), {})
     assert found == {"depth_ratio": 2.0, "draught_over_depth": 0.5}
-    found = truths(Effect("second_order_lead", {"T2": 2.0, "T3": 0.5}), ship("response-1"), finding, 0)
+    found = kind_of("second_order_lead").truths({"T2": 2.0, "T3": 0.5}, ship("response-1"), {})
     assert found["lead"] == 0.75
 
 
 def test_detectable_counts_the_numbers_of_an_effect():
     one, six = Effect("rudder_offset", {"delta0": 0.01}), Effect("wind", {"speed": (5.0,) * 3, "from": (0.1,) * 3})
-    assert detectable(planted_of(one, power=33.0)) and not detectable(planted_of(one, power=30.0))
-    assert not detectable(planted_of(six, power=33.0)) and detectable(planted_of(six, power=60.0))
-    assert detectable(planted_of(Effect("rudder_sign", {}), power=np.nan))
+    assert detectable(injected_of(one, power=33.0)) and not detectable(injected_of(one, power=30.0))
+    assert not detectable(injected_of(six, power=33.0)) and detectable(injected_of(six, power=60.0))
+    assert detectable(injected_of(Effect("rudder_sign", {}), power=np.nan))
 
 
-@pytest.mark.parametrize("cause", [name for name, facts in CAUSES.items() if facts.sized])
+@pytest.mark.parametrize("cause", [name for name in names_of(TAXONOMY) if kind_of(name).sized])
 def test_every_sized_cause_has_truths_to_compare_with(cause, rng):
-    hull = next(ship(v) for v in VESSELS if carries(ship(v), cause))
-    effect = Effect(cause, CAUSES[cause].draw(Setting(hull, 600.0, 3, 2, lambda: (0.0, 0.0)), rng))
-    finding = Finding(cause, (), "dynamics", 9.0, 0.0, ())
-    assert all(isinstance(value, float) for value in truths(effect, hull, finding, 0).values())
-    assert truths(effect, hull, finding, 0)
+    kind = kind_of(cause)
+    hull = next(ship(v) for v in VESSELS if kind.carried_by(ship(v)))
+    effect = Effect(cause, kind.draw(Setting(hull, 600.0, 3, 2, lambda: (0.0, 0.0)), rng))
+    truths = kind.truths(effect.at(0), hull, {})
+    assert truths and all(isinstance(value, float) for value in truths.values())

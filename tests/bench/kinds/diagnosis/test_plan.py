@@ -1,14 +1,13 @@
-"""Cases of a diagnosis suite: dealt out evenly, the same for the same seed, and nothing that a ship cannot carry."""
+"""Cases of a diagnosis suite: drawn evenly, the same for the same seed, and nothing that a ship cannot carry."""
 
 from collections import Counter
 
 import pytest
 
-from helmbench.bench.faults import ANTICIPATED, CAUSES, UNFORESEEN, carries
+from helmbench.bench.faults import ANTICIPATED, TAXONOMY, UNFORESEEN, kind_of, names_of
 from helmbench.bench.faults.ships import ship
-from helmbench.bench.kinds.diagnosis import plan as planning
-from helmbench.bench.kinds.diagnosis.plan import ORACLE, plan, settled
-from helmbench.bench.runner import Selection
+from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.diagnosis.plan import ORACLE, plan, stratified, with_seed
 from helmbench.bench.suites import load_suite
 from helmbench.models.errors import BadInput
 
@@ -37,47 +36,46 @@ def test_the_default_covers_what_the_design_asks_for(seed):
     suite = load_suite("diagnosis")
     specs = [spec for spec in plan(suite, Selection("diagnosis", seed=seed)) if spec.method == "innovations"]
     assert 90 <= len(specs) <= 130
-    planted = Counter(spec.planted for spec in specs if spec.group == "planted")
-    assert set(planted) == {(cause,) for cause in CAUSES} and min(planted.values()) >= 1
+    injected = Counter(spec.injected for spec in specs if spec.group == "injected")
+    assert set(injected) == {(cause,) for cause in names_of(TAXONOMY)} and min(injected.values()) >= 1
     kinds = {
-        group: {spec.planted[0] for spec in specs if spec.group == group} for group in ("anticipated", "unforeseen")
+        group: {spec.injected[0] for spec in specs if spec.group == group} for group in ("anticipated", "unforeseen")
     }
-    assert kinds == {"anticipated": set(ANTICIPATED), "unforeseen": set(UNFORESEEN)}
+    assert kinds == {"anticipated": set(names_of(ANTICIPATED)), "unforeseen": set(names_of(UNFORESEEN))}
     clean = Counter(spec.gusts for spec in specs if spec.group == "null")
     assert clean["none"] >= 20 and clean["fast"] >= 10 and clean["slow"] >= 10
-    strengths = Counter(spec.strength for spec in specs if spec.group == "planted")
+    strengths = Counter(spec.strength for spec in specs if spec.group == "injected")
     assert max(strengths.values()) - min(strengths.values()) <= 3
     assert len({spec.vessel for spec in specs if spec.group == "null"}) == 6
-    assert all(carries(ship(spec.vessel), cause) for spec in specs for cause in spec.planted)
+    assert all(kind_of(cause).carried_by(ship(spec.vessel)) for spec in specs for cause in spec.injected)
 
 
 def test_others_join_the_first_round_and_the_oracle_goes_with_known_causes(seed):
     specs = plan(load_suite("diagnosis"), Selection("diagnosis", seeds=3, seed=seed))
     counts = Counter(spec.method for spec in specs)
     assert counts["residual-bic"] == counts["sparse-regression"] == counts["innovations"] / 3
-    assert {spec.group for spec in specs if spec.method == ORACLE} == {"planted", "pair"}
+    assert {spec.group for spec in specs if spec.method == ORACLE} == {"injected", "pair"}
     only = plan(load_suite("diagnosis"), Selection("diagnosis", methods=("residual-bic",), seeds=1, seed=seed))
     assert {spec.method for spec in only} == {"residual-bic", ORACLE}
 
 
-def test_a_deck_is_used_up_before_it_is_shuffled_anew(rng):
-    deck = planning._deck(("a", "b", "c"), rng)
-    assert [sorted(next(deck) for _ in range(3)) for _ in range(4)] == [["a", "b", "c"]] * 4
+def test_each_value_of_a_stratified_draw_comes_once_before_any_comes_again(rng):
+    values = stratified(("a", "b", "c"), rng)
+    assert [sorted(next(values) for _ in range(3)) for _ in range(4)] == [["a", "b", "c"]] * 4
 
 
 def test_a_seed_is_drawn_where_none_is_given():
-    suite = load_suite("diagnosis")
-    assert settled(suite, Selection("diagnosis", seed=7)).seed == 7
-    assert len({settled(suite, Selection("diagnosis")).seed for _ in range(5)}) == 5
+    assert with_seed(Selection("diagnosis", seed=7)).seed == 7
+    assert len({with_seed(Selection("diagnosis")).seed for _ in range(5)}) == 5
 
 
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("  - {group: planted, plant: [rudder_sing]}\n", "rudder_sing"),
-        ("  - {group: planted, plant: [current], vessels: [response-1]}\n", "can carry"),
-        ("  - {group: strange, plant: [none]}\n", "strange"),
-        ("  - {group: 'null', plant: [none], noise: low}\n", "noise"),
+        ("  - {group: injected, inject: [rudder_sing]}\n", "rudder_sing"),
+        ("  - {group: injected, inject: [current], vessels: [response-1]}\n", "can carry"),
+        ("  - {group: strange, inject: [none]}\n", "strange"),
+        ("  - {group: 'null', inject: [none], noise: low}\n", "noise"),
     ],
 )
 def test_a_bad_entry_is_refused(tmp_path, text, told):

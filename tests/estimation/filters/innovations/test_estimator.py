@@ -185,15 +185,15 @@ def test_derivatives_by_the_noise_are_those_of_the_likelihood(short, waves):
 
 @pytest.mark.parametrize("vessel", ["mariner", "response-2"])
 def test_sensor_noise_is_found(vessel, seed):
-    """Fisher scoring from twice the truth comes to the planted standard deviations within their standard errors."""
+    """Fisher scoring from twice the truth comes to the true standard deviations within their standard errors."""
     model, records = _records(vessel, "medium", seed % 2**31)
     est = estimator(model, records).with_corners(0.0)
     s = est.start()
     found, now = fit_noise(est, _noisy(s, sensor_sd=2.0 * s.noise.sensor_sd), 12)
-    planted = np.array([NOISE["medium"][name] for name in SENSORS])
+    true = np.array([NOISE["medium"][name] for name in SENSORS])
     n = sum(r.n for r in records)
     used = est.channels
-    assert np.abs(np.log(found.noise.sensor_sd / planted)[used]).max() < 4.5 / np.sqrt(2.0 * n) + 0.01
+    assert np.abs(np.log(found.noise.sensor_sd / true)[used]).max() < 4.5 / np.sqrt(2.0 * n) + 0.01
     assert now.log_likelihood >= est.evaluate(s).log_likelihood - 0.1
 
 

@@ -1,0 +1,96 @@
+"""Running one spec: its failure becomes a row, its cost is measured."""
+
+from __future__ import annotations
+
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..models.errors import BadInput
+
+if TYPE_CHECKING:
+    from .kinds.base import Spec
+
+
+def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) -> dict[str, Any]:
+    """The finished run of a spec whose `work` fills in its row and returns its further rows."""
+    from ..models.errors import CannotFit, FitFailed
+
+    row: dict[str, Any] = spec.row_key() | {"status": "failed", "error": None}
+    parameters: list[dict[str, Any]] = []
+    with quiet():
+        try:
+            parameters = work(row)
+            row["status"] = "ok"
+        except CannotFit as reason:
+            row |= {"status": "not_applicable", "error": one_line(reason)}
+        except (FitFailed, BadInput) as reason:
+            row["error"] = one_line(reason)
+        except Exception as error:  # an error inside a method is a row, too
+            row["error"] = one_line(f"{type(error).__name__}: {error}")
+    return {"key": spec.key, "row": row, "parameters": parameters}
+
+
+def one_line(message: object, most: int = 400) -> str:
+    """A message without line breaks, cut to a sensible length."""
+    text = " ".join(str(message).split())
+    return text if len(text) <= most else text[: most - 3] + "..."
+
+
+@contextmanager
+def measured_cost(row: dict[str, Any]) -> Iterator[None]:
+    """Wall time, CPU time and peak memory of the enclosed code, entered in the row also where it raises an error."""
+    peak = reset_peak_memory()
+    wall, cpu = time.perf_counter(), time.process_time()
+    try:
+        yield
+    finally:
+        row |= {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
+        row["peak_memory_mib"] = peak()
+
+
+def reset_peak_memory() -> Callable[[], float | None]:
+    """Start a measurement of this process's peak resident memory; the result gives it in MiB.
+
+    On Linux the peak is reset first, so that it is the peak since this call (with interpreter and libraries);
+    elsewhere it is the peak since the process started, and None where the system does not give it.
+    """
+    status = Path("/proc/self/status")
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+        status.read_bytes()
+    except OSError:
+        return _peak_since_start
+    return lambda: next(int(line.split()[1]) for line in status.read_text().splitlines() if "VmHWM" in line) / 1024.0
+
+
+def _peak_since_start() -> float | None:
+    try:
+        import resource
+    except ImportError:
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024.0**2 if sys.platform == "darwin" else 1024.0)
+
+
+def attempt(action: Callable[[], object]) -> None:
+    """Do something in advance: its failure is only a warning, since the run itself will fail with the same reason."""
+    try:
+        action()
+    except Exception as error:
+        warnings.warn(one_line(error), RuntimeWarning, stacklevel=2)
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """One BLAS thread, and no numerical warnings: the scores show bad numbers."""
+    import numpy as np
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1), np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

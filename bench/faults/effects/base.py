@@ -1,0 +1,162 @@
+"""What a kind of effect says about itself.
+
+A kind is one class in one file of this folder. It says as which cause it should be diagnosed, how it is drawn, where
+it acts (ship, rudder, forces, wave motion or sensors) and how a size that a diagnosis states is compared with the true
+one. Methods that a kind does not override leave everything as it is.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..ships import Ship
+
+TAXONOMY, ANTICIPATED, UNFORESEEN = "causes", "anticipated", "unforeseen"
+"""Groups: causes of the taxonomy, unknown effects that a diagnosis may have a test for, and other unknown effects."""
+LAST = 10_000
+Rows = dict[str, np.ndarray]
+"""Columns of a record by channel."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a draw may look at: the ship, the records' duration in s and their numbers.
+
+    `place()` draws a place (north, east), in ship lengths, that a training record passes without effects.
+    """
+
+    ship: Ship
+    duration_s: float
+    train: int
+    held_out: int
+    place: Callable[[], tuple[float, float]]
+
+    @property
+    def records(self) -> int:
+        """Number of records."""
+        return self.train + self.held_out
+
+
+class EffectKind(ABC):
+    """One kind of effect.
+
+    Attributes
+    ----------
+    id : the cause that a diagnosis should name (an unknown effect: its own name).
+    group : `TAXONOMY`, `ANTICIPATED` or `UNFORESEEN`.
+    rank : place in the order in which a suite draws; a kind without one comes last, so that a new kind leaves the
+        cases of the others as they are.
+    units : parameter -> unit.
+    sized : the parameters that grow with the strength, up to `cap` in absolute value.
+    inverse : the size is a limit: it falls with the strength, down to `cap`.
+    whole : parameters that are tuples but do not differ by record, and are no numbers to be found.
+    directions : parameters that are angles on the full circle.
+    variance_only : it only adds variance; command : records hold the rudder command instead of its angle.
+    three_dof, response : which ships can carry it.
+    """
+
+    id: ClassVar[str]
+    group: ClassVar[str] = TAXONOMY
+    rank: ClassVar[int] = LAST
+    units: ClassVar[Mapping[str, str]] = {}
+    sized: ClassVar[tuple[str, ...]] = ()
+    cap: ClassVar[float] = np.inf
+    inverse: ClassVar[bool] = False
+    whole: ClassVar[tuple[str, ...]] = ()
+    directions: ClassVar[tuple[str, ...]] = ()
+    variance_only: ClassVar[bool] = False
+    command: ClassVar[bool] = False
+    three_dof: ClassVar[bool] = True
+    response: ClassVar[bool] = False
+
+    def carried_by(self, ship: Ship) -> bool:
+        """Whether a ship can carry it."""
+        return self.three_dof if ship.is_3dof else self.response
+
+    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
+        """Parameters of about faint size; tuples hold one value per record, training records first."""
+        return {}
+
+    def noncentrality(self, p: Mapping[str, Any]) -> float | None:
+        """Non-centrality of the best test where it is known without a filter; None: computed (`strength`)."""
+        return None
+
+    def changed_ship(self, ship: Ship, p: Mapping[str, Any]) -> Ship:
+        """The ship with other coefficients."""
+        return ship
+
+    def rudder(self, p: Mapping[str, Any]) -> dict[str, float]:
+        """Values of the rudder chain, by the names of `integrate.CHAIN`."""
+        return {}
+
+    def forces(self, p: Mapping[str, Any]) -> dict[str, float]:
+        """Values of the equations' own force terms, by the names of `equations.DYNAMIC`."""
+        return {}
+
+    def wave(self, p: Mapping[str, Any]) -> tuple[float, float, float] | None:
+        """Wave motion: rms rad, peak rad/s, damping ratio."""
+        return None
+
+    def truths(self, p: Mapping[str, Any], ship: Ship, details: Mapping[str, Any]) -> dict[str, float]:
+        """True sizes in one record, by the names under which a finding with these `details` states them."""
+        return {name: float(value) for name, value in p.items() if isinstance(value, int | float)}
+
+
+class RecordEffect(EffectKind):
+    """A kind that can also be injected in a measured record, since it only changes columns."""
+
+    @abstractmethod
+    def change_record(self, rows: Rows, time: np.ndarray, p: Mapping[str, Any], rng: np.random.Generator) -> None:
+        """Change the columns in place; time (n,) s; KeyError for a missing column.
+
+        The rudder at the hull is (1 + e) recorded(t - tau) + delta0: an injected offset takes delta0 out of the
+        recorded column, and an injected delay moves the column forward in time.
+        """
+
+
+def random_sign(rng: np.random.Generator, negative: float = 0.5) -> float:
+    """-1 with that probability, else 1."""
+    return -1.0 if rng.random() < negative else 1.0
+
+
+class ScalarKind(EffectKind):
+    """A kind with one number: `size` times exp of -.5 to .5, negative with the probability `negative`."""
+
+    parameter: ClassVar[str]
+    unit: ClassVar[str]
+    negative: ClassVar[float] = 0.5
+
+    def __init_subclass__(cls) -> None:
+        if "parameter" in cls.__dict__:
+            cls.units, cls.sized = {cls.parameter: cls.unit}, (cls.parameter,)
+
+    @abstractmethod
+    def size(self, ship: Ship) -> float:
+        """About the faint size for a ship."""
+
+    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
+        sign = random_sign(rng, self.negative)
+        return {self.parameter: sign * self.size(s.ship) * float(np.exp(rng.uniform(-0.5, 0.5)))}
+
+
+class WeatherKind(EffectKind):
+    """A speed or height and a direction, drawn anew for each record; `directions` has the one direction's name."""
+
+    @abstractmethod
+    def size(self, ship: Ship) -> float:
+        """About the faint speed or height for a ship."""
+
+    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
+        sizes = self.size(s.ship) * rng.uniform(0.7, 1.3, s.records)
+        angles = rng.uniform(-np.pi, np.pi, s.records)
+        return {self.sized[0]: tuple(map(float, sizes)), self.directions[0]: tuple(map(float, angles))}
+
+
+def damping_size(ship: Ship) -> float:
+    """Size of a damping term in the ship's own prime system (0.5 rho L d is some 20 times smaller than 0.5 rho L^2)."""
+    return {"mariner": 3e-5, "s175": 3e-5, "kvlcc2-l7": 5e-4, "cargo": 1.0}.get(ship.id, 0.1)

@@ -1,0 +1,48 @@
+"""An effect: a kind with its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .base import EffectKind
+from .registry import kind_of
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A kind of effect with its parameters; tuples hold one value per record (training records first)."""
+
+    cause: str
+    parameters: Mapping[str, Any]
+
+    @property
+    def kind(self) -> EffectKind:
+        """The kind of effect; `BadInput` if there is none of that name."""
+        return kind_of(self.cause)
+
+    def scaled(self, factor: float) -> Effect:
+        """The effect with its size multiplied (a limit: divided), within its cap."""
+        kind = self.kind
+
+        def grown(value: Any) -> Any:
+            if isinstance(value, tuple):
+                return tuple(grown(one) for one in value)
+            if kind.inverse:
+                return max(value / factor, kind.cap)
+            return float(np.clip(value * factor, -kind.cap, kind.cap))
+
+        return Effect(self.cause, {k: grown(v) if k in kind.sized else v for k, v in self.parameters.items()})
+
+    def at(self, record: int) -> dict[str, Any]:
+        """The parameters in one record."""
+        whole = self.kind.whole
+        return {k: v[record] if isinstance(v, tuple) and k not in whole else v for k, v in self.parameters.items()}
+
+    def count(self, records: int) -> int:
+        """How many numbers of the effect act on the first `records` records."""
+        values = [v for k, v in self.parameters.items() if k not in self.kind.whole and not isinstance(v, str)]
+        return sum(min(len(v), records) if isinstance(v, tuple) else 1 for v in values)

@@ -1,0 +1,77 @@
+"""What the records of a case have in common, and the run and record of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.record import Record
+from . import sensing
+from .effects import Effect
+from .effects._forces import ForceKind
+from .effects._sensors import SensorKind
+from .ships import Ship
+from .simulator import Gusts, Plan, Run, simulate
+
+if TYPE_CHECKING:
+    from .case import Case
+
+
+def plan_of(ship: Ship, effects: Sequence[Effect], record: int) -> Plan:
+    """What the effects do in one record."""
+    dynamic: dict[str, float] = {}
+    chain: dict[str, float] = {}
+    extra, sensors, wave = [], [], None
+    for effect in effects:
+        kind, p = effect.kind, effect.at(record)
+        ship = kind.changed_ship(ship, p)
+        chain |= kind.rudder(p)
+        dynamic |= kind.forces(p)
+        wave = kind.wave(p) or wave
+        if isinstance(kind, ForceKind):
+            extra.append((kind.force, kind.vector(p)))
+        if isinstance(kind, SensorKind):
+            sensors.append((kind, p))
+    return Plan(ship, dynamic, chain, tuple(extra), wave, tuple(sensors))
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """What the records of a case share, with and without effects: manoeuvres, first headings, random streams."""
+
+    manoeuvres: tuple[str, ...]
+    headings: np.ndarray
+    seeds: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Number of records."""
+        return len(self.manoeuvres)
+
+    @classmethod
+    def draw(cls, case: Case, rng: np.random.Generator) -> Frames:
+        """First headings all round the compass, one seed per record."""
+        texts = (*case.train, *case.held_out)
+        return cls(texts, rng.uniform(-np.pi, np.pi, len(texts)), rng.integers(0, 2**63, len(texts)))
+
+    def run(self, case: Case, effects: Sequence[Effect], i: int, gusts: Gusts | None) -> Run:
+        """The dense run of record i."""
+        plan = plan_of(case.ship, effects, i)
+        rng = np.random.default_rng(self.seeds[i])
+        helmsman = case.noise * sensing.NOISE["heading_rad"]
+        return simulate(plan, self.manoeuvres[i], case.duration_s or 0.0, rng, self.headings[i], gusts, helmsman)
+
+    def record(
+        self, case: Case, effects: Sequence[Effect], i: int, run: Run, rng: np.random.Generator, noise: bool = True
+    ) -> Record:
+        """The record of run i; without noise also without gaps and with the heading unwrapped."""
+        sd = sensing.noise_sd(case.ship, case.noise if noise else 0.0)
+        role = "train" if i < len(case.train) else "held_out"
+        return sensing.observe(
+            run, plan_of(case.ship, effects, i), case.dt_s or 0.0, rng, sd, case.channels,
+            gaps=case.gaps if noise else 0.0, command=case.command, name=f"{role}-{i + 1}",
+            manoeuvre=self.manoeuvres[i], wrap=case.wrap and noise,
+        )  # fmt: skip

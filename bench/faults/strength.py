@@ -1,0 +1,174 @@
+"""How strong an effect is: the non-centrality of the best possible test, and the size that has a wanted one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.record import Record
+from . import equations, oracle, sensing
+from .effects import Effect, Setting, kind_of
+from .frames import Frames
+from .simulator import (
+    Gusts,
+    Run,
+    first_class_functions,
+    further_forces,
+    gust_sd,
+    rudder_force,
+    straight,
+    vector,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from .case import Case
+
+#: Non-centrality of a strength: drawn uniformly in its logarithm; 29.3 is power .99 at level .001 (one size)
+STRENGTHS = {
+    "undetectable": (1.0, 3.0),
+    "detectable": (30.0, 60.0),
+    "faint": (60.0, 120.0),
+    "medium": (400.0, 800.0),
+    "gross": (4e3, 8e3),
+}
+#: Strengths by size: factors on the size that a kind draws (an offset near .1 deg, a delay near .2 s, a current near
+#: 3 cm/s), increased where that would not be detectable
+SIZED = {"small": 1.0, "moderate": 3.0, "large": 10.0}
+DETECTABLE = 60.0
+#: Non-centrality of a ship that is unstable (a damping that feeds the turn): no real ship
+RUNAWAY = 1e8
+DRAWS = 4
+
+
+def draw_effect(
+    case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator
+) -> tuple[Effect, float]:
+    """An effect of the case's strength, and its non-centrality on the training records.
+
+    Drawn again, up to `DRAWS` times, when what was drawn cannot be made that strong.
+    """
+    best: tuple[Effect, float] | None = None
+    for _ in range(DRAWS):
+        found = _draw_once(case, cause, frames, gusts, rng)
+        if not found[2]:
+            return found[:2]
+        best = best or found[:2]
+    assert best is not None
+    return best
+
+
+def _draw_once(case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator):
+    """Effect, non-centrality, and whether that fell short of the strength."""
+    setting = Setting(
+        case.ship,
+        case.duration_s or 0.0,
+        len(case.train),
+        len(case.held_out),
+        lambda: place_on_track(case, frames, rng),
+    )
+    kind = kind_of(cause)
+    shape = Effect(cause, kind.draw(setting, rng))
+    if not kind.sized:
+        return shape, float("nan"), False
+    if case.strength in SIZED:
+        effect = shape.scaled(SIZED[case.strength])
+        power = noncentrality(case, (effect,), frames, gusts)
+        if DETECTABLE <= power < RUNAWAY:
+            return effect, power, False
+        span = (DETECTABLE, 2.0 * DETECTABLE)
+    else:
+        span = STRENGTHS[case.strength] if isinstance(case.strength, str) else (case.strength,) * 2
+    target = float(np.exp(rng.uniform(*np.log(span))))
+    effect, power = scaled_to(case, shape, target, frames, gusts)
+    return effect, power, not 0.5 < power / target < 2.0
+
+
+def place_on_track(case: Case, frames: Frames, rng: np.random.Generator) -> tuple[float, float]:
+    """Where (north, east, in ship lengths) the ship is at a random time between .2 and .7 of a training record."""
+    run = frames.run(case, (), int(rng.integers(len(case.train))), None)
+    north, east = run.states[int(rng.uniform(0.2, 0.7) * len(run.states)), 3:5] / case.ship.length_m
+    return float(north), float(east)
+
+
+def scaled_to(
+    case: Case, shape: Effect, target: float, frames: Frames, gusts: Gusts | None, tolerance: float = 0.15
+) -> tuple[Effect, float]:
+    """The effect scaled until its non-centrality is `target` to within the tolerance, or its cap is reached."""
+    low, high, factor, slope = 0.0, np.inf, 1.0, 2.0
+    power = noncentrality(case, (shape,), frames, gusts)
+    effect = shape
+    for _ in range(24):
+        miss = np.log(target / np.clip(power, 1e-12, RUNAWAY))
+        if abs(miss) < tolerance:
+            break
+        low, high = (factor, high) if miss > 0.0 else (low, factor)
+        last, guess = factor, factor * float(np.exp(np.clip(miss / slope, -2.3, 2.3)))
+        if not low < guess < high:  # a step that leaves the bracket: halve it (in logarithms)
+            guess = float(np.sqrt(max(low, 0.01 * high) * high))
+        before, effect = effect, shape.scaled(guess)
+        if effect == before or high - low < 1e-5 * low:
+            break
+        factor, was = guess, power
+        power = noncentrality(case, (effect,), frames, gusts)
+        rise = np.log(np.clip(power, 1e-12, RUNAWAY) / np.clip(was, 1e-12, RUNAWAY)) / np.log(factor / last)
+        slope = float(np.clip(rise, 0.7, 8.0))
+    return effect, power
+
+
+def noncentrality(case: Case, effects: tuple[Effect, ...], frames: Frames, gusts: Gusts | None) -> float:
+    """Of the best test of the effects on the training records, noise variances and the ship known.
+
+    Noise-free records under the effects go through the filter of the ship without them (`oracle`); effects that
+    only add variance are rated by the gain of a test of variances.
+    """
+    stated = [value for effect in effects if (value := effect.kind.noncentrality(effect.at(0))) is not None]
+    if stated:
+        return sum(stated)
+    total = 0.0
+    variance_only = all(effect.kind.variance_only for effect in effects)
+    for i in range(len(case.train)):
+        run = frames.run(case, effects, i, None)
+        record = frames.record(case, effects, i, run, np.random.default_rng(frames.seeds[i]), noise=False)
+        z = whitened(case, record, run, gusts)
+        if not np.isfinite(z).any():
+            return np.inf
+        with np.errstate(over="ignore"):  # an unstable ship
+            total += oracle.variance_gain(z) if variance_only else float(np.nansum(z**2))
+    return total if np.isfinite(total) else np.inf
+
+
+def whitened(case: Case, record: Record, run: Run, gusts: Gusts | None) -> np.ndarray:
+    """Whitened innovations (N, k) of a noise-free record against the case's ship without effects."""
+    base, dt = case.ship, case.dt_s or 0.0
+    names = [name for name in sensing.STATE if name in record.channels]
+    y = np.column_stack([record.column(name) for name in names])
+    sd = sensing.noise_sd(base, case.noise)
+    x0 = straight(base, float(run.states[0, 5]))
+    steps = max(1, round(dt / run.step_s))
+    spread = next(k for k in (5, 4, 3, 2, 1) if steps % k == 0)
+    start = 30.0 * np.array(
+        [sd["surge_m_s"], sd["sway_m_s"], sd["yaw_rate_rad_s"], sd["north_m"], sd["east_m"], sd["heading_rad"]]
+    )
+    if not base.is_3dof:
+        start[[0, 3, 4]] = 1e-9
+        start[1] = 1e-4
+    z = np.full(y.shape, np.nan)
+    scales = np.array(gust_sd(base, gusts) if gusts else (0.0, 0.0, 0.0))
+    with first_class_functions():
+        oracle.innovations(
+            base.kind, base.coefficients, equations.ship_vector(base, *rudder_force(base)), vector({}),
+            *further_forces(()), run.step_s * spread, steps // spread, spread, 2 * steps, x0[:6], start, y,
+            np.array([sensing.STATE[name] for name in names]), np.array([sd[name] for name in names]),
+            rudder_seen(case, record, run), sd["rudder_rad"], scales, gusts.correlation_s if gusts else 1.0, z,
+        )  # fmt: skip
+    return z
+
+
+def rudder_seen(case: Case, record: Record, run: Run) -> np.ndarray:
+    """The recorded rudder angle between the samples too, with the sign that the record gives it."""
+    column = "rudder_command_rad" if case.command else "rudder_rad"
+    flipped = float(
+        np.dot(record.column(column), run.rudder[:: 2 * round((case.dt_s or 0.0) / run.step_s)][: record.n])
+    )
+    return -run.rudder if flipped < 0.0 else run.rudder

@@ -1,0 +1,107 @@
+"""What the runner, the store and the command line know of a kind of suite."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+if TYPE_CHECKING:
+    from ..suites import Suite
+
+TIMES = {"wall_s": "float", "cpu_s": "float", "peak_memory_mib": "float"}
+"""The last columns of a table of runs, and the only ones in which two equal runs may differ."""
+
+
+class Spec(Protocol):
+    """One planned run: plain data that can be named in a row and sent to a worker."""
+
+    @property
+    def key(self) -> str:
+        """Identifier that is the same in every process and session."""
+        ...
+
+    def row_key(self) -> dict[str, Any]:
+        """The key columns of the tables."""
+        ...
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What of a suite is run; empty and None mean what the suite says.
+
+    `methods` not named by an open entry are added to it; `vessels` also selects measured sets by their names.
+    `seed` is where a suite that draws its cases starts from.
+    """
+
+    suite: str = "quick"
+    methods: tuple[str, ...] = ()
+    vessels: tuple[str, ...] = ()
+    seeds: int | None = None
+    seed: int | None = None
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The two tables of a kind: one row per run, and a long one with several rows per run.
+
+    Columns are name -> type (string, int, float or bool).  Rows are sorted by `keys`, those of the long table also by
+    `long_keys`.
+    """
+
+    keys: tuple[str, ...]
+    wide_file: str
+    wide: Mapping[str, str]
+    long_file: str
+    long: Mapping[str, str]
+    long_keys: tuple[str, ...]
+
+
+class Kind(ABC):
+    """A kind of suite.
+
+    Attributes
+    ----------
+    name : the folder's name, `kind` in suite files and manifests.
+    failure_columns : columns by which a failed run is listed.
+    """
+
+    name: ClassVar[str]
+    failure_columns: ClassVar[tuple[str, ...]]
+
+    @property
+    @abstractmethod
+    def tables(self) -> Tables:
+        """What is stored."""
+
+    def suite_models(self) -> Any:
+        """The module with the pydantic models of a suite file, `Head` and `Entry`."""
+        return import_module(f".{self.name}.suite", __package__)
+
+    @abstractmethod
+    def with_seed(self, suite: Suite, selection: Selection) -> Selection:
+        """The selection with the seed that the plan starts from; `BadInput` for one that cannot be used."""
+
+    @abstractmethod
+    def plan(self, suite: Suite, selection: Selection) -> Sequence[Spec]:
+        """Every run, in order; `BadInput` for unknown methods or vessels, and where nothing is left to run."""
+
+    @abstractmethod
+    def facts(self, specs: Sequence[Any]) -> Mapping[str, Any]:
+        """What the manifest says beside what it says of every suite."""
+
+    @abstractmethod
+    def execute(self, spec: Any) -> dict[str, Any]:
+        """One finished run, `{"key", "row", "parameters"}`, with built-in types only; failures become its row."""
+
+    @abstractmethod
+    def describe(self, row: Mapping[str, Any]) -> str:
+        """A failed run in words."""
+
+    def check(self, specs: Iterable[Any]) -> None:  # noqa: B027, most kinds need nothing
+        """Raise `BadInput` where something that the runs need is missing on this machine."""
+
+    def warm(self, specs: Iterable[Any]) -> None:  # noqa: B027
+        """Compile, in this process, every kernel that the runs will need, so that workers only load them."""

@@ -1,0 +1,51 @@
+"""Suite files of kind `diagnosis`: effects are injected in simulated records, and what diagnosers say is scored.
+
+Entries are stratified draws: every round injects each text of `inject` `each` times; vessel, strength and gusts are
+drawn so that each value comes once before any comes again.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from ....models.yaml_file import Count, FileContent, Flag, Text, Texts, needs
+
+Group = Annotated[
+    Literal["injected", "null", "anticipated", "unforeseen", "pair"],
+    needs("injected, null, anticipated, unforeseen or pair"),
+]
+
+
+class Head(FileContent):
+    """Keys of the file beside its entries.
+
+    seeds : number of rounds.
+    methods : diagnosers, such as `innovations` or `path.py:Class`.
+    compare : diagnosers that take part in the first round only.
+    """
+
+    title: Text = ""
+    kind: Literal["diagnosis"]
+    seeds: Count = 1
+    methods: Texts
+    compare: Texts = ()
+
+
+class Entry(FileContent):
+    """Cases of one group.
+
+    group : how the answer is scored.
+    inject : causes joined by +, `none`, or all `causes`, `anticipated` or `unforeseen` kinds.
+    vessels : ids (default: those of the truth simulator); those that cannot carry an effect are left out.
+    strength : names of `faults.STRENGTHS` or `faults.SIZED`; gusts : names of `faults.GUSTS`.
+    each : cases of each text in a round.
+    oracle : the true causes are refitted as well, to compare the gain with.
+    """
+
+    group: Group = "injected"
+    inject: Texts = ("causes",)
+    vessels: Texts = ()
+    strength: Texts = ("medium",)
+    gusts: Texts = ("none",)
+    each: Count = 1
+    oracle: Flag = False

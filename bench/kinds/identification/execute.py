@@ -1,0 +1,67 @@
+"""Runs one row of an identification suite: fit, predict, score, time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from ...execution import attempt, guarded, measured_cost, one_line, quiet
+from ...scores import Outcome, compute
+from .judge import parameter_rows
+from .plan import RunSpec
+from .problems import Problem, problem
+
+WARM_SAMPLES = 60
+_WARMED: set[tuple[str, str]] = set()
+
+
+def execute(spec: RunSpec) -> dict[str, Any]:
+    """Fit, score and time one run: `{"key", "row", "parameters"}` with built-in types only.
+
+    An error inside becomes the row's status and error.
+    """
+    return guarded(spec, lambda row: _fit_and_score(spec, row))
+
+
+def warm(specs: Iterable[RunSpec]) -> None:
+    """Compile, in this process, every kernel that the runs will need, so that workers only load them."""
+    first = {(spec.task.vessel, spec.task.source, spec.maker): spec for spec in reversed(list(specs))}
+    with quiet():
+        for spec in (first[key] for key in sorted(first)):
+            attempt(lambda spec=spec: _warm_fit(spec, problem(spec.task)))
+
+
+def _fit_and_score(spec: RunSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
+    """Fill in the row; returns the rows of its parameters."""
+    from ....estimation.prediction import prediction_scores
+    from ....methods.registry import make
+
+    task = problem(spec.task)
+    _warm_fit(spec, task)
+    row["n_samples"] = task.n_samples
+    method = make(spec.maker)
+    with measured_cost(row):
+        estimate = method.fit(list(task.train), task.model)
+    parameters = parameter_rows(task.model, task.truth, estimate)
+    prediction = prediction_scores(estimate.model, task.held_out, estimate.predictor)
+    row |= {"diverged": prediction["diverged"]} | compute(Outcome(task, estimate, parameters, prediction))
+    if not estimate.converged:
+        row["error"] = one_line(f"not converged: {estimate.message or 'no reason given'}")
+    return parameters
+
+
+def _warm_fit(spec: RunSpec, task: Problem) -> None:
+    """Fit and score a few samples, untimed, once per process, method and model: timed fits then compile nothing."""
+    from ....estimation.prediction import prediction_scores
+    from ....methods.registry import make
+
+    if (spec.maker, spec.task.source) in _WARMED:
+        return
+    _WARMED.add((spec.maker, spec.task.source))
+    short = [record.slice(0, WARM_SAMPLES) for record in task.train]
+
+    def action() -> None:
+        estimate = make(spec.maker).fit(short, task.model)
+        prediction_scores(estimate.model, task.held_out[:1], estimate.predictor)
+
+    attempt(action)

@@ -1,0 +1,59 @@
+"""The kind `identification`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ....models.errors import BadInput
+from ..base import Kind, Selection, Tables
+from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
+from .execute import execute, warm
+from .plan import RunSpec, plan
+from .problems import HELD_OUT_SEED
+
+if TYPE_CHECKING:
+    from ...suites import Suite
+
+
+class IdentificationKind(Kind):
+    """Models are identified from simulated or measured records; parameters and predictions are scored."""
+
+    name = "identification"
+    failure_columns = ("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed")
+
+    @property
+    def tables(self) -> Tables:
+        return Tables(tuple(KEYS), RESULTS, result_columns(), PARAMETERS, PARAMETER_COLUMNS, ("parameter",))
+
+    def with_seed(self, suite: Suite, selection: Selection) -> Selection:
+        if selection.seed is not None:
+            raise BadInput("--seed is for suites that draw their cases", hint=f"suite {suite.name} has fixed seeds")
+        return selection
+
+    def plan(self, suite: Suite, selection: Selection) -> Sequence[RunSpec]:
+        return plan(suite, selection)
+
+    def facts(self, specs: Sequence[RunSpec]) -> Mapping[str, Any]:
+        return {"seeds": sorted({spec.task.seed for spec in specs}), "held_out_seed": HELD_OUT_SEED}
+
+    def execute(self, spec: RunSpec) -> dict[str, Any]:
+        return execute(spec)
+
+    def describe(self, row: Mapping[str, Any]) -> str:
+        variant = "" if row["variant"] == "corrected" else f" ({row['variant']})"
+        return f"{row['method']}{variant} on {row['vessel']} as {row['model']}, noise {row['noise']}: {row['error']}"
+
+    def check(self, specs: Iterable[RunSpec]) -> None:
+        """Raise `BadInput` where a measured record that the runs need is missing."""
+        from ....datasets.measured import load
+
+        tasks = [spec.task for spec in specs if spec.task.measured]
+        for name, stem in dict.fromkeys((t.vessel, stem) for t in tasks for stem in (*t.train, *t.held_out)):
+            load(name, stem)
+
+    def warm(self, specs: Iterable[RunSpec]) -> None:
+        warm(specs)
+
+
+KIND = IdentificationKind()

@@ -1,0 +1,54 @@
+"""What a score is: a function of an outcome, and the columns that it fills."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ...estimation.estimate import Estimate
+    from ..kinds.identification.problems import Problem
+
+LAST = 10_000
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """One estimate and what it is compared with.
+
+    Attributes
+    ----------
+    problem : records (training and held out), blank model and true parameters.
+    estimate : what the method returned.
+    parameters : rows of the parameter table, without their keys.
+    prediction : errors of predicted held-out records, as `estimation.prediction.prediction_scores` gives them.
+    """
+
+    problem: Problem
+    estimate: Estimate
+    parameters: Sequence[Mapping[str, Any]]
+    prediction: Mapping[str, Any]
+
+    @property
+    def identifiable(self) -> list[Mapping[str, Any]]:
+        """Rows of identifiable parameters with a true value other than zero."""
+        return [row for row in self.parameters if row["identifiable"] and row["rel_error"] is not None]
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """A function of an outcome that returns values of its columns; columns that it leaves out stay empty.
+
+    `columns` is name -> type (string, int, float, bool); columns stand in the order of `rank`, those of a score without
+    one last.
+    """
+
+    compute: Callable[[Outcome], Mapping[str, Any]]
+    columns: Mapping[str, str]
+    rank: int
+
+
+def score(columns: Mapping[str, str], rank: int = LAST) -> Callable[[Callable[[Outcome], Mapping[str, Any]]], Score]:
+    """Decorator that makes a function a score."""
+    return lambda function: Score(function, columns, rank)

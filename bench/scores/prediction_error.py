@@ -1,0 +1,21 @@
+"""Errors of predicted held-out records.
+
+Free run: the model is simulated from the record's first samples with the measured rudder.  One step: every sample is
+predicted from the one before.  Both are compared with the record's own samples and pooled over all held-out records;
+heading is unwrapped.  Units are those of the channels.
+"""
+
+from __future__ import annotations
+
+from ...estimation.prediction import CHANNELS
+from .base import Outcome, score
+
+COLUMNS = [
+    f"{name}_{horizon}_{channel}" for horizon in ("free", "one") for name in ("rmse", "r2") for channel in CHANNELS
+]
+
+
+@score(dict.fromkeys(COLUMNS, "float"), rank=2)
+def prediction_error(outcome: Outcome) -> dict[str, float]:
+    """RMSE and R^2 by horizon and channel."""
+    return {name: outcome.prediction[name] for name in COLUMNS if name in outcome.prediction}

@@ -1,0 +1,136 @@
+"""Calibration of a model with records, and its outcome with page, figure and files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..diagnosis.calibration import result
+from ..models.errors import BadInput
+from ..models.model import model_to_json
+from .diagnosis import check_sides
+from .documents import json_text, write_together
+from .identification import as_model, as_records, labels, listed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..datasets.record import Record
+    from ..models.model import Model
+    from .identification import Path as FilePath
+
+FILES = ("calibration.json", "calibration.html", "calibrated_model.json")
+
+
+class Calibration(result.Calibration):
+    """The outcome of `calibrate`: which numbers of the model moved, by how much, and what they take off the error.
+
+    `moved` are the numbers with intervals, `steps` the groups in the order in which they entered, `shares` what the
+    free-run error consists of, `calibrated` the calibrated model, which `simulate` and `diagnose` take like any other.
+    """
+
+    @classmethod
+    def of(cls, found: result.Calibration) -> Calibration:
+        """The same calibration with page, figure and files."""
+        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
+
+    def to_html(self) -> str:
+        """The page of the calibration: one self-contained HTML document."""
+        from ..reporting.calibration.page import html
+
+        return html(self)
+
+    def summary(self) -> str:
+        """The calibration in a few lines of text."""
+        from ..reporting.calibration.text import terminal
+
+        return terminal(self)
+
+    def plot(self, record: str | None = None) -> Figure:
+        """Draw measured channels of a record with the free runs before and after over time.
+
+        Parameters
+        ----------
+        record : name of a record of the calibration; None: the first held-out one, else the first.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot.  Angles are in degrees.
+
+        Raises
+        ------
+        BadInput : there is no such record.
+        """
+        from ..datasets.display import Curve, continuous, time_figure
+
+        held_out = [trace for trace in self.traces if trace.role == "held_out"]
+        own = [trace for trace in self.traces if trace.record == record] if record else [*held_out, *self.traces]
+        if not own:
+            hint = f"it has {', '.join(trace.record for trace in self.traces)}"
+            raise BadInput("the calibration has no such record", file=record, hint=hint)
+        trace = own[0]
+        runs = [("measured", trace.measured), ("before", trace.before), ("after", trace.after)]
+        panels = {
+            name: [Curve(label, trace.time, continuous(name, run[name])) for label, run in runs]
+            for name in trace.measured
+        }
+        return time_figure(panels, f"{self.model.id}: {trace.record} ({trace.role.replace('_', ' ')})")
+
+    def write(self, folder: FilePath) -> tuple[Path, ...]:
+        """Write calibration.json, calibration.html and calibrated_model.json into a folder: all of them or none.
+
+        Raises
+        ------
+        BadInput : the folder cannot be written to.
+        """
+        document, page = json_text(self.to_json()) + "\n", self.to_html()
+        writers = (
+            lambda place: place.write_text(document, "utf-8"),
+            lambda place: place.write_text(page, "utf-8"),
+            lambda place: model_to_json(replace(self.calibrated, id="calibrated_model"), place),
+        )
+        return write_together(Path(folder), dict(zip(FILES, writers, strict=True)))
+
+    def __repr__(self) -> str:
+        groups = ", ".join(step.group for step in self.steps)
+        return f"<Calibration of {self.model.id}: {self.verdict}{' ' + groups if groups else ''}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(self.summary())}</pre>"
+
+
+def calibrate(
+    model: Model | FilePath,
+    train: Record | FilePath | Sequence[Record | FilePath],
+    held_out: Record | FilePath | Sequence[Record | FilePath] = (),
+    *,
+    positive_rudder: str | None = None,
+) -> Calibration:
+    """Find which numbers of a model are wrong and by how much, by free runs of records that were left out.
+
+    Groups of coefficients and constants enter one after the other, within the prior standard deviations that the
+    family states, as long as they predict training records better that took no part in the fit.  Every record has a
+    neutral rudder angle and an initial state of its own.
+
+    Parameters
+    ----------
+    model : a 3-DOF model with coefficients, a vessel id or the path of a model.json.
+    train : one record or several, or paths of record files; fewer than three are cut into pieces.
+    held_out : likewise; scored once at the end, they take no part in the choice.
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+
+    Raises
+    ------
+    BadInput : a file or model cannot be used, or a record is both a training record and held out.
+    CannotFit : the records lack what free runs need, or are too short to leave a part out.
+    """
+    from ..diagnosis.calibration.calibrate import calibrate as engine
+
+    check_sides(listed(train), listed(held_out))
+    found = engine(as_model(model), as_records(train, positive_rudder), as_records(held_out, positive_rudder))
+    roles = [role for _, role in found.records]
+    names = zip([*labels(train), *labels(held_out)], roles, strict=True)
+    return Calibration.of(replace(found, records=tuple(names)))

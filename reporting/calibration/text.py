@@ -1,0 +1,160 @@
+"""Sentences and tables of a calibration, for the terminal and the page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..diagnosis.text import channel
+from ..numbers import DEG, interval, number, percent
+from ..tables import Column, Table, console, field, make_table
+
+if TYPE_CHECKING:
+    from ...diagnosis.calibration.result import Calibration, Moved, StepTold
+
+VERDICTS = {
+    "adequate": "The model agrees with the records.",
+    "named": "The numbers below explain what the model gets wrong.",
+    "partly_named": "The numbers below explain a part of what the model gets wrong.",
+    "unexplained": "No number of the model explains what it gets wrong.",
+}
+DEGREES = ("rudder_offset",)
+"""Numbers that are shown in degrees."""
+THRUST = "propeller_thrust_N"
+BASE = "base model"
+
+
+def terminal(found: Calibration) -> str:
+    """The calibration in a few lines."""
+    lines = [f"{found.model.id}: {found.verdict.replace('_', ' ')}. {verdict(found)}", found.reason]
+    lines += ["", console(moved_table(found), "  ")] if found.moved else []
+    lines += ["", "free-run errors, step by step:", console(steps_table(found), "  ")]
+    lines += [worse(found)] if found.worse else []
+    return "\n".join([*lines, next_sentence(found)])
+
+
+def verdict(found: Calibration) -> str:
+    """The first sentence."""
+    return VERDICTS[found.verdict]
+
+
+def worse(found: Calibration) -> str:
+    """Which channels of held-out records are predicted worse."""
+    names = ", ".join(channel(column)[0] for column in found.worse)
+    return (
+        f"Held-out records are predicted worse than by the base model in {names}: use the calibrated model with care."
+    )
+
+
+def next_sentence(found: Calibration) -> str:
+    """What to sail or measure next."""
+    runs = ", ".join(f"{run.manoeuvre} ({number(run.information, 2)} nats)" for run in found.next_runs)
+    return f"Manoeuvres that would tell most about the numbers that are open: {runs}"
+
+
+def moved_table(found: Calibration) -> Table:
+    """The numbers that moved."""
+    columns = [
+        Column("number", lambda m: m.name),
+        Column("group", lambda m: m.group.replace("_", " ")),
+        Column("before", lambda m: number(_scale(m) * m.before), lambda m: m.before),
+        Column("after, 90 % interval", _after, lambda m: m.after),
+        Column("unit", lambda m: "deg" if m.name in DEGREES else ""),
+        Column("change", lambda m: "" if m.percent is None else f"{m.percent:+.0f} %", lambda m: m.percent),
+        Column("in prior standard deviations", lambda m: f"{m.prior_sds:+.1f}", lambda m: m.prior_sds),
+    ]
+    return make_table(columns, found.moved)
+
+
+def _scale(m: Moved) -> float:
+    return DEG if m.name in DEGREES else 1.0
+
+
+def _after(m: Moved) -> str:
+    return interval(*(_scale(m) * value for value in (m.after, m.low, m.high)))
+
+
+def steps_table(found: Calibration) -> Table:
+    """Errors of records that were left out, and of held-out records, from the base model through every step."""
+    rows = [(BASE, {c: old for c, (old, _) in found.before.items()}, _held(found), "", "")]
+    rows += [(f"+ {s.title}", s.left_out, s.held_out, _gain(s), ", ".join(s.tied_with)) for s in found.steps]
+    columns = [Column("model", lambda row: row[0])]
+    for column in found.before:
+        columns += [_error_column(column, 1, "left out"), _error_column(column, 2, "held out")]
+    columns += [
+        Column("fall of the score", lambda row: row[3]),
+        Column("would do as well", lambda row: row[4].replace("_", " ")),
+    ]
+    return make_table(columns, rows)
+
+
+def _held(found: Calibration) -> dict[str, float]:
+    return {c: new for c, (_, new) in found.before.items() if new is not None}
+
+
+def _gain(step: StepTold) -> str:
+    return f"{step.gain:.2f} ± {step.standard_error:.2f}"
+
+
+def _error_column(column: str, place: int, side: str) -> Column:
+    word, unit, factor = ("thrust", "N", 1.0) if column == THRUST else channel(column)
+    return Column(
+        f"{word}, {unit}, {side}",
+        lambda row: number(factor * row[place][column]) if column in row[place] else "",
+        lambda row: factor * row[place][column] if column in row[place] else None,
+    )
+
+
+def shares_table(found: Calibration) -> Table:
+    """What each channel's squared free-run error of the base model consists of."""
+    names = (
+        ("numbers that moved", "coefficients"),
+        ("trim and start of single runs", "trim"),
+        ("sensor noise", "noise"),
+        ("remaining", "remaining"),
+    )
+    columns = [Column("channel", lambda row: "thrust" if row[0] == THRUST else channel(row[0])[0])]
+    columns += [
+        Column(
+            title, lambda row, name=name: percent(getattr(row[1], name)), lambda row, name=name: getattr(row[1], name)
+        )
+        for title, name in names
+    ]
+    return make_table(columns, list(found.shares.items()))
+
+
+def _share_column(title: str, name: str) -> Column:
+    return Column(title, lambda row: percent(getattr(row[1], name)), lambda row: getattr(row[1], name))
+
+
+def remaining_table(found: Calibration) -> Table:
+    """Conditions in which the remaining error is larger than elsewhere."""
+    columns = [
+        Column("channel", lambda entry: channel(entry.channel)[0]),
+        Column("condition", lambda entry: entry.condition),
+        Column("share of the squared error", lambda e: percent(e.share_of_error), lambda e: e.share_of_error),
+        Column("share of the time", lambda e: percent(e.share_of_time), lambda e: e.share_of_time),
+    ]
+    return make_table(columns, found.remaining)
+
+
+def refused_table(found: Calibration) -> Table:
+    """Groups that were tried last and did not enter."""
+    rows = [{"group": group.replace("_", " "), "gain": gain, "error": error} for group, gain, error in found.refused]
+    columns = [
+        field("group"),
+        Column("fall of the score", lambda row: f"{row['gain']:.3f} ± {row['error']:.3f}", lambda row: row["gain"]),
+    ]
+    return make_table(columns, rows)
+
+
+def runs_table(found: Calibration) -> Table:
+    """Every training record's own neutral rudder angle."""
+    columns = [
+        Column("record", lambda run: run.record),
+        Column(
+            "neutral rudder angle about the common one, deg",
+            lambda run: f"{DEG * run.neutral_angle_rad:+.2f}",
+            lambda run: DEG * run.neutral_angle_rad,
+        ),
+    ]
+    return make_table(columns, found.runs)

@@ -1,0 +1,158 @@
+"""Enumerating: what an identification suite holds."""
+
+import dataclasses
+
+import pytest
+
+from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.identification.plan import plan
+from helmbench.bench.kinds.identification.problems import Task
+from helmbench.bench.suites import load_suite
+from helmbench.datasets.disturbances import parse_disturbance
+from helmbench.methods.registry import methods
+from helmbench.models.errors import BadInput
+from helmbench.models.model import list_vessels, resolve
+
+from ....made_up_suites import own_method_file, spec_of, suite_file
+
+FIRST_FIVE = {"ls", "rls", "fw-rls", "ekf", "output-error"}
+
+
+def planned(name):
+    return plan(load_suite(name), Selection(name))
+
+
+@pytest.fixture
+def own_method(tmp_path):
+    return own_method_file(tmp_path)
+
+
+def test_quick_covers_every_vessel_and_the_first_five_methods():
+    specs = planned("quick")
+    pairs = {(spec.task.vessel, spec.method) for spec in specs if spec.task.source == spec.task.vessel}
+    assert pairs >= {(vessel, method) for vessel in list_vessels() for method in FIRST_FIVE}
+
+
+def test_quick_holds_one_euler_row_of_ls_for_every_vessel():
+    specs = [spec for spec in planned("quick") if spec.row_key()["train"].endswith("@euler")]
+    assert sorted(spec.task.vessel for spec in specs) == sorted(list_vessels())
+    assert {(spec.method, spec.task.noise) for spec in specs} == {("ls", "none")}
+
+
+def test_quick_holds_noise_free_rows_of_output_error_for_every_vessel():
+    specs = [spec for spec in planned("quick") if (spec.method, spec.task.noise) == ("output-error", "none")]
+    assert {spec.task.vessel for spec in specs} == set(list_vessels())
+
+
+def test_default_crosses_every_vessel_with_every_method_and_noise_level():
+    specs = planned("default")
+    found = {(spec.task.vessel, spec.method, spec.task.noise) for spec in specs if spec.task.source == spec.task.vessel}
+    levels = ("none", "low", "high")
+    assert found >= {(v, m, n) for v in list_vessels() for m in methods() for n in levels}
+    assert any(spec.task.disturbance != "none" for spec in specs)
+
+
+def test_measured_has_a_row_for_every_model_and_held_out_run_and_the_integrator():
+    specs = planned("measured")
+    first, second = {"nomoto-1", "nomoto-1-cubic"}, {"kt", "nomoto-2", "nomoto-2-cubic", "nomoto-2-quadratic"}
+    models = {"integrator", *first, *second}
+    runs = {("Z_25_05",), ("Z_10_10_P",), ("Z_10_10_S",), ("Z_20_10_S",)}
+    found = {(spec.task.model, spec.task.held_out) for spec in specs if spec.method in ("ls", "output-error")}
+    assert found >= {(model, run) for model in models for run in runs}
+    assert {run for _, run in found} == runs
+    assert all(spec.task.train == ("Z_15_05",) and spec.task.measured for spec in specs)
+
+
+def test_seeds_are_repeated_only_where_something_is_random(tmp_path):
+    suite = suite_file(tmp_path, "  - {vessels: response-1, methods: ls, noise: [none, low], seeds: 3}\n")
+    assert [(s.task.noise, s.task.seed) for s in plan(suite, Selection("mine"))] == [
+        ("none", 0),
+        ("low", 0),
+        ("low", 1),
+        ("low", 2),
+    ]
+    fewer = plan(suite, Selection("mine", seeds=2))
+    assert [(s.task.noise, s.task.seed) for s in fewer] == [("none", 0), ("low", 0), ("low", 1)]
+
+
+@pytest.mark.parametrize("name", ["disturbances", "excitation", "noise", "outliers", "sampling"])
+def test_the_suite_of_a_theme_varies_it_and_nothing_else(name):
+    factors = {"noise": {"noise"}, "outliers": {"noise"}, "disturbances": {"disturbance"}}
+    factors |= {"excitation": {"train"}, "sampling": {"thinning", "length"}}
+    specs = planned(name)
+    assert {spec.method for spec in specs} >= set(methods())
+    for vessel in {spec.task.vessel for spec in specs}:
+        own = [spec.task for spec in specs if spec.task.vessel == vessel]
+        fixed = {"source", "held_out", "noise", "disturbance", "train", "thinning", "length"}
+        varied = {field for field in fixed if len({getattr(task, field) for task in own}) > 1}
+        assert varied == factors[name]
+
+
+@pytest.mark.parametrize("name", ["default", "disturbances"])
+def test_every_vessel_can_meet_the_disturbances_of_its_suite(name):
+    for task in {spec.task for spec in planned(name) if spec.task.disturbance != "none"}:
+        parse_disturbance(task.disturbance).check(resolve(task.vessel))
+
+
+def test_lists_of_manoeuvres_shares_and_thinnings_make_a_row_each(tmp_path):
+    text = "vessels: response-1, methods: [ls], train: [[turn:20], [turn:10, turn:20]], thinning: [1, 4], length: 0.5"
+    tasks = [spec.task for spec in plan(suite_file(tmp_path, "  - {" + text + "}\n"), Selection("mine"))]
+    trains = [("turn:20",), ("turn:10", "turn:20")]
+    assert [(t.train, t.thinning, t.length) for t in tasks] == [(m, k, 0.5) for m in trains for k in (1, 4)]
+
+
+def test_a_method_asked_for_joins_open_entries_only(tmp_path, own_method):
+    text = "  - {vessels: response-1, methods: [ls]"
+    suite = suite_file(tmp_path, text + ", open: false, euler: true}\n" + text + "}\n")
+    asked = plan(suite, Selection("mine", methods=("rls", own_method)))
+    assert [(spec.method, spec.task.train[0][-6:]) for spec in asked] == [("rls", "g:5/10"), ("mine", "g:5/10")]
+    assert len(plan(suite, Selection("mine", methods=("ls",)))) == 2
+
+
+def test_options_are_part_of_a_methods_name_and_the_variant_has_its_column(tmp_path):
+    text = "  - {vessels: response-1, methods: [ls, 'ls,scheme=midpoint', 'fw-rls,variant=as_printed']}\n"
+    found = [(spec.method, spec.variant) for spec in plan(suite_file(tmp_path, text), Selection("mine"))]
+    assert found == [("ls", "corrected"), ("ls,scheme=midpoint", "corrected"), ("fw-rls", "as_printed")]
+
+
+def test_a_row_listed_twice_is_run_once(tmp_path):
+    text = "  - {vessels: response-1, methods: ls}\n"
+    assert len(plan(suite_file(tmp_path, text + text), Selection("mine"))) == 1
+
+
+def test_different_runs_under_one_name_are_refused(tmp_path):
+    text = "  - {vessels: response-1, methods: ls}\n  - {vessels: response-1, methods: ls, dt_s: 0.2}\n"
+    with pytest.raises(BadInput, match="two different runs have the same row"):
+        plan(suite_file(tmp_path, text), Selection("mine"))
+
+
+@pytest.mark.parametrize(
+    ("selection", "complaint"),
+    [
+        (Selection("quick", methods=("huber-nonsense",)), "unknown method 'huber-nonsense'"),
+        (Selection("quick", vessels=("titanic",)), "has no vessel 'titanic'"),
+    ],
+)
+def test_unknown_filters_are_refused(selection, complaint):
+    with pytest.raises(BadInput, match=complaint):
+        plan(load_suite("quick"), selection)
+
+
+def test_filters_that_leave_nothing_are_refused(tmp_path):
+    suite = suite_file(tmp_path, "  - {vessels: response-1, methods: [ls], open: false}\n")
+    with pytest.raises(BadInput, match="nothing to run"):
+        plan(suite, Selection("mine", methods=("rls",)))
+
+
+def test_keys_tell_every_difference_and_stay():
+    base = spec_of()
+    changes = {
+        "vessel": "response-2", "source": "nomoto-1", "model": "nomoto-1", "train": ("turn:20",), "held_out": ("x",),
+        "noise": "high", "disturbance": "waves:1/5@0", "seed": 1, "measured": True, "duration_s": 5.0, "dt_s": 0.2,
+        "thinning": 4, "length": 0.5,
+    }  # fmt: skip
+    assert set(changes) == {field.name for field in dataclasses.fields(Task)}
+    others = [spec_of(**{name: value}) for name, value in changes.items()]
+    others += [dataclasses.replace(base, **{name: "x"}) for name in ("suite", "method", "variant", "maker")]
+    assert len({spec.key for spec in [base, *others]}) == len(others) + 1
+    assert base.key == "4b25ae8a5afd3105ab59"

@@ -1,0 +1,142 @@
+"""Which numbers of a base model are wrong: changes are found, an exact base stays as it is."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.bench.faults import Case, inject
+from helmbench.datasets import measured
+from helmbench.datasets.generator import record_run
+from helmbench.datasets.manoeuvres import parse_manoeuvre
+from helmbench.datasets.sensors import apply, parse_noise
+from helmbench.diagnosis.calibration.calibrate import calibrate
+from helmbench.estimation import mixed_effects as mx
+from helmbench.models.coefficient_groups import groups_of, grown
+from helmbench.models.errors import BadInput, CannotFit
+from helmbench.models.model import model_to_json, resolve
+
+MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port")
+
+
+def runs(model, rng, trims):
+    """Noisy runs of a ship whose rudder has another neutral angle in each."""
+    out = []
+    for text, trim in zip(MANOEUVRES, trims, strict=True):
+        run = record_run(model, parse_manoeuvre(text), duration_s=70.0, dt_s=0.2)
+        run = run.with_channels(rudder_rad=run.rudder() - trim)
+        out.append(replace(apply(run, parse_noise("low"), rng), name=text))
+    return out
+
+
+def altered(model, resistance, thrust):
+    """The model with another resistance and propeller thrust."""
+    groups = [g for g in groups_of(model) if g.id == "propeller_thrust"]
+    new = grown(model, groups)
+    values = new.coefficients.copy()
+    values[new.coordinates.index("R_0")] *= 1.0 + resistance
+    values[new.coordinates.index("thrust_scale")] = thrust
+    return new.with_coefficients(values)
+
+
+@pytest.fixture(scope="module")
+def ship():
+    return resolve("kvlcc2-l7")
+
+
+@pytest.fixture(scope="module")
+def found(ship):
+    """A calibration of records with 25 % more resistance and a common neutral rudder angle of 1 deg."""
+    rng = np.random.default_rng(20261122)
+    trims = np.deg2rad(1.0 + 0.2 * rng.normal(size=len(MANOEUVRES)))
+    records = runs(altered(ship, 0.25, 0.0), rng, trims)
+    return calibrate(ship, records[:-1], records[-1:])
+
+
+def test_changes_are_named_with_their_sizes(found):
+    moved = {m.name: m for m in found.moved}
+    print(found.moved, found.steps)
+    named = {name for step in found.steps for name in (step.group, *step.tied_with)}
+    assert {"resistance", "neutral_rudder_angle"} <= named
+    assert found.verdict == "named"
+    assert moved["rudder_offset"].after == pytest.approx(np.deg2rad(1.0), abs=np.deg2rad(0.3))
+    assert moved["rudder_offset"].low < moved["rudder_offset"].after < moved["rudder_offset"].high
+
+
+def test_left_out_and_held_out_errors_fall(found):
+    for column in ("surge_m_s", "yaw_rate_rad_s", "heading_rad"):
+        for before, after in zip(found.before[column], found.after[column], strict=True):
+            assert after < 0.5 * before
+    assert found.worse == ()
+
+
+def test_shares_add_up(found):
+    for share in found.shares.values():
+        assert share.coefficients + share.trim + share.noise + share.remaining == pytest.approx(1.0)
+    assert found.shares["surge_m_s"].coefficients > 0.8
+
+
+def test_the_calibrated_model_gives_the_told_errors_when_it_is_read_again(found, ship, tmp_path):
+    model_to_json(found.calibrated, tmp_path / "calibrated.json")
+    again = resolve(tmp_path / "calibrated.json")
+    rng = np.random.default_rng(20261122)
+    trims = np.deg2rad(1.0 + 0.2 * rng.normal(size=len(MANOEUVRES)))
+    held = runs(altered(ship, 0.25, 0.0), rng, trims)[-1]
+    p = mx.problem(again, [held])
+    errors = mx.pooled([mx.squares(p, again.theta, p.runs[0])])
+    told = [found.after[column][1] for column in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s", "heading_rad")]
+    assert errors == pytest.approx(told, rel=1e-6)
+
+
+def test_the_outcome_is_plain_data(found):
+    document = json.loads(json.dumps(found.to_json()))
+    assert document["verdict"] == "named" and document["model"] == "kvlcc2-l7"
+    assert [step["group"] for step in document["steps"]] == [step.group for step in found.steps]
+    assert len(document["next_runs"]) == 3
+
+
+def test_an_exact_base_stays_as_it_is(ship, rng):
+    records = runs(ship, rng, np.deg2rad(0.1 * rng.normal(size=len(MANOEUVRES))))
+    found = calibrate(ship, records)
+    print(found.moved, found.steps, found.refused)
+    assert found.verdict == "adequate" and found.moved == ()
+    assert np.array_equal(found.calibrated.theta, ship.theta)
+
+
+def test_records_of_an_independent_simulator_are_adequate(rng):
+    case = inject(Case("mariner", duration_s=600.0, dt_s=2.0), rng)
+    found = calibrate(resolve("mariner"), case.train)
+    print(found.moved, found.steps)
+    assert found.moved == () or max(step.gain for step in found.steps) < 0.3
+
+
+def test_a_single_record_is_cut_into_pieces(ship, rng):
+    run = record_run(altered(ship, 0.4, 0.0), parse_manoeuvre("zigzag:20/20"), duration_s=240.0, dt_s=0.2)
+    found = calibrate(ship, [apply(run, parse_noise("low"), rng)])
+    assert len(found.runs) >= 3 and found.after["surge_m_s"][0] < found.before["surge_m_s"][0]
+
+
+def test_what_cannot_be_calibrated_is_refused(ship):
+    short = record_run(ship, parse_manoeuvre("zigzag:10/10"), duration_s=30.0, dt_s=0.2)
+    with pytest.raises(CannotFit, match="no part can be left out"):
+        calibrate(ship, [short])
+    with pytest.raises(BadInput, match="no training record"):
+        calibrate(ship, [])
+    with pytest.raises(BadInput, match="no coefficients"):
+        calibrate(ship.blanked(), [short])
+    with pytest.raises(BadInput, match="states no groups"):
+        calibrate(resolve("remus"), [short])
+
+
+def test_measured_kvlcc2_runs_need_more_thrust(ship):
+    """The published simulation pairs a propeller curve with another diameter: more thrust."""
+    folder = measured.data_dir() / measured.dataset("kvlcc2-hsva").folder
+    if not folder.is_dir():
+        pytest.skip(f"no measured data in {folder}: set HELMBENCH_DATA or run `helmbench fetch kvlcc2-hsva`")
+    stems = ("Z_05_01", "Z_15_05", "Z_20_10_S", "Z_35_05")
+    found = calibrate(ship, [measured.load("kvlcc2-hsva", stem).thinned(4) for stem in stems])
+    moved = {m.name: m for m in found.moved}
+    print(found.steps)
+    assert moved["thrust_scale"].after == pytest.approx(0.33, abs=0.04)
+    assert found.after["surge_m_s"][0] < 0.7 * found.before["surge_m_s"][0]

@@ -1,0 +1,128 @@
+"""Free runs fitted to several records, with effects of each record's own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import record_run
+from helmbench.datasets.manoeuvres import parse_manoeuvre
+from helmbench.datasets.sensors import apply, parse_noise
+from helmbench.estimation import mixed_effects as mx
+from helmbench.models.errors import CannotFit
+from helmbench.models.model import resolve
+
+MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5")
+TRIM = np.deg2rad([0.2, -0.3, 0.1, -0.1])
+
+
+def record(model, text, trim=0.0, rng=None):
+    """A run whose rudder is recorded without its trim: the hull feels the recorded angle plus trim."""
+    run = record_run(model, parse_manoeuvre(text), duration_s=80.0, dt_s=0.2)
+    run = run.with_channels(rudder_rad=run.rudder() - trim)
+    return run if rng is None else apply(run, parse_noise("low"), rng)
+
+
+@pytest.fixture(scope="module")
+def ship():
+    return resolve("kvlcc2-l7")
+
+
+def changed(model, **values):
+    """The model with coefficients at other values."""
+    new = model.coefficients.copy()
+    for name, value in values.items():
+        new[model.coordinates.index(name)] = value
+    return model.with_coefficients(new)
+
+
+def number(problem, name, sd):
+    names = [*problem.model.coordinates, *problem.model.constant_names]
+    return mx.Number(name, names.index(name), float(problem.model.theta[names.index(name)]), sd)
+
+
+def test_the_true_model_has_no_error(ship):
+    p = mx.problem(ship, [record(ship, text) for text in MANOEUVRES])
+    errors = mx.pooled([mx.squares(p, ship.theta, run) for run in p.runs])
+    assert p.channels == ("u", "v", "r", "psi")
+    assert np.all(errors < 0.05 * p.floor)
+
+
+def test_a_wrong_number_and_each_records_trim_are_found(ship):
+    true = changed(ship, R_0=0.018, N_v=-0.15)
+    p = mx.problem(ship, [record(true, text, trim) for text, trim in zip(MANOEUVRES, TRIM, strict=True)])
+    numbers = [number(p, "R_0", 0.004), number(p, "N_v", 0.03)]
+    found = mx.fit(p, numbers, ship.theta)
+    assert found.values == pytest.approx([0.018, -0.15], rel=0.02)
+    assert np.rad2deg(found.own[:, 0]) == pytest.approx(np.rad2deg(TRIM), abs=0.05)
+    base = mx.fit(p, [], ship.theta)
+    assert found.criterion < base.criterion - 100.0
+
+
+def test_leaving_a_record_out_agrees_with_a_fit_to_the_others(ship, rng):
+    true = changed(ship, R_0=0.018, N_v=-0.15)
+    records = [record(true, text, trim, rng) for text, trim in zip(MANOEUVRES, TRIM, strict=True)]
+    p = mx.problem(ship, records)
+    numbers = [number(p, "R_0", 0.004), number(p, "N_v", 0.03)]
+    parts = mx.leave_one_out(mx.fit(p, numbers, ship.theta))
+    for i in range(len(records)):
+        others = mx.problem(ship, [r for j, r in enumerate(records) if j != i])
+        exact = mx.fit(others, numbers, ship.theta).values
+        assert parts[i].values == pytest.approx(exact, abs=2e-3 * abs(exact[1]))
+
+
+def test_a_score_falls_where_a_number_is_needed_and_not_where_it_is_not(ship, rng):
+    true = changed(ship, R_0=0.018)
+    records = [record(true, text, trim, rng) for text, trim in zip(MANOEUVRES, TRIM, strict=True)]
+    p = mx.problem(ship, records)
+    base = mx.leave_one_out(mx.fit(p, [], ship.theta))
+    needed = mx.leave_one_out(mx.fit(p, [number(p, "R_0", 0.004)], ship.theta))
+    needless = mx.leave_one_out(mx.fit(p, [number(p, "R_0", 0.004), number(p, "X_vvvv", 0.3)], ship.theta))
+    gain, error = mx.score_difference(p, base, needed)
+    assert gain > 2.0 * error
+    gain, error = mx.score_difference(p, needed, needless)
+    assert gain < max(0.03, 2.0 * error)
+
+
+def test_a_run_that_leaves_the_record_counts_with_the_largest_residual(ship):
+    p = mx.problem(ship, [record(ship, "zigzag:10/10")])
+    wild = ship.theta.copy()
+    wild[ship.coordinates.index("N_r")] = 5.0
+    error = p.residuals(wild, p.runs[0], np.zeros(p.own_sd.size))
+    assert np.isfinite(error).all() and np.abs(error / p.unit).max() == pytest.approx(mx.LARGEST)
+
+
+def test_gaps_stay_gaps(ship):
+    run = record(ship, "zigzag:10/10")
+    surge = run.column("surge_m_s").copy()
+    surge[100:150] = np.nan
+    p = mx.problem(ship, [run.with_channels(surge_m_s=surge)])
+    error = p.residuals(ship.theta, p.runs[0], np.zeros(p.own_sd.size))
+    assert np.isnan(error[:, 0]).sum() == np.isnan(p.runs[0].series.outputs[:, 0]).sum() > 0
+    assert np.isfinite(error[:, 1:]).all()
+
+
+def test_measured_thrust_is_a_channel(ship):
+    """The thrust of a run at rest in the water: K_T at the advance ratio of the approach, by hand."""
+    run = record(ship, "straight")
+    c = dict(zip(ship.constant_names, ship.constants, strict=True))
+    n, inflow = ship.n0_rps, run.column("surge_m_s") * (1.0 - c["w_P0"])
+    j = inflow / (n * c["D_P"])
+    thrust = c["rho"] * n**2 * c["D_P"] ** 4 * (c["k_0"] + c["k_1"] * j + c["k_2"] * j**2)
+    p = mx.problem(ship, [run.with_channels(propeller_thrust_N=thrust)])
+    assert p.channels[-1] == mx.THRUST
+    error = p.residuals(ship.theta, p.runs[0], np.zeros(p.own_sd.size))[10:-10, -1]
+    assert np.abs(error).max() < 2e-3 * thrust.mean()
+
+
+def test_a_model_without_length_or_speed_is_refused(ship):
+    with pytest.raises(CannotFit, match="no length and speed"):
+        mx.problem(replace(ship, speed_m_s=float("nan")), [record(ship, "straight")])
+    with pytest.raises(CannotFit, match="no length and speed"):
+        mx.problem(resolve("response-1"), [record(ship, "straight")])
+
+
+def test_the_jackknife_of_a_mean_is_its_standard_error(rng):
+    values = rng.normal(size=12)
+    means = np.array([np.delete(values, i).mean() for i in range(12)])
+    assert mx.jackknife(means) == pytest.approx(values.std(ddof=1) / np.sqrt(12.0))
