@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from html import escape
 from pathlib import Path
@@ -162,7 +162,7 @@ def diagnose(
 def write_diagnosis(found: Diagnosis, folder: Path) -> tuple[Path, ...]:
     """Write the three `FILES` of a diagnosis into a folder: all of them or none; BadInput where it cannot be."""
     document, page = json_text(found.to_json()) + "\n", found.to_html()
-    writers = (
+    writers: tuple[Callable[[Path], object], ...] = (
         lambda place: place.write_text(document, "utf-8"),
         lambda place: place.write_text(page, "utf-8"),
         lambda place: model_to_json(replace(found.extended, id="extended_model"), place),
