@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     )
     from .api.reproduction import Reproduction, reproduce
     from .api.suites import SuiteResults, leaderboard, load_results, run_suite
+    from .api.validation import Validation, validate
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
     from .datasets.measured import fetch
@@ -57,6 +58,7 @@ __all__ = [
     "Reproduction",
     "RudderSignWarning",
     "SuiteResults",
+    "Validation",
     "__version__",
     "calibrate",
     "diagnose",
@@ -79,6 +81,7 @@ __all__ = [
     "rudder_sign_doubt",
     "run_suite",
     "simulate",
+    "validate",
     "with_tuner",
     "write_record",
     "write_report",
@@ -99,6 +102,7 @@ _HOME = {
     "Reproduction": ("api.reproduction", "Reproduction"),
     "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
     "SuiteResults": ("api.suites", "SuiteResults"),
+    "Validation": ("api.validation", "Validation"),
     "calibrate": ("api.calibration", "calibrate"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "fetch": ("datasets.measured", "fetch"),
@@ -120,6 +124,7 @@ _HOME = {
     "rudder_sign_doubt": ("api.identification", "rudder_sign_doubt"),
     "run_suite": ("api.suites", "run_suite"),
     "simulate": ("api.identification", "simulate"),
+    "validate": ("api.validation", "validate"),
     "with_tuner": ("methods.tuned", "with_tuner"),
     "write_record": ("datasets.io", "write_record"),
     "write_report": ("reporting.report", "write_report"),
