@@ -28,7 +28,7 @@ from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Setting
 from ..models.families.extensions import extension_of, is_term
 from ..models.model import model_to_json, resolve
-from .causes._records import StageCause
+from .causes._stage import StageCause
 from .causes.base import WHERE, Cause, NotTestable
 from .gain.extension import extended_model
 from .searches.base import Search

@@ -135,12 +135,12 @@ class Diagnosis:
             "verdict": self.verdict,
             "reason": self.reason,
             "causes": [_finding(c) for c in self.causes],
-            "gain": {name: {k: _plain(v) for k, v in vars(g).items()} for name, g in self.gain.items()},
-            "bank": [{k: _plain(v) for k, v in vars(entry).items()} for entry in self.bank],
-            "hypothesis": _plain(self.hypothesis),
-            "noise": _plain(self.noise),
-            "base_coefficients": None if self.calibration is None else _plain(self.calibration.to_json()),
-            "where": _plain(list(self.where)),
+            "gain": {name: {k: plain(v) for k, v in vars(g).items()} for name, g in self.gain.items()},
+            "bank": [{k: plain(v) for k, v in vars(entry).items()} for entry in self.bank],
+            "hypothesis": plain(self.hypothesis),
+            "noise": plain(self.noise),
+            "base_coefficients": None if self.calibration is None else plain(self.calibration.to_json()),
+            "where": plain(list(self.where)),
             "next_manoeuvre": self.next_manoeuvre,
             "wall_s": self.wall_s,
             "cpu_s": self.cpu_s,
@@ -148,20 +148,20 @@ class Diagnosis:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    facts = {k: _plain(v) for k, v in vars(finding).items() if k != "sizes"}
+    facts = {k: plain(v) for k, v in vars(finding).items() if k != "sizes"}
     facts["tied_with"] = list(finding.tied_with)
-    facts["sizes"] = [{k: _plain(v) for k, v in vars(size).items()} for size in finding.sizes]
+    facts["sizes"] = [{k: plain(v) for k, v in vars(size).items()} for size in finding.sizes]
     return facts
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """A value as JSON takes it: numbers that are not finite become null."""
     if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
+        return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, bool | str) or value is None:
         return value
     if isinstance(value, int | np.integer):

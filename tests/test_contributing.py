@@ -139,11 +139,11 @@ def cause(request, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
     text = example("python", CAUSES[request.param])
     module = loaded(f"helmbench.diagnosis.causes.{request.param}", text, tmp_path, monkeypatch)
-    registry.causes.cache_clear()
+    registry.all_causes.cache_clear()
     (cls,) = registry.causes_in(module)
     yield cls
     monkeypatch.undo()
-    registry.causes.cache_clear()
+    registry.all_causes.cache_clear()
 
 
 def test_example_cause_is_one_file_of_the_bank(cause):

@@ -5,15 +5,12 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
-from .base import Cause, NotTestable
+from ._stage import StageCause
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ...models.model import Model
-    from ..state import Variant
 
 
 @dataclass(frozen=True)
@@ -28,19 +25,6 @@ class RecordFault:
     instruments: Mapping[str, float]
 
 
-class StageCause(Cause):
-    """Base class of causes that a stage of its own looks for; the bank does not hold them.
-
-    stage : where it is looked for, as a reason why the bank does not test it.
-    """
-
-    unit = "1"
-    stage: ClassVar[str]
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        raise NotTestable(self.stage)
-
-
 class RecordCause(StageCause):
     """Base class of causes that make whole columns mean something else.
 
@@ -52,5 +36,8 @@ class RecordCause(StageCause):
     rank = 0
 
     @abstractmethod
-    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
-        """Faults of this kind, and the records with them put right."""
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
+        """Faults of this kind, and the records with them put right.
+
+        starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
+        """

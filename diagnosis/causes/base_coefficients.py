@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ._records import StageCause
+from ._stage import StageCause
 
 
 class BaseCoefficients(StageCause):

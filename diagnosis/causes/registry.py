@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...models.errors import BadInput
 from ...models.families.extensions import is_term
-from ._records import RecordCause, StageCause
+from ._check import CheckCause
+from ._records import RecordCause
+from ._stage import StageCause
 from .base import Cause, NotTestable
 
 if TYPE_CHECKING:
@@ -23,8 +25,8 @@ GROUP = "helmbench.causes"
 
 
 @lru_cache(maxsize=1)
-def causes() -> dict[str, Cause]:
-    """Identifier -> every cause, sorted.
+def all_causes() -> dict[str, Cause]:
+    """Identifier -> every cause, sorted: those that a diagnosis tests, and those that only `check` looks for.
 
     Raises
     ------
@@ -36,6 +38,16 @@ def causes() -> dict[str, Cause]:
             raise BadInput(f"cause {cls.id!r} is defined twice", file=cls.__module__)
         found[cls.id] = cls()
     return dict(sorted(found.items()))
+
+
+def causes() -> dict[str, Cause]:
+    """Identifier -> every cause that a diagnosis tests, sorted; BadInput as `all_causes`."""
+    return {name: entry for name, entry in all_causes().items() if not isinstance(entry, CheckCause)}
+
+
+def check_causes() -> dict[str, CheckCause]:
+    """Identifier -> every cause that only `check` looks for, sorted; BadInput as `all_causes`."""
+    return {name: entry for name, entry in all_causes().items() if isinstance(entry, CheckCause)}
 
 
 def cause(name: str) -> Cause:
