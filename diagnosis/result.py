@@ -9,9 +9,10 @@ import numpy as np
 
 if TYPE_CHECKING:
     from ..models.model import Model
+    from .calibration.result import Calibration
 
-SCHEMA = 1
-VERDICTS = ("inconclusive", "unexplained", "tied", "named", "adequate")
+SCHEMA = 2
+VERDICTS = ("inconclusive", "unexplained", "partly_named", "tied", "named", "adequate")
 """In the order of precedence."""
 
 
@@ -118,9 +119,11 @@ class Diagnosis:
     cpu_s: float
     threads: int = 1
     """Threads that ran the filter; the results do not depend on them."""
+    calibration: Calibration | None = None
+    """What the base model's own numbers explain of free runs; None where effects of the bank explain the records."""
 
     def to_json(self) -> dict[str, Any]:
-        """The document of schema version 1 (diagnosis.json), plain numbers only."""
+        """The document of schema version 2 (diagnosis.json), plain numbers only."""
         return {
             "schema": SCHEMA,
             "model": self.model.id,
@@ -136,6 +139,7 @@ class Diagnosis:
             "bank": [{k: plain(v) for k, v in vars(entry).items()} for entry in self.bank],
             "hypothesis": plain(self.hypothesis),
             "noise": plain(self.noise),
+            "base_coefficients": None if self.calibration is None else plain(self.calibration.to_json()),
             "where": plain(list(self.where)),
             "next_manoeuvre": self.next_manoeuvre,
             "wall_s": self.wall_s,

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     )
     from .api.reproduction import Reproduction, reproduce
     from .api.suites import SuiteResults, leaderboard, load_results, run_suite
+    from .api.validation import Validation, validate
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
     from .datasets.measured import fetch
@@ -59,6 +60,7 @@ __all__ = [
     "Reproduction",
     "RudderSignWarning",
     "SuiteResults",
+    "Validation",
     "__version__",
     "calibrate",
     "check",
@@ -82,6 +84,7 @@ __all__ = [
     "rudder_sign_doubt",
     "run_suite",
     "simulate",
+    "validate",
     "with_tuner",
     "write_record",
     "write_report",
@@ -103,6 +106,7 @@ _HOME = {
     "Reproduction": ("api.reproduction", "Reproduction"),
     "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
     "SuiteResults": ("api.suites", "SuiteResults"),
+    "Validation": ("api.validation", "Validation"),
     "calibrate": ("api.calibration", "calibrate"),
     "check": ("api.check", "check"),
     "diagnose": ("api.diagnosis", "diagnose"),
@@ -125,6 +129,7 @@ _HOME = {
     "rudder_sign_doubt": ("api.identification", "rudder_sign_doubt"),
     "run_suite": ("api.suites", "run_suite"),
     "simulate": ("api.identification", "simulate"),
+    "validate": ("api.validation", "validate"),
     "with_tuner": ("methods.tuned", "with_tuner"),
     "write_record": ("datasets.io", "write_record"),
     "write_report": ("reporting.report", "write_report"),

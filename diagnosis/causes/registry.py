@@ -12,6 +12,7 @@ from ...models.errors import BadInput
 from ...models.families.extensions import is_term
 from ._check import CheckCause
 from ._records import RecordCause
+from ._stage import StageCause
 from .base import Cause, NotTestable
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def record_causes() -> list[RecordCause]:
 
 def bank() -> list[Cause]:
     """Causes that are tried against a model."""
-    return [c for c in causes().values() if not isinstance(c, RecordCause)]
+    return [c for c in causes().values() if not isinstance(c, StageCause)]
 
 
 def terms_for(model: Model) -> tuple[str, ...]:
@@ -85,7 +86,8 @@ def testable(est: Estimator) -> tuple[dict[Cause, tuple[Variant, ...]], dict[Cau
             can[entry] = tuple(entry.variants(est))
         except NotTestable as reason:
             cannot[entry] = str(reason)
-    return can, cannot
+    later = (c for c in causes().values() if isinstance(c, StageCause) and not isinstance(c, RecordCause))
+    return can, cannot | {entry: entry.stage for entry in later}
 
 
 def _own() -> list[type[Cause]]:
