@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .api.calibration import Calibration, calibrate
+    from .api.check import Check, check
     from .api.diagnosis import Diagnosis, diagnose
     from .api.identification import identify, rudder_sign_doubt, simulate
     from .api.lists import (
@@ -49,6 +50,7 @@ __all__ = [
     "Calibration",
     "CannotFit",
     "Case",
+    "Check",
     "Diagnosis",
     "Estimate",
     "FitFailed",
@@ -61,6 +63,7 @@ __all__ = [
     "Validation",
     "__version__",
     "calibrate",
+    "check",
     "diagnose",
     "fetch",
     "generate",
@@ -93,6 +96,7 @@ _HOME = {
     "Calibration": ("api.calibration", "Calibration"),
     "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
+    "Check": ("api.check", "Check"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
     "Estimate": ("estimation.estimate", "Estimate"),
     "FitFailed": ("models.errors", "FitFailed"),
@@ -104,6 +108,7 @@ _HOME = {
     "SuiteResults": ("api.suites", "SuiteResults"),
     "Validation": ("api.validation", "Validation"),
     "calibrate": ("api.calibration", "calibrate"),
+    "check": ("api.check", "check"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from ..models.errors import BadInput
 
 if TYPE_CHECKING:
     from ..estimation.estimate import Estimate
+    from ..models.model import Model
 
 
 def json_text(value: Any) -> str:
@@ -66,3 +68,27 @@ def scores_text(scores: Mapping[str, Any]) -> str:
     from ..reporting.tables import console
 
     return console(score_table(scores), indent="  ")
+
+
+def write_result(
+    folder: Path, names: Sequence[str], document: Mapping[str, Any], page: str, model: Model
+) -> tuple[Path, ...]:
+    """Write a JSON document, a page and a model under three names: all of them or none; BadInput where they cannot be.
+
+    The model is written under the stem of its file as identifier.
+    """
+    from ..models.model import model_to_json
+
+    text = json_text(document) + "\n"
+    named = replace(model, id=Path(names[2]).stem)
+
+    def write_document(place: Path) -> None:
+        place.write_text(text, "utf-8")
+
+    def write_page(place: Path) -> None:
+        place.write_text(page, "utf-8")
+
+    def write_model(place: Path) -> None:
+        model_to_json(named, place)
+
+    return write_together(folder, dict(zip(names, (write_document, write_page, write_model), strict=True)))

@@ -14,6 +14,7 @@ import click
 
 from ._shared import BAD_INPUT, INTERRUPTED, OK, complain
 from .calibrate import calibrate
+from .check import check
 from .diagnose import diagnose
 from .fetch import fetch
 from .identify import identify
@@ -31,7 +32,11 @@ def cli() -> None:
     """Benchmark methods that identify ship, USV and AUV manoeuvring models from records."""
 
 
-for command in (list_command, simulate, identify, validate, diagnose, calibrate, run, report, reproduce, fetch):
+COMMANDS = (
+    *(list_command, simulate, check, identify, validate, diagnose, calibrate),
+    *(run, report, reproduce, fetch),
+)
+for command in COMMANDS:
     cli.add_command(command)
 
 

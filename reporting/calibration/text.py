@@ -70,7 +70,8 @@ def _scale(m: Moved) -> float:
 
 
 def _after(m: Moved) -> str:
-    return interval(*(_scale(m) * value for value in (m.after, m.low, m.high)))
+    factor = _scale(m)
+    return interval(factor * m.after, factor * m.low, factor * m.high)
 
 
 def steps_table(found: Calibration) -> Table:
