@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...datasets.columns import CANONICAL
 from ...datasets.display import shown_name, shown_unit
 from ...estimation.validation.result import FREE
-from ..numbers import DEG, MISSING, number, r_squared
+from ..numbers import DEG, number, r_squared
 from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
@@ -75,7 +76,10 @@ def index_table(found: Validation) -> Table:
     columns += [_index_column(f"simulated{_of(found, n)}", n, lambda index: index.simulated) for n in found.models]
     if len(found.models) == 1:
         columns.append(_index_column("difference", next(iter(found.models)), lambda index: index.difference))
-    columns += [Column("measured, in ship lengths", _lengths), Column("remark", _reasons)]
+    columns += [
+        Column("measured, in ship lengths", lambda row: number(_lengths(row)), _lengths),
+        Column("remark", _reasons),
+    ]
     return make_table(columns, rows)
 
 
@@ -176,9 +180,10 @@ def _index_column(title: str, model: str, value: Callable[[Index], float]) -> Co
     return Column(title, lambda row: number(shown(row)), shown)
 
 
-def _lengths(row: dict[str, Index]) -> str:
-    index = _any(row)
-    return number(index.measured / index.length_m) if index.unit == "m" else MISSING
+def _lengths(row: dict[str, Index]) -> float | None:
+    """The measured distance in lengths of the first model's ship that has one."""
+    index, lengths = _any(row), [own.length_m for own in row.values() if math.isfinite(own.length_m)]
+    return index.measured / lengths[0] if index.unit == "m" and lengths else None
 
 
 def _reasons(row: dict[str, Index]) -> str:
