@@ -12,7 +12,8 @@ import numpy as np
 from ..datasets.instruments import corrected
 from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Parameter
-from ..models.errors import BadInput
+from ..estimation.mixed_effects import ship_length_s
+from ..models.errors import BadInput, CannotFit
 from . import verdict
 from .causes.registry import terms_for
 from .findings import all_findings, bank_entries, hypothesis_of, noise_of
@@ -30,6 +31,10 @@ from .state import Candidate, State, Unmodelled, first_state
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
+
+
+FINEST = 0.03
+"""Finest sampling of the records, in ship lengths sailed."""
 
 
 def diagnose(
@@ -65,12 +70,13 @@ def diagnose(
 def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
     """The diagnosis from the innovations of the filter: the base model is exact, or free as the options say."""
     rng = np.random.default_rng(options.seed)
-    est = estimator(model, given.train, threads=options.threads, terms=terms_for(model))
+    train, held_out = thinned(given.train, model), thinned(given.held_out, model)
+    est = estimator(model, train, threads=options.threads, terms=terms_for(model))
     state, cannot = starting_state(est, options)
     poor = verdict.undecidable(est, state.start)
     state = select(state, options.max_effects, rng) if poor is None else state
     left = unexplained(state, rng) if poor is None else None
-    found = predicting(state, given.held_out, options, rng)
+    found = predicting(state, held_out, options, rng)
     left = left if left is not None else _failed(found, state)
     findings = all_findings(state, found.failing, given.faults, given.tracks, rng)
     instead = bool(state.accepted) and left is not None and left is state.rival
@@ -88,7 +94,7 @@ def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
         causes=tuple(findings) if decided != "inconclusive" else (),
         bank=bank_entries(state, cannot, findings, given.tracks),
         gain=found.gain,
-        hypothesis=hypothesis_of(state, left, given.held_out),
+        hypothesis=hypothesis_of(state, left, held_out),
         noise=noise_of(est, state.setting),
         traces=found.traces,
         where=tuple(verdict.where(found.traces)),
@@ -96,6 +102,15 @@ def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
         wall_s=0.0,
         cpu_s=0.0,
     )
+
+
+def thinned(records: Sequence[Record], model: Model) -> list[Record]:
+    """Records of a ship with a length and a speed, sampled no finer than FINEST: more samples would only cost time."""
+    try:
+        step_s = FINEST * ship_length_s(model)
+    except CannotFit:
+        return list(records)
+    return [record.thinned(max(1, int(step_s / record.dt + 1e-9))) for record in records]
 
 
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.kinematics import check_result
 from ..models.errors import BadInput
-from .documents import json_text, write_together
+from .documents import json_text, text_writer, write_together
 from .identification import listed
 
 if TYPE_CHECKING:
@@ -56,12 +56,8 @@ class Check(check_result.CheckResult):
         ------
         BadInput : the folder cannot be written to.
         """
-        document, page = json_text(self.to_json()) + "\n", self.to_html()
-        writers = (
-            lambda place: place.write_text(document, "utf-8"),
-            lambda place: place.write_text(page, "utf-8"),
-        )
-        return write_together(Path(folder), dict(zip(FILES, writers, strict=True)))
+        texts = (json_text(self.to_json()) + "\n", self.to_html())
+        return write_together(Path(folder), dict(zip(FILES, map(text_writer, texts), strict=True)))
 
     def __repr__(self) -> str:
         causes = ", ".join(dict.fromkeys(f.cause for f in self.findings if f.material))

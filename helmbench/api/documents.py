@@ -70,6 +70,15 @@ def scores_text(scores: Mapping[str, Any]) -> str:
     return console(score_table(scores), indent="  ")
 
 
+def text_writer(text: str) -> Callable[[Path], object]:
+    """A function that writes the text to a path."""
+
+    def write(place: Path) -> None:
+        place.write_text(text, "utf-8")
+
+    return write
+
+
 def write_result(
     folder: Path, names: Sequence[str], document: Mapping[str, Any], page: str, model: Model
 ) -> tuple[Path, ...]:
@@ -79,16 +88,10 @@ def write_result(
     """
     from ..models.model import model_to_json
 
-    text = json_text(document) + "\n"
     named = replace(model, id=Path(names[2]).stem)
-
-    def write_document(place: Path) -> None:
-        place.write_text(text, "utf-8")
-
-    def write_page(place: Path) -> None:
-        place.write_text(page, "utf-8")
 
     def write_model(place: Path) -> None:
         model_to_json(named, place)
 
-    return write_together(folder, dict(zip(names, (write_document, write_page, write_model), strict=True)))
+    writers = (text_writer(json_text(document) + "\n"), text_writer(page), write_model)
+    return write_together(folder, dict(zip(names, writers, strict=True)))

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from html import escape
 from os import PathLike, fspath
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from ..estimation.validation import result
 from ..models.errors import BadInput
-from .documents import json_text, write_together
+from .documents import json_text, text_writer, write_together
 from .identification import as_model, as_records, labels, listed, rudder_sign_doubt
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class Validation(result.Validation):
         BadInput : the folder cannot be written to.
         """
         texts = json_text(self.to_json()) + "\n", self.to_html()
-        return write_together(Path(folder), {name: _writer(text) for name, text in zip(FILES, texts, strict=True)})
+        return write_together(Path(folder), dict(zip(FILES, map(text_writer, texts), strict=True)))
 
     def __repr__(self) -> str:
         told: list[str] = []
@@ -156,10 +156,6 @@ def validate(
     for doubt in filter(None, (rudder_sign_doubt(record, next(iter(models.values()))) for record in given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)
     return found
-
-
-def _writer(text: str) -> Callable[[Path], object]:
-    return lambda place: place.write_text(text, "utf-8")
 
 
 def _named_models(
