@@ -29,13 +29,13 @@ UNITS = {"rudder_offset": "rad"}
 
 
 def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
-    """The diagnosis with what the base model's numbers explain of free runs; as it was where they explain nothing, or
+    """The diagnosis with what the base model's numbers explain of free runs; as it was where they explain little, or
     where the family states no groups."""
     try:
         base = calibrate_on(found.model, given.train, given.held_out)
     except (BadInput, CannotFit):
         return found
-    if not base.moved:
+    if not base.moved or base.verdict == "unexplained":
         return replace(found, calibration=base)
     before = [f for f in found.causes if f.stage != "dynamics"]
     causes = (*before, *_findings(base))

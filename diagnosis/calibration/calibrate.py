@@ -198,7 +198,7 @@ def _verdict(p: Problem, found: Selection, shares: Mapping[str, Share]) -> tuple
         limit = f"{100 * ADEQUATE:.0f} % of each channel's motion"
         return "adequate", f"but for the trim of single runs, free-run errors are below {limit}"
     counted = [shares[columns[c]] for c in matter] or list(shares.values())
-    explained = float(np.mean([s.coefficients / max(1.0 - s.trim - s.noise, 1e-9) for s in counted]))
+    explained = float(np.mean([s.explained for s in counted]))
     said = f"the numbers that moved take off {100 * explained:.0f} % of what can be explained of the free-run error"
     if explained >= NAMED:
         return "named", said
