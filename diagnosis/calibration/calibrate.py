@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.instruments import hull_record
+from ...estimation.fit import arithmetic_guard
 from ...estimation.mixed_effects import THRUST, Problem, jackknife, pooled, problem, squares
 from ...models.coefficient_groups import groups_of, grown
 from ...models.errors import BadInput, CannotFit
@@ -50,7 +51,13 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
     ------
     BadInput : no training record, a model without coefficients, or a family that states no groups.
     CannotFit : the records lack what free runs need, or are too short to leave a part out.
+    FitFailed : the model cannot be run with the records, or the arithmetic fails.
     """
+    with arithmetic_guard():
+        return _calibration(model, train, held_out)
+
+
+def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
     started = time.perf_counter()
     if not train:
         raise BadInput("no training record", hint="give at least one")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
@@ -70,6 +71,12 @@ class Innovations(NamedTuple):
 def _pool(threads: int) -> ThreadPoolExecutor:
     """Threads for runs of the filter, which hold no lock; shared, as they keep nothing."""
     return ThreadPoolExecutor(threads)
+
+
+def in_context(work: Callable[[T], R]) -> Callable[[T], R]:
+    """Work that a thread does in the caller's context, which says how floating-point errors are treated."""
+    context = copy_context()
+    return lambda item: context.copy().run(work, item)
 
 
 @dataclass(frozen=True)
@@ -201,7 +208,7 @@ class Estimator:
         """Results of work that mostly runs compiled code, in the order of the items."""
         if self.threads < 2:
             return [work(item) for item in items]
-        return list(_pool(self.threads).map(work, items))
+        return list(_pool(self.threads).map(in_context(work), items))
 
     def evaluate(self, s: Setting) -> Innovations:
         """Innovations of all segments at a setting."""

@@ -11,7 +11,7 @@ import numpy as np
 from ....datasets.instruments import quietened, rudder_noise
 from ....models.errors import CannotFit
 from ...series import bridged, initial_state_of, inputs_of, samples
-from .spikes import without_spikes
+from .spikes import without_spikes_in_time
 from .vector import CHANNELS, SYMBOLS, state_of
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _segment(part: Record, record: Record, index: int, model: Model, kernels: Ke
     for c, symbol in enumerate(SYMBOLS):
         values = samples(part, symbol)
         if values is not None and state_of(symbol, kernels.STATES) is not None:
-            measured[:, c], found, close = without_spikes(values)
+            measured[:, c], found, close = without_spikes_in_time(values, part.time_s)
             spikes, near = spikes + found, near + close
     if not np.isfinite(measured[:, :2]).any():
         return None
