@@ -20,8 +20,8 @@ SIGN_SHARE = 0.3
 FEWEST = 20
 """Samples with rudder and yaw rate (windows with two channels) below which sign (units) are not judged."""
 DEGREE = np.pi / 180.0
-LARGEST_RUDDER = 1.6
-"""Rudder angle, rad, that no rudder reaches."""
+LARGEST_RUDDER, MOVED = 1.6, 0.02
+"""Rudder angle, rad, that no rudder reaches, and the range of angles over which a ship turns."""
 FASTEST, FASTEST_M_S, FASTEST_RAD_S = 10.0, 150.0, 7.0
 """Times the model's speed (yaw rate: its speed over its length) that no record of its ship reaches, and the speed and
 yaw rate of anything afloat, for models without a speed or length."""
@@ -111,6 +111,7 @@ def check_plausible(records: Sequence[Record], model: Model) -> None:
         _check_rudder(record)
         _check_speed(record, model)
         _check_rate(record, model)
+        _check_alive(record)
         _check_turned(record)
         _check_way(record)
 
@@ -166,6 +167,20 @@ def _check_speed(record: Record, model: Model) -> None:
             said = f"{FASTEST:.0f} times the {model.speed_m_s:.4g} m/s of {model.id}" if known else f"{most:.0f} m/s"
             hint = "check its unit, its scale (model or full scale) and that the model is that of the ship"
             raise BadInput(f"a speed of {speed:.4g} m/s, above {said}", file=record.name, column=name, hint=hint)
+
+
+def _check_alive(record: Record) -> None:
+    """Refuse a heading or a yaw rate that is the same in every row while the rudder moves."""
+    rudder = record.rudder() if record.has(RUDDERS[0]) or record.has(RUDDERS[1]) else np.zeros(1)
+    rudder = rudder[np.isfinite(rudder)]
+    if not rudder.size or np.ptp(rudder) < MOVED:
+        return
+    for name in ("heading_rad", "yaw_rate_rad_s"):
+        values = record.column(name) if record.has(name) else np.zeros(0)
+        values = values[np.isfinite(values)]
+        if values.size > 1 and np.ptp(values) == 0.0:
+            message = f"{values[0]:.4g} in every row while the rudder moves by {np.ptp(rudder):.3g} rad"
+            raise BadInput(message, file=record.name, column=name, hint="a dead sensor? leave the column out")
 
 
 def _check_rate(record: Record, model: Model) -> None:

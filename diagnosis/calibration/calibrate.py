@@ -12,6 +12,7 @@ import numpy as np
 
 from ...datasets.instruments import hull_record
 from ...estimation.fit import arithmetic_guard
+from ...estimation.gaps import unbroken
 from ...estimation.mixed_effects import THRUST, Problem, jackknife, pooled, problem, squares
 from ...models.coefficient_groups import groups_of, grown
 from ...models.errors import BadInput, CannotFit
@@ -65,10 +66,10 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
     groups = groups_of(model)
     whole = grown(model, groups)
-    pieces = _pieces([hull_record(record, model) for record in train], whole)
+    pieces = _pieces(unbroken([hull_record(record, model) for record in train], whole), whole)
     given = problem(whole, pieces)
     found = select(given, groups)
-    kept = problem(whole, [hull_record(record, model) for record in held_out]) if held_out else None
+    kept = problem(whole, unbroken([hull_record(r, model) for r in held_out], whole)) if held_out else None
     shares = _shares(given, found)
     verdict, reason = _verdict(given, found, shares)
     calibrated = _calibrated(model, whole, found.final)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from ....models import kernels as kernel_store
+from ...gaps import clock_of
 from ...series import sensor_sd
 from .segments import Segment, rudder_sd, segments_of
 from .settings import Noise, Parameter, Setting
@@ -378,14 +379,6 @@ def estimator(
         threads=threads,
         terms=tuple(terms),
     )
-
-
-def clock_of(model: Model, records: Sequence[Record]) -> float:
-    """Time scale against a 160 m ship: sqrt(L/160 m), or the records' duration over 600 s (at most 1)."""
-    length = model.particulars.get("L")
-    if length is not None:
-        return float(np.sqrt(length / 160.0))
-    return float(min(np.median([r.time_s[-1] - r.time_s[0] for r in records]) / 600.0, 1.0))
 
 
 def force_units(model: Model, segments: Sequence[Segment]) -> np.ndarray:
