@@ -1,4 +1,4 @@
-# make bench | test | reproduce | diagnosis-reports | rates | timing | lint | types | format | env | clean
+# make bench | test | reproduce | diagnosis-reports | rates | ugly | timing | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -17,7 +17,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench reproduce diagnosis-reports test lint types format rates timing clean
+.PHONY: help env bench reproduce diagnosis-reports test lint types format rates ugly timing clean
 .DELETE_ON_ERROR:
 
 help:
@@ -25,6 +25,7 @@ help:
 	@echo "make test     install, lint, check types, run the tests"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
 	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised"
+	@echo "make ugly     give identify, diagnose and calibrate 300 ugly records: each ends in a result or in one line"
 	@echo "make timing   time simulation, fits, a suite row, record files and other implementations; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
@@ -76,6 +77,9 @@ format: env
 
 rates: env
 	$(BIN)/pytest tests/rates -n $(WORKERS) -rP
+
+ugly: env
+	$(BIN)/pytest tests/robustness -n $(WORKERS) -rP
 
 timing: env
 	@mkdir -p $(dir $(TIMES))

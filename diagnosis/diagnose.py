@@ -12,6 +12,7 @@ import numpy as np
 from ..datasets.instruments import corrected
 from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Parameter
+from ..estimation.fit import arithmetic_guard
 from ..estimation.mixed_effects import ship_length_s
 from ..models.errors import BadInput, CannotFit
 from . import verdict
@@ -51,8 +52,13 @@ def diagnose(
     ------
     BadInput : for options that cannot be, or no training record.
     CannotFit : if a record lacks rudder, or heading and yaw rate.
+    FitFailed : the model cannot be run with the records, or the arithmetic fails outside the fit of a single cause.
     """
-    options = (options or Options()).checked(model)
+    with arithmetic_guard():
+        return _diagnosed(model, train, held_out, (options or Options()).checked(model))
+
+
+def _diagnosed(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Diagnosis:
     if not train:
         raise BadInput("no training record", hint="give at least one")
     started = time.perf_counter(), time.process_time()

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..models.errors import BadInput, CannotFit
+from ..estimation.fit import arithmetic_guard
+from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.instruments import combined
 from . import verdict
 from .calibration.calibrate import calibrate_on
@@ -32,8 +33,9 @@ def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
     """The diagnosis with what the base model's numbers explain of free runs; as it was where they explain little, or
     where the family states no groups."""
     try:
-        base = calibrate_on(found.model, given.train, given.held_out)
-    except (BadInput, CannotFit):
+        with arithmetic_guard():
+            base = calibrate_on(found.model, given.train, given.held_out)
+    except (BadInput, CannotFit, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained":
         return replace(found, calibration=base)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from ..estimation.filters.innovations.derivatives import columns
-from ..estimation.filters.innovations.estimator import Estimator, Innovations
+from ..estimation.filters.innovations.estimator import Estimator, Innovations, in_context
 from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
 from ..estimation.filters.innovations.vector import CHANNELS
@@ -127,6 +127,7 @@ class State:
     accepted, ties : causes that are in, and for each those that it cannot be told from.
     n_effective : independent tests that the bank amounts to.  screened, candidates, rival : of the first step: all
     screened causes, all refitted ones, and the best unmodelled effect.  in_span : causes that the nuisance takes up.
+    failed : causes whose fit failed, with the reason.
     """
 
     est: Estimator
@@ -143,6 +144,7 @@ class State:
     candidates: tuple[Candidate, ...] = ()
     rival: Candidate | None = None
     in_span: frozenset[Cause] = frozenset()
+    failed: Mapping[Cause, str] = field(default_factory=dict)
 
     @property
     def setting(self) -> Setting:
@@ -211,7 +213,7 @@ class State:
         if self.est.threads < 2:
             return [work(item) for item in items]
         with ThreadPoolExecutor(self.est.threads) as pool:
-            return list(pool.map(work, items))
+            return list(pool.map(in_context(work), items))
 
 
 def first_state(

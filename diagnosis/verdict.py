@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 EXCITED = 8.0
 """Yaw motion over its sensor's noise (rms, smoothed) below which a record tells nothing about manoeuvring."""
 RUDDER_MOVED = np.deg2rad(0.3)
+FAINTEST = (1e-6, 1e-8)
+"""Heading (rad) and yaw rate (rad/s) that no sensor resolves."""
 
 
 def undecidable(est: Estimator, start: Setting) -> str | None:
@@ -33,7 +35,8 @@ def undecidable(est: Estimator, start: Setting) -> str | None:
                 continue
             size = max(1, y.size // 200)
             mean = y[: y.size // size * size].reshape(-1, size).mean(axis=1)
-            strongest = max(strongest, float(np.std(mean) / (start.noise.sensor_sd[c] / np.sqrt(size))))
+            if np.std(y) > FAINTEST[c]:
+                strongest = max(strongest, float(np.std(mean) / (start.noise.sensor_sd[c] / np.sqrt(size))))
     if moved < RUDDER_MOVED or strongest < EXCITED:
         return (
             f"the rudder moves by {np.rad2deg(moved):.2f} deg (sd) and the yaw motion is {strongest:.1f} times its "

@@ -65,12 +65,25 @@ def numerical_guard() -> Iterator[None]:
     FitFailed : also for an arithmetic or linear-algebra error.
     """
     try:
-        with np.errstate(all="ignore"), blas_limited():
+        with arithmetic_guard(), blas_limited():
             yield
-    except (CannotFit, FitFailed):
-        raise
     except BadInput as error:
         raise CannotFit(str(error)) from error
+
+
+@contextmanager
+def arithmetic_guard() -> Iterator[None]:
+    """Context without floating-point warnings, whose arithmetic errors are FitFailed.
+
+    Raises
+    ------
+    FitFailed : for an arithmetic or linear-algebra error, or a value that an algorithm refuses.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except BadInput:
+        raise
     except (ArithmeticError, np.linalg.LinAlgError, ValueError) as error:
         raise FitFailed(f"{type(error).__name__}: {error}") from error
 

@@ -10,6 +10,8 @@ import numpy as np
 from ...datasets.generator import record_run
 from ...datasets.manoeuvres import parse_manoeuvre
 from ...estimation.mixed_effects import normal_equations, problem
+from ...estimation.series import MEASURED
+from ...models.model import CHANNELS
 from .forward import Selection, numbers_of
 from .result import NextRun
 
@@ -33,10 +35,11 @@ def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequenc
     scale = np.array([n.sd for n in numbers])
     now = normal_equations(p, numbers, fitted.theta, fitted.own, fitted.sd)[0] * np.outer(scale, scale)
     before = np.linalg.slogdet(now)[1]
+    unmeasured = {CHANNELS[symbol]: None for symbol in MEASURED if symbol not in p.channels}
     out = []
     for text in CANDIDATES:
         record = record_run(calibrated, parse_manoeuvre(text), duration_s=DURATION * p.length_s, dt_s=0.03 * p.length_s)
-        one = problem(whole, [record])
+        one = problem(whole, [record.with_channels(**unmeasured)])
         shared = [p.channels.index(c) for c in one.channels]
         still = np.zeros((1, one.own_sd.size))
         added = normal_equations(one, numbers, fitted.theta, still, fitted.sd[shared])[0] * np.outer(scale, scale)

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.instruments import hull_record
+from ...estimation.fit import arithmetic_guard
+from ...estimation.gaps import unbroken
 from ...estimation.mixed_effects import THRUST, Problem, jackknife, pooled, problem, squares
 from ...models.coefficient_groups import groups_of, grown
 from ...models.errors import BadInput, CannotFit
@@ -50,7 +52,13 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
     ------
     BadInput : no training record, a model without coefficients, or a family that states no groups.
     CannotFit : the records lack what free runs need, or are too short to leave a part out.
+    FitFailed : the model cannot be run with the records, or the arithmetic fails.
     """
+    with arithmetic_guard():
+        return _calibration(model, train, held_out)
+
+
+def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
     if not train:
         raise BadInput("no training record", hint="give at least one")
     if not model.known:
@@ -63,9 +71,9 @@ def calibrate_on(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     started = time.perf_counter()
     groups = groups_of(model)
     whole = grown(model, groups)
-    given = problem(whole, _pieces(train, whole))
+    given = problem(whole, _pieces(unbroken(train, whole), whole))
     found = select(given, groups)
-    kept = problem(whole, held_out) if held_out else None
+    kept = problem(whole, unbroken(held_out, whole)) if held_out else None
     shares = _shares(given, found)
     verdict, reason = _verdict(given, found, shares)
     calibrated = _calibrated(model, whole, found.final)

@@ -130,7 +130,8 @@ def gains(
             block = max(1, round(BLOCK_S * held.clock / d.step_s))
             old += _blocks(_error(y, a[k:, c], c), block)
             new += _blocks(_error(y, b[k:, c], c), block)
-            spread += [np.nansum((y - np.nanmean(y)) ** 2)]
+            known = y[np.isfinite(y)]
+            spread += [np.sum((known - known.mean()) ** 2) if known.size else 0.0]
         out[COLUMNS[SYMBOLS[c]]] = _gain(np.array(old), np.array(new), float(np.sum(spread)), sensor_sd[c], rng)
     return out
 

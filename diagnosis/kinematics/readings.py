@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 WINDOW_S = 8.0
 BETTER = 0.5
 """Share of the present disagreement below which another reading of the columns is believed."""
-FEWEST = 10
-"""Samples below which nothing is compared."""
+FEWEST = 20
+"""Samples with all channels below which nothing is compared."""
 LEAST = 0.02
 """Disagreement, as a share of the way made, from which another reading is looked for."""
 TRACK = ("heading_rad", "surge_m_s", "sway_m_s", "north_m", "east_m")
@@ -82,7 +82,7 @@ def rate_error(record: Record, name: str) -> float:
     if known.sum() < FEWEST:
         return float("nan")
     psi, rate, time = psi[known], rate[known], time[known]
-    step = max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time))))
+    step = min(max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time)))), time.size // 2)
     turned = psi[step:] - psi[:-step]
     given = cumulative_trapezoid(rate, time, initial=0.0)
     error = turned - (given[step:] - given[:-step])

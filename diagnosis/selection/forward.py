@@ -11,11 +11,13 @@ import numpy as np
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise_from_starts
 from ...estimation.filters.innovations.refit import refit
+from ...models.errors import FitFailed
 from ..residuals import tests
 from ..residuals.unmodelled import best_unmodelled
 from ..state import HIDING, Candidate, Screened, State, Unmodelled, candidate, exceeds_misfit
 from ..statistics.gusts import penalised_likelihood
 from ..statistics.score_tests import canonical_correlation, log_tail
+from .failures import Failed, attempted, sorted_out
 from .screening import counted, screen
 from .ties import MOST_TIED, TIE_CORRELATION, TIE_NATS
 
@@ -37,8 +39,15 @@ RACE_NATS, RACE_SHARE = 10.0, 0.3
 
 
 def select(state: State, most: int, rng: np.random.Generator) -> State:
-    """Accept causes one after the other while they pass the family-wise level."""
+    """Accept causes one after the other while they pass the family-wise level.
+
+    Raises
+    ------
+    FitFailed : the model's run with the records is not finite, whatever the noise.
+    """
     state = noise_fitted(state)
+    if state.now.diverged:
+        raise FitFailed(f"model {state.est.model.id} cannot be run with the records: its filter is not finite")
     for step in range(most):
         before = state.now.log_likelihood
         state, found = _candidates(state, step, before, rng)
@@ -72,25 +81,36 @@ def noise_fitted(state: State) -> State:
 def _candidates(state: State, step: int, before: float, rng: np.random.Generator) -> tuple[State, list[Candidate]]:
     screened = screen(state, state.setting, state.now, rng)
     state = counted(state, screened, rng) if step == 0 else replace(state, in_span=state.in_span | screened.in_span)
-    found = _refitted(state, screened.items, before, rng)
+    state = replace(state, failed={**state.failed, **screened.failed})
+    state, found = _refitted(state, screened.items, before, rng)
     for complicated in list(found):
-        simpler = _cause(complicated).simpler(state, complicated, before, rng)
+        simpler = simplified(state, complicated, before, rng)
         if simpler is not None and all(c.log_p > simpler.log_p for c in found if c.cause == simpler.cause):
             found = [*(c for c in found if c.cause != simpler.cause), simpler]
-    for cause in state.bank:
-        tried = cause.search.attempt(cause, state, before, rng) if cause not in state.causes else None
-        found += [tried] if tried is not None else []
+    attempt = attempted(lambda cause: cause.search.attempt(cause, state, before, rng), lambda cause: cause)
+    state, tried = sorted_out(state, [attempt(cause) for cause in state.bank if cause not in state.causes])
+    found += [one for one in tried if one is not None]
     return state, under_gusts(state, refined(state, found, before), before)
 
 
-def _refitted(state: State, items: Sequence[Screened], before: float, rng: np.random.Generator) -> list[Candidate]:
+def simplified(state: State, found: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
+    """A simpler cause that describes what a candidate does; None where there is none, or its fit fails."""
+    simpler = attempted(lambda c: _cause(c).simpler(state, c, before, rng), _cause)(found)
+    return None if isinstance(simpler, Failed) else simpler
+
+
+def _refitted(
+    state: State, items: Sequence[Screened], before: float, rng: np.random.Generator
+) -> tuple[State, list[Candidate]]:
     """The leaders of the screen and of one without gusts, then those behind them whose scores promise more."""
 
-    def refits(chosen: Sequence[Screened]) -> list[Candidate]:
+    def refit_one(job: tuple[Screened, np.random.Generator]) -> Candidate:
+        item, own = job
+        return item.cause.search.refit(item.cause, state, item, before, own)
+
+    def refits(chosen: Sequence[Screened]) -> list[Candidate | Failed]:
         jobs = list(zip(chosen, rng.spawn(len(chosen)), strict=True))  # draws the same whoever comes first
-        return state.in_threads(
-            lambda job: job[0].cause.search.refit(job[0].cause, state, job[0], before, job[1]), jobs
-        )
+        return state.in_threads(attempted(refit_one, lambda job: job[0].cause), jobs)
 
     level = np.log(0.1 / state.n_effective)
     chosen = _leaders(items, level, LEADERS, LEADING)
@@ -99,10 +119,12 @@ def _refitted(state: State, items: Sequence[Screened], before: float, rng: np.ra
     if state.setting.noise.has_forces and calm.log_likelihood > before - HIDING:
         quiet = screen(state, replace(state.setting, noise=state.start.noise), calm, rng).items
         chosen += [i for i in _leaders(quiet, -15.0, 3, LEADING) if i.cause not in have]
-    found, have = refits(chosen), {i.cause for i in chosen}
+    (state, found), have = sorted_out(state, refits(chosen)), {i.cause for i in chosen}
     kept = max((c.statistic for c in found), default=0.0)
     further = _leaders(items, level, FURTHER, PROMISING)
-    return found + refits([i for i in further if i.cause not in have and -2.0 * i.log_p > kept])
+    more = [i for i in further if i.cause not in have and -2.0 * i.log_p > kept]
+    state, others = sorted_out(state, refits(more))
+    return state, found + others
 
 
 def _leaders(items: Sequence[Screened], level: float, most: int, share: float) -> list[Screened]:
@@ -121,7 +143,9 @@ def refined(state: State, found: Sequence[Candidate], before: float) -> list[Can
         return candidate(c.cause, c.variant, c.k, c.tests, before, setting, now)
 
     leaders = [c for c in found if c.statistic > least]
-    return [*state.in_threads(to_the_end, leaders), *(c for c in found if c.statistic <= least)]
+    ends = state.in_threads(attempted(to_the_end, _cause), leaders)
+    done = [first if isinstance(end, Failed) else end for first, end in zip(leaders, ends, strict=True)]
+    return [*done, *(c for c in found if c.statistic <= least)]
 
 
 def under_gusts(state: State, found: Sequence[Candidate], before: float) -> list[Candidate]:
@@ -182,7 +206,7 @@ def _simplified(state: State, rng: np.random.Generator) -> State:
         others = state.at(lacking(state, old), state.now, [a for a in state.accepted if a is not old])
         here = replace(old, setting=state.setting, now=state.now)
         before = state.now.log_likelihood - 0.5 * old.statistic
-        simpler = _cause(old).simpler(others, here, before, rng)
+        simpler = simplified(others, here, before, rng)
         if simpler is None or simpler.now.log_likelihood <= state.now.log_likelihood - TIE_NATS:
             continue
         moved = {_cause(simpler) if cause == old.cause else cause: tied for cause, tied in state.ties.items()}

@@ -12,6 +12,7 @@ from ...estimation.filters.innovations.derivatives import columns
 from ..searches.base import Here
 from ..state import IN_SPAN, Screened, State, Variant, projector
 from ..statistics.score_tests import effective_number, log_tail
+from .failures import Failed, attempted
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -20,12 +21,14 @@ if TYPE_CHECKING:
 
 
 class Screen(NamedTuple):
-    """Screened causes, best first; those that the nuisance takes up; columns of the rest by cause and variant."""
+    """Screened causes, best first; those that the nuisance takes up; columns of the rest by cause and variant; causes
+    whose screen failed, with the reason."""
 
     items: list[Screened]
     in_span: frozenset[Cause]
     families: list[list[np.ndarray]]
     here: Here
+    failed: Mapping[Cause, str]
 
 
 def screen(state: State, s: Setting, now: Innovations, rng: np.random.Generator) -> Screen:
@@ -49,9 +52,11 @@ def screen(state: State, s: Setting, now: Innovations, rng: np.random.Generator)
         ]
         best = int(np.argmin(ranked))
         out.append(Screened(cause, variants[best], float(ranked[best]), scores[best]))
-    others = [cause.search.screen(cause, state, here, rng) for cause in bank if not cause.search.scored]
-    out += [item for item in others if item is not None]
-    return Screen(sorted(out, key=lambda c: c.log_p), frozenset(in_span), families, here)
+    screened = attempted(lambda cause: cause.search.screen(cause, state, here, rng), lambda cause: cause)
+    others = [screened(cause) for cause in bank if not cause.search.scored]
+    failed = {one.cause: one.reason for one in others if isinstance(one, Failed)}
+    out += [item for item in others if item is not None and not isinstance(item, Failed)]
+    return Screen(sorted(out, key=lambda c: c.log_p), frozenset(in_span), families, here, failed)
 
 
 def counted(state: State, found: Screen, rng: np.random.Generator) -> State:

@@ -46,8 +46,11 @@ class Projector:
 
     def __init__(self, now: Innovations, nuisance: np.ndarray, prior: np.ndarray | None = None) -> None:
         self.residual = np.clip(now.e, -CLIP, CLIP).ravel()
-        self.nuisance = nuisance
         information = nuisance @ nuisance.T
+        if not np.isfinite(information).all():  # too large to be squared: such columns are left out
+            nuisance = np.where(np.isfinite(np.diag(information))[:, None], nuisance, 0.0)
+            information = np.nan_to_num(nuisance @ nuisance.T)
+        self.nuisance = nuisance
         fisher = information + (np.diag(prior) if prior is not None else 0.0)
         scale = np.sqrt(np.diag(fisher)) + 1e-300
         outer = np.outer(scale, scale)
@@ -147,8 +150,14 @@ def _tests(p: float, level: float) -> float:
 
 
 def correlations(terms: np.ndarray) -> np.ndarray:
-    """Correlations (m, m) of sums of the terms (m, N) with random multipliers; those of empty ones are zero."""
+    """Correlations (m, m) of sums of the terms (m, N) with random multipliers; those of empty ones, and of those that
+    are not finite, are zero."""
     covariance = terms @ terms.T
+    if not np.isfinite(covariance).all():
+        largest = np.max(np.abs(terms), axis=1, keepdims=True)
+        usable = np.isfinite(largest) & (largest > 0.0)
+        terms = np.where(usable, terms, 0.0) / np.where(usable, largest, 1.0)
+        covariance = terms @ terms.T
     spread = np.sqrt(np.diag(covariance))
     scale = np.where(spread > 0.0, spread, np.inf)
     return covariance / np.outer(scale, scale)

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...models.errors import BadInput, CannotFit, FitFailed
 from ..fit import LONGEST_PATH, Fit
+from ..gaps import unbroken
 from ..regression.least_squares import LeastSquares
 from ..series import Series, noise_floor, series_of
 from ..starts import Start, starts_of
@@ -302,6 +303,7 @@ def joint_fit(
     CannotFit : a record lacks a channel, or there are no more measured values than coefficients.
     FitFailed : the filter diverges in its first pass.
     """
+    records = unbroken(records, model)
     series = [series_of(record, model) for record in records]
     if (n := sum(s.n_outputs for s in series)) <= len(model.coordinates):
         raise CannotFit(f"{n} measured values for {len(model.coordinates)} coefficients")

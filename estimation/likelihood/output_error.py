@@ -23,6 +23,7 @@ import numpy as np
 
 from ...models.errors import CannotFit
 from ..fit import Fit
+from ..gaps import unbroken
 from ..regression import factors
 from ..series import series_of
 from ..starts import starts_of
@@ -47,11 +48,14 @@ def identify(
 ) -> Outcome:
     """Output-error fit of records from least-squares starts; arguments as in `search.fit_output_error`.
 
+    Records are cut at long gaps and splices: every stretch has an initial state of its own.
+
     Raises
     ------
     CannotFit : a record lacks a channel, or there are no more measured values than unknowns.
     FitFailed : the model diverges from every start.
     """
+    records = unbroken(records, model)
     series = [series_of(record, model) for record in records]
     k = len(model.coordinates) if unknowns is None else len(unknowns.estimated)
     if (n := sum(s.n_outputs for s in series)) <= k:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.calibration import result
 from ..models.errors import BadInput
-from .diagnosis import check_sides
+from .diagnosis import training_and_held_out
 from .documents import write_result
-from .identification import as_model, as_records, labels, listed
+from .identification import as_model, labels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,13 +117,15 @@ def calibrate(
 
     Raises
     ------
-    BadInput : a file or model cannot be used, or a record is both a training record and held out.
+    BadInput : a file or model cannot be used, a record is given twice or on both sides, or its numbers are in another
+        unit than its columns say.
+    FitFailed : the model cannot be run with the records, or the arithmetic fails.
     CannotFit : the records lack what free runs need, or are too short to leave a part out.
     """
     from ..diagnosis.calibration.calibrate import calibrate as engine
 
-    check_sides(listed(train), listed(held_out))
-    found = engine(as_model(model), as_records(train, positive_rudder), as_records(held_out, positive_rudder))
+    base = as_model(model)
+    found = engine(base, *training_and_held_out(base, train, held_out, positive_rudder))
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
     return Calibration.of(replace(found, records=tuple(names)))

@@ -12,7 +12,7 @@ from ..diagnosis import result
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
 from .documents import write_result
-from .identification import as_model, as_records, labels, listed
+from .identification import as_model, as_records, labels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -142,19 +142,20 @@ def diagnose(
 
     Raises
     ------
-    BadInput : a file, model or option cannot be used, or a record is both a training record and held out.
+    BadInput : a file, model or option cannot be used, a record is given twice or on both sides, or its numbers are in
+        another unit than its columns say.
+    FitFailed : the model cannot be run with the records, or the arithmetic fails.
     CannotFit : the records lack what a diagnosis needs: the rudder, and heading or yaw rate.
     """
     from ..diagnosis import diagnose as engine
     from ..diagnosis.options import Options
 
     base = as_model(model)
-    check_sides(listed(train), listed(held_out))
     only = None if causes is None else tuple(causes)
     options = Options(base_parameters, coefficient_sd, _columns(channels), max_effects, alpha, seed, only)
     options.checked(base)
-    records = [record.turned(base.positive_rudder) for record in as_records(train, positive_rudder)]
-    others = [record.turned(base.positive_rudder) for record in as_records(held_out, positive_rudder)]
+    given = training_and_held_out(base, train, held_out, positive_rudder)
+    records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
     found = engine.diagnose(base, records, others, options)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
@@ -173,18 +174,23 @@ def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:
     return tuple(dict.fromkeys(known[name] for name in names))
 
 
-def check_sides(train: Sequence[Record | FilePath], held_out: Sequence[Record | FilePath]) -> None:
-    """Refuse a record or file that is both a training record and held out."""
-    hint = "a held-out record takes no part in training"
-    for one in train:
-        for other in held_out:
-            if _same(one, other):
-                raise BadInput("is both a training record and held out", file=labels([one])[0], hint=hint)
+def training_and_held_out(
+    model: Model,
+    train: Record | FilePath | Sequence[Record | FilePath],
+    held_out: Record | FilePath | Sequence[Record | FilePath],
+    positive_rudder: str | None,
+) -> tuple[list[Record], list[Record]]:
+    """Records of both sides, read where they are paths.
 
+    Raises
+    ------
+    BadInput : a file cannot be used, a run is given twice or on both sides, or its numbers are in another unit than its
+        columns say.
+    """
+    from ..datasets.plausibility import check_no_copies, check_plausible
 
-def _same(one: Record | FilePath, other: Record | FilePath) -> bool:
-    from ..datasets.record import Record
-
-    if isinstance(one, Record) or isinstance(other, Record):
-        return one is other
-    return Path(one).resolve() == Path(other).resolve()
+    records, others = as_records(train, positive_rudder), as_records(held_out, positive_rudder)
+    check_plausible(records, model)
+    check_plausible(others, model)
+    check_no_copies(records, others)
+    return records, others

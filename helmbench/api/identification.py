@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from math import isfinite
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -91,20 +92,33 @@ def identify(
 
     Raises
     ------
-    BadInput : a file, model or method cannot be used.
+    BadInput : a file, model or method cannot be used, a record is given twice, or its numbers are in another unit than
+        its columns say.
     CannotFit : the method does not suit the model, or a record lacks what it needs.
     FitFailed : no finite estimate was found.
     """
     from ..datasets.instruments import hull_record
-    from ..datasets.plausibility import RudderSignWarning, rudder_sign_doubt
+    from ..datasets.plausibility import RudderSignWarning, check_plausible, rudder_sign_doubt
     from ..methods.registry import make
 
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
-    given = [hull_record(record, structure) for record in as_records(records, positive_rudder)]
+    read = as_records(records, positive_rudder)
+    check_plausible(read, structure)
+    given = [hull_record(record, structure) for record in read]
     estimate = fitter.fit(given, structure)
+    _check_finite(estimate)
     for doubt in filter(None, map(rudder_sign_doubt, given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)
     return estimate
+
+
+def _check_finite(estimate: Estimate) -> None:
+    """Raise FitFailed for an estimate that has published parameters without a finite real value."""
+    from ..models.errors import FitFailed
+
+    lost = [name for name, value in estimate.parameters.items() if not isfinite(value)]
+    if lost:
+        raise FitFailed(f"{', '.join(lost)}: no finite real value belongs to the fitted coefficients of the model")
 
 
 def rudder_sign_doubt(record: Record, model: Model) -> str | None:

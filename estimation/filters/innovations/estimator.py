@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from ....models import kernels as kernel_store
+from ...gaps import clock_of
 from ...series import sensor_sd
 from .segments import Segment, rudder_sd, segments_of
 from .settings import Noise, Parameter, Setting
@@ -70,6 +72,12 @@ class Innovations(NamedTuple):
 def _pool(threads: int) -> ThreadPoolExecutor:
     """Threads for runs of the filter, which hold no lock; shared, as they keep nothing."""
     return ThreadPoolExecutor(threads)
+
+
+def in_context(work: Callable[[T], R]) -> Callable[[T], R]:
+    """Work that a thread does in the caller's context, which says how floating-point errors are treated."""
+    context = copy_context()
+    return lambda item: context.copy().run(work, item)
 
 
 @dataclass(frozen=True)
@@ -201,7 +209,7 @@ class Estimator:
         """Results of work that mostly runs compiled code, in the order of the items."""
         if self.threads < 2:
             return [work(item) for item in items]
-        return list(_pool(self.threads).map(work, items))
+        return list(_pool(self.threads).map(in_context(work), items))
 
     def evaluate(self, s: Setting) -> Innovations:
         """Innovations of all segments at a setting."""
@@ -371,14 +379,6 @@ def estimator(
         threads=threads,
         terms=tuple(terms),
     )
-
-
-def clock_of(model: Model, records: Sequence[Record]) -> float:
-    """Time scale against a 160 m ship: sqrt(L/160 m), or the records' duration over 600 s (at most 1)."""
-    length = model.particulars.get("L")
-    if length is not None:
-        return float(np.sqrt(length / 160.0))
-    return float(min(np.median([r.time_s[-1] - r.time_s[0] for r in records]) / 600.0, 1.0))
 
 
 def force_units(model: Model, segments: Sequence[Segment]) -> np.ndarray:

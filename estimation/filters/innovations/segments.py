@@ -10,20 +10,15 @@ import numpy as np
 
 from ....datasets.instruments import quietened, rudder_noise
 from ....models.errors import CannotFit
+from ...gaps import SHORTEST, parts_of
 from ...series import bridged, initial_state_of, inputs_of, samples
-from .spikes import without_spikes
+from .spikes import without_spikes_in_time
 from .vector import CHANNELS, SYMBOLS, state_of
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
     from ....models.kernels import Kernels
     from ....models.model import Model
-
-LONG_GAP_STEPS, LONG_GAP_S = 5.0, 4.0
-"""A gap in the rows or in the rudder longer than both, in median steps and in seconds (on a 160 m ship), cuts a
-record: nothing is known of what the rudder did there."""
-SHORTEST = 16
-"""Samples of the shortest segment that is kept."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +71,7 @@ def segments_of(records: Sequence[Record], model: Model, kernels: Kernels, clock
             raise CannotFit(f"record {record.name} has no rudder samples")
         if not any((values := samples(record, s)) is not None and np.isfinite(values).any() for s in ("psi", "r")):
             raise CannotFit(f"record {record.name} has neither heading nor yaw rate")
-        parts = [record.slice(a, b) for a, b in stretches(record, clock)]
+        parts = parts_of(record, clock)
         own = [s for part in parts if (s := _segment(part, record, index, model, kernels)) is not None]
         if not own:
             raise CannotFit(f"record {record.name}: no {SHORTEST} samples in turn have rudder and heading or yaw rate")
@@ -90,24 +85,6 @@ def rudder_sd(segments: Sequence[Segment]) -> float:
     return max(min(rudder_noise(d.rudder) for d in segments), 1e-7)
 
 
-def stretches(record: Record, clock: float) -> list[tuple[int, int]]:
-    """First and last + 1 sample of the stretches between long gaps of the rows or of the rudder."""
-    known = np.flatnonzero(np.isfinite(record.rudder()))
-    if not known.size:
-        return []
-    longest = max(LONG_GAP_STEPS * record.dt, LONG_GAP_S * clock)
-    cut = np.flatnonzero(np.diff(record.time_s[known]) > longest)
-    starts = [0 if known[0] == 0 or not _late(record, known[0], longest) else int(known[0])]
-    starts += [int(known[i + 1]) for i in cut]
-    last = record.n if record.time_s[-1] - record.time_s[known[-1]] <= longest else int(known[-1]) + 1
-    ends = [*(int(known[i]) + 1 for i in cut), last]
-    return [(a, b) for a, b in zip(starts, ends, strict=True) if b - a >= min(SHORTEST, record.n)]
-
-
-def _late(record: Record, first: int, longest: float) -> bool:
-    return bool(record.time_s[first] - record.time_s[0] > longest)
-
-
 def _segment(part: Record, record: Record, index: int, model: Model, kernels: Kernels) -> Segment | None:
     """A stretch of a record; None where it has neither heading nor yaw rate."""
     measured = np.full((part.n, CHANNELS), np.nan)
@@ -115,7 +92,7 @@ def _segment(part: Record, record: Record, index: int, model: Model, kernels: Ke
     for c, symbol in enumerate(SYMBOLS):
         values = samples(part, symbol)
         if values is not None and state_of(symbol, kernels.STATES) is not None:
-            measured[:, c], found, close = without_spikes(values)
+            measured[:, c], found, close = without_spikes_in_time(values, part.time_s)
             spikes, near = spikes + found, near + close
     if not np.isfinite(measured[:, :2]).any():
         return None

@@ -16,6 +16,17 @@ ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
 side by side, and how many times those of the first round may become: more are the corners of a motion."""
 
 
+def without_spikes_in_time(values: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, int, int]:
+    """As `without_spikes`, where rows of the record may be missing: time_s (T,) says between which."""
+    step = np.diff(time_s)
+    rows = np.clip(np.round(step / np.median(step)), 1, REACH + 1).astype(int) if step.size else step.astype(int)
+    place = np.concatenate([[0], np.cumsum(rows)])
+    spread = np.full(place[-1] + 1, np.nan)
+    spread[place] = values
+    cleaned, found, near = without_spikes(spread)
+    return cleaned[place], found, near
+
+
 def without_spikes(values: np.ndarray) -> tuple[np.ndarray, int, int]:
     """Series (T,) with single gross errors as gaps, their number, and the number of samples that nearly are.
 

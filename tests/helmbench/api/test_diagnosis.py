@@ -37,7 +37,7 @@ def asked(found, monkeypatch):
 
 def test_records_and_files_are_taken(record, asked, tmp_path):
     path = tmp_path / "other.csv"
-    helmbench.write_record(record, path)
+    helmbench.write_record(record.slice(record.n // 2, None), path)
     found = helmbench.diagnose("response-1", record, [path], channels=["heading", "yaw_rate_rad_s"], causes=["wind"])
     ((model, train, held_out, options),) = asked
     assert (model.id, train[0].n, [r.name for r in held_out]) == ("response-1", record.n, ["other"])
@@ -48,7 +48,9 @@ def test_records_and_files_are_taken(record, asked, tmp_path):
 
 def test_bad_input_is_found_before_anything_is_computed(record, asked, tmp_path):
     with pytest.raises(helmbench.BadInput, match="both a training record and held out"):
-        helmbench.diagnose("response-1", record, [record])
+        helmbench.diagnose("response-1", record, [replace(record, name="copy")])
+    with pytest.raises(helmbench.BadInput, match="holds the same samples"):
+        helmbench.diagnose("response-1", [record, replace(record, name="copy")])
     with pytest.raises(helmbench.BadInput, match="unknown channel 'draught'"):
         helmbench.diagnose("response-1", record, channels=["draught"])
     with pytest.raises(helmbench.BadInput, match="unknown cause"):
