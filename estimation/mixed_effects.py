@@ -1,8 +1,9 @@
 """Free runs fitted to several records at once, with effects that each record has of its own.
 
-A free run uses nothing of a record but its inputs and its initial state.  Numbers of the model (coefficients or
-constants) have Gaussian priors and are common to all records.  Every record has a deviation of its neutral rudder angle
-and of its initial state, with priors too: without them the coefficients would absorb the trim of single runs.
+A free run uses nothing of a record but its inputs, its measured wind and its initial state.  Numbers of the model
+(coefficients or constants) have Gaussian priors and are common to all records.  Every record has a deviation of its
+neutral rudder angle and of its initial state, with priors too: without them the coefficients would absorb the trim of
+single runs.
 
 The criterion is the sum over channels of N_eff / 2 log(S_c + floor_c^2), S_c being the mean squared error of all
 records and N_eff the records' duration over the correlation time of the residuals, plus half the squares of all numbers
@@ -21,7 +22,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.errors import CannotFit
-from .series import MEASURED, Series, samples, series_of
+from .series import MEASURED, Series, grid_of, samples, series_of
+from .weather import in_weather, measured_weather
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -61,10 +63,14 @@ class Number:
 
 @dataclass(frozen=True)
 class Run:
-    """One record prepared for free runs: its series, thinned, and the thrust (N,) where it was measured."""
+    """One record prepared for free runs: its series, thinned, and the thrust (N,) and wind where they were measured.
+
+    weather : inputs (M + 1, 7) of the environment variant, see `weather.measured_weather`.
+    """
 
     series: Series
     thrust: np.ndarray | None
+    weather: np.ndarray | None
     duration_s: float
 
     @property
@@ -137,7 +143,8 @@ class Problem:
         for value, symbol in zip(own[1:], self.states, strict=True):
             start[model.states.index(symbol)] += value
         states, count = np.empty((len(inputs), start.size)), substeps(model, series.dt)
-        model.kernels.simulate(start, inputs, theta, series.dt / count, count, False, states)
+        kernels, numbers, driven = in_weather(model, theta, inputs, run.weather)
+        kernels.simulate(start, driven, numbers, series.dt / count, count, False, states)
         found = [series.observe(states[:, series.columns])]
         if THRUST in self.channels:
             found.append(self._thrust_of(run, states, inputs, theta))
@@ -246,7 +253,8 @@ def _run(record: Record, model: Model, symbols: Sequence[str], length_s: float) 
     series = series_of(thinned, model, symbols)
     thrust = _smoothed(record, thinned) if record.has(THRUST) else None
     series = replace(series, start=_start(series, record, model, length_s))
-    return Run(series, thrust, float(record.time_s[-1] - record.time_s[0]))
+    weather = measured_weather(record, model, grid_of(thinned)[1])
+    return Run(series, thrust, weather, float(record.time_s[-1] - record.time_s[0]))
 
 
 def _smoothed(record: Record, thinned: Record) -> np.ndarray:
