@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,8 +18,10 @@ from .causes.registry import terms_for
 from .findings import all_findings, bank_entries, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import Predicted, predicting
+from .imperfect_base import by_free_runs
 from .kinematics import gross_errors, tracks
 from .options import Options
+from .prepared import Prepared
 from .residuals.judged import unexplained
 from .result import Diagnosis
 from .selection.forward import select
@@ -28,23 +30,6 @@ from .state import Candidate, State, Unmodelled, first_state
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
-    from .causes._records import RecordFault
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """Records in the model's rudder sign with what was corrected: gross faults, and sensors by the tracks."""
-
-    train: list[Record]
-    held_out: list[Record]
-    faults: list[RecordFault]
-    tracks: tracks.Tracks
-
-    @property
-    def instruments(self) -> dict[str, float]:
-        """What was corrected, as instruments of a model."""
-        faults = {name: value for fault in self.faults for name, value in fault.instruments.items()}
-        return faults | dict(self.tracks.instruments)
 
 
 def diagnose(
@@ -66,10 +51,20 @@ def diagnose(
     if not train:
         raise BadInput("no training record", hint="give at least one")
     started = time.perf_counter(), time.process_time()
-    rng = np.random.default_rng(options.seed)
     given = corrected_records(model, train, held_out, options)
     if options.base_parameters == "identify":
         model = identified(model, given.train)
+    found = by_residuals(model, given, options)
+    if options.base_parameters == "file" and options.coefficient_sd is None and found.verdict == "unexplained":
+        found = by_free_runs(found, given)
+    roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
+    wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
+    return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
+
+
+def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
+    """The diagnosis from the innovations of the filter: the base model is exact, or free as the options say."""
+    rng = np.random.default_rng(options.seed)
     est = estimator(model, given.train, threads=options.threads, terms=terms_for(model))
     state, cannot = starting_state(est, options)
     poor = verdict.undecidable(est, state.start)
@@ -84,7 +79,7 @@ def diagnose(
         model=model,
         extended=extended_model(est, found.setting, found.state.causes, given.instruments),
         base_parameters=str(options.base_parameters),
-        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]),
+        records=(),
         alpha=options.alpha,
         seed=options.seed,
         threads=options.threads,
@@ -98,8 +93,8 @@ def diagnose(
         traces=found.traces,
         where=tuple(verdict.where(found.traces)),
         next_manoeuvre=verdict.next_manoeuvre(poor, findings),
-        wall_s=time.perf_counter() - started[0],
-        cpu_s=time.process_time() - started[1],
+        wall_s=0.0,
+        cpu_s=0.0,
     )
 
 
@@ -160,13 +155,13 @@ def _reference_speed(est: Estimator) -> tuple[Parameter, ...]:
 def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Parameter, ...], np.ndarray | None]:
     """Coefficients that are estimated along, with the precisions of their prior."""
     model = est.model
-    if options.base_parameters == "file" and options.coefficient_sd == 0.0:
+    if options.base_parameters == "file" and not options.coefficient_sd:
         return (), None
     pairs = zip(model.coordinates, model.coefficients.tolist(), strict=True)
     found = tuple(Parameter(name, "", ((est.index[name], abs(value)),)) for name, value in pairs if value != 0.0)
     if options.base_parameters == "identify":
         return found, None
-    return found, np.full(len(found), options.coefficient_sd**-2.0)
+    return found, np.full(len(found), (options.coefficient_sd or 1.0) ** -2.0)
 
 
 def _failed(found: Predicted, state: State) -> Candidate | None:

@@ -51,17 +51,21 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
     BadInput : no training record, a model without coefficients, or a family that states no groups.
     CannotFit : the records lack what free runs need, or are too short to leave a part out.
     """
-    started = time.perf_counter()
     if not train:
         raise BadInput("no training record", hint="give at least one")
     if not model.known:
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
+    return calibrate_on(model, *([hull_record(record, model) for record in records] for records in (train, held_out)))
+
+
+def calibrate_on(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
+    """`calibrate` on true motions: records behind the model's instruments, in its rudder sign."""
+    started = time.perf_counter()
     groups = groups_of(model)
     whole = grown(model, groups)
-    pieces = _pieces([hull_record(record, model) for record in train], whole)
-    given = problem(whole, pieces)
+    given = problem(whole, _pieces(train, whole))
     found = select(given, groups)
-    kept = problem(whole, [hull_record(record, model) for record in held_out]) if held_out else None
+    kept = problem(whole, held_out) if held_out else None
     shares = _shares(given, found)
     verdict, reason = _verdict(given, found, shares)
     calibrated = _calibrated(model, whole, found.final)

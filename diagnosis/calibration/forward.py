@@ -1,8 +1,8 @@
 """Forward selection of groups of numbers by free runs of records that were left out.
 
-A group enters if the score of the left-out records falls by more than LEAST and by more than two jackknife standard
-errors over records; groups whose scores cannot be told apart from the best are ties.  At the end groups whose removal
-costs less than that leave again.
+A group enters if the score of the left-out records falls by more than LEAST, and by more than its jackknife standard
+error over records times the 97.5 % quantile of Student's t; groups whose scores cannot be told apart from the best are
+ties.  At the end groups whose removal costs less than that leave again.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def select(problem: Problem, groups: Sequence[Group], most: int = MOST) -> Selec
         if not tried:
             break
         best = tried[0]
-        if not _enters(best[1], best[2]):
+        if not _enters(problem, best[1], best[2]):
             refused = tuple((_new(now, a), gain, error) for a, gain, error in tried)
             break
         ties = tuple(_new(now, a) for a, _, _ in tried[1:] if _tied(problem, best[0], a))
@@ -132,8 +132,10 @@ def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Gr
     return [rest[i] for i in np.argsort(gains)[::-1][:REFITTED]]
 
 
-def _enters(gain: float, error: float) -> bool:
-    return gain > max(LEAST, 2.0 * error)
+def _enters(problem: Problem, gain: float, error: float) -> bool:
+    from scipy.stats import t
+
+    return gain > max(LEAST, float(t.ppf(0.975, len(problem.runs) - 1)) * error)
 
 
 def _tied(problem: Problem, best: Attempt, other: Attempt) -> bool:
@@ -156,7 +158,7 @@ def _without_idle(problem: Problem, final: Attempt) -> Attempt:
             gain, error = score_difference(problem, trial.left_out, final.left_out)
             trials.append((gain, error, trial))
         gain, error, trial = min(trials, key=lambda item: item[0])
-        if _enters(gain, error):
+        if _enters(problem, gain, error):
             return final
         final = trial
     return final

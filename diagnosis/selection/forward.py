@@ -86,9 +86,6 @@ def _candidates(state: State, step: int, before: float, rng: np.random.Generator
 def _refitted(state: State, items: Sequence[Screened], before: float, rng: np.random.Generator) -> list[Candidate]:
     """The leaders of the screen and of one without gusts, then those behind them whose scores promise more."""
 
-    def refit_one(item: Screened, own: np.random.Generator) -> Candidate:
-        return item.cause.search.refit(item.cause, state, item, before, own)
-
     def refits(chosen: Sequence[Screened]) -> list[Candidate]:
         jobs = list(zip(chosen, rng.spawn(len(chosen)), strict=True))  # draws the same whoever comes first
         return state.in_threads(
