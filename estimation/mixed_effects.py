@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.errors import CannotFit
-from .series import MEASURED, Series, grid_of, samples, series_of
-from .weather import in_weather, measured_weather
+from .series import MEASURED, Series, samples, series_of
+from .weather import with_wind
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -63,14 +63,13 @@ class Number:
 
 @dataclass(frozen=True)
 class Run:
-    """One record prepared for free runs: its series, thinned, and the thrust (N,) and wind where they were measured.
+    """One record prepared for free runs: its series, thinned, and the thrust (N,) where it was measured.
 
-    weather : inputs (M + 1, 7) of the environment variant, see `weather.measured_weather`.
+    The inputs of the series hold the measured wind where it counts, see `weather.with_wind`.
     """
 
     series: Series
     thrust: np.ndarray | None
-    weather: np.ndarray | None
     duration_s: float
 
     @property
@@ -133,8 +132,11 @@ class Problem:
         return np.array([run.duration_s for run in self.runs]) / (CORRELATION * self.length_s)
 
     def residuals(self, theta: np.ndarray, run: Run, own: np.ndarray) -> np.ndarray:
-        """Measured minus simulated channels (N, C), SI; nan at gaps, LARGEST units where the run is lost."""
-        from ..models.simulate import substeps
+        """Measured minus simulated channels (N, C), SI; nan at gaps, LARGEST units where the run is lost.
+
+        theta : the model's, or that of its environment variant, whose wind coefficients then take part.
+        """
+        from ..models.simulate import substeps, variant
 
         series, model = run.series, self.model
         inputs = series.inputs.copy()
@@ -143,8 +145,8 @@ class Problem:
         for value, symbol in zip(own[1:], self.states, strict=True):
             start[model.states.index(symbol)] += value
         states, count = np.empty((len(inputs), start.size)), substeps(model, series.dt)
-        kernels, numbers, driven = in_weather(model, theta, inputs, run.weather)
-        kernels.simulate(start, driven, numbers, series.dt / count, count, False, states)
+        kernels, numbers = variant(model, inputs.shape[1], theta)
+        kernels.simulate(start, inputs, numbers, series.dt / count, count, False, states)
         found = [series.observe(states[:, series.columns])]
         if THRUST in self.channels:
             found.append(self._thrust_of(run, states, inputs, theta))
@@ -158,7 +160,8 @@ class Problem:
         if run.thrust is None or self.thrust is None:
             return np.full(len(run.series.index), np.nan)
         with np.errstate(all="ignore"):
-            return run.series.observe(self.thrust(states, inputs, theta))
+            own = self.model.theta.size
+            return run.series.observe(self.thrust(states, inputs[:, : len(self.model.inputs)], theta[:own]))
 
     def _measured(self, run: Run) -> np.ndarray:
         if THRUST not in self.channels:
@@ -250,11 +253,10 @@ def _measures(record: Record, symbol: str) -> bool:
 
 def _run(record: Record, model: Model, symbols: Sequence[str], length_s: float) -> Run:
     thinned = record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
-    series = series_of(thinned, model, symbols)
+    series = with_wind(series_of(thinned, model, symbols), record, model)
     thrust = _smoothed(record, thinned) if record.has(THRUST) else None
     series = replace(series, start=_start(series, record, model, length_s))
-    weather = measured_weather(record, model, grid_of(thinned)[1])
-    return Run(series, thrust, weather, float(record.time_s[-1] - record.time_s[0]))
+    return Run(series, thrust, float(record.time_s[-1] - record.time_s[0]))
 
 
 def _smoothed(record: Record, thinned: Record) -> np.ndarray:

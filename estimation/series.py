@@ -169,7 +169,7 @@ def series_of(record: Record, model: Model, symbols: Sequence[str] = MEASURED) -
     measured = {s: values for s, values in measured.items() if np.isfinite(values).any()}
     if not measured:
         raise CannotFit(f"record {record.name} has none of the columns that method and model need")
-    dt, grid, index, part = grid_of(record)
+    dt, grid, index, part = _grid(record)
     given = inputs_of(record, model)
     inputs = np.column_stack([np.interp(grid, record.time_s, bridged(given[s], record.time_s)) for s in model.inputs])
     start, start_sd = initial_state_of(record, model)
@@ -187,7 +187,7 @@ def series_of(record: Record, model: Model, symbols: Sequence[str] = MEASURED) -
     )
 
 
-def grid_of(record: Record) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+def _grid(record: Record) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Step, times, and the place of every sample on the grid.
 
     Half the median step for uneven records; a record with missing rows keeps its step.

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..models.kernels import Kernels
     from ..models.model import Model
+    from .series import Series
 
 SPEED, FROM = "wind_speed_m_s", "wind_direction_rad"
 
@@ -33,14 +34,14 @@ def measured_weather(record: Record, model: Model, grid: np.ndarray) -> np.ndarr
     return weather
 
 
-def in_weather(
-    model: Model, theta: np.ndarray, inputs: np.ndarray, weather: np.ndarray | None
-) -> tuple[Kernels, np.ndarray, np.ndarray]:
-    """Kernels, parameter vector and inputs (M, nu) that simulate the model; `weather` (M, 7) or None for calm."""
-    if weather is None:
-        return model.kernels, theta[: model.theta.size], inputs
-    kernels, numbers = model.environment(wind=True)
-    return kernels, np.concatenate([theta, numbers[theta.size :]]), np.ascontiguousarray(np.hstack([inputs, weather]))
+def with_wind(series: Series, record: Record, model: Model) -> Series:
+    """The series with the inputs of the model's environment variant behind its own, where wind counts.
+
+    record : the record that the series was made of, or one of more samples that it was thinned from.
+    """
+    grid = record.time_s[0] + series.dt * np.arange(len(series.inputs))
+    weather = measured_weather(record, model, grid)
+    return series if weather is None else replace(series, inputs=np.hstack([series.inputs, weather]))
 
 
 def _means(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:

@@ -52,3 +52,11 @@ def test_gaps_are_bridged_and_wind_counts_only_where_it_is_known(ship, record):
     assert measured_weather(none, ship, record.time_s) is None
     assert measured_weather(record.with_channels(wind_speed_m_s=None), ship, record.time_s) is None
     assert measured_weather(record, replace(ship, windage=None), record.time_s) is None
+
+
+def test_validation_runs_in_the_measured_wind(ship, record):
+    from helmbench.estimation.validation.runs import Stretch
+
+    windy, calm = (Stretch.of(model, record).free_run().states for model in (ship, replace(ship, windage=None)))
+    heading = record.heading_unwrapped()
+    assert np.max(np.abs(windy[:, 5] - heading)) < 0.02 < np.max(np.abs(calm[:, 5] - heading))
