@@ -2,7 +2,8 @@
 
 The stretch is what the hull did: behind the model's instruments, in its rudder sign.  Runs start from states that are
 smoothed from the record alone (`smoothed_states`); a state that it does not measure starts as on a straight course,
-and at later origins as the model has it when it is run up to there.  No random forces act.
+and at later origins as the model has it when it is run up to there.  Measured wind acts where the vessel has windage;
+no random forces do.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from ..prediction import BOUND, SYMBOLS, Squares, divergence, squares
 from ..predictor import ModelPredictor
 from ..series import samples, series_of, yaw_rate_of
 from ..smoothed_states import smoothed_states
+from ..weather import with_wind
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -52,7 +54,7 @@ class Stretch:
     @classmethod
     def of(cls, model: Model, record: Record) -> Stretch:
         """Raises CannotFit where the record lacks an input or measures no state of the model."""
-        return cls(model, record, series_of(record, model, SYMBOLS))
+        return cls(model, record, with_wind(series_of(record, model, SYMBOLS), record, model))
 
     @property
     def grid_s(self) -> np.ndarray:
