@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import cast
 
 import numpy as np
 import sympy as sp
@@ -181,7 +182,8 @@ def _low_speed_inflow(helpers: Helpers, k: Mapping[str, sp.Symbol], motion, n, s
     stern, water, slip, across, ur, vr = symbols("v_stern wake_factor u_slip v_rudder u_R v_R")
     helpers[stern] = (v + k["x_P"] * turn) / speed
     open_water = 1 - k["w_P0"] + k["tau"] * _rounded(stern, ROUNDED) + k["C_P"] * stern**2
-    helpers[water] = sp.Add(absv(open_water), -1 * absv(open_water - 1), 1) / 2
+    inner, outer = (cast("sp.Expr", absv(value)) for value in (open_water, open_water - 1))
+    helpers[water] = (inner - outer + 1) / 2
     up, thrust = symbols("u_P thrust")
     tip = n * k["D_P"]
     helpers[up] = u * water
