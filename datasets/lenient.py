@@ -33,7 +33,7 @@ class Repairs:
 
 
 def read_leniently(path: str | os.PathLike[str], positive_rudder: str | None = None) -> tuple[Record, Repairs]:
-    """Read a record file and put right what keeps it from being a record.
+    """Read a record file and correct what keeps it from being a record.
 
     Parameters
     ----------

@@ -122,7 +122,7 @@ def thinned(records: Sequence[Record], model: Model) -> list[Record]:
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
     """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
     corrected."""
-    records, faults = gross_errors.put_right(prepared([*train, *held_out], model, options), model)
+    records, faults = gross_errors.corrected_for(prepared([*train, *held_out], model, options), model)
     found = tracks.Tracks()
     if not {"v", "x", "y"} <= set(model.states):
         found = tracks.compare(records[: len(train)], options.alpha, options.causes())

@@ -25,7 +25,7 @@ R = TypeVar("R")
 Variant = tuple[Parameter, ...]
 """Parameters by which a cause is tried; a cause may have several variants."""
 HIDING = 1000.0
-"""Nats that fitted gusts may take up altogether where a cause could be hidden in them; a stronger one shows beside them
+"""Nats that fitted gusts may absorb altogether where a cause could be hidden in them; a stronger one shows beside them
 (of 74 injected effects in the benchmark two faint ones in calm, 21 and 46 nats, showed without gusts only)."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
@@ -126,7 +126,7 @@ class State:
     bank : testable causes and their variants.  nuisance, prior : free coefficients and the precisions of their prior.
     accepted, ties : causes that are in, and for each those that it cannot be told from.
     n_effective : independent tests that the bank amounts to.  screened, candidates, rival : of the first step: all
-    screened causes, all refitted ones, and the best unmodelled effect.  in_span : causes that the nuisance takes up.
+    screened causes, all refitted ones, and the best unmodelled effect.  in_span : causes that the nuisance absorbs.
     failed : causes whose fit failed, with the reason.
     """
 
@@ -186,7 +186,7 @@ class State:
         return dict(zip(self.causes, parts, strict=False))
 
     def refit(self, s: Setting, extra: Variant = (), most: int = 6) -> tuple[Setting, Innovations]:
-        """Parameters and noise of largest likelihood, from the random forces at hand and, if any are left, from none.
+        """Parameters and noise of largest likelihood, from the random present forces and, if any are left, from none.
 
         Forces that were fitted while an effect was missing hide how far the effect's size still is from its best.
         """
@@ -199,7 +199,7 @@ class State:
         return found, now
 
     def _could_be_calm(self, found: Setting, now: Innovations) -> bool:
-        """Whether the forces left take up little, or less than half of what they would at the present causes."""
+        """Whether the forces left absorb little, or less than half of what they would at the present causes."""
         calm = self.est.evaluate(replace(found, noise=self.start.noise))
         left = now.log_likelihood - calm.log_likelihood
         taken = now.log_likelihood - self.point.calm_now.log_likelihood

@@ -1,4 +1,4 @@
-"""States of a ship along a record, smoothed from the record alone: where runs of any model start honestly.
+"""States of a ship along a record, smoothed from the record alone: from which runs of any model start.
 
 Every measured channel is smoothed by an integrated random walk of its own (`observers.smoothing`).  No model takes
 part, so that all models that are compared start from the same state, and no channel corrects another: where heading

@@ -37,7 +37,7 @@ class RecordCause(StageCause):
 
     @abstractmethod
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
-        """Faults of this kind, and the records with them put right.
+        """Faults of this kind, and the records with them corrected.
 
         starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
         """

@@ -30,7 +30,7 @@ class CompassDeviation(CheckCause):
     least_turn = np.pi
     """Range of headings (rad) from which it is told from a scale error."""
 
-    def put_right(self, record: Record, values: np.ndarray) -> Record:
+    def corrected_for(self, record: Record, values: np.ndarray) -> Record:
         """The record with the deviation (c, s) removed from its heading, by fixed-point steps."""
         given = record.heading_unwrapped()
         true = given

@@ -25,7 +25,7 @@ class ReferencePoint(CheckCause):
     )
     track = (TrackEffect("x", "m", (), lambda path: path.ahead, lambda path: path.way_floor),)
 
-    def put_right(self, record: Record, values: np.ndarray) -> Record:
+    def corrected_for(self, record: Record, values: np.ndarray) -> Record:
         """The record with positions moved back by x."""
         psi, x = record.heading_unwrapped(), float(values[0])
         return record.with_channels(

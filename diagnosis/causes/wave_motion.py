@@ -64,7 +64,7 @@ class WaveSearch(Search):
         return replace(own, log_p=min(common.log_p, own.log_p))
 
     def _scanned(self, state: State, before: float) -> Setting | None:
-        """The best of a few waves, with and without the random forces at hand; None where none gains."""
+        """The best of a few waves, with and without the random present forces; None where none gains."""
         est, s = state.est, state.setting
         sensors = np.minimum(s.noise.sensor_sd, 1.05 * state.start.noise.sensor_sd)
         quiet = replace(s.noise, sensor_sd=sensors)

@@ -33,9 +33,9 @@ class Option(NamedTuple):
     cause: Cause
     effects: tuple[SensorEffect[Any], ...]
 
-    def put_right(self, record: Record, values: np.ndarray) -> Record:
+    def corrected_for(self, record: Record, values: np.ndarray) -> Record:
         """The record with an error of these sizes (k,) removed."""
-        own = getattr(self.cause, "put_right", None)
+        own = getattr(self.cause, "corrected_for", None)
         if own is not None:
             return own(record, values)
         pairs = zip(self.effects, values.tolist(), strict=True)

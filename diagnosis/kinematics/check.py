@@ -1,7 +1,7 @@
 """`check`: what sensors and files show without a hull model.
 
 First the file of each record (stamps, frozen samples, jumps, units, signs, exchanged columns, copies, outliers), then
-sensors, on records with gross faults put right: heading against yaw rate, then positions against velocities.  Nothing
+sensors, on records with gross faults corrected: heading against yaw rate, then positions against velocities.  Nothing
 here knows a vessel, so no fault of a model can appear as one of a sensor.
 """
 
@@ -42,10 +42,10 @@ def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> Chec
     file_findings, reasons, sound, tied = list(given), [], [], {}
     with np.errstate(all="ignore"):
         for record in records:
-            found, why, put_right, derived = check_file(record)
+            found, why, corrected, derived = check_file(record)
             file_findings += found
             reasons += why
-            sound.append(put_right)
+            sound.append(corrected)
             tied[record.name] = derived
         turned, sound, why = check_rudder(sound)
         file_findings += turned
@@ -66,7 +66,7 @@ def _distinct(records: Sequence[Record]) -> list[Record]:
 
 
 def check_file(record: Record) -> tuple[list[CheckFinding], list[str], Record, set[str]]:
-    """Findings of one record's file, what could not be checked, the record put right as far as possible, and the
+    """Findings of one record's file, what could not be checked, the record corrected as far as possible, and the
     columns that cannot check each other."""
     found: list[CheckFinding] = []
     reasons: list[str] = []
@@ -106,7 +106,7 @@ ORDER = (
     "derived_channel",
     "rudder_from_sensor",
 )
-"""Order in which faults of a file are looked for: each on what the ones before have put right."""
+"""Order in which faults of a file are looked for: each on what the ones before have corrected."""
 
 
 def _exchanged(record: Record) -> tuple[list[CheckFinding], Record]:
@@ -208,6 +208,6 @@ def _split(chain: Chain, records: Sequence[Record], derived: dict[str, set[str]]
 
 
 def _merged(records: Sequence[Record], done: Compared) -> list[Record]:
-    """The records, those that were compared as put right."""
+    """The records, those that were compared as corrected."""
     fixed = {r.name: r for r in done.corrected}
     return [fixed.get(r.name, r) for r in records]

@@ -27,7 +27,7 @@ class Drift(NamedTuple):
 
 
 def drifts(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) -> list[Drift]:
-    """Steady drift of each record (put right for `chosen`), estimated with what is left of the chosen effects."""
+    """Steady drift of each record (corrected for `chosen`), estimated with what is left of the chosen effects."""
     found = []
     for record in records:
         rows, place = rows_of(chain, record, chosen)

@@ -19,7 +19,7 @@ class Fault:
     """What is wrong, as a sentence with its figures.
 
     channels : columns that are concerned.  sizes : numbers of the fault with their intervals.  material : whether it
-    would spoil what is computed from the record; else it is a remark.  blanks : samples (column, start, stop) that are
+    would falsify what the record gives; else it is a remark.  blanks : samples (column, start, stop) that are
     no measurements.  factors : column -> what its values are to be multiplied by.
     """
 
@@ -37,7 +37,7 @@ def exact(parameter: str, value: float, unit: str) -> Size:
 
 
 def cleaned(record: Record, faults: Sequence[Fault]) -> Record:
-    """The record with blanked samples as gaps and wrong factors put right."""
+    """The record with blanked samples as gaps and wrong factors corrected."""
     channels = {name: values.copy() for name, values in record.channels.items()}
     for fault in faults:
         for name, factor in fault.factors.items():

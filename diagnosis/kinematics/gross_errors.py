@@ -1,4 +1,4 @@
-"""Faults of whole records, found and put right before everything else.
+"""Faults of whole records, found and corrected before everything else.
 
 They need no dynamic model: headings are compared with integrated yaw rates, displacements with integrated velocities,
 and the yaw acceleration with the rudder.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..causes._records import RecordFault
 
 
-def put_right(records: Sequence[Record], model: Model) -> tuple[list[Record], list[RecordFault]]:
+def corrected_for(records: Sequence[Record], model: Model) -> tuple[list[Record], list[RecordFault]]:
     """Records with gross faults corrected, and what they were."""
     found: list[RecordFault] = []
     current = list(records)

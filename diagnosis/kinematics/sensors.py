@@ -54,7 +54,7 @@ class Sizes(NamedTuple):
 
 @dataclass(frozen=True)
 class Compared:
-    """One chain on some records: what was selected, the records put right, and why others could not be compared."""
+    """One chain on some records: what was selected, the records corrected, and why others could not be compared."""
 
     chain: Chain
     records: tuple[Record, ...]
@@ -79,7 +79,7 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
         return Compared(chain, (), (), tuple(reasons))
     chosen, facts = _forward(chain, kept, options)
     found = _without_small(chain, kept, _sized(chain, kept, chosen, facts))
-    return Compared(chain, tuple(kept), found, tuple(reasons), _put_right(kept, found))
+    return Compared(chain, tuple(kept), found, tuple(reasons), _corrected_for(kept, found))
 
 
 def _testable(option: Option, chain: Chain, records: Sequence[Record]) -> bool:
@@ -95,7 +95,7 @@ def _columns(options: Sequence[Option]) -> list[list[int]]:
 
 
 def _forward(chain: Chain, records: Sequence[Record], options: Sequence[Option]):
-    """Chosen options in order, and for each its rivals, p-value and z; records are put right for those before."""
+    """Chosen options in order, and for each its rivals, p-value and z; records are corrected for those before."""
     chosen: list[Option] = []
     facts: list[tuple[tuple[Option, ...], float, float]] = []
     while len(chosen) < MOST:
@@ -213,7 +213,7 @@ def _mean(values: np.ndarray, spread: np.ndarray, whole: Fit, place: int) -> Mea
 
 
 def _refined(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) -> tuple[list[Record], Fit, list[Fit]]:
-    """The records put right for common sizes of the chosen options, these sizes, and those of each record."""
+    """The records corrected for common sizes of the chosen options, these sizes, and those of each record."""
     at = _columns(chosen)
     values = np.zeros(at[-1][-1] + 1)
     low, high = np.full(values.size, -np.inf), np.full(values.size, np.inf)
@@ -226,7 +226,7 @@ def _refined(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) 
         parts = [sums(chain, r, chosen) for r in current]
         step = fit(parts, range(values.size))
         before, values = values, np.clip(values + step.values, low, high)
-        current = [put_right(r, chosen, values) for r in records]
+        current = [corrected_for(r, chosen, values) for r in records]
     told = [_told(chain, record, chosen) for record in records]
     each = [_own(part, before, own) for part, own in zip(parts, told, strict=True)]
     return current, step._replace(values=values), each
@@ -250,15 +250,15 @@ def _own(part: Sums, values: np.ndarray, told: list[int]) -> Fit:
     return Fit(step, covariance, BLOCKS, np.ones(values.size))
 
 
-def put_right(record: Record, options: Sequence[Option], values: np.ndarray) -> Record:
+def corrected_for(record: Record, options: Sequence[Option], values: np.ndarray) -> Record:
     """A record with the errors of the options, of these sizes one after the other (k,), removed."""
     for option, places in zip(options, _columns(options), strict=True):
         if np.any(values[places] != 0.0):
-            record = option.put_right(record, values[places])
+            record = option.corrected_for(record, values[places])
     return record
 
 
-def _put_right(records: Sequence[Record], found: Sequence[Sizes]) -> list[Record]:
+def _corrected_for(records: Sequence[Record], found: Sequence[Sizes]) -> list[Record]:
     """The records with what was found and matters removed: by the mean, or by its own size where records differ."""
     out = []
     for i, record in enumerate(records):
@@ -266,6 +266,6 @@ def _put_right(records: Sequence[Record], found: Sequence[Sizes]) -> list[Record
             own = np.array([s.each[i, k] if m.p_equal < DIFFERENT else m.value for k, m in enumerate(s.means)])
             own = np.where(np.isfinite(own), own, [m.value for m in s.means])
             own = np.maximum(own, 0.0) if s.option.effects[0].delay else own
-            record = s.option.put_right(record, own)
+            record = s.option.corrected_for(record, own)
         out.append(record)
     return out

@@ -1,4 +1,4 @@
-"""Score tests of the whole bank at a setting: which causes are worth a refit."""
+"""Score tests of the whole bank at a setting: which causes are refitted."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Screen(NamedTuple):
-    """Screened causes, best first; those that the nuisance takes up; columns of the rest by cause and variant; causes
+    """Screened causes, best first; those that the nuisance absorbs; columns of the rest by cause and variant; causes
     whose screen failed, with the reason."""
 
     items: list[Screened]

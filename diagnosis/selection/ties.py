@@ -1,4 +1,4 @@
-"""When two causes cannot be told apart."""
+"""When two causes cannot be distinguished."""
 
 TIE_NATS, MOST_TIED = 4.6, 2
 """Log p-values within which significant rivals are tied, and how many are named beside the best."""

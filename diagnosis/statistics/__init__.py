@@ -1,1 +1,1 @@
-"""Score tests, their levels, and what a record is worth under random forces."""
+"""Score tests, their levels, and penalised log likelihoods under random forces."""

@@ -1,7 +1,7 @@
 """Penalised log likelihood of records under gusts: forces in the proportions of gusts, less the cost of their
 parameters.
 
-Random forces of any proportions take up a faint cause; gusts act on surge, sway and yaw at once, and records that a
+Random forces of any proportions absorb a faint cause; gusts act on surge, sway and yaw at once, and records that a
 cause leaves calm need no gusts at all.
 """
 

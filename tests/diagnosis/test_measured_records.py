@@ -8,7 +8,7 @@ import pytest
 from helmbench.bench.faults import inject_in_record
 from helmbench.datasets.measured import data_dir, load
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.kinematics.gross_errors import put_right
+from helmbench.diagnosis.kinematics.gross_errors import corrected_for
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
@@ -36,12 +36,12 @@ def as_public_loaders_name_it(record):
 
 def test_public_column_names_are_seen_through():
     true = [thinned(stem) for stem in ("Z_15_05", "Z_25_05")]
-    fixed, flags = put_right([as_public_loaders_name_it(r) for r in true], resolve("kvlcc2-l7"))
+    fixed, flags = corrected_for([as_public_loaders_name_it(r) for r in true], resolve("kvlcc2-l7"))
     assert {f.cause.id for f in flags} >= {"earth_frame_velocity", "channel_swap"}
     for own, back in zip(true, fixed, strict=True):
         for name in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s"):
             assert np.allclose(own.column(name), back.column(name), atol=1e-12)
-    _, none = put_right(true, replace(resolve("kvlcc2-l7"), positive_rudder="port"))
+    _, none = corrected_for(true, replace(resolve("kvlcc2-l7"), positive_rudder="port"))
     assert none == []
 
 
