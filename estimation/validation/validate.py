@@ -12,7 +12,7 @@ from ...datasets.indices import Performed, performed
 from ...datasets.instruments import hull_record
 from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS as COLUMNS
-from ..filters.innovations.segments import SHORTEST, stretches
+from ..gaps import SHORTEST, stretches
 from ..prediction import CHANNELS, SYMBOLS, Squares, as_shown, squares
 from .horizons import Horizons, horizons_of, length_of
 from .manoeuvres import Found, measured_indices, rows, simulated_indices

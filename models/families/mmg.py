@@ -181,8 +181,7 @@ def _low_speed_inflow(helpers: Helpers, k: Mapping[str, sp.Symbol], motion, n, s
     stern, water, slip, across, ur, vr = symbols("v_stern wake_factor u_slip v_rudder u_R v_R")
     helpers[stern] = (v + k["x_P"] * turn) / speed
     open_water = 1 - k["w_P0"] + k["tau"] * _rounded(stern, ROUNDED) + k["C_P"] * stern**2
-    positive = (open_water + absv(open_water)) / 2
-    helpers[water] = (positive + 1 - absv(positive - 1)) / 2
+    helpers[water] = sp.Add(absv(open_water), -1 * absv(open_water - 1), 1) / 2
     up, thrust = symbols("u_P thrust")
     tip = n * k["D_P"]
     helpers[up] = u * water
