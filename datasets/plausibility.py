@@ -15,6 +15,8 @@ from .record import Record
 if TYPE_CHECKING:
     from ..models.model import Model
 
+ONE_SIDE = 0.9
+"""A rudder is held to one side, and a ship turns to one, where this share of the angle, of the yaw rate, is there."""
 SIGN_SHARE = 0.3
 """The rudder's sign is questioned where it explains at least this share of what the yaw rate leaves unexplained."""
 FEWEST = 20
@@ -57,7 +59,8 @@ def rudder_sign_doubt(record: Record) -> str | None:
     """A sentence if the yaw response contradicts the record's rudder sign, else None.
 
     Least squares of the integrated first-order response r - r0 = a int r + b int delta + c t, with r to starboard:
-    b must have the sign of the rudder.
+    b must have the sign of the rudder.  In a turn, the rudder on one side and the speed falling, b says little:
+    there the yaw rate itself, which must stay on one side too, has that sign.
     """
     if record.meta.positive_rudder is None or not (record.has("yaw_rate_rad_s") or record.has("heading_rad")):
         return None
@@ -66,11 +69,13 @@ def rudder_sign_doubt(record: Record) -> str | None:
     if known.sum() < FEWEST:
         return None
     time, rate, rudder = record.time_s[known] - record.time_s[known][0], rate[known], rudder[known]
-    columns = np.column_stack([_integral(rudder, time), _integral(rate, time), time, np.ones(time.size)])
-    gain, error = _least_squares(columns, rate)
-    _, error_without = _least_squares(columns[:, 1:], rate)
     expected = 1.0 if record.meta.positive_rudder == "starboard" else -1.0
-    if gain * expected >= 0.0 or error > (1.0 - SIGN_SHARE) * error_without:
+    helm, turn = _one_sided(rudder), _one_sided(rate)
+    if abs(helm) > ONE_SIDE:
+        contradicts = abs(turn) > ONE_SIDE and helm * turn * expected < 0.0
+    else:
+        contradicts = _turns_against(time, rate, rudder * expected)
+    if not contradicts:
         return None
     return (
         f"rudder_sign: in {record.name} the ship turns against a rudder that is positive to "
@@ -82,6 +87,20 @@ def _yaw_rate(record: Record) -> np.ndarray:
     if record.has("yaw_rate_rad_s"):
         return record.column("yaw_rate_rad_s")
     return np.gradient(record.heading_unwrapped(), record.time_s)
+
+
+def _one_sided(values: np.ndarray) -> float:
+    """1 where all values (N,) are positive, -1 where all are negative, between where they change sign."""
+    size = float(np.sum(np.abs(values)))
+    return float(np.sum(values)) / size if size > 0.0 else 0.0
+
+
+def _turns_against(time: np.ndarray, rate: np.ndarray, rudder: np.ndarray) -> bool:
+    """Whether the first-order response has the wrong sign and explains the yaw rate better than none does."""
+    columns = np.column_stack([_integral(rudder, time), _integral(rate, time), time, np.ones(time.size)])
+    gain, error = _least_squares(columns, rate)
+    _, error_without = _least_squares(columns[:, 1:], rate)
+    return gain < 0.0 and error <= (1.0 - SIGN_SHARE) * error_without
 
 
 def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -6,9 +6,10 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.plausibility import rudder_sign_doubt
 
 
-@pytest.mark.parametrize("vessel", ["response-1", "mariner", "s175", "patrol", "kvlcc2-l7"])
-def test_a_wrong_rudder_sign_is_told_and_a_right_one_is_not(vessel):
-    record = generate(Case(vessel, "zigzag:20/20", "medium"))
+@pytest.mark.parametrize("manoeuvre", ["zigzag:20/20", "turn:25", "turn:35:port"])
+@pytest.mark.parametrize("vessel", ["response-1", "mariner", "s175", "patrol", "kvlcc2-l7", "esso-osaka-l3"])
+def test_a_wrong_rudder_sign_is_told_and_a_right_one_is_not(vessel, manoeuvre):
+    record = generate(Case(vessel, manoeuvre, "medium"))
     assert rudder_sign_doubt(record) is None
     rudder = -record.column("rudder_rad")
     doubt = rudder_sign_doubt(record.with_channels(rudder_rad=rudder))
