@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import tables
+from ..calibration import text as calibration
 from ..numbers import p_value, percent, with_unit
 from ..report import listed
 from . import text as words
@@ -44,13 +45,14 @@ def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) 
     where = tables.markdown(where_table(found)) if found.where else "Under no particular condition."
     errors = error_table(found)
     gain = tables.markdown(gain_table(found)) if found.gain else "No gain was measured."
-    parts = [f"# {title}", note, f"**{found.verdict.capitalize()}.** {words.verdict(found)}", found.reason]
+    parts = [f"# {title}", note, f"**{words.cause(found.verdict).capitalize()}.** {words.verdict(found)}", found.reason]
     parts += [_finding(finding) for finding in found.causes]
     parts += ["## 1. What was simulated and what was measured", STATISTICS]
     parts += [tables.markdown(errors) if errors.rows else ""]
     parts += [_figure(files, "errors", "Root mean square errors of the free runs")]
     parts += ["## 2. Where the errors arise", where]
     parts += ["## 3. The causes that were tested", tables.markdown(bank_table(found))]
+    parts += _base(found)
     parts += ["## 4. The extended model", *_equations(found)]
     parts += ["## 5. Before and after, on held-out records", gain]
     parts += [
@@ -63,6 +65,24 @@ def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) 
 STATISTICS = (
     "Statistics of the free-run errors (measured minus simulated) of every record; the series themselves are not "
     "published here. Correlation: autocorrelation of the error at that lag (0 for sensor noise)."
+)
+
+
+def _base(found: Diagnosis) -> list[str]:
+    """What the base model's own numbers explain, step by step; nothing where they were not looked at."""
+    base = found.calibration
+    if base is None:
+        return []
+    parts = ["### The base model's own numbers", FREE_RUNS]
+    parts += [tables.markdown(calibration.moved_table(base))] if base.moved else []
+    parts += [tables.markdown(calibration.steps_table(base))]
+    parts += ["Shares of the base model's squared free-run error:", tables.markdown(calibration.shares_table(base))]
+    return parts
+
+
+FREE_RUNS = (
+    "Root mean square errors of free runs. Left out: training records, each predicted by a fit without it; held-out "
+    "records took no part in any choice. Every record has a neutral rudder angle and an initial state of its own."
 )
 
 
