@@ -57,7 +57,7 @@ class Report:
 REPORTS = {
     "kvlcc2-simulation": Report(
         "The published KVLCC2 simulation against HSVA's runs, and its transfer to MARIN's",
-        "The simulation of Yasukawa and Yoshimura (2015), trained on ten runs of one laboratory and scored, with nothing "
+        "The simulation of Yasukawa and Yoshimura (2015), trained on ten runs of one laboratory and scored, nothing "
         "refitted, on the zigzags of another. The vessel file pairs the open-water curve of one propeller with the "
         "diameter of another, so that its thrust is too small.",
         "kvlcc2-l7",
