@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..models.errors import CannotFit
+from .likelihood.minimiser import Damping, try_steps
 from .series import MEASURED, Series, samples, series_of
 from .weather import with_wind
 
@@ -44,7 +45,12 @@ LARGEST = 20.0
 """Largest residual, in the channel's own size, that a run which leaves the record counts with."""
 DIFFERENCE = 1e-3
 """Step of the derivatives, in prior standard deviations."""
-TRIES = 6
+FIRST_DAMPING = 1e-2
+RULE = Damping(growth=5.0, least=5e-3, trials=6)
+ENOUGH = 0.01
+"""Fall of the criterion below which a fit ends."""
+Block = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""One record's share of the normal equations (p, p), (p,), and how its own effects follow (k, p + 1)."""
 LONGEST = 3.0
 """Longest single step, in prior standard deviations."""
 START_S = 0.17
@@ -285,44 +291,62 @@ def _start(series: Series, record: Record, model: Model, length_s: float) -> np.
 
 
 # ---- fit
+class _Here(NamedTuple):
+    """Where a fit stands: theta, the records' own effects, error sizes, criterion."""
+
+    theta: np.ndarray
+    own: np.ndarray
+    sd: np.ndarray
+    cost: float
+
+
 def fit(
     p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray | None = None, most: int = 12
 ) -> Fitted:
-    """Gauss-Newton from theta, halved by damping until the criterion falls.
+    """Damped Gauss-Newton steps from theta as long as the criterion falls.
 
     theta (m,) : start; own (R, k) : start of the records' own effects, zero unless given.
     """
-    places = [n.place for n in numbers]
     own = np.zeros((len(p.runs), p.own_sd.size)) if own is None else own
-    theta, damping = theta.copy(), 1e-2
-    now, sd = _criterion(p, numbers, theta, own)
+    here, damping = _at(p, numbers, theta, own), FIRST_DAMPING
     for _ in range(most):
-        normal, slope, blocks = normal_equations(p, numbers, theta, own, sd)
-        for _ in range(TRIES):
-            step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope) if places else np.zeros(0)
-            trial = theta.copy()
-            trial[places] += step
-            moved = np.array([b + x[:, -1] - x[:, :-1] @ step for b, (_, _, x) in zip(own, blocks, strict=True)])
-            lower, size = _criterion(p, numbers, trial, moved)
-            if lower < now:
-                break
-            damping = 5.0 * max(damping, 1e-3)
-        else:
+        normal, slope, blocks = normal_equations(p, numbers, here.theta, here.own, here.sd)
+        trial = try_steps(
+            partial(_damped, normal, slope), partial(_moved, p, numbers, here, blocks), here.cost, damping, 0.0, RULE
+        )
+        if not trial.better:
             break
-        gained, theta, own, now, sd = now - lower, trial, moved, lower, size
-        damping = max(damping / 5.0, 1e-6)
-        if gained < 0.01:
+        gained, here, damping = here.cost - trial.point.cost, trial.point, max(trial.damping / RULE.growth, 1e-6)
+        if gained < ENOUGH:
             break
-    normal, slope, blocks = normal_equations(p, numbers, theta, own, sd)
+    normal, slope, blocks = normal_equations(p, numbers, here.theta, here.own, here.sd)
     parts = tuple((a, g) for a, g, _ in blocks)
-    return Fitted(p, tuple(numbers), theta, own, sd, now, normal, slope, parts)
+    return Fitted(p, tuple(numbers), here.theta, here.own, here.sd, here.cost, normal, slope, parts)
+
+
+def _damped(normal: np.ndarray, slope: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
+    step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope)
+    return step, 0.5 * float(slope @ step)
+
+
+def _moved(p: Problem, numbers: Sequence[Number], here: _Here, blocks: Sequence[Block], step: np.ndarray) -> _Here:
+    """Where a step of the free numbers leads; the own effects follow it."""
+    theta = here.theta.copy()
+    theta[[n.place for n in numbers]] += step
+    own = np.array([b + x[:, -1] - x[:, :-1] @ step for b, (_, _, x) in zip(here.own, blocks, strict=True)])
+    return _at(p, numbers, theta, own)
+
+
+def _at(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> _Here:
+    cost, sd = _criterion(p, numbers, theta, own)
+    return _Here(theta, own, sd, cost)
 
 
 def stepped(
     found: Fitted,
     numbers: Sequence[Number],
     pick: np.ndarray,
-    equations: tuple[np.ndarray, np.ndarray, Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]],
+    equations: tuple[np.ndarray, np.ndarray, Sequence[Block]],
 ) -> Fitted:
     """One Gauss-Newton step of some numbers from a fit, by `equations` of more numbers, of which `pick` are these."""
     p, (normal, slope, blocks) = found.problem, equations
@@ -361,7 +385,7 @@ def _criterion(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np
 
 def normal_equations(
     p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray, sd: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
+) -> tuple[np.ndarray, np.ndarray, list[Block]]:
     """Normal equations (p, p), (p,) of the free numbers, priors included, with all own effects eliminated.
 
     Also for each record its share of both, and (k, p + 1) how its own effects follow: constant part last, minus slopes.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.refit import gauss_newton
 from ...estimation.filters.innovations.settings import Parameter, Setting
 from ...estimation.filters.innovations.vector import SYMBOLS
+from ...estimation.likelihood.minimiser import Damping, try_steps
 from ...models.model import CHANNELS as COLUMNS
 from ..result import Gain, Trace
 
@@ -24,6 +26,8 @@ START_S = 10.0
 FIRST_PART = 0.3
 """Share of a held-out record on which its own quantities are estimated."""
 BLOCK_S = 20.0
+RULE = Damping(growth=6.0, least=0.0, trials=8)
+"""Damping of the fit of free runs."""
 DRAWS = 1000
 
 
@@ -62,32 +66,56 @@ def fitted_to_simulate(est: Estimator, s: Setting, parameters: Sequence[Paramete
     sim = est.simulating(START_S * est.clock)
     counted = sim.channels.copy()
     counted[[0, 4, 5]] &= not sim.channels[1]
-    damping = 1e-3
-    now = sim.evaluate(s)
-    cost, rms = _simulation_cost(now, s, counted)
+    here, damping = _simulated(sim, s, counted), 1e-3
     for _ in range(most if len(parameters) < 12 else 8):
-        weight = np.where(counted, s.noise.sensor_sd / np.maximum(rms, s.noise.sensor_sd), 0.0)
-        rows = (columns(sim, s, parameters).reshape(len(parameters), -1, 6) * weight).reshape(len(parameters), -1)
-        target = (now.e * weight).ravel()
-        scale = np.linalg.norm(rows, axis=1) + 1e-300
-        fisher, gradient = (rows / scale[:, None]) @ (rows / scale[:, None]).T, -(rows @ target) / scale
-        for _ in range(8):
-            step = np.linalg.solve(fisher + damping * np.eye(len(parameters)), gradient) / scale
-            trial = s
-            for p, change in zip(parameters, step, strict=True):
-                trial = sim.at(trial, p, sim.value(trial, p) + change)
-            found = sim.evaluate(trial)
-            lower, spread = _simulation_cost(found, trial, counted)
-            if lower < cost:
-                break
-            damping *= 6.0
-        else:
+        scale, fisher, gradient = _equations(sim, here, parameters, counted)
+
+        def step(d: float, scale=scale, fisher=fisher, gradient=gradient) -> tuple[np.ndarray, float]:
+            found = np.linalg.solve(fisher + d * np.eye(len(gradient)), gradient)
+            return found / scale, 0.5 * float(gradient @ found)
+
+        def evaluate(change: np.ndarray, here=here) -> _Simulated:
+            trial = here.setting
+            for p, own in zip(parameters, change, strict=True):
+                trial = sim.at(trial, p, sim.value(trial, p) + own)
+            return _simulated(sim, trial, counted)
+
+        trial = try_steps(step, evaluate, here.cost, damping, 0.0, RULE)
+        if not trial.better:
             break
-        gained, s, now, cost, rms = cost - lower, trial, found, lower, spread
-        damping = max(0.2 * damping, 1e-9)
+        gained, here, damping = here.cost - trial.point.cost, trial.point, max(0.2 * trial.damping, 1e-9)
         if gained < 0.1:
             break
-    return s
+    return here.setting
+
+
+class _Simulated(NamedTuple):
+    """A setting with its free runs: residuals, cost, and the rms (6,) of each channel."""
+
+    setting: Setting
+    now: Innovations
+    cost: float
+    rms: np.ndarray
+
+
+def _simulated(sim: Estimator, s: Setting, counted: np.ndarray) -> _Simulated:
+    now = sim.evaluate(s)
+    return _Simulated(s, now, *_simulation_cost(now, s, counted))
+
+
+def _equations(
+    sim: Estimator, here: _Simulated, parameters: Sequence[Parameter], counted: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lengths (p,) of the weighted columns, and the normal equations (p, p), (p,) in columns of unit length."""
+    sd = here.setting.noise.sensor_sd
+    weight = np.where(counted, sd / np.maximum(here.rms, sd), 0.0)
+    rows = (columns(sim, here.setting, parameters).reshape(len(parameters), -1, 6) * weight).reshape(
+        len(parameters), -1
+    )
+    target = (here.now.e * weight).ravel()
+    scale = np.linalg.norm(rows, axis=1) + 1e-300
+    unit = rows / scale[:, None]
+    return scale, unit @ unit.T, -(rows @ target) / scale
 
 
 def _simulation_cost(now: Innovations, s: Setting, counted: np.ndarray) -> tuple[float, np.ndarray]:
