@@ -36,6 +36,11 @@ def attempted(work: Callable[[T], R], cause_of: Callable[[T], Cause]) -> Callabl
     return guarded
 
 
+def itself(cause: Cause) -> Cause:
+    """The cause of a candidate that is given as its cause."""
+    return cause
+
+
 def sorted_out(state: State, found: Iterable[R | Failed]) -> tuple[State, list[R]]:
     """The state with what failed, and what did not."""
     every = list(found)

@@ -17,7 +17,7 @@ from ..residuals.unmodelled import best_unmodelled
 from ..state import HIDING, Candidate, Screened, State, Unmodelled, candidate, exceeds_misfit
 from ..statistics.gusts import penalised_likelihood
 from ..statistics.score_tests import canonical_correlation, log_tail
-from .failures import Failed, attempted, sorted_out
+from .failures import Failed, attempted, itself, sorted_out
 from .screening import counted, screen
 from .ties import MOST_TIED, TIE_CORRELATION, TIE_NATS
 
@@ -87,8 +87,12 @@ def _candidates(state: State, step: int, before: float, rng: np.random.Generator
         simpler = simplified(state, complicated, before, rng)
         if simpler is not None and all(c.log_p > simpler.log_p for c in found if c.cause == simpler.cause):
             found = [*(c for c in found if c.cause != simpler.cause), simpler]
-    attempt = attempted(lambda cause: cause.search.attempt(cause, state, before, rng), lambda cause: cause)
-    state, tried = sorted_out(state, [attempt(cause) for cause in state.bank if cause not in state.causes])
+
+    def attempt(cause: Cause) -> Candidate | None:
+        return cause.search.attempt(cause, state, before, rng)
+
+    of_cause = attempted(attempt, itself)
+    state, tried = sorted_out(state, [of_cause(cause) for cause in state.bank if cause not in state.causes])
     found += [one for one in tried if one is not None]
     return state, under_gusts(state, refined(state, found, before), before)
 

@@ -12,7 +12,7 @@ from ...estimation.filters.innovations.derivatives import columns
 from ..searches.base import Here
 from ..state import IN_SPAN, Screened, State, Variant, projector
 from ..statistics.score_tests import effective_number, log_tail
-from .failures import Failed, attempted
+from .failures import Failed, attempted, itself
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -52,7 +52,11 @@ def screen(state: State, s: Setting, now: Innovations, rng: np.random.Generator)
         ]
         best = int(np.argmin(ranked))
         out.append(Screened(cause, variants[best], float(ranked[best]), scores[best]))
-    screened = attempted(lambda cause: cause.search.screen(cause, state, here, rng), lambda cause: cause)
+
+    def screen_one(cause: Cause) -> Screened | None:
+        return cause.search.screen(cause, state, here, rng)
+
+    screened = attempted(screen_one, itself)
     others = [screened(cause) for cause in bank if not cause.search.scored]
     failed = {one.cause: one.reason for one in others if isinstance(one, Failed)}
     out += [item for item in others if item is not None and not isinstance(item, Failed)]
