@@ -122,22 +122,6 @@ def cluster(address: str) -> Iterator[Pool]:
         client.close()
 
 
-@contextmanager
-def inline() -> Iterator[Pool]:
-    """This process, one task after the other; for tests and for debugging."""
-    yield Pool(_Inline, 1)
-
-
-class _Inline(Executor):
-    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        future: Future = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-
 def _end_with(parent: int) -> None:
     """End this worker soon after its parent has gone, however that ended (loky's own workers wait for ever)."""
 

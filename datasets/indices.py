@@ -5,21 +5,90 @@ advance is the distance made good along the approach course from the position at
 90 degrees, transfer and tactical diameter are the distances off the approach course at 90 and 180 degrees. The
 approach course is the line through the first sample along its heading (a drift off it before the execute is
 part of the transfer). Values between samples are interpolated linearly; distances count towards the side
-of the turn.
+of the turn.  Initial turning ability is the distance travelled from the execute to a heading change of 10 degrees
+under 10 degrees of rudder.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..models.errors import BadInput
 from .record import Record
 
-PLATEAU = 0.95
+PLATEAU = 0.9
 MOVED = 0.05
 STEADY_SHARE = 0.05
+HELD, HELD_SHARE = 0.8, 0.5
+"""In zigzags and turns the rudder is beyond the first share of its largest angle for the second share of the time."""
+UNEVEN_RAD, UNEVEN = math.radians(5.0), 0.5
+"""Largest difference between the heading changes of a zigzag: an angle, or a share of their mean if that is more."""
+LEAST_TURN = math.radians(90.0)
+"""Heading change from which on a run with the rudder held over is a turn."""
+INITIAL_TURN = math.radians(10.0)
+
+
+@dataclass(frozen=True)
+class Performed:
+    """The manoeuvre that a record holds: `kind` is 'zigzag', 'turn', or '' with the reason why it is neither.
+
+    rudder_rad : mean size of the held rudder angles;  heading_rad : mean heading change, from the first execute, at
+    the counter-rudder orders of a zigzag;  executes : sample numbers of the rudder orders.
+    """
+
+    kind: str
+    reason: str = ""
+    rudder_rad: float = math.nan
+    heading_rad: float = math.nan
+    executes: tuple[int, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """`zigzag 20/10`, `turn 35`."""
+        angles = [self.rudder_rad, *([self.heading_rad] if self.kind == "zigzag" else [])]
+        return f"{self.kind} {'/'.join(f'{math.degrees(angle):.0f}' for angle in angles)}"
+
+
+def performed(record: Record) -> Performed:
+    """Whether a record holds a zigzag or a turning circle, read from its rudder and heading."""
+    if not record.has("heading_rad") or not np.isfinite(record.column("heading_rad")).any():
+        return Performed("", "the record has no heading")
+    marks = executes(record).tolist()
+    if not marks:
+        return Performed("", "the rudder never moves")
+    size, share = _held(record, marks[0])
+    if share < HELD_SHARE:
+        return Performed("", "the rudder is not held over: neither a zigzag nor a turning circle")
+    heading = without_gaps(record.heading_unwrapped())
+    if len(marks) == 1:
+        change = heading - heading[0]
+        if max(change.max(), -change.min()) < LEAST_TURN:
+            return Performed("", "the rudder goes over once and the heading changes by less than 90 deg")
+        return Performed("turn", "", size, executes=tuple(marks))
+    change = heading[marks[1:]] - heading[marks[0]]
+    swings = np.sign(change)
+    even = np.ptp(np.abs(change)) <= max(UNEVEN_RAD, UNEVEN * np.abs(change).mean())
+    if not even or (swings[1:] != -swings[:-1]).any() or not swings.all():
+        return Performed("", "the rudder is not put over at equal heading changes to both sides: not a zigzag")
+    return Performed("zigzag", "", size, float(np.abs(change).mean()), tuple(marks))
+
+
+def _held(record: Record, first: int) -> tuple[float, float]:
+    """Mean size of the held rudder angles, rad, and the share of the samples after the first execute that they take."""
+    rudder = _commanded(record)[first + 1 :]
+    values = np.abs(rudder[np.isfinite(rudder)])
+    held = values >= HELD * values.max(initial=0.0)
+    return (float(values[held].mean()), float(held.mean())) if held.any() else (0.0, 0.0)
+
+
+def without_gaps(values: np.ndarray) -> np.ndarray:
+    """Samples (N,) with gaps filled linearly."""
+    known = np.flatnonzero(np.isfinite(values))
+    return np.interp(np.arange(values.size), known, values[known])
 
 
 def executes(record: Record) -> np.ndarray:
@@ -28,20 +97,26 @@ def executes(record: Record) -> np.ndarray:
     Read from the rudder command (a step: the first sample of the new order) or else from the rudder angle
     (the last sample before it leaves its plateau). Empty if the rudder never moves.
     """
-    commanded = record.has("rudder_command_rad")
-    rudder = record.column("rudder_command_rad") if commanded else record.rudder()
+    commanded, rudder = record.has("rudder_command_rad"), _commanded(record)
     seen = np.flatnonzero(np.isfinite(rudder))
     values = rudder[seen]
     size = np.max(np.abs(values), initial=0.0)
     if size == 0.0:
         return np.empty(0, dtype=np.intp)
-    held = np.flatnonzero(np.abs(values) >= PLATEAU * size)
+    sides = [max(float(np.max(side * values)), HELD * size) for side in (1.0, -1.0)]
+    held = np.flatnonzero(np.abs(values) >= PLATEAU * np.where(values > 0.0, *sides))
     turns = np.flatnonzero(np.diff(np.sign(values[held])) != 0)
-    moved = np.flatnonzero(np.abs(values - values[0]) > MOVED * size)
-    first = max(int(moved[0]) - 1, 0) if moved.size else 0
+    still = np.flatnonzero(np.abs(values[: held[0]] - values[0]) <= MOVED * size)
+    first = int(still[-1]) if still.size else 0
+    moved = bool((np.abs(values - values[0]) > MOVED * size).any())
     marks = [first, *(_summit(np.abs(values), int(i)) for i in held[turns])]
-    after = commanded and bool(moved.size)
+    after = commanded and moved
     return seen[np.minimum(np.array(marks) + after, values.size - 1)].astype(np.intp)
+
+
+def _commanded(record: Record) -> np.ndarray:
+    """Rudder order (N,), rad, or else the angle."""
+    return record.column("rudder_command_rad") if record.has("rudder_command_rad") else record.rudder()
 
 
 def _summit(values: np.ndarray, at: int) -> int:
@@ -76,14 +151,45 @@ def _extremes(record: Record) -> list[tuple[int, int]]:
     marks = executes(record).tolist()
     if len(marks) < 2:
         raise BadInput("no counter rudder: not a zigzag", file=record.name)
-    heading = record.heading_unwrapped()
-    found = []
-    for before, start, end in zip(marks[:-1], marks[1:], [*marks[2:], record.n - 1], strict=True):
+    return heading_extremes(record.heading_unwrapped(), marks)
+
+
+def heading_extremes(heading: np.ndarray, marks: Sequence[int]) -> list[tuple[int, int]]:
+    """Samples of each counter-rudder order, the second of `marks` and on, and of the extreme of the heading (N,) that
+    follows it; an extreme that is not passed is left out."""
+    last, found = heading.size - 1, []
+    for before, start, end in zip(marks[:-1], marks[1:], [*marks[2:], last], strict=True):
         swing = 1.0 if heading[start] >= heading[before] else -1.0
         at = start + int(np.nanargmax(swing * heading[start : end + 1]))
-        if at < record.n - 1:
+        if at < last:
             found.append((start, at))
     return found
+
+
+def initial_turning(record: Record, execute_s: float) -> float:
+    """Distance travelled, m, from the execute until the heading has changed by 10 degrees; nan if it does not.
+
+    The track comes from the positions, or else from the speed.  Needs heading_rad, and north_m and east_m or surge_m_s
+    and sway_m_s.
+    """
+    time, change = record.time_s, record.heading_unwrapped() - record.heading_unwrapped()[0]
+    after = time >= execute_s
+    reached = min(
+        (_reach(time[after], side * change[after], INITIAL_TURN) for side in (1.0, -1.0)),
+        key=lambda when: when if math.isfinite(when) else math.inf,
+    )
+    travelled = _travelled(record)
+    return _at(time, travelled, reached) - _at(time, travelled, execute_s)
+
+
+def _travelled(record: Record) -> np.ndarray:
+    """Distance (N,) in m along the track from the first sample."""
+    if record.has("north_m", "east_m"):
+        steps = np.hypot(np.diff(record.column("north_m")), np.diff(record.column("east_m")))
+    else:
+        speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
+        steps = np.diff(record.time_s) * (speed[1:] + speed[:-1]) / 2.0
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def turning_indices(record: Record, execute_s: float | None = None) -> dict[str, float]:

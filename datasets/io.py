@@ -80,13 +80,27 @@ def read_record(path: str | os.PathLike[str], positive_rudder: str | None = None
     path = Path(path)
     if positive_rudder is not None and not is_side(positive_rudder):
         raise BadInput(f"positive rudder {positive_rudder!r}", file=path, hint="give 'port' or 'starboard'")
-    table = _read_parquet(path) if path.suffix.lower() in PARQUET else _read_csv(path)
+    table = _read(path)
     meta, constant = read_sidecar(sidecar_path(path))
     _check_samples(table, path)
     channels = to_canonical(table.columns)
     _check_constant(channels, constant, table, path)
     meta = replace(meta, positive_rudder=positive_rudder or meta.positive_rudder)
     return Record(channels.pop("time_s"), channels, name=path.stem, meta=meta)
+
+
+def read_table(path: Path) -> dict[str, np.ndarray]:
+    """The columns (N,) of a record file under the names and in the units of the file, unchecked but for the header.
+
+    Raises
+    ------
+    BadInput : the file cannot be read, an unknown or missing column, text in a number column.
+    """
+    return _read(path).columns
+
+
+def _read(path: Path) -> _Table:
+    return _read_parquet(path) if path.suffix.lower() in PARQUET else _read_csv(path)
 
 
 # --- CSV

@@ -28,7 +28,7 @@ from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Setting
 from ..models.families.extensions import extension_of, is_term
 from ..models.model import model_to_json, resolve
-from .causes._records import RecordCause
+from .causes._stage import StageCause
 from .causes.base import WHERE, Cause, NotTestable
 from .gain.extension import extended_model
 from .searches.base import Search
@@ -100,7 +100,7 @@ def check_is_described(cls: type[Cause]) -> None:
     assert len(cause.physics.split()) >= 5, "the docstring does not say what the cause is"
     assert cause.where in (*WHERE, "record"), f"where is {cause.where!r}, one of {', '.join(WHERE)}"
     assert cause.unit, "the unit of the sizes is not stated"
-    if not isinstance(cause, RecordCause):
+    if not isinstance(cause, StageCause):
         assert isinstance(cause.search, Search), "the search is not stated"
     if cause.extension is not None:
         extension_of(cause.extension)
@@ -232,11 +232,11 @@ CHECKS: tuple[Callable[[type[Cause]], None], ...] = tuple(
     value for name, value in list(globals().items()) if name.startswith("check_")
 )
 """Every check of this module, in order."""
-OF_RECORDS = (check_is_described,)
-"""The checks of causes that make whole columns mean something else: they act before there is a filter."""
+OF_STAGES = (check_is_described,)
+"""The checks of causes that stages of their own look for: they do not act in the filter."""
 
 
 def check_cause(cls: type[Cause]) -> None:
     """Run all checks on a cause class; the first that fails raises AssertionError."""
-    for check in OF_RECORDS if issubclass(cls, RecordCause) else CHECKS:
+    for check in OF_STAGES if issubclass(cls, StageCause) else CHECKS:
         check(cls)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,14 +13,17 @@ from ..datasets.instruments import corrected
 from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Parameter
 from ..estimation.fit import arithmetic_guard
-from ..models.errors import BadInput
+from ..estimation.mixed_effects import ship_length_s
+from ..models.errors import BadInput, CannotFit
 from . import verdict
 from .causes.registry import terms_for
 from .findings import all_findings, bank_entries, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import Predicted, predicting
+from .imperfect_base import by_free_runs
 from .kinematics import gross_errors, tracks
 from .options import Options
+from .prepared import Prepared
 from .residuals.judged import unexplained
 from .result import Diagnosis
 from .selection.forward import select
@@ -29,23 +32,10 @@ from .state import Candidate, State, Unmodelled, first_state
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
-    from .causes._records import RecordFault
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """Records in the model's rudder sign with what was corrected: gross faults, and sensors by the tracks."""
-
-    train: list[Record]
-    held_out: list[Record]
-    faults: list[RecordFault]
-    tracks: tracks.Tracks
-
-    @property
-    def instruments(self) -> dict[str, float]:
-        """What was corrected, as instruments of a model."""
-        faults = {name: value for fault in self.faults for name, value in fault.instruments.items()}
-        return faults | dict(self.tracks.instruments)
+FINEST = 0.03
+"""Finest sampling of the records, in ship lengths sailed."""
 
 
 def diagnose(
@@ -72,16 +62,27 @@ def _diagnosed(model: Model, train: Sequence[Record], held_out: Sequence[Record]
     if not train:
         raise BadInput("no training record", hint="give at least one")
     started = time.perf_counter(), time.process_time()
-    rng = np.random.default_rng(options.seed)
     given = corrected_records(model, train, held_out, options)
     if options.base_parameters == "identify":
         model = identified(model, given.train)
-    est = estimator(model, given.train, threads=options.threads, terms=terms_for(model))
+    found = by_residuals(model, given, options)
+    if options.base_parameters == "file" and options.coefficient_sd is None and found.verdict == "unexplained":
+        found = by_free_runs(found, given)
+    roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
+    wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
+    return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
+
+
+def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
+    """The diagnosis from the innovations of the filter: the base model is exact, or free as the options say."""
+    rng = np.random.default_rng(options.seed)
+    train, held_out = thinned(given.train, model), thinned(given.held_out, model)
+    est = estimator(model, train, threads=options.threads, terms=terms_for(model))
     state, cannot = starting_state(est, options)
     poor = verdict.undecidable(est, state.start)
     state = select(state, options.max_effects, rng) if poor is None else state
     left = unexplained(state, rng) if poor is None else None
-    found = predicting(state, given.held_out, options, rng)
+    found = predicting(state, held_out, options, rng)
     left = left if left is not None else _failed(found, state)
     findings = all_findings(state, found.failing, given.faults, given.tracks, rng)
     instead = bool(state.accepted) and left is not None and left is state.rival
@@ -90,7 +91,7 @@ def _diagnosed(model: Model, train: Sequence[Record], held_out: Sequence[Record]
         model=model,
         extended=extended_model(est, found.setting, found.state.causes, given.instruments),
         base_parameters=str(options.base_parameters),
-        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]),
+        records=(),
         alpha=options.alpha,
         seed=options.seed,
         threads=options.threads,
@@ -99,14 +100,23 @@ def _diagnosed(model: Model, train: Sequence[Record], held_out: Sequence[Record]
         causes=tuple(findings) if decided != "inconclusive" else (),
         bank=bank_entries(state, cannot, findings, given.tracks),
         gain=found.gain,
-        hypothesis=hypothesis_of(state, left, given.held_out),
+        hypothesis=hypothesis_of(state, left, held_out),
         noise=noise_of(est, state.setting),
         traces=found.traces,
         where=tuple(verdict.where(found.traces)),
         next_manoeuvre=verdict.next_manoeuvre(poor, findings),
-        wall_s=time.perf_counter() - started[0],
-        cpu_s=time.process_time() - started[1],
+        wall_s=0.0,
+        cpu_s=0.0,
     )
+
+
+def thinned(records: Sequence[Record], model: Model) -> list[Record]:
+    """Records of a ship with a length and a speed, sampled no finer than FINEST: more samples would only cost time."""
+    try:
+        step_s = FINEST * ship_length_s(model)
+    except CannotFit:
+        return list(records)
+    return [record.thinned(max(1, int(step_s / record.dt + 1e-9))) for record in records]
 
 
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
@@ -166,13 +176,13 @@ def _reference_speed(est: Estimator) -> tuple[Parameter, ...]:
 def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Parameter, ...], np.ndarray | None]:
     """Coefficients that are estimated along, with the precisions of their prior."""
     model = est.model
-    if options.base_parameters == "file" and options.coefficient_sd == 0.0:
+    if options.base_parameters == "file" and not options.coefficient_sd:
         return (), None
     pairs = zip(model.coordinates, model.coefficients.tolist(), strict=True)
     found = tuple(Parameter(name, "", ((est.index[name], abs(value)),)) for name, value in pairs if value != 0.0)
     if options.base_parameters == "identify":
         return found, None
-    return found, np.full(len(found), options.coefficient_sd**-2.0)
+    return found, np.full(len(found), (options.coefficient_sd or 1.0) ** -2.0)
 
 
 def _failed(found: Predicted, state: State) -> Candidate | None:

@@ -21,7 +21,8 @@ class Options:
 
     base_parameters : 'file' takes the model's coefficients as known, 'identify' estimates them along; None: 'file'
         where the model carries coefficients.
-    coefficient_sd : relative uncertainty of known coefficients, as a Gaussian prior (0: none).
+    coefficient_sd : relative uncertainty of known coefficients, as a Gaussian prior; 0: they are exact; None: they are
+        taken as exact first, and where effects stay unexplained they move within the priors that the family states.
     channels : record channels to use, None for all.
     max_effects : most causes that are named together.
     alpha : family-wise level of the whole run.
@@ -30,7 +31,7 @@ class Options:
     """
 
     base_parameters: str | None = None
-    coefficient_sd: float = 0.0
+    coefficient_sd: float | None = None
     channels: tuple[str, ...] | None = None
     max_effects: int = 3
     alpha: float = 0.01
@@ -45,7 +46,7 @@ class Options:
             raise BadInput(f"base parameters {base!r}", hint="file or identify")
         if base == "file" and not model.known:
             raise BadInput(f"model {model.id} carries no coefficients", hint="use --base-parameters identify")
-        if not 0.0 < self.alpha < 0.5 or self.max_effects < 1 or self.coefficient_sd < 0.0 or self.threads < 1:
+        if not 0.0 < self.alpha < 0.5 or self.max_effects < 1 or (self.coefficient_sd or 0.0) < 0.0 or self.threads < 1:
             hint = "alpha lies in 0 .. 0.5, max effects and threads are at least 1, coefficient sd at least 0"
             raise BadInput("an option is out of its range", hint=hint)
         self.causes()

@@ -9,9 +9,10 @@ import numpy as np
 
 if TYPE_CHECKING:
     from ..models.model import Model
+    from .calibration.result import Calibration
 
-SCHEMA = 1
-VERDICTS = ("inconclusive", "unexplained", "tied", "named", "adequate")
+SCHEMA = 2
+VERDICTS = ("inconclusive", "unexplained", "partly_named", "tied", "named", "adequate")
 """In the order of precedence."""
 
 
@@ -118,9 +119,11 @@ class Diagnosis:
     cpu_s: float
     threads: int = 1
     """Threads that ran the filter; the results do not depend on them."""
+    calibration: Calibration | None = None
+    """What the base model's own numbers explain of free runs; None where effects of the bank explain the records."""
 
     def to_json(self) -> dict[str, Any]:
-        """The document of schema version 1 (diagnosis.json), plain numbers only."""
+        """The document of schema version 2 (diagnosis.json), plain numbers only."""
         return {
             "schema": SCHEMA,
             "model": self.model.id,
@@ -132,11 +135,12 @@ class Diagnosis:
             "verdict": self.verdict,
             "reason": self.reason,
             "causes": [_finding(c) for c in self.causes],
-            "gain": {name: {k: _plain(v) for k, v in vars(g).items()} for name, g in self.gain.items()},
-            "bank": [{k: _plain(v) for k, v in vars(entry).items()} for entry in self.bank],
-            "hypothesis": _plain(self.hypothesis),
-            "noise": _plain(self.noise),
-            "where": _plain(list(self.where)),
+            "gain": {name: {k: plain(v) for k, v in vars(g).items()} for name, g in self.gain.items()},
+            "bank": [{k: plain(v) for k, v in vars(entry).items()} for entry in self.bank],
+            "hypothesis": plain(self.hypothesis),
+            "noise": plain(self.noise),
+            "base_coefficients": None if self.calibration is None else plain(self.calibration.to_json()),
+            "where": plain(list(self.where)),
             "next_manoeuvre": self.next_manoeuvre,
             "wall_s": self.wall_s,
             "cpu_s": self.cpu_s,
@@ -144,20 +148,20 @@ class Diagnosis:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    facts = {k: _plain(v) for k, v in vars(finding).items() if k != "sizes"}
+    facts = {k: plain(v) for k, v in vars(finding).items() if k != "sizes"}
     facts["tied_with"] = list(finding.tied_with)
-    facts["sizes"] = [{k: _plain(v) for k, v in vars(size).items()} for size in finding.sizes]
+    facts["sizes"] = [{k: plain(v) for k, v in vars(size).items()} for size in finding.sizes]
     return facts
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """A value as JSON takes it: numbers that are not finite become null."""
     if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
+        return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, bool | str) or value is None:
         return value
     if isinstance(value, int | np.integer):

@@ -1,8 +1,9 @@
 """Free runs fitted to several records at once, with effects that each record has of its own.
 
-A free run uses nothing of a record but its inputs and its initial state.  Numbers of the model (coefficients or
-constants) have Gaussian priors and are common to all records.  Every record has a deviation of its neutral rudder angle
-and of its initial state, with priors too: without them the coefficients would absorb the trim of single runs.
+A free run uses nothing of a record but its inputs, its measured wind and its initial state.  Numbers of the model
+(coefficients or constants) have Gaussian priors and are common to all records.  Every record has a deviation of its
+neutral rudder angle and of its initial state, with priors too: without them the coefficients would absorb the trim of
+single runs.
 
 The criterion is the sum over channels of N_eff / 2 log(S_c + floor_c^2), S_c being the mean squared error of all
 records and N_eff the records' duration over the correlation time of the residuals, plus half the squares of all numbers
@@ -23,6 +24,7 @@ import numpy as np
 from ..models.errors import CannotFit
 from .linear_algebra import finite
 from .series import MEASURED, Series, samples, series_of
+from .weather import with_wind
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -62,7 +64,10 @@ class Number:
 
 @dataclass(frozen=True)
 class Run:
-    """One record prepared for free runs: its series, thinned, and the thrust (N,) where it was measured."""
+    """One record prepared for free runs: its series, thinned, and the thrust (N,) where it was measured.
+
+    The inputs of the series hold the measured wind where it counts, see `weather.with_wind`.
+    """
 
     series: Series
     thrust: np.ndarray | None
@@ -128,8 +133,11 @@ class Problem:
         return np.array([run.duration_s for run in self.runs]) / (CORRELATION * self.length_s)
 
     def residuals(self, theta: np.ndarray, run: Run, own: np.ndarray) -> np.ndarray:
-        """Measured minus simulated channels (N, C), SI; nan at gaps, LARGEST units where the run is lost."""
-        from ..models.simulate import substeps
+        """Measured minus simulated channels (N, C), SI; nan at gaps, LARGEST units where the run is lost.
+
+        theta : the model's, or that of its environment variant, whose wind coefficients then take part.
+        """
+        from ..models.simulate import substeps, variant
 
         series, model = run.series, self.model
         inputs = series.inputs.copy()
@@ -138,7 +146,8 @@ class Problem:
         for value, symbol in zip(own[1:], self.states, strict=True):
             start[model.states.index(symbol)] += value
         states, count = np.empty((len(inputs), start.size)), substeps(model, series.dt)
-        model.kernels.simulate(start, inputs, theta, series.dt / count, count, False, states)
+        kernels, numbers = variant(model, inputs.shape[1], theta)
+        kernels.simulate(start, inputs, numbers, series.dt / count, count, False, states)
         found = [series.observe(states[:, series.columns])]
         if THRUST in self.channels:
             found.append(self._thrust_of(run, states, inputs, theta))
@@ -152,7 +161,8 @@ class Problem:
         if run.thrust is None or self.thrust is None:
             return np.full(len(run.series.index), np.nan)
         with np.errstate(all="ignore"):
-            return run.series.observe(self.thrust(states, inputs, theta))
+            own = self.model.theta.size
+            return run.series.observe(self.thrust(states, inputs[:, : len(self.model.inputs)], theta[:own]))
 
     def _measured(self, run: Run) -> np.ndarray:
         if THRUST not in self.channels:
@@ -244,7 +254,7 @@ def _measures(record: Record, symbol: str) -> bool:
 
 def _run(record: Record, model: Model, symbols: Sequence[str], length_s: float) -> Run:
     thinned = record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
-    series = series_of(thinned, model, symbols)
+    series = with_wind(series_of(thinned, model, symbols), record, model)
     thrust = _smoothed(record, thinned) if record.has(THRUST) else None
     series = replace(series, start=_start(series, record, model, length_s))
     return Run(series, thrust, float(record.time_s[-1] - record.time_s[0]))

@@ -7,13 +7,14 @@ is unwrapped.  Units are those of the channels.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..datasets.columns import RUDDERS
+from ..datasets.instruments import hull_record, observed
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -80,15 +81,23 @@ def predicted_record(estimate: Estimate, record: Record, horizon: str) -> Record
     It has the inputs of the record in the model's rudder sign and each predicted channel (N,), nan where there is no
     finite prediction.
     """
-    from ..datasets.instruments import hull_record, observed
-
     model = estimate.model
-    turned = record.turned(model.positive_rudder)
     found = predict(model, hull_record(record, model), estimate.predictor)
-    inputs = {name: turned.column(name) for name in (*RUDDERS, "propeller_rps") if turned.has(name)}
-    runs = {p.channel: p.free if horizon == "free" else np.where(p.stepped, p.one, np.nan) for p in found}
+    return as_shown(
+        model,
+        record.turned(model.positive_rudder),
+        {p.channel: p.free if horizon == "free" else np.where(p.stepped, p.one, np.nan) for p in found},
+    )
+
+
+def as_shown(model: Model, record: Record, runs: Mapping[str, np.ndarray]) -> Record:
+    """Predicted channels (N,) of the hull as the model's instruments show them, beside the inputs of the record.
+
+    The record has the model's rudder sign.  Predictions are nan where they are not finite.
+    """
+    inputs = {name: record.column(name) for name in (*RUDDERS, "propeller_rps") if record.has(name)}
     channels = {name: np.where(np.isfinite(values), values, np.nan) for name, values in runs.items()}
-    return observed(replace(turned, channels={**inputs, **channels}), model.instruments)
+    return observed(replace(record, channels={**inputs, **channels}), model.instruments)
 
 
 def prediction_scores(model: Model, records: Sequence[Record], predictor: Predictor | None = None) -> dict[str, Any]:
@@ -109,15 +118,39 @@ def error_and_r2(observed: np.ndarray, predicted: np.ndarray) -> tuple[float, fl
 
     R^2 is nan for an observation that does not vary; both are where a prediction is not finite.
     """
+    return squares(observed, predicted).scores()
+
+
+class Squares(NamedTuple):
+    """Number of samples, sum of squared errors, and sum of squared deviations of the observations from their mean.
+
+    Sums of several runs are added, so that each counts from its own mean.
+    """
+
+    n: int = 0
+    error: float = 0.0
+    spread: float = 0.0
+
+    def plus(self, other: Squares) -> Squares:
+        """The sums of both."""
+        return Squares(self.n + other.n, self.error + other.error, self.spread + other.spread)
+
+    def scores(self) -> tuple[float, float]:
+        """Root mean square error and R^2, as `error_and_r2`."""
+        if not self.n or not np.isfinite(self.error):
+            return np.nan, np.nan
+        return float(np.sqrt(self.error / self.n)), 1.0 - self.error / self.spread if self.spread > 0.0 else np.nan
+
+
+def squares(observed: np.ndarray, predicted: np.ndarray) -> Squares:
+    """The sums over (N,) samples, gaps of `observed` (nan) left out."""
     known = np.isfinite(observed)
     if not known.any():
-        return np.nan, np.nan
+        return Squares()
     with np.errstate(all="ignore"):
         error = np.sum((predicted[known] - observed[known]) ** 2)
         spread = np.sum((observed[known] - observed[known].mean()) ** 2)
-        if not np.isfinite(error):
-            return np.nan, np.nan
-        return float(np.sqrt(error / known.sum())), float(1.0 - error / spread) if spread > 0.0 else np.nan
+    return Squares(int(known.sum()), float(error), float(spread))
 
 
 def _start(model: Model, series: Series) -> np.ndarray:
@@ -150,7 +183,13 @@ def _one_step(predictor: Predictor, model: Model, series: Series) -> tuple[np.nd
 
 
 def _diverged(symbol: str, observed: np.ndarray, free: np.ndarray) -> bool:
-    if not np.isfinite(free).all():
-        return True
     largest = np.nanmax(np.abs(observed))
-    return symbol in RATES and largest > 0.0 and bool(np.max(np.abs(free)) > BOUND * largest)
+    limit = BOUND * largest if symbol in RATES and largest > 0.0 else np.inf
+    return divergence(free[:, None], np.array([limit])) is not None
+
+
+def divergence(states: np.ndarray, limits: np.ndarray) -> int | None:
+    """The first row of a run (N, n) that is not finite or has an absolute value above the limits (n,); None: none."""
+    with np.errstate(invalid="ignore"):
+        lost = ~(np.isfinite(states) & (np.abs(states) <= limits)).all(axis=1)
+    return int(np.argmax(lost)) if lost.any() else None

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .api.calibration import Calibration, calibrate
+    from .api.check import Check, check
     from .api.diagnosis import Diagnosis, diagnose
     from .api.identification import identify, rudder_sign_doubt, simulate
     from .api.lists import (
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     )
     from .api.reproduction import Reproduction, reproduce
     from .api.suites import SuiteResults, leaderboard, load_results, run_suite
+    from .api.validation import Validation, validate
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
     from .datasets.measured import fetch
@@ -48,6 +50,7 @@ __all__ = [
     "Calibration",
     "CannotFit",
     "Case",
+    "Check",
     "Diagnosis",
     "Estimate",
     "FitFailed",
@@ -57,8 +60,10 @@ __all__ = [
     "Reproduction",
     "RudderSignWarning",
     "SuiteResults",
+    "Validation",
     "__version__",
     "calibrate",
+    "check",
     "diagnose",
     "fetch",
     "generate",
@@ -79,6 +84,7 @@ __all__ = [
     "rudder_sign_doubt",
     "run_suite",
     "simulate",
+    "validate",
     "with_tuner",
     "write_record",
     "write_report",
@@ -90,6 +96,7 @@ _HOME = {
     "Calibration": ("api.calibration", "Calibration"),
     "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
+    "Check": ("api.check", "Check"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
     "Estimate": ("estimation.estimate", "Estimate"),
     "FitFailed": ("models.errors", "FitFailed"),
@@ -99,7 +106,9 @@ _HOME = {
     "Reproduction": ("api.reproduction", "Reproduction"),
     "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
     "SuiteResults": ("api.suites", "SuiteResults"),
+    "Validation": ("api.validation", "Validation"),
     "calibrate": ("api.calibration", "calibrate"),
+    "check": ("api.check", "check"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),
@@ -120,6 +129,7 @@ _HOME = {
     "rudder_sign_doubt": ("api.identification", "rudder_sign_doubt"),
     "run_suite": ("api.suites", "run_suite"),
     "simulate": ("api.identification", "simulate"),
+    "validate": ("api.validation", "validate"),
     "with_tuner": ("methods.tuned", "with_tuner"),
     "write_record": ("datasets.io", "write_record"),
     "write_report": ("reporting.report", "write_report"),

@@ -35,7 +35,6 @@ class Definition:
         (K, T1, T2, ... of a response model); None where coefficients are published themselves.
     inverse : coefficient name -> expression in the published parameters (symbols named as in ``public``).
     units : unit of each published parameter.
-    coefficient_units : unit of each coefficient.
     rate_gain : coefficient that multiplies the input's derivative (symbol ``delta_rate``) in the forces of a
         second-order response model; the simulated state is then ``w = q - rate_gain * delta``.
     held : coefficients that enter in a non-linear way; regression holds them at zero (their column is zero).
@@ -57,7 +56,6 @@ class Definition:
     units: Mapping[str, str]
     source: str
     helpers: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
-    coefficient_units: Mapping[str, str] = field(default_factory=dict)
     public: Mapping[str, sp.Expr] | None = None
     inverse: Mapping[str, sp.Expr] | None = None
     rate_gain: sp.Symbol | None = None

@@ -14,7 +14,7 @@ from .rudder_chain import STATE, advance, begin, felt, steer
 RHS = types.FunctionType(types.void(A1, A1, A1, A1))
 TANGENT = types.FunctionType(types.void(A1, A1, A1, A1, i8, A1, A1, A1, A1))
 REGRESS = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
-SERIES, ZIGZAG, HEADING = 0, 1, 2
+SERIES, _, HEADING = range(3)
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, A2), **JIT)

@@ -133,7 +133,7 @@ class _Printer(PythonCodePrinter):
     _print_Half = _print_Rational
     _print_One = _print_Zero = _print_NegativeOne = _print_Integer
 
-    def _print_Pow(self, expr, rational=False):
+    def _print_Pow(self, expr, *_):
         base, power = expr.args
         if power == sp.S.Half:
             return f"sqrt({self._print(base)})"

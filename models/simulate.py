@@ -13,6 +13,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import kernels as kernel_store
 from .errors import BadInput
 from .instruments import linkage
 from .model import Model, RudderGear
@@ -89,6 +90,17 @@ def inputs_of(
     return np.ascontiguousarray(np.column_stack(columns))
 
 
+def variant(model: Model, width: int, theta: NDArray[np.float64]) -> tuple[kernel_store.Kernels, NDArray[np.float64]]:
+    """Kernels and parameter vector for inputs of `width` columns: those of the environment variant for 7 more.
+
+    theta : the model's own (p + c,), or already that of the variant.
+    """
+    if width == len(model.inputs):
+        return model.kernels, theta[: model.theta.size]
+    kernels, whole = model.environment(wind=True)
+    return kernels, np.concatenate([theta, whole[theta.size :]])
+
+
 def simulate(
     model: Model, inputs: ArrayLike, dt: float, x0: ArrayLike, *, hold: str = "linear", integrator: str = "rk4"
 ) -> NDArray[np.float64]:
@@ -96,6 +108,7 @@ def simulate(
 
     Parameters
     ----------
+    inputs : the model's; or 7 more columns, those of its environment variant (current, wind, forces).
     hold : 'linear' or 'zero', the input between samples.
     integrator : 'rk4', or 'euler': one explicit step a sample with the input held, which is the difference
         equation that forward-difference least squares inverts.
@@ -104,11 +117,12 @@ def simulate(
 
     u, start = _array(inputs, 2), _array(x0, 1)
     states = np.empty((len(u), start.size))
+    kernels, theta = variant(model, u.shape[1], model.theta)
     if integrator == "euler":
-        drivers.euler(model.kernels.rhs, start, u, model.theta, dt, states)
+        drivers.euler(kernels.rhs, start, u, theta, dt, states)
     else:
         count = substeps(model, dt)
-        model.kernels.simulate(start, u, model.theta, dt / count, count, hold == "zero", states)
+        kernels.simulate(start, u, theta, dt / count, count, hold == "zero", states)
     return states
 
 

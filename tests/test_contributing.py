@@ -18,6 +18,7 @@ import helmbench
 from helmbench.cli import status_of
 
 from .injections import injected
+from .inline_pool import inline
 
 TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 OWN_METHOD = "A method of your own, outside this repository"
@@ -138,11 +139,11 @@ def cause(request, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
     text = example("python", CAUSES[request.param])
     module = loaded(f"helmbench.diagnosis.causes.{request.param}", text, tmp_path, monkeypatch)
-    registry.causes.cache_clear()
+    registry.all_causes.cache_clear()
     (cls,) = registry.causes_in(module)
     yield cls
     monkeypatch.undo()
-    registry.causes.cache_clear()
+    registry.all_causes.cache_clear()
 
 
 def test_example_cause_is_one_file_of_the_bank(cause):
@@ -163,7 +164,9 @@ def test_example_diagnoser_names_one_cause_at_most(tmp_path, monkeypatch, rng):
 
     loaded("helmbench.diagnosis.baselines.single", example("python", "A diagnoser: one file"), tmp_path, monkeypatch)
     case = injected("mariner", ("rudder_offset", "yaw_rate_scale"), rng)
-    found = find("single")().diagnose(helmbench.resolve("mariner"), case.train, case.held_out[:1], Options())
+    found = find("single")().diagnose(
+        helmbench.resolve("mariner"), case.train, case.held_out[:1], Options(coefficient_sd=0.0)
+    )
     print(found.verdict, found.causes)
     assert len(found.causes) == 1 and found.verdict == "unexplained"
 
@@ -188,7 +191,7 @@ def test_example_cause_finds_the_effect_of_the_truth_simulator(injectable, rng):
     from helmbench.diagnosis.options import Options
 
     case = injected("mariner", (injectable,), rng)
-    options = Options(max_effects=1, only=(injectable,))
+    options = Options(coefficient_sd=0.0, max_effects=1, only=(injectable,))
     (finding,) = diagnose(helmbench.resolve("mariner"), case.train, options=options).causes
     truths = case.effects[0].kind.truths(case.effects[0].at(0), case.case.ship, finding.details)
     print(case.truth, truths, finding)
@@ -213,7 +216,7 @@ def test_example_suite_is_listed_and_holds_what_it_says(tmp_path, monkeypatch):
 
 
 def test_example_score_fills_its_column(tmp_path, monkeypatch):
-    from helmbench.bench import pool, runner, suites
+    from helmbench.bench import runner, suites
     from helmbench.bench.kinds import kind_of
     from helmbench.bench.kinds.base import Selection
     from helmbench.bench.scores import registry
@@ -224,7 +227,7 @@ def test_example_score_fills_its_column(tmp_path, monkeypatch):
     registry.scores.cache_clear()
     suite = suites.load_suite(str(tmp_path / "mine.yaml"))
     specs = kind_of(suite.kind).plan(suite, Selection("mine"))
-    with pool.inline() as workers, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:
+    with inline() as workers, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:
         runner.run(specs, store, workers)
     monkeypatch.undo()
     registry.scores.cache_clear()

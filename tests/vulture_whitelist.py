@@ -1,25 +1,29 @@
 """Names that are used, but not where vulture looks for it: by users, by other packages, or through `_asdict`."""
 
-from helmbench.bench.faults.effects.base import ScalarKind
-from helmbench.bench.kinds.diagnosis.judge import OUTCOMES
-from helmbench.bench.kinds.identification.suite import Entry
-from helmbench.bench.pool import inline
-from helmbench.bench.scores.parameter_error import parameter_error
+from helmbench.datasets import indices, manoeuvres
+from helmbench.datasets.record import Record, RecordMeta
+from helmbench.diagnosis.contract import check_cause
+from helmbench.estimation.estimate import Estimate
 from helmbench.estimation.likelihood.profile import Interval
 from helmbench.estimation.tuning.abc import ABCSampler
 from helmbench.methods import contract
 from helmbench.methods.base import RecursiveMethod
+from helmbench.models.simulate import simulate_batch
 
 USED = (
-    ScalarKind.__init_subclass__,  # by Python
-    OUTCOMES,  # says what the outcomes of a case mean
-    Entry._records_are_named,  # by pydantic
-    inline,  # for tests and for debugging
-    parameter_error,  # by the registry of scores
     ABCSampler.infer_relative_search_space,  # by Optuna
     ABCSampler.sample_relative,
     Interval.low_open,  # by `_asdict`
     Interval.high_open,
+    RecordMeta.reference_point,  # by the sidecar of a record
     RecursiveMethod.reset,  # by users of partial_fit
+    Estimate.to_dataframe,  # by users
+    Record.from_dataframe,
+    Record.to_dataframe,
+    indices.overshoots,
+    indices.overshoot_times,
+    manoeuvres.from_series,
+    simulate_batch,  # Monte Carlo, timed against other implementations
     contract.check_method,  # by authors of other methods
+    check_cause,  # by authors of other causes
 )

@@ -60,17 +60,21 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
 
 
 def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
-    started = time.perf_counter()
     if not train:
         raise BadInput("no training record", hint="give at least one")
     if not model.known:
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
+    return calibrate_on(model, *([hull_record(record, model) for record in records] for records in (train, held_out)))
+
+
+def calibrate_on(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
+    """`calibrate` on true motions: records behind the model's instruments, in its rudder sign."""
+    started = time.perf_counter()
     groups = groups_of(model)
     whole = grown(model, groups)
-    pieces = _pieces(unbroken([hull_record(record, model) for record in train], whole), whole)
-    given = problem(whole, pieces)
+    given = problem(whole, _pieces(unbroken(train, whole), whole))
     found = select(given, groups)
-    kept = problem(whole, unbroken([hull_record(r, model) for r in held_out], whole)) if held_out else None
+    kept = problem(whole, unbroken(held_out, whole)) if held_out else None
     shares = _shares(given, found)
     verdict, reason = _verdict(given, found, shares)
     calibrated = _calibrated(model, whole, found.final)
@@ -203,7 +207,7 @@ def _verdict(p: Problem, found: Selection, shares: Mapping[str, Share]) -> tuple
         limit = f"{100 * ADEQUATE:.0f} % of each channel's motion"
         return "adequate", f"but for the trim of single runs, free-run errors are below {limit}"
     counted = [shares[columns[c]] for c in matter] or list(shares.values())
-    explained = float(np.mean([s.coefficients / max(1.0 - s.trim - s.noise, 1e-9) for s in counted]))
+    explained = float(np.mean([s.explained for s in counted]))
     said = f"the numbers that moved take off {100 * explained:.0f} % of what can be explained of the free-run error"
     if explained >= NAMED:
         return "named", said

@@ -1,6 +1,6 @@
 """Forward selection of groups of numbers by free runs of records that were left out.
 
-A group enters if the score of the left-out records falls by more than LEAST and by more than two jackknife standard
+A group enters if the score of the left-out records falls by more than LEAST, and by more than two jackknife standard
 errors over records; groups whose scores cannot be told apart from the best are ties.  At the end groups whose removal
 costs less than that leave again.
 """

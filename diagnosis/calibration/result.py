@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from ..result import Trace
 
 SCHEMA = 1
+EXPLAINABLE = 0.05
+"""Least share of the squared error that counts as explainable by the model."""
 HIDDEN = ("model", "calibrated", "traces")
 """Fields that are not written as plain data."""
 VERDICTS = ("adequate", "named", "partly_named", "unexplained")
@@ -60,6 +62,11 @@ class Share:
     trim: float
     noise: float
     remaining: float
+
+    @property
+    def explained(self) -> float:
+        """Share of what the model can explain, which trim and noise are no part of, that its numbers take off."""
+        return self.coefficients / max(self.coefficients + self.remaining, EXPLAINABLE)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Faults of whole records: columns read wrongly, looked for before all else and put right."""
+"""Causes that stages of their own look for: faults of whole records before the bank, the base model after it."""
 
 from __future__ import annotations
 
@@ -7,13 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .base import Cause, NotTestable
+from ._stage import StageCause
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ...models.model import Model
-    from ..state import Variant
 
 
 @dataclass(frozen=True)
@@ -28,19 +25,19 @@ class RecordFault:
     instruments: Mapping[str, float]
 
 
-class RecordCause(Cause):
+class RecordCause(StageCause):
     """Base class of causes that make whole columns mean something else.
 
     rank : causes of lower rank are looked for first.
     """
 
     where = "record"
-    unit = "1"
+    stage = "looked for in the records themselves, before all else"
     rank = 0
 
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        raise NotTestable("looked for in the records themselves, before all else")
-
     @abstractmethod
-    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
-        """Faults of this kind, and the records with them put right."""
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
+        """Faults of this kind, and the records with them put right.
+
+        starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
+        """

@@ -21,6 +21,7 @@ from ..result import Size
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
+    from ..kinematics.series import Path, SensorEffect, Turn
     from ..searches.base import Search
     from ..state import Candidate, State, Variant
 
@@ -45,6 +46,10 @@ class Cause(ABC):
     extension : id of the model extension that it becomes, None for one that stays a number of rudder or sensors.
     power_size : size of the first parameter whose detection the stated power is for, None where none is stated.
     separate_by : what would tell it from its rivals.
+    turn, track : what it leaves between heading and yaw rate, and between positions and velocities, where that shows
+    it without a model; track_without_model : the same, where a model's filter is not to be asked for it.
+    track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
+    can be told.
     """
 
     id: ClassVar[str]
@@ -54,6 +59,11 @@ class Cause(ABC):
     extension: ClassVar[str | None] = None
     power_size: ClassVar[float | None] = None
     separate_by: ClassVar[str | None] = None
+    turn: ClassVar[tuple[SensorEffect[Turn], ...]] = ()
+    track: ClassVar[tuple[SensorEffect[Path], ...]] = ()
+    track_without_model: ClassVar[tuple[SensorEffect[Path], ...]] = ()
+    track_rivals: ClassVar[tuple[str, ...]] = ()
+    least_turn: ClassVar[float] = 0.0
 
     @property
     def physics(self) -> str:

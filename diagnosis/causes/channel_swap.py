@@ -13,7 +13,6 @@ from ._records import RecordCause, RecordFault
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...models.model import Model
 
 RATES = ("yaw_rate_rad_s", "roll_rate_rad_s")
 UNEXPLAINED = 0.3
@@ -28,7 +27,7 @@ class ChannelSwap(RecordCause):
     rank = 1
     separate_by = "the logger's list of channels"
 
-    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
         faults, fixed = self._of_rates(list(records))
         better = better_reading(fixed)
         if better is not None and better.reading.columns:

@@ -10,7 +10,6 @@ from ._records import RecordCause, RecordFault
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...models.model import Model
 
 
 class EarthFrameVelocity(RecordCause):
@@ -20,7 +19,7 @@ class EarthFrameVelocity(RecordCause):
     rank = 2
     separate_by = "the logger's list of channels"
 
-    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
         better = better_reading(records)
         if better is None or better.reading.columns:
             return [], list(records)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..kinematics.series import TrackEffect
+from ..kinematics.series import TrackEffect, half_a_degree
 from ..searches.score import ByScore
 from .base import DEGREE, Cause, one, require_channels
 
@@ -23,7 +23,7 @@ class HeadingOffset(Cause):
     search = ByScore()
     power_size = 0.1 * DEGREE
     separate_by = "positions on two opposite straight courses"
-    track = (TrackEffect("b", "rad", ("heading_bias",), lambda path: path.turned_way),)
+    track = (TrackEffect("b", "rad", ("heading_bias",), lambda path: path.turned_way, half_a_degree),)
     track_rivals = ("axis_misalignment",)
 
     def variants(self, est: Estimator) -> Sequence[Variant]:

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from ...datasets.record import Record
     from ...estimation.filters.innovations.estimator import Estimator
-    from ...models.model import Model
     from ._records import RecordFault
 
 MOST = 2
@@ -30,7 +29,7 @@ class Outliers(RecordCause):
     rank = 4
     separate_by = "the sensor's own quality flag"
 
-    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
         return [], list(records)  # they are gaps of the filter's segments: see `findings`
 
     def findings(self, est: Estimator) -> list[Finding]:

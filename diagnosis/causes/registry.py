@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...models.errors import BadInput
 from ...models.families.extensions import is_term
+from ._check import CheckCause
 from ._records import RecordCause
+from ._stage import StageCause
 from .base import Cause, NotTestable
 
 if TYPE_CHECKING:
@@ -23,8 +25,8 @@ GROUP = "helmbench.causes"
 
 
 @lru_cache(maxsize=1)
-def causes() -> dict[str, Cause]:
-    """Identifier -> every cause, sorted.
+def all_causes() -> dict[str, Cause]:
+    """Identifier -> every cause, sorted: those that a diagnosis tests, and those that only `check` looks for.
 
     Raises
     ------
@@ -36,6 +38,16 @@ def causes() -> dict[str, Cause]:
             raise BadInput(f"cause {cls.id!r} is defined twice", file=cls.__module__)
         found[cls.id] = cls()
     return dict(sorted(found.items()))
+
+
+def causes() -> dict[str, Cause]:
+    """Identifier -> every cause that a diagnosis tests, sorted; BadInput as `all_causes`."""
+    return {name: entry for name, entry in all_causes().items() if not isinstance(entry, CheckCause)}
+
+
+def check_causes() -> dict[str, CheckCause]:
+    """Identifier -> every cause that only `check` looks for, sorted; BadInput as `all_causes`."""
+    return {name: entry for name, entry in all_causes().items() if isinstance(entry, CheckCause)}
 
 
 def cause(name: str) -> Cause:
@@ -53,7 +65,7 @@ def record_causes() -> list[RecordCause]:
 
 def bank() -> list[Cause]:
     """Causes that are tried against a model."""
-    return [c for c in causes().values() if not isinstance(c, RecordCause)]
+    return [c for c in causes().values() if not isinstance(c, StageCause)]
 
 
 def terms_for(model: Model) -> tuple[str, ...]:
@@ -74,7 +86,8 @@ def testable(est: Estimator) -> tuple[dict[Cause, tuple[Variant, ...]], dict[Cau
             can[entry] = tuple(entry.variants(est))
         except NotTestable as reason:
             cannot[entry] = str(reason)
-    return can, cannot
+    later = (c for c in causes().values() if isinstance(c, StageCause) and not isinstance(c, RecordCause))
+    return can, cannot | {entry: entry.stage for entry in later}
 
 
 def _own() -> list[type[Cause]]:

@@ -13,7 +13,6 @@ from ._records import RecordCause, RecordFault
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...models.model import Model
 
 CLEAR = 6.0
 """Standard deviations by which the rudder must act to the other side."""
@@ -26,8 +25,8 @@ class RudderSign(RecordCause):
     rank = 3
     separate_by = "one rudder order and the side to which the ship turns"
 
-    def find(self, records: Sequence[Record], model: Model) -> tuple[list[RecordFault], list[Record]]:
-        z = model.starboard * rudder_response(records)
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
+        z = starboard * rudder_response(records)
         if not z < -CLEAR:
             return [], list(records)
         said = (
@@ -47,11 +46,11 @@ def rudder_response(records: Sequence[Record]) -> float:
         if rate is None:
             rate = np.gradient(record.heading_unwrapped(), time)
         rudder = record.rudder()
-        step = max(1, round(time[-1] / 200.0 / np.median(np.diff(time))))
-        n = time.size // step
         known = np.isfinite(rate) & np.isfinite(rudder)
         if known.sum() < 20:
             continue
+        step = max(1, round(time[-1] / 200.0 / np.median(np.diff(time))))
+        n = time.size // step
         fill = [
             np.interp(time, time[known], a[known])[: n * step].reshape(n, step).mean(axis=1) for a in (rate, rudder)
         ]

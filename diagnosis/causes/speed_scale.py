@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..kinematics.series import TrackEffect
+from ..kinematics.series import TrackEffect, half_a_percent
 from ..searches.score import ByScore
 from .base import Cause, one, require_channels
 
@@ -23,7 +23,7 @@ class SpeedScale(Cause):
     search = ByScore()
     power_size = 0.002
     separate_by = "a measured mile in both directions"
-    track = (TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way),)
+    track = (TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way, half_a_percent),)
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         require_channels(est, "u", "v")

@@ -23,7 +23,7 @@ class SwayOffset(Cause):
     search = ByScore()
     power_size = 0.005
     separate_by = "a straight run with positions"
-    track = (TrackEffect("b", "m/s", ("sway_bias",), lambda path: path.of_sway),)
+    track = (TrackEffect("b", "m/s", ("sway_bias",), lambda path: path.of_sway, lambda path: path.sway_floor),)
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         require_channels(est, "v")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ..kinematics.series import TrackEffect
+from ..kinematics.series import TrackEffect, late_floor
 from ..searches.score import ByScore
 from .base import Cause, one, require_channels
 
@@ -27,8 +27,8 @@ class VelocityDelay(Cause):
     power_size = 0.2
     separate_by = "time stamps of each instrument"
     track = (
-        TrackEffect("tau", "s", ("surge_delay", "sway_delay"), lambda path: path.late_speeds, delay=True),
-        TrackEffect("tau", "s", ALL_LATE, lambda path: path.late_motion, delay=True),
+        TrackEffect("tau", "s", ("surge_delay", "sway_delay"), lambda path: path.late_speeds, late_floor, delay=True),
+        TrackEffect("tau", "s", ALL_LATE, lambda path: path.late_motion, late_floor, delay=True),
     )
 
     def variants(self, est: Estimator) -> Sequence[Variant]:

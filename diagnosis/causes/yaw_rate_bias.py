@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ..kinematics.series import TurnEffect
 from ..searches.score import ByScore
 from .base import DEGREE, Cause, one, require_channels
 
@@ -22,6 +23,7 @@ class YawRateBias(Cause):
     search = ByScore()
     power_size = 0.003 * DEGREE
     separate_by = "a gyro zero reading at rest"
+    turn = (TurnEffect("b", "rad/s", ("yaw_rate_bias",), lambda turn: -turn.time[None], lambda turn: turn.rate_floor),)
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         require_channels(est, "r")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ..kinematics.series import TurnEffect, half_a_percent
 from ..searches.score import ByScore
 from .base import Cause, one, require_channels
 
@@ -22,6 +23,7 @@ class YawRateScale(Cause):
     search = ByScore()
     power_size = 0.01
     separate_by = "a heading channel of another instrument over a full turn"
+    turn = (TurnEffect("s", "1", ("yaw_rate_scale",), lambda turn: -turn.turned[None], half_a_percent),)
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         require_channels(est, "r")

@@ -136,6 +136,23 @@ def gains(
     return out
 
 
+def gains_of_traces(traces: Sequence[Trace], rng: np.random.Generator) -> dict[str, Gain]:
+    """Gain of every channel over the held-out traces; blocks of a fiftieth of a trace."""
+    held = [t for t in traces if t.role == "held_out"]
+    out = {}
+    for name in dict.fromkeys(column for trace in held for column in trace.measured):
+        channel = 0 if name == COLUMNS["psi"] else 1  # an error of heading is the smaller angle
+        parts = [t for t in held if name in t.measured]
+        old, new, spread = [], [], []
+        for t in parts:
+            y, block = t.measured[name], max(1, t.time.size // 50)
+            old += _blocks(_error(y, t.before[name], channel), block)
+            new += _blocks(_error(y, t.after[name], channel), block)
+            spread.append(np.nansum((y - np.nanmean(y)) ** 2))
+        out[name] = _gain(np.array(old), np.array(new), float(np.sum(spread)), 0.0, rng)
+    return out
+
+
 def _error(y: np.ndarray, predicted: np.ndarray, c: int) -> np.ndarray:
     error = y - predicted
     if c == 0:

@@ -22,6 +22,6 @@ def put_right(records: Sequence[Record], model: Model) -> tuple[list[Record], li
     found: list[RecordFault] = []
     current = list(records)
     for cause in record_causes():
-        faults, current = cause.find(current, model)
+        faults, current = cause.find(current, model.starboard)
         found += faults
     return current, found

@@ -74,13 +74,13 @@ def read_as(records: Sequence[Record], reading: Reading) -> list[Record]:
 
 
 def rate_error(record: Record, name: str) -> float:
-    """Share of the heading's changes over windows that a rate column does not give; 0 below FEWEST samples."""
+    """Share of the heading's changes over windows that a rate column does not give; nan for too few samples."""
     from scipy.integrate import cumulative_trapezoid
 
     psi, rate, time = record.heading_unwrapped(), record.column(name), record.time_s
     known = np.isfinite(psi) & np.isfinite(rate)
     if known.sum() < FEWEST:
-        return 0.0
+        return float("nan")
     psi, rate, time = psi[known], rate[known], time[known]
     step = min(max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time)))), time.size // 2)
     turned = psi[step:] - psi[:-step]
@@ -90,17 +90,17 @@ def rate_error(record: Record, name: str) -> float:
 
 
 def track_error(record: Record) -> float:
-    """Error of the displacement over windows that heading and velocities give, as a share of the way made; 0 with
-    fewer than FEWEST samples."""
+    """Error of the displacement over windows that heading and velocities give, as a share of the way made; nan for too
+    few samples."""
     from scipy.integrate import cumulative_trapezoid
 
     psi, u, v = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
     x, y, time = record.column("north_m"), record.column("east_m"), record.time_s
     known = np.all(np.isfinite([psi, u, v, x, y]), axis=0)
     if known.sum() < FEWEST:
-        return 0.0
+        return float("nan")
     psi, u, v, x, y, time = (a[known] for a in (psi, u, v, x, y, time))
-    step = min(max(2, round(WINDOW_S / np.median(np.diff(time)))), time.size // 2)
+    step = int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, time.size // 2))
     north, east = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
     errors, way = [], []
     for place, rate in ((x, north), (y, east)):

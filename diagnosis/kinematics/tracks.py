@@ -21,7 +21,7 @@ from ..causes.registry import bank, cause
 from ..result import Finding, Size
 from ..selection.ties import MOST_TIED, TIE_NATS
 from ..statistics.score_tests import log_tail
-from .series import NEEDED, TrackEffect, whitened
+from .series import NEEDED, SensorEffect, whitened
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -38,7 +38,7 @@ class Option(NamedTuple):
     """A cause with one of its effects on the track."""
 
     cause: Cause
-    effect: TrackEffect
+    effect: SensorEffect
 
 
 @dataclass(frozen=True)
@@ -57,13 +57,13 @@ def usable(records: Sequence[Record]) -> list[Record]:
 
 def rivals(entry: Cause) -> tuple[Cause, ...]:
     """Causes that the track alone cannot tell from one."""
-    return tuple(cause(name) for name in getattr(entry, "track_rivals", ()))
+    return tuple(cause(name) for name in entry.track_rivals)
 
 
 def options(only: Collection[Cause] | None) -> list[Option]:
     """Every effect on the track of the causes (None: of all)."""
     chosen = [c for c in bank() if only is None or c in only]
-    return [Option(c, effect) for c in chosen for effect in getattr(c, "track", ())]
+    return [Option(c, effect) for c in chosen for effect in c.track]
 
 
 def compare(records: Sequence[Record], alpha: float, only: Collection[Cause] | None = None) -> Tracks:

@@ -37,7 +37,7 @@ def attempted(work: Callable[[T], R], cause_of: Callable[[T], Cause]) -> Callabl
 
 
 def itself(cause: Cause) -> Cause:
-    """The cause of a candidate that is given as its cause."""
+    """The cause of work on a cause."""
     return cause
 
 

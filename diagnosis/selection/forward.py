@@ -88,11 +88,11 @@ def _candidates(state: State, step: int, before: float, rng: np.random.Generator
         if simpler is not None and all(c.log_p > simpler.log_p for c in found if c.cause == simpler.cause):
             found = [*(c for c in found if c.cause != simpler.cause), simpler]
 
-    def attempt(cause: Cause) -> Candidate | None:
+    def by_search(cause: Cause) -> Candidate | None:
         return cause.search.attempt(cause, state, before, rng)
 
-    of_cause = attempted(attempt, itself)
-    state, tried = sorted_out(state, [of_cause(cause) for cause in state.bank if cause not in state.causes])
+    attempt = attempted(by_search, itself)
+    state, tried = sorted_out(state, [attempt(cause) for cause in state.bank if cause not in state.causes])
     found += [one for one in tried if one is not None]
     return state, under_gusts(state, refined(state, found, before), before)
 

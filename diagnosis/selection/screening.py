@@ -53,10 +53,10 @@ def screen(state: State, s: Setting, now: Innovations, rng: np.random.Generator)
         best = int(np.argmin(ranked))
         out.append(Screened(cause, variants[best], float(ranked[best]), scores[best]))
 
-    def screen_one(cause: Cause) -> Screened | None:
+    def by_search(cause: Cause) -> Screened | None:
         return cause.search.screen(cause, state, here, rng)
 
-    screened = attempted(screen_one, itself)
+    screened = attempted(by_search, itself)
     others = [screened(cause) for cause in bank if not cause.search.scored]
     failed = {one.cause: one.reason for one in others if isinstance(one, Failed)}
     out += [item for item in others if item is not None and not isinstance(item, Failed)]

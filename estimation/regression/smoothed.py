@@ -81,10 +81,10 @@ def _stretches(record: Record, model: Model) -> list[Record]:
     """Pieces of a record at equal time steps, without long gaps in the channels that the regression needs."""
     motions = [v for symbol in _motions(model) for v in list(_sensors(record, symbol).values())[-1:]]
     used = [*motions, *inputs_of(record, model).values()]
-    return [_at_equal_steps(piece) for piece in stretches(record, used) if piece.n >= SHORTEST]
+    return [at_equal_steps(piece) for piece in stretches(record, used) if piece.n >= SHORTEST]
 
 
-def _at_equal_steps(record: Record) -> Record:
+def at_equal_steps(record: Record) -> Record:
     """The record at equal time steps: samples interpolated, gaps kept."""
     if record.uniform():
         return record
@@ -113,13 +113,18 @@ def _fitted(records: Sequence[Record], model: Model, symbol: str) -> Walk:
     kinds = [track.ranks for track in tracks]
     common = max(sorted(set(kinds)), key=kinds.count)
     tracks = [track for track in tracks if track.ranks == common]
+    highest = _highest_derivative(model, symbol)
+    return fitted_walk(tracks, sensor_variances(tracks), [highest + extra for extra in EXTRA_STATES])
+
+
+def sensor_variances(tracks: Sequence[Track]) -> np.ndarray:
+    """Variances (c,) of the sensors' white noise, of tracks with the same sensors."""
     columns = [np.concatenate(column) for column in zip(*(list(t.outputs.T) for t in tracks), strict=True)]
     sd = [
         max(np.sqrt(np.mean([sensor_sd(t.outputs[:, c]) ** 2 for t in tracks])), noise_floor(column))
         for c, column in enumerate(columns)
     ]
-    highest = _highest_derivative(model, symbol)
-    return fitted_walk(tracks, np.array(sd) ** 2, [highest + extra for extra in EXTRA_STATES])
+    return np.array(sd) ** 2
 
 
 def _highest_derivative(model: Model, symbol: str) -> int:

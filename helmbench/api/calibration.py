@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.calibration import result
 from ..models.errors import BadInput
-from ..models.model import model_to_json
 from .diagnosis import training_and_held_out
-from .documents import json_text, write_together
+from .documents import write_result
 from .identification import as_model, labels
 
 if TYPE_CHECKING:
@@ -86,13 +85,7 @@ class Calibration(result.Calibration):
         ------
         BadInput : the folder cannot be written to.
         """
-        document, page = json_text(self.to_json()) + "\n", self.to_html()
-        writers = (
-            lambda place: place.write_text(document, "utf-8"),
-            lambda place: place.write_text(page, "utf-8"),
-            lambda place: model_to_json(replace(self.calibrated, id="calibrated_model"), place),
-        )
-        return write_together(Path(folder), dict(zip(FILES, writers, strict=True)))
+        return write_result(Path(folder), FILES, self.to_json(), self.to_html(), self.calibrated)
 
     def __repr__(self) -> str:
         groups = ", ".join(step.group for step in self.steps)

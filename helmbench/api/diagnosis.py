@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis import result
 from ..models.errors import BadInput
-from ..models.model import CHANNELS, model_to_json
-from .documents import json_text, write_together
+from ..models.model import CHANNELS
+from .documents import write_result
 from .identification import as_model, as_records, labels
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Diagnosis(result.Diagnosis):
         ------
         BadInput : the folder cannot be written to.
         """
-        return write_diagnosis(self, Path(folder))
+        return write_result(Path(folder), FILES, self.to_json(), self.to_html(), self.extended)
 
     def __repr__(self) -> str:
         causes = ", ".join(finding.cause for finding in self.causes)
@@ -112,7 +112,7 @@ def diagnose(
     held_out: Record | FilePath | Sequence[Record | FilePath] = (),
     *,
     base_parameters: str | None = None,
-    coefficient_sd: float = 0.0,
+    coefficient_sd: float | None = None,
     channels: Sequence[str] | None = None,
     max_effects: int = 3,
     alpha: float = 0.01,
@@ -129,7 +129,9 @@ def diagnose(
     held_out : likewise; the gain is measured with these, and they take no part in naming or fitting.
     base_parameters : 'file' takes the model's coefficients as known, 'identify' estimates them with the causes; None:
         'file' where the model has coefficients.
-    coefficient_sd : relative standard deviation of known coefficients (0: they are exact).
+    coefficient_sd : relative standard deviation of known coefficients; 0: they are exact; None: they are taken as exact
+        first, and where that leaves effects unexplained they move within the priors that the family states, as far as
+        free runs of left-out records gain by it.
     channels : the channels to use: 'heading', 'yaw_rate', 'surge', 'sway', 'north', 'east', or names of record columns;
         None: all.
     max_effects : largest number of causes that are named together.
@@ -158,17 +160,6 @@ def diagnose(
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
     return Diagnosis.of(replace(found, records=tuple(names)))
-
-
-def write_diagnosis(found: Diagnosis, folder: Path) -> tuple[Path, ...]:
-    """Write the three `FILES` of a diagnosis into a folder: all of them or none; BadInput where it cannot be."""
-    document, page = json_text(found.to_json()) + "\n", found.to_html()
-    writers = (
-        lambda place: place.write_text(document, "utf-8"),
-        lambda place: place.write_text(page, "utf-8"),
-        lambda place: model_to_json(replace(found.extended, id="extended_model"), place),
-    )
-    return write_together(folder, dict(zip(FILES, writers, strict=True)))
 
 
 def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:

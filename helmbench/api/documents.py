@@ -1,13 +1,18 @@
-"""Results as JSON text, and written as files of a folder."""
+"""Results as text: JSON for machines, tables for the terminal, files of a folder."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
+
+if TYPE_CHECKING:
+    from ..estimation.estimate import Estimate
+    from ..models.model import Model
 
 
 def json_text(value: Any) -> str:
@@ -40,3 +45,53 @@ def write_together(folder: Path, writers: Mapping[str, Callable[[Path], object]]
             folder.rmdir()
         raise
     return tuple(folder / name for name in writers)
+
+
+def titles_text(titles: Mapping[str, str]) -> str:
+    """Identifiers and their titles in two columns."""
+    from ..reporting.tables import Cell, Table, console
+
+    return console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in titles.items())))
+
+
+def parameters_text(estimate: Estimate) -> str:
+    """The parameters of an estimate with their standard errors, as a table."""
+    from ..reporting.identification import parameter_table
+    from ..reporting.tables import console
+
+    return console(parameter_table(estimate), indent="  ")
+
+
+def scores_text(scores: Mapping[str, Any]) -> str:
+    """Errors of free runs and of one-step predictions by channel, as a table."""
+    from ..reporting.identification import score_table
+    from ..reporting.tables import console
+
+    return console(score_table(scores), indent="  ")
+
+
+def text_writer(text: str) -> Callable[[Path], object]:
+    """A function that writes the text to a path."""
+
+    def write(place: Path) -> None:
+        place.write_text(text, "utf-8")
+
+    return write
+
+
+def write_result(
+    folder: Path, names: Sequence[str], document: Mapping[str, Any], page: str, model: Model
+) -> tuple[Path, ...]:
+    """Write a JSON document, a page and a model under three names: all of them or none; BadInput where they cannot be.
+
+    The model is written under the stem of its file as identifier.
+    """
+    from ..models.model import model_to_json
+
+    named = replace(model, id=Path(names[2]).stem)
+
+    def write_model(place: Path) -> None:
+        model_to_json(named, place)
+
+    writers = (text_writer(json_text(document) + "\n"), text_writer(page), write_model)
+    return write_together(folder, dict(zip(names, writers, strict=True)))

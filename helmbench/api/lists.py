@@ -38,15 +38,15 @@ def list_methods() -> dict[str, str]:
 
 
 def list_causes() -> dict[str, str]:
-    """Cause id -> physics of every cause that a diagnosis tests.
+    """Cause id -> physics of every cause: those that a diagnosis tests, and those that a check of records looks for.
 
     Raises
     ------
     BadInput : a plug-in cannot be loaded.
     """
-    from ..diagnosis.causes.registry import causes
+    from ..diagnosis.causes.registry import all_causes
 
-    return {name: " ".join(cause.physics.split()) for name, cause in causes().items()}
+    return {name: " ".join(cause.physics.split()) for name, cause in all_causes().items()}
 
 
 def list_diagnosers() -> dict[str, str]:

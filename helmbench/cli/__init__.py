@@ -14,6 +14,7 @@ import click
 
 from ._shared import BAD_INPUT, INTERRUPTED, OK, complain
 from .calibrate import calibrate
+from .check import check
 from .diagnose import diagnose
 from .fetch import fetch
 from .identify import identify
@@ -22,6 +23,7 @@ from .report import report
 from .reproduce import reproduce
 from .run import run
 from .simulate import simulate
+from .validate import validate
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -30,7 +32,11 @@ def cli() -> None:
     """Benchmark methods that identify ship, USV and AUV manoeuvring models from records."""
 
 
-for command in (list_command, simulate, identify, diagnose, calibrate, run, report, reproduce, fetch):
+COMMANDS = (
+    *(list_command, simulate, check, identify, validate, diagnose, calibrate),
+    *(run, report, reproduce, fetch),
+)
+for command in COMMANDS:
     cli.add_command(command)
 
 

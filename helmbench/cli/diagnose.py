@@ -27,7 +27,9 @@ class Diagnose(Greedy):
     help="Take the model's coefficients as known, or estimate them with the causes.  [default: file where it has any]",
 )
 @click.option(
-    "--coefficient-sd", default=0.0, show_default=True, help="Relative standard deviation of known coefficients."
+    "--coefficient-sd",
+    type=click.FloatRange(min=0.0),
+    help="Relative uncertainty of known coefficients; 0: exact.  [default: exact, then within the family's priors]",
 )
 @click.option("--channels", help="Use only these: heading,yaw_rate,surge,sway,north,east.  [default: all]")
 @click.option(
@@ -43,7 +45,7 @@ def diagnose(
     train: tuple[Path, ...],
     held_out: tuple[Path, ...],
     base_parameters: str | None,
-    coefficient_sd: float,
+    coefficient_sd: float | None,
     channels: str | None,
     max_effects: int,
     alpha: float,

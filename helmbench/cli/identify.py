@@ -148,16 +148,15 @@ def as_dict(found: Outcome) -> dict[str, Any]:
 
 
 def _print(found: Outcome, output: Path) -> None:
-    from ..reporting.identification import parameter_table, score_table
-    from ..reporting.tables import console
+    from ..api.documents import parameters_text, scores_text
 
     estimate = found.estimate
     state = "" if estimate.converged else f", not converged: {estimate.message}"
     click.echo(f"{estimate.model.family} by {estimate.method} from {', '.join(found.train)}{state}")
-    click.echo(console(parameter_table(estimate), indent="  "))
+    click.echo(parameters_text(estimate))
     for line in found.identifiability.lines() if found.identifiability else ():
         click.echo(line)
     if found.validation:
         click.echo(f"validation on {', '.join(found.validation)}{' (diverged)' if found.scores['diverged'] else ''}")
-        click.echo(console(score_table(found.scores), indent="  "))
+        click.echo(scores_text(found.scores))
     click.echo(f"wrote {output}" if estimate.predictor is None else f"no {output}: a black box has no coefficients")

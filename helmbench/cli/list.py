@@ -15,10 +15,10 @@ KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "
 def list_command(kind: str, as_json: bool) -> None:
     """List what there is: identifier and title."""
     from ..api import lists
-    from ..reporting.tables import Cell, Table, console
+    from ..api.documents import titles_text
 
     found: dict[str, str] = getattr(lists, f"list_{kind}")()
     if as_json:
         print_json([{"id": name, "title": title} for name, title in found.items()])
         return
-    click.echo(console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in found.items()))))
+    click.echo(titles_text(found))

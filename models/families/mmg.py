@@ -1,6 +1,6 @@
-"""3-DOF MMG models: hull polynomial, propeller and rudder as separate submodels that interact.
+"""3-DOF MMG models: hull, propeller and rudder as separate submodels that interact.
 
-All three definitions are written per 0.5 rho S L (forces) and 0.5 rho S L^2 (moment), S = L d or L^2 being the
+All definitions are written per 0.5 rho S L (forces) and 0.5 rho S L^2 (moment), S = L d or L^2 being the
 reference area of the published derivatives: masses are prime values, accelerations stay in SI, and a hull force
 is its prime value times q = U^2/L.  The propeller enters as K_T (n D)^2 = k0 (n D)^2 + k1 n D u_P + k2 u_P^2, which
 is finite for a stopped propeller and for u = 0, where the advance ratio J is not.
@@ -10,12 +10,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import cast
 
+import numpy as np
 import sympy as sp
 
 from ..definition import Definition, symbols
 from ..primitives import absv, atan2v, step
 
+AT_REST = sp.Float(1e-12)
+"""Added to squared velocities below a root, (m/s)^2: the derivatives stay finite for a ship at rest."""
 RUDDER = ["CRu", "CRv", "CRr"]
 
 STANDARD = {
@@ -28,6 +32,16 @@ STANDARD_CONSTANTS = (
     "L d nabla x_G I_zz rho m_x m_y J_z D_P t_P w_P0 x_P C_1 C_2_plus C_2_minus k_0 k_1 k_2 "
     "H_R A_R f_alpha epsilon kappa l_R gamma_R_plus gamma_R_minus"
 )
+
+LOW_SPEED_COEFFICIENTS = ["R_0", "X_vv", "X_vr", "X_rr", "Y_v", "Y_r", "N_v", "N_r", "C_D", *RUDDER]
+LOW_SPEED_CONSTANTS = (
+    "L d nabla x_G rho m_x m_y IJ_z C_rY C_rN D_P t_P w_P0 tau C_P x_P k_0 k_1 k_2 "
+    "H_R A_R f_alpha epsilon kappa l_R gamma_R_plus gamma_R_minus"
+)
+ROUNDED = 0.05
+"""Share of the speed below which |x| is rounded in the wake and at the rudder: no kink for the integrator to cross."""
+STATIONS = 8
+"""Stations along the hull at which the cross flow is taken (Gauss-Legendre)."""
 
 SURGE = ["uu", "uuu", "vv", "rr", "vr", "uvv", "uvr", "urr"]
 SWAY = ["uv", "ur", "uur", "uuv", "vvv", "rrr", "vrr", "vvr", "v_absv", "v_absr", "r_absv", "r_absr"]
@@ -100,12 +114,106 @@ def _standard_inflow(helpers: Helpers, k: Mapping[str, sp.Symbol], motion, n, sc
     c_2 = _sided(beta_p, k["C_2_plus"], k["C_2_minus"])
     helpers[water] = (1 - k["w_P0"]) * (1 + (1 - sp.exp(-k["C_1"] * absv(beta_p))) * (c_2 - 1))
     up, thrust = _propeller(helpers, u * water, n * k["D_P"], k["D_P"], (k["k_0"], k["k_1"], k["k_2"]), scale)
-    helpers[slip] = up + k["kappa"] * (_race(up, thrust, k["D_P"], scale) - up)
-    eta = k["D_P"] / k["H_R"]
-    helpers[ur] = k["epsilon"] * sp.sqrt(eta * slip**2 + (1 - eta) * up**2)
+    helpers[slip], helpers[ur] = _slipstream(k, up, sp.sqrt(_race_square(up, thrust, k["D_P"], scale) + AT_REST), slip)
     helpers[beta_r] = beta - k["l_R"] * rp
     helpers[vr] = -speed * _sided(beta_r, k["gamma_R_plus"], k["gamma_R_minus"]) * beta_r
     return thrust, ur, vr
+
+
+def _slipstream(k: Mapping[str, sp.Symbol], up, race, slip) -> tuple[sp.Expr, sp.Expr]:
+    """Velocity in the race at the rudder, which gets the symbol `slip`, and mean velocity u_R over the rudder."""
+    eta = k["D_P"] / k["H_R"]
+    return up + k["kappa"] * (race - up), k["epsilon"] * sp.sqrt(eta * slip**2 + (1 - eta) * up**2 + AT_REST)
+
+
+def low_speed() -> Definition:
+    """MMG with linear lift and cross-flow drag instead of a polynomial in v', r': regular at rest and at any drift.
+
+    The equations of motion are those of `standard`, IJ_z being the moment of inertia about the centre of gravity with
+    its added part.  With s = v + C_r r L x', x' from -1/2 to 1/2:
+    X_H = -R_0 u U + X_vv v^2 + X_vr v r L + X_rr (r L)^2
+    Y_H = Y_v v |u| + Y_r r L u - C_D int |s| s dx'      (C_r = C_rY)
+    N_H = N_v v u + N_r r L |u| - C_D int |s| s x' dx'   (C_r = C_rN)
+    1 - w_P = 1 - w_P0 + tau |v' + x_P r'| + C_P (v' + x_P r')^2, between 0 and 1.
+    v_R = gamma_R (v + l_R r L), gamma_R_plus where the rudder moves to port through the water.
+    Reversed propellers have the thrust curve of the forward ones with the sign of the revolutions.
+    """
+    u, v, r, _, _, _ = states = symbols("u v r x y psi")
+    delta, n = inputs = symbols("delta n")
+    coefficients, c = _named(LOW_SPEED_COEFFICIENTS)
+    constants, k = _named(LOW_SPEED_CONSTANTS.split())
+    length, area = k["L"], k["L"] * k["d"]
+    mass, gyration = 2 * k["nabla"] / (area * length), k["x_G"] * 2 * k["nabla"] / (area * length)
+    inertia = (k["IJ_z"] + mass * (k["x_G"] / length) ** 2) * length
+
+    speed, turn = symbols("U rL")
+    helpers: Helpers = {speed: sp.sqrt(u**2 + v**2 + AT_REST), turn: r * length}
+    thrust, ur, vr = _low_speed_inflow(helpers, k, (u, v, speed, turn), n, area * length)
+    rudder = _rudder(helpers, delta, ur, vr, k["A_R"] * k["f_alpha"] / (area * length), c)
+    across, about = _cross_flow(helpers, v, turn, (k["C_rY"], k["C_rN"]))
+
+    drag = c["X_vv"] * v**2 + c["X_vr"] * v * turn + c["X_rr"] * turn**2 - c["R_0"] * u * speed
+    side = c["Y_v"] * v * absv(u) + c["Y_r"] * turn * u - c["C_D"] * across
+    moment = c["N_v"] * v * u + c["N_r"] * turn * absv(u) - c["C_D"] * about
+    return Definition(
+        name="mmg-low-speed",
+        title="3-DOF MMG with cross-flow drag, for starts from rest and large drift",
+        states=states,
+        inputs=inputs,
+        coefficients=coefficients,
+        constants=constants,
+        mass=_mass(mass + k["m_x"], mass + k["m_y"], inertia, gyration, gyration / length),
+        forces=[
+            drag / length + (1 - k["t_P"]) * thrust + rudder[0] + (mass + k["m_y"]) * v * r + gyration * r**2,
+            side / length + rudder[1] - (mass + k["m_x"]) * u * r,
+            moment / length + rudder[2] - gyration * u * r / length,
+        ],
+        kinematics=_kinematics(states),
+        helpers=helpers,
+        units={name: "1" for name in LOW_SPEED_COEFFICIENTS},
+        force_scale=_force_scale(k["rho"], area * length, length),
+        source="Yoshimura, Nakao & Ishibashi 2009 (MARSIM); Miyauchi et al. 2022, doi 10.1007/s00773-022-00889-3",
+    )
+
+
+def _low_speed_inflow(helpers: Helpers, k: Mapping[str, sp.Symbol], motion, n, scale):
+    """Thrust, and the velocities u_R, v_R at the rudder; `motion` is u, v, U and r L, `scale` is S L."""
+    u, v, speed, turn = motion
+    stern, water, slip, across, ur, vr = symbols("v_stern wake_factor u_slip v_rudder u_R v_R")
+    helpers[stern] = (v + k["x_P"] * turn) / speed
+    open_water = 1 - k["w_P0"] + k["tau"] * _rounded(stern, ROUNDED) + k["C_P"] * stern**2
+    inner, outer = (cast("sp.Expr", absv(value)) for value in (open_water, open_water - 1))
+    helpers[water] = (inner - outer + 1) / 2
+    up, thrust = symbols("u_P thrust")
+    tip = n * k["D_P"]
+    helpers[up] = u * water
+    curve = k["k_0"] * tip * absv(tip) + k["k_1"] * absv(tip) * up + k["k_2"] * up**2
+    helpers[thrust] = 2 * k["D_P"] ** 2 / scale * curve
+    square = _race_square(up, thrust, k["D_P"], scale)
+    helpers[slip], helpers[ur] = _slipstream(k, up, sp.sqrt((square + absv(square)) / 2 + AT_REST), slip)
+    helpers[across] = v + k["l_R"] * turn
+    mean, half = (k["gamma_R_plus"] + k["gamma_R_minus"]) / 2, (k["gamma_R_plus"] - k["gamma_R_minus"]) / 2
+    helpers[vr] = mean * across - half * _rounded(across, ROUNDED * speed)
+    return thrust, ur, vr
+
+
+def _rounded(value, width) -> sp.Expr:
+    """|value| with its kink rounded over `width`, zero at zero."""
+    return sp.sqrt(value**2 + width**2) - width
+
+
+def _cross_flow(helpers: Helpers, v, turn, levers) -> tuple[sp.Expr, sp.Expr]:
+    """Integrals over the hull of |s| s and of |s| s x', s = v + C_r r L x', with C_r from `levers`."""
+    places, weights = np.polynomial.legendre.leggauss(STATIONS)
+    sums: list[sp.Expr] = []
+    for name, lever, power in zip("YN", levers, (0, 1), strict=True):
+        total = sp.S.Zero
+        for i, (place, weight) in enumerate(zip(places / 2, weights / 2, strict=True)):
+            flow = sp.Symbol(f"cross_{name}{i}", real=True)
+            helpers[flow] = v + lever * sp.Float(place) * turn
+            total += sp.Float(weight * place**power) * absv(flow) * flow
+        sums.append(total)
+    return sums[0], sums[1]
 
 
 def son_nomoto() -> Definition:
@@ -135,7 +243,7 @@ def _container(name: str, title: str, fixed: bool) -> Definition:
     helpers[stern] = vp + k["x_P"] * rp
     inflow = u * (1 - k["w_P"] + k["tau"] * stern**2)
     u_p, thrust = _propeller(helpers, inflow, n * k["D_P"], k["D_P"], (k["a_0"], k["a_1"], k["a_2"]), scale)
-    helpers[ur] = k["epsilon"] * _race(u_p, k["k_x"] * thrust, k["D_P"], scale)
+    helpers[ur] = k["epsilon"] * sp.sqrt(_race_square(u_p, k["k_x"] * thrust, k["D_P"], scale))
     helpers[vr] = speed * (k["gamma_R"] * vp + k["c_Rr"] * rp + k["c_Rrrr"] * rp**3 + k["c_Rrrv"] * rp**2 * vp)
     rudder = _rudder(helpers, delta, ur, vr, k["A_R"] * k["f_alpha"] / scale, c)
 
@@ -209,9 +317,9 @@ def _propeller(helpers: Helpers, inflow, tip, diameter, polynomial, scale) -> tu
     return up, thrust
 
 
-def _race(up, thrust, diameter, scale) -> sp.Expr:
-    """Velocity far behind the propeller, u_P sqrt(1 + 8 K_T/(pi J^2)), from the thrust per 0.5 rho S L."""
-    return sp.sqrt(up**2 + sp.Float(4 / math.pi) * scale / diameter**2 * thrust)
+def _race_square(up, thrust, diameter, scale) -> sp.Expr:
+    """Squared velocity far behind the propeller, u_P^2 (1 + 8 K_T/(pi J^2)), from the thrust per 0.5 rho S L."""
+    return up**2 + sp.Float(4 / math.pi) * scale / diameter**2 * thrust
 
 
 def _rudder(helpers: Helpers, delta, ur, vr, factor, coefficients) -> list[sp.Expr]:
@@ -247,4 +355,9 @@ def _kinematics(states) -> list[sp.Expr]:
     return [u * sp.cos(psi) - v * sp.sin(psi), u * sp.sin(psi) + v * sp.cos(psi), r]
 
 
-DEFINITIONS = {"mmg": standard, "mmg-son-nomoto": son_nomoto, "mmg-fixed-speed": fixed_speed}
+DEFINITIONS = {
+    "mmg": standard,
+    "mmg-low-speed": low_speed,
+    "mmg-son-nomoto": son_nomoto,
+    "mmg-fixed-speed": fixed_speed,
+}

@@ -70,7 +70,8 @@ def _scale(m: Moved) -> float:
 
 
 def _after(m: Moved) -> str:
-    return interval(*(_scale(m) * value for value in (m.after, m.low, m.high)))
+    factor = _scale(m)
+    return interval(factor * m.after, factor * m.low, factor * m.high)
 
 
 def steps_table(found: Calibration) -> Table:
@@ -120,6 +121,10 @@ def shares_table(found: Calibration) -> Table:
         for title, name in names
     ]
     return make_table(columns, list(found.shares.items()))
+
+
+def _share_column(title: str, name: str) -> Column:
+    return Column(title, lambda row: percent(getattr(row[1], name)), lambda row: getattr(row[1], name))
 
 
 def remaining_table(found: Calibration) -> Table:

@@ -16,7 +16,7 @@ MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
 WIDTH, HEIGHT = 6.4, 3.4
 """Inches."""
 
-MARGINS = {"left": 0.11, "right": 0.985, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
+MARGINS = {"left": 0.11, "right": 0.965, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
 """Fixed margins of the charts of a record: a page has dozens of them, and fitting margins is slow."""
 
 
@@ -47,8 +47,8 @@ def channel_chart(
 ) -> str:
     """Measured and simulated values over time in s, and below them their differences.
 
-    A simulation that leaves the measured range by far is cut off, a difference at +- `limit`.  Empty where nothing is
-    finite.
+    A simulation is cut off where it leaves the measured range by more than `limit`, a difference at +- `limit`.  Empty
+    where nothing is finite.
     """
     if value_range([c.values for c in overlay]) is None:
         return ""
@@ -58,7 +58,7 @@ def channel_chart(
         _lines(above, time, overlay)
         _lines(below, time, residual)
         below.axhline(0.0, color=SOFT, linewidth=0.7)
-        above.set(ylim=value_range([c.values for c in overlay]), ylabel=unit, xlim=(time[0], time[-1]))
+        above.set(ylim=value_range([c.values for c in overlay], limit), ylabel=unit, xlim=(time[0], time[-1]))
         below.set(ylim=error_range([c.values for c in residual], limit), ylabel=unit, xlabel="time, s")
 
     return chart(draw, (WIDTH, HEIGHT), title, MARGINS)
@@ -122,14 +122,15 @@ def bars(groups: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], 
     return svg(draw, (WIDTH, 0.9 + 0.2 * len(groups) * (len(names) + 1)))
 
 
-def value_range(arrays: Sequence[np.ndarray]) -> tuple[float, float] | None:
-    """Padded range of what is finite, at most twice the range of the first array beyond it; None where nothing is."""
+def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tuple[float, float] | None:
+    """Padded range of what is finite, at most `limit` (None: twice its range) beyond the first array; None where
+    nothing is."""
     known = [a[np.isfinite(a)] for a in arrays]
     if not any(a.size for a in known):
         return None
     values, first = np.concatenate(known), known[0]
     if first.size and first.max() > first.min():
-        reach = 2.0 * (first.max() - first.min())
+        reach = 2.0 * (first.max() - first.min()) if limit is None else limit
         values = np.clip(values, first.min() - reach, first.max() + reach)
     return _padded(float(values.min()), float(values.max()))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..calibration import text as calibration
 from ..equations import equations
 from ..templating import render
 from . import text as words
@@ -14,6 +15,7 @@ from .tables import added_table, bank_table, gain_table, instrument_rows, not_te
 
 if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Trace
+    from ..tables import Table
 
 
 def html(found: Diagnosis) -> str:
@@ -32,10 +34,24 @@ def html(found: Diagnosis) -> str:
         not_testable=not_testable_table(found),
         equations=model,
         added=added_table(model, instrument_rows(found)) if model else None,
+        base=_base_tables(found),
         gain=gain_table(found),
         facts=words.facts(found),
         colours={"measured": MEASURED, "before": BEFORE, "after": AFTER},
     )
+
+
+def _base_tables(found: Diagnosis) -> dict[str, Table] | None:
+    """Tables of what the base model's own numbers explain; None where they were not looked at."""
+    base = found.calibration
+    if base is None:
+        return None
+    return {
+        "moved": calibration.moved_table(base),
+        "steps": calibration.steps_table(base),
+        "shares": calibration.shares_table(base),
+        "remaining": calibration.remaining_table(base),
+    }
 
 
 def _shown_first(found: Diagnosis) -> list[Trace]:

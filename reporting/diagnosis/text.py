@@ -69,6 +69,7 @@ def verdict(found: Diagnosis) -> str:
         "unexplained": "The simulation is wrong in a way that none of the known causes explains"
         + (f"; of these, {causes} fit best." if causes else "."),
         "named": f"The simulation lacks {causes}.",
+        "partly_named": f"The simulation lacks {causes}; a part of its error remains.",
         "tied": f"The simulation lacks {causes}; the records cannot distinguish between the tied causes.",
     }[found.verdict]
     return " ".join(part for part in (opening, gain_sentence(found)) if part)
@@ -160,6 +161,11 @@ def terminal(found: Diagnosis) -> str:
         lines.append(console(gain_table(found), indent="  "))
     elif not any(role == "held_out" for _, role in found.records):
         lines.append("no held-out records: the gain was not measured")
+    if found.calibration is not None and found.calibration.moved:
+        from ..calibration.text import shares_table, steps_table
+
+        lines += ["free-run errors, step by step:", console(steps_table(found.calibration), indent="  ")]
+        lines += ["shares of the base model's squared error:", console(shares_table(found.calibration), indent="  ")]
     lines += [f"next manoeuvre: {found.next_manoeuvre}"] if found.next_manoeuvre else []
     return "\n".join(lines)
 

@@ -14,13 +14,15 @@ from helmbench.bench import pool as pools
 from helmbench.bench.environment import THREAD_VARIABLES
 from helmbench.models.errors import BadInput
 
+from ..inline_pool import inline
+
 
 def collect(pool, function, items):
     return {item: future for item, future in pool.outcomes(function, items)}
 
 
 def test_every_item_comes_back_once_and_exceptions_stay_with_their_item():
-    with pools.inline() as pool:
+    with inline() as pool:
         found = collect(pool, float, ["1", "one", "2"])
     assert (found["1"].result(), found["2"].result()) == (1.0, 2.0)
     assert isinstance(found["one"].exception(), ValueError)

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from helmbench.bench import pool as pools
 from helmbench.bench import runner, store
 from helmbench.bench.kinds.base import TIMES, Selection
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
@@ -20,6 +19,7 @@ from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.store import Store
 from helmbench.models.errors import BadInput
 
+from ..inline_pool import inline
 from ..made_up_suites import suite_file
 
 
@@ -51,7 +51,7 @@ def test_interrupted_runs_end_in_the_same_tables(tmp_path_factory, stops, torn):
     suite = suite_file(folder, "  - {vessels: [response-1, remus-kt], methods: [ls, rls], noise: low, seeds: 3}\n")
     selection = Selection("mine")
     specs = plan(suite, selection)
-    with pytest.MonkeyPatch.context() as patch, pools.inline() as pool:
+    with pytest.MonkeyPatch.context() as patch, inline() as pool:
         patch.setattr(IdentificationKind, "execute", lambda _, spec: fake_execute(spec))
         with runner.open_store(folder / "whole", suite, selection, specs) as whole:
             runner.run(specs, whole, pool)
@@ -79,7 +79,7 @@ def test_finished_runs_are_not_run_again(tmp_path, monkeypatch):
     specs = plan(suite, Selection("mine"))
     ran = []
     monkeypatch.setattr(IdentificationKind, "execute", lambda _, spec: ran.append(spec) or fake_execute(spec))
-    with pools.inline() as pool:
+    with inline() as pool:
         with runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as opened:
             runner.run(specs[:1], opened, pool)
         with runner.resume_store(tmp_path / "out", suite, specs) as opened:

@@ -8,7 +8,10 @@ import pytest
 import helmbench
 
 SURFACE = Path(__file__).with_name("public_names.txt")
-MEMBERS = ("Case", "Diagnosis", "Estimate", "Record", "RecordMeta", "Reproduction", "SuiteResults")
+MEMBERS = (
+    *("Case", "Calibration", "Check", "Diagnosis", "Estimate", "Record", "RecordMeta", "Reproduction"),
+    *("SuiteResults", "Validation"),
+)
 """Classes whose methods and properties are public, too."""
 
 

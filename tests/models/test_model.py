@@ -24,6 +24,7 @@ VESSELS = [
     "patrol",
     "s175",
     "s175-polynomial",
+    "esso-osaka-l3",
     "kvlcc2-l7",
 ]
 

@@ -13,6 +13,7 @@ from helmbench.models.vessel import read_vessel, vessel_files
 
 FAMILIES = {
     "cargo": "nomoto-2",
+    "esso-osaka-l3": "mmg-low-speed",
     "kvlcc2-l7": "mmg",
     "mariner": "abkowitz",
     "mariner-model": "abkowitz",
@@ -72,9 +73,13 @@ def test_parameters_stand_in_the_order_and_units_of_the_family(name):
     assert tuple(vessel["parameters"]) == model.parameter_names
     assert tuple(entry["unit"] for entry in vessel["parameters"].values()) == model.parameter_units
     assert tuple(vessel["constants"]) == model.constant_names
-    assert len(model.coordinates) == {"abkowitz": 60, "mmg": 20, "mmg-son-nomoto": 36, "mmg-fixed-speed": 36}.get(
-        vessel["family"], len(model.coordinates)
-    )
+    assert len(model.coordinates) == {
+        "abkowitz": 60,
+        "mmg": 20,
+        "mmg-low-speed": 12,
+        "mmg-son-nomoto": 36,
+        "mmg-fixed-speed": 36,
+    }.get(vessel["family"], len(model.coordinates))
 
 
 @pytest.mark.parametrize("name", FAMILIES)

@@ -60,9 +60,11 @@ def test_a_new_state_is_a_new_equation():
 
 @pytest.mark.parametrize("extension", EXTENSIONS)
 def test_every_extension_is_marked_and_well_formed(extension):
-    base = next(base for base in map(_with_rigid_body, ("mariner", "response-1")) if _fits(base, extension))
+    base = next(
+        base for base in map(_with_rigid_body, ("mariner", "response-1", "kvlcc2-l7")) if _fits(base, extension)
+    )
     found = equations(extended(base, extension), base)
-    assert any(line.new for line in (*found.relations, *found.dynamics))
+    assert any(line.new for line in (*found.relations, *found.dynamics, *found.helpers))
     for line in (*found.relations, *found.dynamics, *found.helpers):
         ElementTree.fromstring(f"<p>{HTML_NAMES.sub('', line.html)}</p>")
         assert line.latex.count("{") == line.latex.count("}") and "_abs" not in line.latex

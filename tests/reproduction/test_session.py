@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from helmbench import cli
-from helmbench.bench.pool import inline
 from helmbench.models.errors import BadInput
 from helmbench.reproduction import results, runner, session
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.pages import figures, markdown
 from helmbench.reproduction.papers import study
 from helmbench.reproduction.papers.study import Study, StudyResult
+
+from ..inline_pool import inline
 
 CLAIMS = """
 paper: "999"

@@ -72,9 +72,10 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
 
 
 def _options(spec: CaseSpec) -> Any:
-    """Defaults of the command, seeded by the case; the oracle is given the true causes that have parameters."""
+    """Defaults of the command for a base model that is exact, seeded by the case; the oracle is given the true causes
+    that have parameters."""
     from ....diagnosis.causes.registry import bank
     from ....diagnosis.options import Options
 
     given = tuple(cause for cause in spec.injected if cause in {c.id for c in bank()})
-    return Options(seed=spec.seed % 2**32, only=given if spec.method == ORACLE else None)
+    return Options(coefficient_sd=0.0, seed=spec.seed % 2**32, only=given if spec.method == ORACLE else None)

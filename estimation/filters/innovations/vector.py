@@ -44,9 +44,7 @@ OUTER = (
 surge channel shows reference_speed (1 - speed loss)."""
 PLACE = {name: index for index, name in enumerate(OUTER)}
 N_CHAIN = len(RUDDER)
-CURRENT, WIND, FORCE, DRIFT = (
-    PLACE[name] for name in ("current_towards_north", "wind_towards_north", "constant_X", "wave_drift_north")
-)
+CURRENT, FORCE, DRIFT = (PLACE[name] for name in ("current_towards_north", "constant_X", "wave_drift_north"))
 SCALE, BIAS, DELAY = PLACE["heading_scale"], PLACE["heading_bias"], PLACE["heading_delay"]
 MISALIGNMENT, EARTH, OMEGA, ZETA, RMS, JITTER, SPEED = (
     PLACE[name]

@@ -2,14 +2,14 @@
 
 import pytest
 
-from helmbench.diagnosis.causes._records import RecordCause
-from helmbench.diagnosis.causes.registry import causes
-from helmbench.diagnosis.contract import CHECKS, OF_RECORDS
+from helmbench.diagnosis.causes._stage import StageCause
+from helmbench.diagnosis.causes.registry import all_causes
+from helmbench.diagnosis.contract import CHECKS, OF_STAGES
 
 
 def cases():
-    for name, cause in causes().items():
-        for check in OF_RECORDS if isinstance(cause, RecordCause) else CHECKS:
+    for name, cause in all_causes().items():
+        for check in OF_STAGES if isinstance(cause, StageCause) else CHECKS:
             yield pytest.param(type(cause), check, id=f"{name}-{check.__name__.removeprefix('check_')}")
 
 

@@ -83,7 +83,7 @@ def test_files_are_written_all_or_none(found, tmp_path, monkeypatch):
     def fails(*_):
         raise OSError(28, "no space left on device")
 
-    monkeypatch.setattr(room, "model_to_json", fails)
+    monkeypatch.setattr("helmbench.models.model.model_to_json", fails)
     with pytest.raises(helmbench.BadInput, match="no space left"):
         found.write(tmp_path / "other")
     assert [path.name for path in tmp_path.iterdir()] == ["out"]

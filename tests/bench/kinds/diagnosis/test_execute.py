@@ -5,7 +5,6 @@ import json
 import pandas as pd
 import pytest
 
-from helmbench.bench import pool as pools
 from helmbench.bench import runner
 from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.diagnosis.columns import CASES, SIZES
@@ -15,6 +14,8 @@ from helmbench.bench.kinds.diagnosis.plan import CaseSpec, plan
 from helmbench.bench.store import RUNS
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
+
+from ....inline_pool import inline
 
 STUB = """
 from helmbench.diagnosis.registry import Diagnoser
@@ -105,7 +106,7 @@ def test_a_diagnoser_that_fails_is_a_row(suite, tmp_path, seed, guess):
     (tmp_path / "guess.py").write_text(STUB.replace("sizes = ", "raise RuntimeError('no idea')\n        sizes = "))
     loaded = load_suite(suite)
     specs = plan(loaded, Selection(suite, methods=(guess,), seed=seed))
-    with pools.inline() as pool, runner.open_store(tmp_path / "out", loaded, Selection(suite), specs) as store:
+    with inline() as pool, runner.open_store(tmp_path / "out", loaded, Selection(suite), specs) as store:
         runner.run(specs[:1], store, pool)
     (run,) = store.runs
     assert run["row"]["status"] == "failed" and run["row"]["error"] == "RuntimeError: no idea"

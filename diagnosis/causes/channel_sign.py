@@ -1,0 +1,44 @@
+"""Cause `channel_sign`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..kinematics.fault import Fault, exact
+from ..kinematics.integrity.ratios import AGREE, heading_ratio
+from ..kinematics.readings import BETTER, LEAST, TRACK, track_error
+from ._check import CheckCause
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+
+class ChannelSign(CheckCause):
+    """A column with the other sign: yaw rate against heading, sway or east against the track."""
+
+    id = "channel_sign"
+    separate_by = "the logger's list of channels and its axes"
+
+    def find(self, record: Record) -> list[Fault]:
+        return [f for f in (self._of_rate(record), self._of_track(record)) if f]
+
+    def _of_rate(self, record: Record) -> Fault | None:
+        ratio = heading_ratio(record)
+        if ratio is None or ratio.correlation > -AGREE:
+            return None
+        said = f"yaw_rate_rad_s turns against the heading (correlation {ratio.correlation:.3f})"
+        return Fault(said, ("yaw_rate_rad_s",), (exact("ratio", ratio.slope, "1"),), factors={"yaw_rate_rad_s": -1.0})
+
+    def _of_track(self, record: Record) -> Fault | None:
+        if not record.has(*TRACK):
+            return None
+        present = track_error(record)
+        errors = {name: track_error(record.with_channels(**{name: -record.column(name)})) for name in TRACK[1:]}
+        best = min(errors, key=lambda name: errors[name])
+        if not errors[best] < BETTER * present > BETTER * LEAST:
+            return None
+        said = (
+            f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} with "
+            f"{best} reversed"
+        )
+        return Fault(said, (best,), (exact("disagreement", present, "1"),), factors={best: -1.0})

@@ -1,0 +1,102 @@
+"""Where the base model leaves effects unexplained: its own numbers, by free runs of records that were left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..estimation.fit import arithmetic_guard
+from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.instruments import combined
+from . import verdict
+from .calibration.calibrate import calibrate_on
+from .causes.base_coefficients import BaseCoefficients
+from .causes.rudder_offset import RudderOffset
+from .gain.free_runs import gains_of_traces
+from .result import Entry, Finding, Size
+
+if TYPE_CHECKING:
+    from .calibration.result import Calibration, Moved, StepTold
+    from .prepared import Prepared
+    from .result import Diagnosis
+
+OWN_CAUSE = {"neutral_rudder_angle": RudderOffset.id}
+"""Groups that are causes of the bank under a name of their own."""
+STAGE = "free runs"
+UNITS = {"rudder_offset": "rad"}
+
+
+def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
+    """The diagnosis with what the base model's numbers explain of free runs; as it was where they explain little, or
+    where the family states no groups."""
+    try:
+        with arithmetic_guard():
+            base = calibrate_on(found.model, given.train, given.held_out)
+    except (BadInput, CannotFit, FitFailed):
+        return found
+    if not base.moved or base.verdict == "unexplained":
+        return replace(found, calibration=base)
+    before = [f for f in found.causes if f.stage != "dynamics"]
+    causes = (*before, *_findings(base))
+    instruments = combined(base.calibrated.instruments, given.instruments)
+    return replace(
+        found,
+        extended=replace(base.calibrated, instruments=instruments),
+        verdict=base.verdict,
+        reason=base.reason,
+        causes=causes,
+        bank=tuple(_entry(entry, causes) for entry in found.bank),
+        gain=gains_of_traces(base.traces, np.random.default_rng(found.seed)),
+        traces=base.traces,
+        where=tuple(verdict.where([t for t in base.traces if t.role == "train"])),
+        next_manoeuvre=", ".join(run.manoeuvre for run in base.next_runs),
+        calibration=base,
+    )
+
+
+def _findings(base: Calibration) -> list[Finding]:
+    """One finding for each cause with a name of its own, one for all other groups."""
+    groups = {step.group for step in base.steps}
+    own = [_finding(base, OWN_CAUSE[group], {group}) for group in groups if group in OWN_CAUSE]
+    rest = groups - set(OWN_CAUSE)
+    return [*([_finding(base, BaseCoefficients.id, rest)] if rest else []), *own]
+
+
+def _finding(base: Calibration, cause: str, groups: set[str]) -> Finding:
+    from scipy.stats import t
+
+    steps = [step for step in base.steps if step.group in groups]
+    strongest = max(step.gain / max(step.standard_error, 1e-12) for step in steps)
+    p = min(1.0, len(base.steps) * float(t.sf(strongest, max(len(base.runs) - 1, 1))))
+    details = {"groups": [step.title for step in steps]}
+    ties = sorted({name.replace("_", " ") for step in steps for name in step.tied_with})
+    if ties:
+        details["would do as well"] = ties
+    sizes = tuple(_size(m) for m in base.moved if m.group in groups)
+    return Finding(cause, (), STAGE, strongest, p, sizes, details=details, evidence="; ".join(map(_evidence, steps)))
+
+
+def _evidence(step: StepTold) -> str:
+    return (
+        f"{step.title}: score of left-out records falls by {step.gain:.2f} (standard error {step.standard_error:.2f})"
+    )
+
+
+def _size(m: Moved) -> Size:
+    return Size(m.name, m.after, m.low, m.high, UNITS.get(m.name, "1"))
+
+
+def _entry(entry: Entry, causes: Sequence[Finding]) -> Entry:
+    """The line of the bank after the base model's numbers have moved."""
+    named = next((f for f in causes if f.cause == entry.cause), None)
+    if named is not None:
+        return replace(
+            entry, status="named", statistic=named.statistic, p_adjusted=named.p_adjusted, why=named.evidence
+        )
+    if entry.status in ("named", "tied"):
+        why = "fits the residuals of the base model as it is, whose own numbers explain its free runs"
+        return replace(entry, status="explained_by", why=why)
+    return entry

@@ -1,0 +1,104 @@
+"""Least squares over blocks of whitened rows: sums per block, robust covariance from the blocks, explained sums.
+
+Everything after the sums is algebra with a handful of numbers, so that forward selection costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+BLOCKS = 12
+"""Blocks a record is cut into: their scores tell how far the rows are from independent."""
+
+
+class Rows(NamedTuple):
+    """Whitened rows of one record: departure y (N,), columns x (N, m) of effects, columns z (N, d) of nuisances."""
+
+    y: np.ndarray
+    x: np.ndarray
+    z: np.ndarray
+
+
+class Sums(NamedTuple):
+    """Sums of one record: Gram matrices (B, m, m) and scores (B, m) by block, squares of y, number of rows."""
+
+    gram: np.ndarray
+    score: np.ndarray
+    square: float
+    count: int
+
+
+class Fit(NamedTuple):
+    """Estimates (m,), their covariance (m, m), the number of blocks, and robust over model variance (m,)."""
+
+    values: np.ndarray
+    covariance: np.ndarray
+    blocks: int
+    inflation: np.ndarray
+
+
+def sums_of(rows: Rows, place: np.ndarray) -> Sums:
+    """Sums over `BLOCKS` blocks after the nuisances are projected out; place (N,) in 0 .. 1 says where a row stands."""
+    y, x = rows.y, rows.x
+    if rows.z.shape[1]:
+        q = np.linalg.qr(rows.z)[0]
+        y, x = y - q @ (q.T @ y), x - q @ (q.T @ x)
+    block = np.minimum((place * BLOCKS).astype(int), BLOCKS - 1)
+    inside = [block == b for b in range(BLOCKS)]
+    gram = np.stack([x[i].T @ x[i] for i in inside])
+    return Sums(gram, np.stack([x[i].T @ y[i] for i in inside]), float(y @ y), y.size)
+
+
+def total(parts: Sequence[Sums], active: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Gram matrix (k, k) and score (k,) of the active columns over all records."""
+    act = list(active)
+    gram = np.sum([p.gram.sum(axis=0) for p in parts], axis=0)[np.ix_(act, act)]
+    return gram, np.sum([p.score.sum(axis=0) for p in parts], axis=0)[act]
+
+
+def explained(parts: Sequence[Sums], active: Sequence[int]) -> float:
+    """Sum of squares that the active columns explain together."""
+    if not len(active):
+        return 0.0
+    gram, score = total(parts, active)
+    return float(score @ np.linalg.pinv(gram, hermitian=True) @ score)
+
+
+def fit(parts: Sequence[Sums], active: Sequence[int]) -> Fit:
+    """Least squares of the active columns over all records.
+
+    The covariance is the sandwich of the blocks' scores, each variance at least that of independent rows.
+    """
+    act = list(active)
+    gram, score = total(parts, act)
+    inverse = np.linalg.pinv(gram, hermitian=True)
+    values = inverse @ score
+    scores = np.concatenate([p.score[:, act] - p.gram[:, act][:, :, act] @ values for p in parts])
+    blocks = len(scores)
+    influence = scores @ inverse
+    robust = influence.T @ influence * blocks / max(blocks - len(act), 1)
+    rows = sum(p.count for p in parts)
+    residual = max(sum(p.square for p in parts) - float(score @ values), 0.0)
+    plain = inverse * max(residual / max(rows, 1), 1.0)
+    inflation = np.diag(robust) / np.maximum(np.diag(plain), 1e-300)
+    grow = np.sqrt(np.maximum(1.0 / np.maximum(inflation, 1e-12), 1.0))
+    return Fit(values, robust * np.outer(grow, grow), blocks, np.maximum(inflation, 1.0))
+
+
+def p_value(found: Fit, places: Sequence[int]) -> float:
+    """Probability of estimates at `places` as large as these where all are zero: an F test on the blocks' scatter."""
+    from scipy.stats import f
+
+    at = list(places)
+    k, dof = len(at), found.blocks - found.values.size
+    spread = found.covariance[np.ix_(at, at)]
+    if dof < 1 or not np.isfinite(spread).all() or np.linalg.matrix_rank(spread) < k:
+        return 1.0
+    x = found.values[at]
+    wald = float(x @ np.linalg.solve(spread, x))
+    if dof <= k:
+        return 1.0
+    return float(f.sf(wald * (dof - k + 1) / (dof * k), k, dof - k + 1))

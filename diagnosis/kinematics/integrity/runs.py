@@ -1,0 +1,89 @@
+"""Runs of equal samples: frozen channels, channels that change more slowly than the rows, coarse steps."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+SHORTEST = 5
+"""Equal samples in a row from which a channel may be frozen."""
+RARE = 1e-4
+JUMP = 0.25
+"""Share of the channel's usual step by which it must jump before or after a frozen stretch."""
+NEIGHBOURS = 60
+"""Samples to each side of a stretch whose steps are compared with it, at least."""
+COARSE = 3.5
+"""Steps of a coarse channel by which it must jump after a frozen stretch."""
+
+
+class Run(NamedTuple):
+    """Samples start .. stop - 1 of a channel are equal; jump: step out of them over the usual step beside them."""
+
+    start: int
+    stop: int
+    jump: float = 0.0
+
+
+def runs_of(values: np.ndarray) -> list[Run]:
+    """Maximal runs of at least two equal finite samples (N,)."""
+    same = np.concatenate([[False], values[1:] == values[:-1], [False]])
+    edge = np.flatnonzero(np.diff(same.astype(int)))
+    return [Run(int(a), int(b) + 1) for a, b in zip(edge[0::2], edge[1::2], strict=True)]
+
+
+def frozen_runs(values: np.ndarray) -> list[Run]:
+    """Runs that are too long for the channel: its steps near by make them improbable, and it jumps out of them.
+
+    A motion that comes to rest and leaves it smoothly is not frozen, nor is a coarse channel that moves slowly.
+    """
+    known = values[np.isfinite(values)]
+    if known.size < 4 * SHORTEST or np.ptp(known) == 0.0:
+        return []
+    long = [r for r in runs_of(values) if r.stop - r.start >= SHORTEST]
+    return [r._replace(jump=jump) for r in long if (jump := _jump_if_frozen(values, r, known.size)) > 0.0]
+
+
+def _jump_if_frozen(values: np.ndarray, run: Run, samples: int) -> float:
+    """Jump out of a run in usual steps beside it, where these make the run improbable; else 0."""
+    length = run.stop - run.start
+    reach = max(NEIGHBOURS, 3 * length)
+    before, after = values[max(run.start - reach, 0) : run.start + 1], values[run.stop - 1 : run.stop + reach]
+    steps = np.abs(np.concatenate([np.diff(before), np.diff(after)]))
+    steps = steps[np.isfinite(steps)]
+    moving = steps[steps > 0.0]
+    if moving.size < SHORTEST:
+        return 0.0
+    share = max(1.0 - moving.size / steps.size, 1e-3)
+    jump = _jump(values, run) / float(np.median(moving))
+    rare = samples * share ** (length - 1) < RARE
+    return jump if rare and jump > (COARSE if share > 0.1 else JUMP) else 0.0
+
+
+def _jump(values: np.ndarray, run: Run) -> float:
+    """Larger of the steps into and out of a run; 0 at the record's ends and beside gaps."""
+    before = abs(values[run.start] - values[run.start - 1]) if run.start > 0 else 0.0
+    after = abs(values[run.stop] - values[run.stop - 1]) if run.stop < values.size else 0.0
+    return float(np.nanmax([before, after, 0.0]))
+
+
+def held_rows(values: np.ndarray) -> int:
+    """Rows after which a channel usually changes: 1, or more where most of its samples repeat regularly."""
+    known = values[np.isfinite(values)]
+    changes = np.flatnonzero(np.diff(known) != 0.0)
+    if changes.size < 20:
+        return 1
+    between = np.diff(changes)
+    usual = int(np.median(between))
+    return usual if usual > 1 and np.mean(between % usual == 0) > 0.7 else 1
+
+
+def resolution(values: np.ndarray) -> float:
+    """Step of which all samples (N,) are multiples, where they take few values; 0 for a finely resolved channel."""
+    known = np.unique(values[np.isfinite(values)])
+    if known.size < 3 or known.size > 0.25 * np.isfinite(values).sum():
+        return 0.0
+    steps = np.diff(known)
+    q = float(np.min(steps[steps > 1e-9 * np.ptp(known)]))
+    off = np.abs(steps / q - np.round(steps / q))
+    return q if np.mean(off < 0.02) > 0.98 else 0.0

@@ -1,0 +1,271 @@
+"""Sensor errors from the channels' agreement with each other, by forward selection: no hull model is needed.
+
+Heading against yaw rate comes first; its corrected records go on to positions against velocities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...models.errors import BadInput, CannotFit
+from ..statistics.random_effects import Mean, random_effects_mean
+from .blocks import BLOCKS, Fit, Sums, explained, fit, p_value
+from .chains import Chain, Option, sums, why_not
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+LEVEL = 6.3e-5
+"""Probability (|z| = 4) at which an effect is taken as found, before it is shared among records."""
+LEAST = 16.0
+"""Least sum of squares that it explains (z = 4): collinear columns may scatter too little to be judged by blocks."""
+MOST = 3
+"""Effects that are named in a chain at most."""
+STEPS = 3
+"""Gauss-Newton steps on corrected records."""
+TIE = 9.2
+"""Twice the log likelihood by which the better of two explanations must lead (odds of 100)."""
+LATEST = 0.1
+"""Share of a record's duration that a delay may have at most."""
+COLLINEAR = 0.5
+"""Correlation of two sizes from which the small one is left out of the estimate of the large one."""
+DIFFERENT = 0.05
+"""Probability of equal sizes below which a size is said to differ between records."""
+
+
+class Sizes(NamedTuple):
+    """Sizes of one selected option: values and standard errors by record (R, k), means (k), and whether they matter;
+    p-value and z of its selection, and the options that explain the records about as well."""
+
+    option: Option
+    each: np.ndarray
+    spread: np.ndarray
+    means: tuple[Mean, ...]
+    material: bool
+    p: float
+    z: float
+    rivals: tuple[Option, ...]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One chain on some records: what was selected, the records put right, and why others could not be compared."""
+
+    chain: Chain
+    records: tuple[Record, ...]
+    found: tuple[Sizes, ...]
+    reasons: tuple[str, ...]
+    corrected: Sequence[Record] = ()
+
+
+def compare(chain: Chain, records: Sequence[Record]) -> Compared:
+    """Select the sensor errors that the records show in a chain."""
+    reasons = [why for r in records if (why := why_not(chain, r))]
+    usable = [r for r in records if why_not(chain, r) is None]
+    options = [o for o in chain.options if _testable(o, chain, usable)]
+    kept = []
+    for record in usable:
+        try:
+            sums(chain, record, options)
+            kept.append(record)
+        except (CannotFit, BadInput, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+            reasons.append(f"{record.name} cannot be compared: {error}")
+    if not kept or not options:
+        return Compared(chain, (), (), tuple(reasons))
+    chosen, facts = _forward(chain, kept, options)
+    found = _without_small(chain, kept, _sized(chain, kept, chosen, facts))
+    return Compared(chain, tuple(kept), found, tuple(reasons), _put_right(kept, found))
+
+
+def _testable(option: Option, chain: Chain, records: Sequence[Record]) -> bool:
+    """Whether the records turn far enough to tell the option from others."""
+    least = option.cause.least_turn
+    return not least or any(float(np.ptp(chain.motion(r).heading)) > least for r in records)
+
+
+def _columns(options: Sequence[Option]) -> list[list[int]]:
+    """Places of each option's columns among those of all."""
+    edges = np.cumsum([0, *(len(o.effects) for o in options)])
+    return [list(range(a, b)) for a, b in pairwise(edges.tolist())]
+
+
+def _forward(chain: Chain, records: Sequence[Record], options: Sequence[Option]):
+    """Chosen options in order, and for each its rivals, p-value and z; records are put right for those before."""
+    chosen: list[Option] = []
+    facts: list[tuple[tuple[Option, ...], float, float]] = []
+    while len(chosen) < MOST:
+        left = [o for o in options if o.cause not in [c.cause for c in chosen]]
+        tried = [*chosen, *left]
+        current = _refined(chain, records, chosen)[0] if chosen else records
+        at, parts = _columns(tried), [sums(chain, r, tried) for r in current]
+        held = [c for places in at[: len(chosen)] for c in places]
+        trials: dict[int, tuple[float, float, float, float]] = {}
+        for i in range(len(chosen), len(tried)):
+            p, z, inflation = _evidence(parts, held, at[i], tried[i])
+            if p < LEVEL:
+                trials[i] = explained(parts, [*held, *at[i]]), p, z, inflation
+        if not trials:
+            break
+        best = max(trials, key=lambda i: trials[i][0])
+        top, p, z, inflation = trials[best]
+        near = [tried[i] for i, t in trials.items() if i != best and top - t[0] < TIE * inflation]
+        facts.append((tuple(o for o in near if o.cause != tried[best].cause), p, z))
+        chosen.append(tried[best])
+    return chosen, facts
+
+
+def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Option) -> tuple[float, float, float]:
+    """p-value of an option beside what is held (of all records together, or of one among them), its z, and how far
+    the blocks scatter beyond independent rows."""
+    act, last = [*held, *own], list(range(len(held), len(held) + len(own)))
+    whole = fit(parts, act)
+    z = float(np.max(np.abs(whole.values[last]) / np.sqrt(np.maximum(np.diag(whole.covariance)[last], 1e-300))))
+    inflation = float(np.max(whole.inflation[last]))
+    groups = [list(parts), *([part] for part in parts if len(parts) > 1)]
+    ps = [1.0]
+    for group, tests in zip(groups, [1] + [len(parts)] * len(parts), strict=False):
+        one = fit(group, act)
+        clear = explained(group, act) - explained(group, held) > LEAST
+        if clear and _possible(option, one, last):
+            ps.append(tests * p_value(one, last))
+    return min(ps), z, inflation
+
+
+def _possible(option: Option, found: Fit, places: Sequence[int]) -> bool:
+    """Whether a size is one that can be: no delay is negative."""
+    return not option.effects[0].delay or bool(found.values[places[0]] > 0.0)
+
+
+def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Option], facts) -> tuple[Sizes, ...]:
+    """Sizes of the chosen options over all records, by Gauss-Newton steps, and by record, by one step more."""
+    if not chosen:
+        return ()
+    _, whole, each = _refined(chain, records, chosen)
+    found = []
+    for option, at, (rivals, p, z) in zip(chosen, _columns(chosen), facts, strict=True):
+        values = np.stack([f.values[at] for f in each])
+        spread = np.stack([np.sqrt(np.diag(f.covariance)[at]) for f in each])
+        means = tuple(_mean(values[:, k], spread[:, k], whole, c) for k, c in enumerate(at))
+        material = _matters(chain, records, option, values, spread, means)
+        found.append(Sizes(option, values, spread, means, material, p, z, rivals))
+    return tuple(found)
+
+
+def _without_small(chain: Chain, records: Sequence[Record], found: tuple[Sizes, ...]) -> tuple[Sizes, ...]:
+    """The sizes of what matters, estimated without what does not and is nearly collinear with it: that would move them
+    by more than itself."""
+    options, large = [s.option for s in found], [s for s in found if s.material]
+    if not large or len(large) == len(found):
+        return found
+    spread = _refined(chain, records, options)[1].covariance
+    size = np.sqrt(np.maximum(np.diag(spread), 1e-300))
+    near = np.abs(spread / np.outer(size, size)) > COLLINEAR
+    at = _columns(options)
+    told = [c for s, places in zip(found, at, strict=True) if s.material for c in places]
+    kept = [s for s, places in zip(found, at, strict=True) if s.material or not near[np.ix_(places, told)].any()]
+    if len(kept) == len(found):
+        return found
+    again = _sized(chain, records, [s.option for s in kept], [(s.rivals, s.p, s.z) for s in kept])
+    by_option = {s.option: s for s in again}
+    return tuple(by_option.get(s.option, s) for s in found)
+
+
+def _matters(
+    chain: Chain,
+    records: Sequence[Record],
+    option: Option,
+    values: np.ndarray,
+    spread: np.ndarray,
+    means: Sequence[Mean],
+) -> bool:
+    """Whether a mean size is clearly not zero and larger than its floor, or that of one record is.
+
+    A pattern over the headings (`least_turn`) that differs between records is none of the instrument.
+    """
+    motions = [chain.motion(r) for r in records]
+    for k, (effect, mean) in enumerate(zip(option.effects, means, strict=True)):
+        floor = np.array([effect.floor(m) for m in motions])
+        if abs(mean.value) > np.median(floor) and mean.low * mean.high > 0.0:
+            return True
+        own = np.abs(values[:, k])
+        differs = mean.p_equal < DIFFERENT and not option.cause.least_turn
+        if differs and np.any((own > floor) & (own > 4.0 * spread[:, k])):
+            return True
+    return False
+
+
+def _mean(values: np.ndarray, spread: np.ndarray, whole: Fit, place: int) -> Mean:
+    """Mean over records: of equal sizes from all rows together, else with the scatter between records."""
+    from scipy.stats import t as student
+
+    told = np.isfinite(values)
+    mean = random_effects_mean(values[told], spread[told], dof=BLOCKS - 1)
+    if mean.p_equal < DIFFERENT:
+        return mean
+    value, dof = float(whole.values[place]), whole.blocks - whole.values.size
+    half = float(student.ppf(0.95, max(dof, 1)) * np.sqrt(whole.covariance[place, place]))
+    return Mean(value, value - half, value + half, mean.between, mean.p_equal)
+
+
+def _refined(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) -> tuple[list[Record], Fit, list[Fit]]:
+    """The records put right for common sizes of the chosen options, these sizes, and those of each record."""
+    at = _columns(chosen)
+    values = np.zeros(at[-1][-1] + 1)
+    low, high = np.full(values.size, -np.inf), np.full(values.size, np.inf)
+    for o, places in zip(chosen, at, strict=True):
+        low[places] = 0.0 if o.effects[0].delay else -0.9 if o.effects[0].unit == "1" else -np.inf
+        if o.effects[0].delay:
+            high[places] = LATEST * min(float(np.ptp(r.time_s)) for r in records)
+    current = list(records)
+    for _ in range(STEPS):
+        parts = [sums(chain, r, chosen) for r in current]
+        step = fit(parts, range(values.size))
+        before, values = values, np.clip(values + step.values, low, high)
+        current = [put_right(r, chosen, values) for r in records]
+    told = [_told(chain, record, chosen) for record in records]
+    each = [_own(part, before, own) for part, own in zip(parts, told, strict=True)]
+    return current, step._replace(values=values), each
+
+
+def _told(chain: Chain, record: Record, chosen: Sequence[Option]) -> list[int]:
+    """Columns of the chosen options that one record can tell by itself."""
+    return [c for o, at in zip(chosen, _columns(chosen), strict=True) if _testable(o, chain, [record]) for c in at]
+
+
+def _own(part: Sums, values: np.ndarray, told: list[int]) -> Fit:
+    """Sizes in one record from those of all by one step; nan, infinite spread for what it cannot tell by itself."""
+    step = values.copy()
+    step[:] = np.nan
+    covariance = np.full((values.size, values.size), np.nan)
+    covariance[np.diag_indices(values.size)] = np.inf
+    if told:
+        own = fit([part], told)
+        step[told] = values[told] + own.values
+        covariance[np.ix_(told, told)] = own.covariance
+    return Fit(step, covariance, BLOCKS, np.ones(values.size))
+
+
+def put_right(record: Record, options: Sequence[Option], values: np.ndarray) -> Record:
+    """A record with the errors of the options, of these sizes one after the other (k,), removed."""
+    for option, places in zip(options, _columns(options), strict=True):
+        if np.any(values[places] != 0.0):
+            record = option.put_right(record, values[places])
+    return record
+
+
+def _put_right(records: Sequence[Record], found: Sequence[Sizes]) -> list[Record]:
+    """The records with what was found and matters removed: by the mean, or by its own size where records differ."""
+    out = []
+    for i, record in enumerate(records):
+        for s in (s for s in found if s.material):
+            own = np.array([s.each[i, k] if m.p_equal < DIFFERENT else m.value for k, m in enumerate(s.means)])
+            own = np.where(np.isfinite(own), own, [m.value for m in s.means])
+            own = np.maximum(own, 0.0) if s.option.effects[0].delay else own
+            record = s.option.put_right(record, own)
+        out.append(record)
+    return out

@@ -1,0 +1,27 @@
+"""Records as the stages of a diagnosis hand them on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from .causes._records import RecordFault
+    from .kinematics.tracks import Tracks
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Records in the model's rudder sign with what was corrected: gross faults, and sensors by the tracks."""
+
+    train: list[Record]
+    held_out: list[Record]
+    faults: list[RecordFault]
+    tracks: Tracks
+
+    @property
+    def instruments(self) -> dict[str, float]:
+        """What was corrected, as instruments of a model."""
+        faults = {name: value for fault in self.faults for name, value in fault.instruments.items()}
+        return faults | dict(self.tracks.instruments)

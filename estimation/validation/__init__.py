@@ -1,0 +1,1 @@
+"""Validation of models on records: free runs, errors at several horizons, manoeuvring indices.  No diagnosis."""

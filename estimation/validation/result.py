@@ -1,0 +1,156 @@
+"""What a validation finds: plain values, SI units and radians."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ...models.model import Model
+
+FREE, ONE_STEP = "free run", "one step"
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors of one model.  record None: all records together; channel None: all channels together, R^2 alone.
+
+    horizon : 'free run', 'one step' or the time ahead as text;  horizon_s : that time, None of the first two;
+    n : number of samples;  rmse : in the channel's SI unit, nan where there is none;  r2 : 1 - SSE/SST, where SST is
+    about the mean of each run; of all channels together it is the mean over heading, yaw rate, surge and sway.
+    """
+
+    model: str
+    record: str | None
+    channel: str | None
+    horizon: str
+    horizon_s: float | None
+    n: int
+    rmse: float
+    r2: float
+
+
+@dataclass(frozen=True)
+class Index:
+    """A manoeuvring index of one record, measured and simulated by one model, rad or m; nan with a reason.
+
+    lengths_m : the ship's length, nan where unknown.
+    """
+
+    model: str
+    record: str
+    manoeuvre: str
+    name: str
+    unit: str
+    measured: float
+    simulated: float
+    reason: str = ""
+    length_m: float = np.nan
+
+    @property
+    def difference(self) -> float:
+        """Simulated less measured."""
+        return self.simulated - self.measured
+
+
+@dataclass(frozen=True)
+class Run:
+    """The free run of one model along one record.
+
+    predicted : channel -> (N,) at the record's times, nan where there is no run;  starts_s : times at which the run
+    starts, anew behind each long gap;  diverged : pairs of the start of a run and the time after it, s, at which the
+    run diverged.
+    """
+
+    model: str
+    record: str
+    predicted: Mapping[str, np.ndarray]
+    starts_s: tuple[float, ...]
+    diverged: tuple[tuple[float, float], ...]
+
+    @property
+    def told(self) -> str:
+        """`diverged after 43 s`, or an empty text."""
+        times = " and ".join(f"{after:.3g} s" for _, after in self.diverged)
+        return f"diverged after {times}" if times else ""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The samples of a record that runs are compared with: times (N,), rudder (N,), channels, heading not wrapped."""
+
+    name: str
+    time_s: np.ndarray
+    rudder: np.ndarray
+    channels: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """What could not be computed, and why; model or record '' where it concerns all."""
+
+    model: str
+    record: str
+    what: str
+    reason: str
+
+
+@dataclass(frozen=True, repr=False)
+class Validation:
+    """Models on records: scores, indices, free runs, and what was left out.
+
+    models : name -> model, the validated one first;  horizons_s : times ahead;  horizon_basis : how they were chosen.
+    """
+
+    models: Mapping[str, Model]
+    records: tuple[Measured, ...]
+    horizons_s: tuple[float, ...]
+    horizon_basis: str
+    scores: tuple[Score, ...]
+    indices: tuple[Index, ...]
+    runs: tuple[Run, ...]
+    left_out: tuple[LeftOut, ...]
+
+    def score(
+        self, channel: str | None, model: str | None = None, record: str | None = None, horizon: str = FREE
+    ) -> Score | None:
+        """The score with these keys; model None: the first.  None where there is none."""
+        wanted = (next(iter(self.models)) if model is None else model, record, channel, horizon)
+        return next((s for s in self.scores if (s.model, s.record, s.channel, s.horizon) == wanted), None)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values for validation.json, without the series."""
+        return {
+            "schema": SCHEMA,
+            "models": [
+                {"name": name, "id": model.id, "family": model.family, "positive_rudder": model.positive_rudder}
+                for name, model in self.models.items()
+            ],
+            "records": [
+                {
+                    "name": one.name,
+                    "n_samples": int(one.time_s.size),
+                    "duration_s": float(one.time_s[-1] - one.time_s[0]),
+                    "channels": list(one.channels),
+                }
+                for one in self.records
+            ],
+            "horizons_s": list(self.horizons_s),
+            "horizon_basis": self.horizon_basis,
+            "scores": [vars(score) for score in self.scores],
+            "indices": [vars(index) | {"difference": index.difference} for index in self.indices],
+            "runs": [
+                {
+                    "model": run.model,
+                    "record": run.record,
+                    "starts_s": list(run.starts_s),
+                    "diverged": [{"start_s": start, "after_s": after} for start, after in run.diverged],
+                }
+                for run in self.runs
+            ],
+            "left_out": [vars(one) for one in self.left_out],
+        }

@@ -1,0 +1,121 @@
+"""Check of records without a model, and its outcome with page and files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..diagnosis.kinematics import check_result
+from ..models.errors import BadInput
+from .documents import json_text, text_writer, write_together
+from .identification import listed
+
+if TYPE_CHECKING:
+    from ..datasets.lenient import Repairs
+    from ..datasets.record import Record
+    from ..diagnosis.kinematics.check_result import CheckFinding
+    from .identification import Path as FilePath
+
+FILES = ("check.json", "check.html")
+
+
+class Check(check_result.CheckResult):
+    """The outcome of `check`: what is wrong with files and sensors, with sizes, and what could not be checked.
+
+    `findings` that matter have `material` true; the others are detectable, but too small to matter.
+    """
+
+    @classmethod
+    def of(cls, found: check_result.CheckResult) -> Check:
+        """The same outcome with page and files."""
+        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
+
+    def summary(self) -> str:
+        """The findings as a table in plain text."""
+        from ..reporting.check.text import terminal
+
+        return terminal(self)
+
+    def to_html(self) -> str:
+        """The page of the check: one self-contained HTML document."""
+        from ..reporting.check.page import html
+
+        return html(self)
+
+    def write(self, folder: FilePath) -> tuple[Path, ...]:
+        """Write check.json and check.html into a folder: both or none.
+
+        Returns
+        -------
+        The paths of the two files.
+
+        Raises
+        ------
+        BadInput : the folder cannot be written to.
+        """
+        texts = (json_text(self.to_json()) + "\n", self.to_html())
+        return write_together(Path(folder), dict(zip(FILES, map(text_writer, texts), strict=True)))
+
+    def __repr__(self) -> str:
+        causes = ", ".join(dict.fromkeys(f.cause for f in self.findings if f.material))
+        return (
+            f"<Check of {len(self.records)} record{'s' if len(self.records) != 1 else ''}: {causes or 'no findings'}>"
+        )
+
+    def _repr_html_(self) -> str:
+        from ..reporting.check.text import notebook
+
+        return notebook(self)
+
+
+def check(records: Record | FilePath | Sequence[Record | FilePath], *, positive_rudder: str | None = None) -> Check:
+    """Check what records show of their sensors and files, without a model of the ship.
+
+    Time stamps, frozen samples, jumps, units, signs, exchanged columns, channels made from each other, outliers; then
+    heading against yaw rate and positions against velocities, for biases, scales, delays, offsets and currents.  What
+    cannot be computed is said in `not_checked`.
+
+    Parameters
+    ----------
+    records : records, or paths of record files.  A file may have time stamps that repeat or go back.
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+
+    Raises
+    ------
+    BadInput : no record is given, or a file cannot be read as a table with known columns.
+    """
+    from ..diagnosis.kinematics.check import check as engine
+
+    given = [_read(one, positive_rudder) for one in listed(records)]
+    if not given:
+        raise BadInput("no record to check", hint="give one record or more")
+    return Check.of(engine([record for record, _ in given], [f for _, found in given for f in found]))
+
+
+def _read(one: Record | FilePath, positive_rudder: str | None) -> tuple[Record, list[CheckFinding]]:
+    """A record, and what was wrong with its file."""
+    if not isinstance(one, str | PathLike):
+        return one, []
+    from ..datasets.lenient import read_leniently
+
+    record, repairs = read_leniently(one, positive_rudder)
+    return record, _of_repairs(record, repairs)
+
+
+def _of_repairs(record: Record, repairs: Repairs) -> list[CheckFinding]:
+    """Findings about rows that were left out or moved on reading."""
+    from ..diagnosis.causes.registry import check_causes
+    from ..diagnosis.kinematics.fault import Fault
+    from ..diagnosis.kinematics.findings import of_fault
+
+    said = {
+        "have no time": repairs.timeless,
+        "repeat the time of another row (the first was kept)": repairs.repeated,
+        "stand before an earlier time (they were put in order)": repairs.backwards,
+    }
+    faults = [Fault(f"{n} of {repairs.rows} rows {what}", ("time_s",)) for what, n in said.items() if n]
+    faults += [Fault(f"{name} has {n} infinite values", (name,)) for name, n in repairs.infinite]
+    return [of_fault(check_causes()["time_stamps"], fault, record) for fault in faults]

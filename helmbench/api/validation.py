@@ -1,0 +1,188 @@
+"""Validation of models on records, and its outcome with page, table, figure and files."""
+
+# pandas ships no types:
+# pyright: reportMissingTypeStubs=false
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from html import escape
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..estimation.validation import result
+from ..models.errors import BadInput
+from .documents import json_text, text_writer, write_together
+from .identification import as_model, as_records, labels, listed, rudder_sign_doubt
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from ..datasets.record import Record
+    from ..models.model import Model
+    from .identification import Path as FilePath
+
+FILES = ("validation.json", "validation.html")
+
+
+class Validation(result.Validation):
+    """The outcome of `validate`: errors of free runs and of predictions ahead, manoeuvring indices, free runs.
+
+    `scores` holds RMSE and R^2 by model, record, channel and horizon, `indices` the manoeuvring indices measured and
+    simulated, `runs` the free runs, `left_out` what could not be computed and why.
+    """
+
+    @classmethod
+    def of(cls, found: result.Validation) -> Validation:
+        """The same validation with page, table, figure and files."""
+        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The scores: a row a model, record (None: all), channel (None: all) and horizon, with n, rmse and r2."""
+        import pandas as pd
+
+        return pd.DataFrame([vars(score) for score in self.scores])
+
+    def to_html(self) -> str:
+        """The page of the validation: one self-contained HTML document."""
+        from ..reporting.validation.page import html
+
+        return html(self)
+
+    def summary(self) -> str:
+        """The validation in a few tables of text."""
+        from ..reporting.validation.text import terminal
+
+        return terminal(self)
+
+    def plot(self, record: str | None = None) -> Figure:
+        """Draw the measured channels of a record and the free runs of all models over time.
+
+        Parameters
+        ----------
+        record : name of a record of the validation; None: the first.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot: save it with `savefig`.  Angles are in degrees.
+
+        Raises
+        ------
+        BadInput : there is no such record.
+        """
+        from ..datasets.display import Curve, time_figure
+
+        own = [one for one in self.records if record in (None, one.name)]
+        if not own:
+            hint = f"it has {', '.join(one.name for one in self.records)}"
+            raise BadInput("the validation has no such record", file=record, hint=hint)
+        measured = own[0]
+        runs = [run for run in self.runs if run.record == measured.name]
+        panels = {
+            channel: [Curve("measured", measured.time_s, values)]
+            + [Curve(run.model, measured.time_s, run.predicted[channel]) for run in runs if channel in run.predicted]
+            for channel, values in measured.channels.items()
+        }
+        return time_figure(panels, f"free runs along {measured.name}")
+
+    def write(self, folder: FilePath) -> tuple[Path, ...]:
+        """Write validation.json and validation.html into a folder: both or none.
+
+        Returns
+        -------
+        The paths of the two files.
+
+        Raises
+        ------
+        BadInput : the folder cannot be written to.
+        """
+        texts = json_text(self.to_json()) + "\n", self.to_html()
+        return write_together(Path(folder), dict(zip(FILES, map(text_writer, texts), strict=True)))
+
+    def __repr__(self) -> str:
+        told: list[str] = []
+        for name in self.models:
+            score = self.score(None, name)
+            told.append(f"{name} R2 {score.r2:.3f}" if score else f"{name} without a run")
+        return f"<Validation on {len(self.records)} records, free runs: {', '.join(told)}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(self.summary())}</pre>"
+
+
+def validate(
+    model: Model | FilePath,
+    records: Record | FilePath | Sequence[Record | FilePath],
+    compare: Model | FilePath | Sequence[Model | FilePath] = (),
+    *,
+    positive_rudder: str | None = None,
+) -> Validation:
+    """Compare simulations with records: free runs, predictions some time ahead, manoeuvring indices.
+
+    A free run starts from the state that the record itself, smoothed, has at its first sample, uses nothing of the
+    record but rudder and revolutions, and has no random forces; it starts anew behind a long gap.  Errors of free runs
+    are those of the recorded channels.  Predictions ahead start from up to 200 smoothed states of a record and are
+    compared with what the hull did, behind the model's instruments.  The times ahead are 0.5, 1.5 and 3 ship lengths
+    (10, 31 and 62 s for a ship of 160 m at 15 kn), or 1/60, 1/20 and 1/10 of the records' median duration where no
+    model knows its length.  The indices are those of IMO MSC.137(76), as far as the records allow them: overshoots of
+    zigzags, advance, transfer and tactical diameter of turning circles, initial turning at 10 degrees of rudder; the
+    simulated ship sails the same manoeuvre, with its own heading giving the counter rudder.
+
+    Parameters
+    ----------
+    model : a model with coefficients, or a vessel id or the path of a model.json.
+    records : one record or several, or paths of record files.
+    compare : further models, likewise; they are validated in the same way.
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+
+    Warns
+    -----
+    RudderSignWarning : the yaw response of a record contradicts its rudder sign.
+
+    Raises
+    ------
+    BadInput : a file or model cannot be used, a model has no coefficients, or no record suits the model.
+    """
+    from ..datasets.plausibility import RudderSignWarning
+    from ..estimation.validation import validate as engine
+
+    models = _named_models(model, compare)
+    given = as_records(records, positive_rudder)
+    found = Validation.of(engine.validate(models, _named_records(records, given)))
+    for doubt in filter(None, (rudder_sign_doubt(record, next(iter(models.values()))) for record in given)):
+        warnings.warn(doubt, RudderSignWarning, stacklevel=2)
+    return found
+
+
+def _named_models(
+    model: Model | FilePath, compare: Model | FilePath | Sequence[Model | FilePath]
+) -> Mapping[str, Model]:
+    """Models by identifier, or by what they were given as where identifiers repeat."""
+    from ..models.model import Model
+
+    others: list[Model | FilePath] = [compare] if isinstance(compare, Model | str | PathLike) else list(compare)
+    models = [as_model(one) for one in (model, *others)]
+    given = [one.id if isinstance(one, Model) else fspath(one) for one in (model, *others)]
+    return dict(zip(_names([one.id for one in models], given), models, strict=True))
+
+
+def _named_records(
+    records: Record | FilePath | Sequence[Record | FilePath], given: Sequence[Record]
+) -> Mapping[str, Record]:
+    """Records by name, or by what they were given as where names repeat."""
+    return dict(zip(_names([record.name for record in given], labels(listed(records))), given, strict=True))
+
+
+def _names(short: Sequence[str], long: Sequence[str]) -> list[str]:
+    """The short names if they differ, else the long ones; those that repeat even so get a number."""
+    names = short if len(set(short)) == len(short) else long
+    counts: Counter[str] = Counter()
+    out: list[str] = []
+    for name in names:
+        counts[name] += 1
+        out.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
+    return out

@@ -1,0 +1,36 @@
+"""`helmbench check RECORD... [-o DIR]`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ._shared import FILE, SIDES, check_folder, output_options, print_json
+
+
+@click.command()
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option("-o", "--output", type=FILE, help="directory for check.json and check.html")
+@output_options
+def check(
+    records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, as_json: bool, quiet: bool
+) -> None:
+    """Show what sensors and files of records get wrong, without a model of the ship.
+
+    Time stamps, frozen samples, jumps, units, signs, exchanged columns; biases, scales, delays and offsets of heading,
+    yaw rate, velocities and positions.
+    """
+    import helmbench
+
+    if output is not None:
+        check_folder(output)
+    found = helmbench.check(records, positive_rudder=positive_rudder)
+    paths = () if output is None else found.write(output)
+    if as_json:
+        print_json(found.to_json())
+    elif not quiet:
+        click.echo(found.summary())
+        if paths:
+            click.echo("\n".join(f"wrote {path}" for path in paths), err=True)

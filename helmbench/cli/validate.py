@@ -1,0 +1,55 @@
+"""`helmbench validate MODEL RECORD... [--compare MODEL...] [-o DIR]`."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import click
+
+from ._shared import FILE, SIDES, Greedy, check_folder, output_options, print_json
+
+
+class Validate(Greedy):
+    """`validate MODEL RECORD... --compare MODEL...`"""
+
+    greedy = ("--compare",)
+
+
+@click.command(cls=Validate)
+@click.argument("model")
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
+@click.option("--compare", multiple=True, metavar="MODEL...", help="Further models, validated in the same way.")
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
+@output_options
+def validate(
+    model: str,
+    records: tuple[Path, ...],
+    compare: tuple[str, ...],
+    positive_rudder: str | None,
+    output: Path | None,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Compare a simulation with records: free runs, predictions ahead, IMO manoeuvring indices.
+
+    MODEL is a vessel id or a model.json, also an extended model.  With -o it writes validation.json and a page with
+    the free runs drawn over the records.  Nothing is fitted.
+    """
+    import helmbench
+
+    if output is not None:
+        check_folder(output)
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", helmbench.RudderSignWarning)
+        found = helmbench.validate(model, records, compare, positive_rudder=positive_rudder)
+    for doubt in (one for one in doubts if issubclass(one.category, helmbench.RudderSignWarning)):
+        click.echo(f"helmbench: warning: {doubt.message}", err=True)
+    paths = found.write(output) if output is not None else ()
+    if as_json:
+        print_json(found.to_json())
+    elif not quiet:
+        click.echo(found.summary())
+        for path in paths:
+            click.echo(f"wrote {path}", err=True)

@@ -1,0 +1,193 @@
+"""The tables of a validation, for the page and the terminal alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...datasets.columns import CANONICAL
+from ...datasets.display import shown_name, shown_unit
+from ...estimation.validation.result import FREE
+from ..numbers import DEG, number, r_squared
+from ..tables import Column, Table, make_table
+
+if TYPE_CHECKING:
+    from ...estimation.validation.result import Index, Score, Validation
+
+TOGETHER = "together"
+"""The row of all channels: mean R^2 of heading, yaw rate, surge and sway."""
+
+
+def free_table(found: Validation) -> Table:
+    """Errors of free runs over all records: a row a channel, columns for each model."""
+    columns = [Column("channel", _channel_name), Column("unit", _unit)]
+    for name in found.models:
+        columns += [
+            _score_column(f"RMSE{_of(found, name)}", found, name, _rmse),
+            _score_column(f"R²{_of(found, name)}", found, name, _r2),
+        ]
+    return make_table(columns, [*_channels(found), None])
+
+
+def horizon_table(found: Validation) -> Table:
+    """Root mean square errors some time ahead, over all records: a row a channel and model, a column a horizon."""
+    horizons = list(dict.fromkeys(score.horizon for score in found.scores))
+    horizons = [*(h for h in horizons if h != FREE), FREE]
+    pairs = [(channel, name) for channel in _channels(found) for name in found.models]
+    rows = [pair for pair in pairs if found.score(*pair)]
+    columns = [
+        Column("channel", lambda row: _channel_name(row[0])),
+        Column("unit", lambda row: _unit(row[0])),
+        Column("model", lambda row: row[1]),
+    ]
+    columns += [
+        _scored(f"{'' if h in (FREE, horizons[0]) else 'after '}{h}", _at_horizon(found, h), _rmse) for h in horizons
+    ]
+    return make_table(columns, rows)
+
+
+def record_table(found: Validation) -> Table:
+    """Errors of the free run of every record: a row a record and model."""
+    rows = [(run.record, run.model) for run in sorted(found.runs, key=lambda run: _place(found, run.record))]
+    columns = [Column("record", lambda row: row[0]), Column("model", lambda row: row[1])]
+    columns += [_record_column(found, channel) for channel in _channels(found)]
+    columns += [
+        _scored("R² together", lambda row: found.score(None, row[1], row[0]), _r2),
+        Column("remark", lambda row: _remark(found, *row)),
+    ]
+    return make_table(columns, rows)
+
+
+def index_table(found: Validation) -> Table:
+    """Manoeuvring indices: a row an index of a record, columns for each model."""
+    by_row: dict[tuple[str, str, str], dict[str, Index]] = {}
+    for index in found.indices:
+        by_row.setdefault((index.record, index.manoeuvre, index.name), {})[index.model] = index
+    order = [one.name for one in found.records]
+    rows = sorted(by_row.values(), key=lambda row: order.index(_any(row).record))
+    columns = [
+        Column("record", lambda row: _any(row).record),
+        Column("manoeuvre", lambda row: _any(row).manoeuvre),
+        Column("index", lambda row: _any(row).name.replace("_", " ")),
+        Column("unit", lambda row: _shown_unit(_any(row))),
+        Column("measured", lambda row: number(_measured(row)), _measured),
+    ]
+    columns += [_index_column(f"simulated{_of(found, n)}", n, lambda index: index.simulated) for n in found.models]
+    if len(found.models) == 1:
+        columns.append(_index_column("difference", next(iter(found.models)), lambda index: index.difference))
+    columns += [
+        Column("measured, in ship lengths", lambda row: number(_lengths(row)), _lengths),
+        Column("remark", _reasons),
+    ]
+    return make_table(columns, rows)
+
+
+def left_out_table(found: Validation) -> Table:
+    """What was left out, and why; records with the same reason share a row."""
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    for one in found.left_out:
+        groups.setdefault((one.model, one.what, one.reason), []).append(one.record)
+    columns = [
+        Column("model", lambda row: row[0][0]),
+        Column("left out", lambda row: shown_name(row[0][1]) if row[0][1] in CANONICAL else row[0][1]),
+        Column("why", lambda row: row[0][2]),
+        Column("records", lambda row: _listed(row[1], len(found.records))),
+    ]
+    return make_table(columns, list(groups.items()))
+
+
+def _listed(names: Sequence[str], count: int) -> str:
+    return "all" if len(names) == count and count > 1 else ", ".join(names)
+
+
+def _channels(found: Validation) -> list[str]:
+    """Channels that have a score, in the order of the header."""
+    return list(dict.fromkeys(score.channel for score in found.scores if score.channel is not None))
+
+
+def _channel_name(channel: str | None) -> str:
+    return TOGETHER if channel is None else shown_name(channel)
+
+
+def _unit(channel: str | None) -> str:
+    return "" if channel is None else shown_unit(channel)[0]
+
+
+def _of(found: Validation, name: str) -> str:
+    return f" {name}" if len(found.models) > 1 else ""
+
+
+def _rmse(score: Score | None) -> float | None:
+    """The error in the unit that is shown."""
+    if score is None or score.channel is None:
+        return None
+    return shown_unit(score.channel)[1] * score.rmse
+
+
+def _r2(score: Score | None) -> float | None:
+    return None if score is None else score.r2
+
+
+def _score_column(title: str, found: Validation, model: str, value: Callable[[Score | None], float | None]) -> Column:
+    return _scored(title, lambda channel: found.score(channel, model), value)
+
+
+def _at_horizon(found: Validation, horizon: str) -> Callable[[Any], Score | None]:
+    return lambda row: found.score(row[0], row[1], horizon=horizon)
+
+
+def _scored(title: str, score: Callable[[Any], Score | None], value: Callable[[Score | None], float | None]) -> Column:
+    text = r_squared if value is _r2 else number
+    return Column(title, lambda row: text(value(score(row))), lambda row: value(score(row)))
+
+
+def _record_column(found: Validation, channel: str) -> Column:
+    title = f"{shown_name(channel)}, {shown_unit(channel)[0]}"
+    return _scored(title, lambda row: found.score(channel, row[1], row[0]), _rmse)
+
+
+def _remark(found: Validation, record: str, model: str) -> str:
+    run = next(run for run in found.runs if (run.record, run.model) == (record, model))
+    parts = [f"{len(run.starts_s)} runs between long gaps"] if len(run.starts_s) > 1 else []
+    return "; ".join([*parts, run.told] if run.told else parts)
+
+
+def _place(found: Validation, record: str) -> int:
+    return [one.name for one in found.records].index(record)
+
+
+def _any(row: dict[str, Index]) -> Index:
+    return next(iter(row.values()))
+
+
+def _shown_unit(index: Index) -> str:
+    return "deg" if index.unit == "rad" else index.unit
+
+
+def _shown(index: Index, value: float) -> float:
+    return DEG * value if index.unit == "rad" else value
+
+
+def _measured(row: dict[str, Index]) -> float:
+    return _shown(_any(row), _any(row).measured)
+
+
+def _index_column(title: str, model: str, value: Callable[[Index], float]) -> Column:
+    def shown(row: dict[str, Index]) -> float | None:
+        return _shown(row[model], value(row[model])) if model in row else None
+
+    return Column(title, lambda row: number(shown(row)), shown)
+
+
+def _lengths(row: dict[str, Index]) -> float | None:
+    """The measured distance in lengths of the first model's ship that has one."""
+    index, lengths = _any(row), [own.length_m for own in row.values() if math.isfinite(own.length_m)]
+    return index.measured / lengths[0] if index.unit == "m" and lengths else None
+
+
+def _reasons(row: dict[str, Index]) -> str:
+    reasons = {index.model: index.reason for index in row.values() if index.reason}
+    if len(set(reasons.values())) == 1 and len(reasons) == len(row):
+        return next(iter(reasons.values()))
+    return "; ".join(f"{model}: {reason}" if len(row) > 1 else reason for model, reason in reasons.items())

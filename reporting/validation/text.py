@@ -1,0 +1,29 @@
+"""A validation as text for the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..tables import console
+from .tables import free_table, horizon_table, index_table, left_out_table
+
+if TYPE_CHECKING:
+    from ...estimation.validation.result import Validation
+
+
+def terminal(found: Validation) -> str:
+    """Errors of free runs and ahead, indices, and what was left out."""
+    parts = [f"free runs of {', '.join(found.models)} along {count(found)}", console(free_table(found), "  ")]
+    parts += [f"{run.model} along {run.record}: {run.told}" for run in found.runs if run.told]
+    parts += [f"root mean square errors ahead; {found.horizon_basis}", console(horizon_table(found), "  ")]
+    if found.indices:
+        parts += ["manoeuvring indices (IMO MSC.137(76))", console(index_table(found), "  ")]
+    if found.left_out:
+        parts += ["left out", console(left_out_table(found), "  ")]
+    return "\n".join(parts)
+
+
+def count(found: Validation) -> str:
+    """`3 records`, or the name of the only one."""
+    names = [record.name for record in found.records]
+    return names[0] if len(names) == 1 else f"{len(names)} records"

@@ -1,0 +1,50 @@
+"""What the measured sets are known to have, found from the records alone."""
+
+import numpy as np
+import pytest
+
+import helmbench
+from helmbench.datasets.measured import data_dir, load, stems
+from helmbench.diagnosis.kinematics.check import check
+
+from ...measured_sets import blueboat, esso_osaka, marin
+
+pytestmark = pytest.mark.skipif(
+    not (data_dir() / "kvlcc2" / "marin").exists(), reason="the measured development sets are not here"
+)
+
+
+def sensors(found):
+    return {f.cause: f for f in found.findings if f.stage == "sensors" and f.material}
+
+
+def test_marin_yaw_rate_bias_differs_between_runs():
+    found = sensors(check(marin()))
+    bias = found["yaw_rate_bias"]
+    each = np.rad2deg([s.value for s in bias.sizes if s.record is not None])
+    print(found.keys(), each, bias)
+    assert np.all((each > 0.029) & (each < 0.041)) and bias.p_equal is not None and bias.p_equal < 1e-4
+    assert np.rad2deg([bias.sizes[0].low, bias.sizes[0].high]) == pytest.approx([0.030, 0.038], abs=0.002)
+    assert found.keys() == {"yaw_rate_bias"}
+
+
+def test_esso_osaka_velocities_and_heading_are_late():
+    found = sensors(check([r for r in esso_osaka() if r.name.startswith("zigzag")]))
+    size = found["velocity_delay"].sizes[0]
+    print(found.keys(), size)
+    assert size.low < 0.93 < size.high and size.high - size.low < 0.1
+    assert "heading" in found["velocity_delay"].evidence
+
+
+def test_blueboat_sides_are_exchanged_and_the_compass_deviates():
+    found = helmbench.check(blueboat())
+    causes = {f.cause: f for f in found.findings if f.material}
+    print(causes)
+    assert "exchanged" in causes["rudder_sign"].evidence
+    c = next(s for s in causes["compass_deviation"].sizes if s.parameter == "c")
+    assert np.rad2deg(c.low) < -5.3 < np.rad2deg(c.high) < 0.0
+
+
+def test_hsva_has_no_sensor_error_that_matters():
+    found = check([load("kvlcc2-hsva", stem) for stem in stems("kvlcc2-hsva")])
+    assert sensors(found) == {}

@@ -1,0 +1,81 @@
+"""A base model whose own numbers are wrong: residuals leave effects unexplained, free runs name the numbers."""
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import record_run
+from helmbench.datasets.manoeuvres import parse_manoeuvre
+from helmbench.datasets.sensors import apply, parse_noise
+from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.imperfect_base import OWN_CAUSE
+from helmbench.diagnosis.options import Options
+from helmbench.models.coefficient_groups import groups_of
+from helmbench.models.model import model_to_json, resolve
+
+MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port", "zigzag:15/5")
+
+
+@pytest.fixture(scope="module")
+def found():
+    """The published KVLCC2 model on runs of a ship with other resistance, hull and neutral rudder angle."""
+    base, rng = resolve("kvlcc2-l7"), np.random.default_rng(1)
+    values = base.coefficients.copy()
+    for name, factor in (("R_0", 1.3), ("N_v", 1.1), ("N_r", 0.9), ("Y_v", 1.15), ("X_vr", 3.0)):
+        values[base.coordinates.index(name)] *= factor
+    records = []
+    for text in MANOEUVRES:
+        run = record_run(base.with_coefficients(values), parse_manoeuvre(text), duration_s=70.0, dt_s=0.2)
+        trim = np.deg2rad(0.8 + 0.2 * rng.normal())
+        records.append(apply(run.with_channels(rudder_rad=run.rudder() - trim), parse_noise("low"), rng))
+    return diagnose(base, records[:-1], records[-1:])
+
+
+def test_the_numbers_are_named_with_shares(found):
+    print(found.verdict, found.reason, found.causes)
+    assert found.verdict in ("named", "partly_named")
+    names = {f.cause for f in found.causes if f.stage == "free runs"}
+    assert BaseCoefficients.id in names and names <= {BaseCoefficients.id, *OWN_CAUSE.values()}
+    shares = found.calibration.shares
+    assert all(0.0 < s.coefficients <= 1.0 for s in shares.values())
+    assert not any(f.stage == "dynamics" for f in found.causes)
+
+
+def test_held_out_records_gain(found):
+    for column in ("surge_m_s", "yaw_rate_rad_s"):
+        assert found.gain[column].rmse_after < 0.7 * found.gain[column].rmse_before
+        assert found.gain[column].ratio_low < 0.7
+
+
+def test_the_bank_tells_what_the_residuals_alone_would_have_named(found):
+    status = {entry.cause: entry.status for entry in found.bank}
+    assert status[BaseCoefficients.id] == "named"
+    assert not {name for name, value in status.items() if value == "tied"}
+
+
+def test_the_document_holds_the_base_models_numbers(found, tmp_path):
+    document = found.to_json()
+    assert document["schema"] == 2
+    assert [m["name"] for m in document["base_coefficients"]["moved"]] == [m.name for m in found.calibration.moved]
+    model_to_json(found.extended, tmp_path / "extended.json")
+    assert resolve(tmp_path / "extended.json").family == found.extended.family
+
+
+def test_exact_coefficients_stay_exact_where_that_is_asked(found):
+    base = found.model
+    records = [record_run(base, parse_manoeuvre(text), duration_s=70.0, dt_s=0.2) for text in MANOEUVRES[:2]]
+    rng = np.random.default_rng(2)
+    scaled = [
+        r.with_channels(yaw_rate_rad_s=r.column("yaw_rate_rad_s") + 2e-3 * np.sin(0.3 * r.time_s)) for r in records
+    ]
+    noisy = [apply(r, parse_noise("low"), rng) for r in scaled]
+    assert diagnose(base, noisy, options=Options(coefficient_sd=0.0)).calibration is None
+
+
+@pytest.mark.parametrize("vessel", ["kvlcc2-l7", "s175", "mariner"])
+def test_every_group_of_a_vessel_has_numbers_with_priors(vessel):
+    groups = groups_of(resolve(vessel))
+    assert len({g.id for g in groups}) == len(groups) >= 8
+    assert all(sd > 0.0 for g in groups for sd in g.sd.values())
+    names = [name for g in groups for name in g.sd]
+    assert len(names) == len(set(names))

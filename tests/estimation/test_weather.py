@@ -1,0 +1,62 @@
+"""Measured wind as an input of free runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.estimation import mixed_effects as mx
+from helmbench.estimation.weather import measured_weather
+from helmbench.models.model import resolve
+
+SPEED, FROM = 3.0, np.deg2rad(60.0)
+
+
+@pytest.fixture(scope="module")
+def ship():
+    return resolve("esso-osaka-l3")
+
+
+@pytest.fixture(scope="module")
+def record(ship):
+    run = generate(Case(ship.id, "zigzag:20/20", disturbance=f"steady-wind:{SPEED}@60deg"))
+    return run.with_channels(wind_speed_m_s=np.full(run.n, SPEED), wind_direction_rad=np.full(run.n, FROM))
+
+
+def test_a_run_in_wind_is_predicted_with_the_measured_wind_and_not_without(ship, record):
+    p = mx.problem(ship, [record])
+    calm = mx.problem(replace(ship, windage=None), [record])
+    known, unknown = (mx.pooled([mx.squares(q, ship.theta, q.runs[0])]) for q in (p, calm))
+    assert np.all(known < 0.1 * p.floor)
+    assert np.all(unknown > 5.0 * p.floor)
+
+
+def test_weather_is_the_wind_towards_averaged_over_a_step(ship, record):
+    weather = measured_weather(record, ship, record.time_s)
+    towards = -SPEED * np.array([np.cos(FROM), np.sin(FROM)])
+    assert weather.shape == (record.n, 7)
+    assert weather[:, 2:4] == pytest.approx(np.tile(towards, (record.n, 1)))
+    assert not weather[:, [0, 1, 4, 5, 6]].any()
+    ramp = record.with_channels(wind_speed_m_s=record.time_s, wind_direction_rad=np.full(record.n, np.pi))
+    every = record.time_s[::5]
+    assert measured_weather(ramp, ship, every)[1:-1, 2] == pytest.approx(every[1:-1])
+
+
+def test_gaps_are_bridged_and_wind_counts_only_where_it_is_known(ship, record):
+    gap = record.column("wind_speed_m_s").copy()
+    gap[10:50] = np.nan
+    bridged = measured_weather(record.with_channels(wind_speed_m_s=gap), ship, record.time_s)
+    assert bridged == pytest.approx(measured_weather(record, ship, record.time_s))
+    none = record.with_channels(wind_speed_m_s=np.full(record.n, np.nan))
+    assert measured_weather(none, ship, record.time_s) is None
+    assert measured_weather(record.with_channels(wind_speed_m_s=None), ship, record.time_s) is None
+    assert measured_weather(record, replace(ship, windage=None), record.time_s) is None
+
+
+def test_validation_runs_in_the_measured_wind(ship, record):
+    from helmbench.estimation.validation.runs import Stretch
+
+    windy, calm = (Stretch.of(model, record).free_run().states for model in (ship, replace(ship, windage=None)))
+    heading = record.heading_unwrapped()
+    assert np.max(np.abs(windy[:, 5] - heading)) < 0.02 < np.max(np.abs(calm[:, 5] - heading))

@@ -1,0 +1,24 @@
+"""A pool of this process: one task after the other."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from typing import Any
+
+from helmbench.bench.pool import Pool
+
+
+@contextmanager
+def inline() -> Iterator[Pool]:
+    """The pool."""
+    yield Pool(_Inline, 1)
+
+
+class _Inline(Executor):
+    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        future: Future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
