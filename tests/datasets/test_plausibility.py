@@ -53,7 +53,8 @@ WRONG_UNITS = {
     "above 10 times the 1.179 m/s of kvlcc2-l7": lambda r: times(r, 1e6, "surge_m_s"),
     "milliseconds in time_s": lambda r: replace(r, time_s=1e3 * r.time_s),
     "check the units of heading, yaw rate and time": lambda r: replace(r, time_s=1e-9 * r.time_s),
-    "a dead sensor": lambda r: times(r, 0.0, "yaw_rate_rad_s"),
+    "yaw_rate_rad_s: stays at 0 while the rudder moves": lambda r: times(r, 0.0, "yaw_rate_rad_s"),
+    "a dead sensor": lambda r: times(r, 1e-30, "heading_rad"),
 }
 
 
