@@ -24,6 +24,8 @@ FEWEST = 20
 DEGREE = np.pi / 180.0
 LARGEST_RUDDER, MOVED = 1.6, 0.02
 """Rudder angle, rad, that no rudder reaches, and the range of angles over which a ship turns."""
+FAINTEST = 1e-9
+"""Range of headings (rad) or yaw rates (rad/s) that no sensor resolves."""
 FASTEST, FASTEST_M_S, FASTEST_RAD_S = 10.0, 150.0, 7.0
 """Times the model's speed (yaw rate: its speed over its length) that no record of its ship reaches, and the speed and
 yaw rate of anything afloat, for models without a speed or length."""
@@ -189,7 +191,7 @@ def _check_speed(record: Record, model: Model) -> None:
 
 
 def _check_alive(record: Record) -> None:
-    """Refuse a heading or a yaw rate that is the same in every row while the rudder moves."""
+    """Refuse a heading or a yaw rate that stays the same while the rudder moves."""
     rudder = record.rudder() if record.has(RUDDERS[0]) or record.has(RUDDERS[1]) else np.zeros(1)
     rudder = rudder[np.isfinite(rudder)]
     if not rudder.size or np.ptp(rudder) < MOVED:
@@ -197,8 +199,8 @@ def _check_alive(record: Record) -> None:
     for name in ("heading_rad", "yaw_rate_rad_s"):
         values = record.column(name) if record.has(name) else np.zeros(0)
         values = values[np.isfinite(values)]
-        if values.size > 1 and np.ptp(values) == 0.0:
-            message = f"{values[0]:.4g} in every row while the rudder moves by {np.ptp(rudder):.3g} rad"
+        if values.size > 1 and np.ptp(values) < FAINTEST:
+            message = f"stays at {values[0]:.4g} while the rudder moves by {np.ptp(rudder):.3g} rad"
             raise BadInput(message, file=record.name, column=name, hint="a dead sensor? leave the column out")
 
 

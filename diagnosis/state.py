@@ -14,6 +14,7 @@ from ..estimation.filters.innovations.estimator import Estimator, Innovations, i
 from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
 from ..estimation.filters.innovations.vector import CHANNELS
+from ..estimation.linear_algebra import finite
 from .statistics.gusts import GustLikelihood
 from .statistics.score_tests import Projector, Score, log_tail
 
@@ -244,7 +245,7 @@ def covariance(state: State) -> np.ndarray:
     d, prior = state.point.projector.nuisance, state.precisions()
     fisher = d @ d.T + (np.diag(prior) if prior is not None else 0.0)
     scale = np.sqrt(np.diag(fisher)) + 1e-300
-    return np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    return np.linalg.pinv(finite(fisher / np.outer(scale, scale)), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
 
 
 # ---- what the accepted causes may leave behind
@@ -290,7 +291,7 @@ def strengths(state: State) -> list[float]:
         k = len(a.variant) if isinstance(a.cause, Unmodelled) else a.cause.search.n_sizes(a.variant)
         size = np.array([state.est.value(state.setting, p) for p in a.variant[:k]])
         block = spread[at : at + k, at : at + k]
-        wald = float(size @ np.linalg.pinv(block, hermitian=True) @ size) if a.variant else 0.0
+        wald = float(size @ np.linalg.pinv(finite(block), hermitian=True) @ size) if a.variant else 0.0
         found.append(max(wald, a.statistic))
         at += len(a.variant)
     return found

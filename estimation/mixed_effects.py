@@ -23,6 +23,7 @@ import numpy as np
 
 from ..models.errors import CannotFit
 from .likelihood.minimiser import Damping, try_steps
+from .linear_algebra import finite
 from .series import MEASURED, Series, samples, series_of
 from .weather import with_wind
 
@@ -351,7 +352,7 @@ def stepped(
     """One Gauss-Newton step of some numbers from a fit, by `equations` of more numbers, of which `pick` are these."""
     p, (normal, slope, blocks) = found.problem, equations
     block = normal[np.ix_(pick, pick)]
-    step = np.linalg.lstsq(block, slope[pick], rcond=None)[0]
+    step = np.linalg.lstsq(finite(block), slope[pick], rcond=None)[0]
     step *= min(1.0, LONGEST / max(float(np.max(np.abs(step) / [n.sd for n in numbers], initial=0.0)), 1e-9))
     theta = found.theta.copy()
     theta[[n.place for n in numbers]] += step

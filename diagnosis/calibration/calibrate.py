@@ -13,6 +13,7 @@ import numpy as np
 from ...datasets.instruments import hull_record
 from ...estimation.fit import arithmetic_guard
 from ...estimation.gaps import unbroken
+from ...estimation.linear_algebra import finite
 from ...estimation.mixed_effects import THRUST, Problem, jackknife, pooled, problem, squares
 from ...models.coefficient_groups import groups_of, grown
 from ...models.errors import BadInput, CannotFit
@@ -169,7 +170,7 @@ def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
     fitted = final.fitted
     if not fitted.numbers:
         return ()
-    spread = np.sqrt(np.diag(np.linalg.pinv(fitted.normal)))
+    spread = np.sqrt(np.diag(np.linalg.pinv(finite(fitted.normal))))
     spread = np.maximum(spread, jackknife(np.array([x.values for x in final.left_out])))
     owner = {name: group.id for group in groups for name in group.sd}
     out = []

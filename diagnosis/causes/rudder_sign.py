@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.columns import RUDDERS
+from ...estimation.linear_algebra import finite
 from ._records import RecordCause, RecordFault
 
 if TYPE_CHECKING:
@@ -61,9 +62,9 @@ def rudder_response(records: Sequence[Record]) -> float:
     if not rows:
         return 0.0
     phi, y = np.vstack(rows), np.concatenate(target)
-    b, *_ = np.linalg.lstsq(phi, y, rcond=None)
+    b, *_ = np.linalg.lstsq(finite(phi), y, rcond=None)
     error = y - phi @ b
-    inverse = np.linalg.pinv(phi.T @ phi)
+    inverse = np.linalg.pinv(finite(phi.T @ phi))
     sd = float(np.sqrt(max(inverse[1, 1], 0.0) * np.sum(error**2) / max(y.size - 3, 1)))
     return float(b[1] / max(sd, 1e-300))
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import fit_noise
+from ...estimation.linear_algebra import finite
 from ..result import Size
 from ..searches.base import Search
 from ..state import candidate
@@ -159,5 +160,5 @@ def _wave_covariance(est: Estimator, s: Setting, values: np.ndarray, owner: int 
             mixed = likelihood(steps[i] + steps[j]) - likelihood(steps[i] - steps[j])
             mixed += likelihood(-steps[i] - steps[j]) - likelihood(steps[j] - steps[i])
             hessian[i, j] = hessian[j, i] = -mixed / (4.0 * h[i] * h[j])
-    value, axes = np.linalg.eigh(hessian)
+    value, axes = np.linalg.eigh(finite(hessian))
     return axes @ np.diag(1.0 / np.maximum(value, 1.0)) @ axes.T

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.instruments import corrected
+from ...estimation.linear_algebra import finite
 from ..causes.base import NORMAL_90, Cause
 from ..causes.registry import bank, cause
 from ..result import Finding, Size
@@ -120,7 +121,7 @@ def _fitted(records: Sequence[Record], chosen: Sequence[Option]) -> tuple[np.nda
     values, spread = np.zeros(len(chosen)), np.zeros(len(chosen))
     for _ in range(STEPS if chosen else 0):
         y, x = _rows(records, chosen, values, chosen)
-        inverse = np.linalg.pinv(x.T @ x)
+        inverse = np.linalg.pinv(finite(x.T @ x))
         step = inverse @ x.T @ y
         error = y - x @ step
         values = values + step[: len(chosen)]
@@ -135,8 +136,8 @@ def _statistic(records: Sequence[Record], chosen: Sequence[Option], values: np.n
     y, x = _rows(records, chosen, values, [*chosen, o])
     column = len(chosen)
     rest = np.delete(x, column, axis=1)
-    without = y - rest @ np.linalg.lstsq(rest, y, rcond=None)[0]
-    solution = np.linalg.lstsq(x, y, rcond=None)[0]
+    without = y - rest @ np.linalg.lstsq(finite(rest), y, rcond=None)[0]
+    solution = np.linalg.lstsq(finite(x), y, rcond=None)[0]
     with_it = y - x @ solution
     if o.effect.delay and solution[column] < LEAST_DELAY * records[0].dt:
         return 0.0

@@ -11,6 +11,7 @@ import numpy as np
 from ...estimation.filters.innovations.derivatives import responses, traces
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.settings import Noise, Setting
+from ...estimation.linear_algebra import finite
 from ..state import IN_SPAN, Candidate, State, Unmodelled, candidate, exceeds_misfit, projector
 from ..statistics.gusts import gust_cost, penalised_likelihood
 from ..statistics.score_tests import independent_tests, log_tail
@@ -146,7 +147,7 @@ def _periodic(state: State, waves: Sequence[tuple[Feature, Feature]], here: Line
         both = [f for pair in block for f in pair]
         columns = here.columns([f.axis for f in both], [f.series for f in both])
         information, slope = here.projector.products(columns.reshape(len(block), 2, -1))
-        return np.einsum("ij,ijk,ik->i", slope, np.linalg.pinv(information, hermitian=True), slope)
+        return np.einsum("ij,ijk,ik->i", slope, np.linalg.pinv(finite(information), hermitian=True), slope)
 
     if not waves:
         return []

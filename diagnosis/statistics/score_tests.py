@@ -10,6 +10,7 @@ import numpy as np
 from ...estimation.filters.innovations.estimator import Innovations
 from ...estimation.filters.innovations.noise_fit import CLIP
 from ...estimation.filters.innovations.vector import CHANNELS
+from ...estimation.linear_algebra import finite
 
 DRAWS = 5000
 
@@ -54,7 +55,9 @@ class Projector:
         fisher = information + (np.diag(prior) if prior is not None else 0.0)
         scale = np.sqrt(np.diag(fisher)) + 1e-300
         outer = np.outer(scale, scale)
-        self.inverse = np.linalg.pinv(fisher / outer, rcond=1e-11, hermitian=True) / outer if len(nuisance) else fisher
+        self.inverse = fisher
+        if len(nuisance):
+            self.inverse = np.linalg.pinv(finite(fisher / outer), rcond=1e-11, hermitian=True) / outer
         self.lost = 2.0 * self.inverse - self.inverse @ information @ self.inverse
 
     def with_residual(self, now: Innovations) -> Projector:
@@ -114,7 +117,7 @@ def effective_number(
     at = 0
     for columns, variants in flat:
         k = len(columns)
-        inverse = np.linalg.pinv(correlation[at : at + k, at : at + k], rcond=1e-9, hermitian=True)
+        inverse = np.linalg.pinv(finite(correlation[at : at + k, at : at + k]), rcond=1e-9, hermitian=True)
         own = draws[:, at : at + k]
         at += k
         statistic = np.einsum("ij,ij->i", own @ inverse, own)
@@ -165,7 +168,7 @@ def correlations(terms: np.ndarray) -> np.ndarray:
 
 def normal_draws(rng: np.random.Generator, correlation: np.ndarray) -> np.ndarray:
     """DRAWS standard normal vectors of given correlations: what normal multipliers of all samples would sum to."""
-    value, axes = np.linalg.eigh(correlation)
+    value, axes = np.linalg.eigh(finite(correlation))
     return rng.standard_normal((DRAWS, len(value))) @ (axes * np.sqrt(np.maximum(value, 0.0))).T
 
 
@@ -180,5 +183,5 @@ def cauchy_combination(log_p: Sequence[float]) -> float:
 
 def canonical_correlation(projector: Projector, first: np.ndarray, second: np.ndarray) -> float:
     """Largest canonical correlation of the projected columns of two causes."""
-    a, b = (np.linalg.qr(projector.project(c).T)[0] for c in (first, second))
+    a, b = (np.linalg.qr(finite(projector.project(c).T))[0] for c in (first, second))
     return float(np.linalg.svd(a.T @ b, compute_uv=False)[0])

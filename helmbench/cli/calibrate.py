@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, Greedy, check_folder, output_options, print_json
+from ._shared import FAILED, FILE, OK, SIDES, Greedy, check_folder, complain, output_options, print_json
 
 
 class Calibrate(Greedy):
@@ -30,7 +30,7 @@ def calibrate(
     output: Path,
     as_json: bool,
     quiet: bool,
-) -> None:
+) -> int:
     """Find which numbers of a model are wrong and by how much, by free runs of records that were left out.
 
     Writes calibration.json, calibration.html and calibrated_model.json.
@@ -42,9 +42,12 @@ def calibrate(
         found = helmbench.calibrate(model, train, held_out, positive_rudder=positive_rudder)
     except helmbench.CannotFit as reason:
         raise helmbench.BadInput(f"{model} cannot be calibrated: {reason}") from None
+    except helmbench.FitFailed as reason:
+        return complain(f"{model} cannot be calibrated: {reason}", FAILED)
     paths = found.write(output)
     if as_json:
         print_json(found.to_json())
     elif not quiet:
         click.echo(found.summary())
         click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+    return OK

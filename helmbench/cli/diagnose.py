@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, Greedy, check_folder, output_options, print_json
+from ._shared import FAILED, FILE, OK, SIDES, Greedy, check_folder, complain, output_options, print_json
 
 
 class Diagnose(Greedy):
@@ -54,7 +54,7 @@ def diagnose(
     output: Path,
     as_json: bool,
     quiet: bool,
-) -> None:
+) -> int:
     """Find what a model gets wrong about records, name the cause, extend the model, measure the gain.
 
     Writes diagnosis.json, diagnosis.html and extended_model.json.
@@ -77,9 +77,12 @@ def diagnose(
         )
     except helmbench.CannotFit as reason:
         raise helmbench.BadInput(f"{model} cannot be diagnosed: {reason}") from None
+    except helmbench.FitFailed as reason:
+        return complain(f"{model} cannot be diagnosed: {reason}", FAILED)
     paths = found.write(output)
     if as_json:
         print_json(found.to_json())
     elif not quiet:
         click.echo(found.summary())
         click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+    return OK

@@ -106,7 +106,7 @@ def spoiled(good: Ugly, kind: str, rng: np.random.Generator) -> tuple[Ugly, froz
 
 def _near_cancelling(rng: np.random.Generator) -> Model:
     """A second-order response model with T3 within a share of 1e-9 to 1e-2 of T1 or T2."""
-    model = resolve("response-2")
+    model = resolve("cargo")
     values = model.parameters
     values["T3"] = values[str(rng.choice(["T1", "T2"]))] * (1.0 + 10.0 ** rng.uniform(-9.0, -2.0))
     return model.with_coefficients(model.from_parameters(values))

@@ -21,6 +21,11 @@ if TYPE_CHECKING:
     from ....models.model import Model
 
 
+FEWEST, RARE = 20, 0.2
+"""Values below which a channel's noise cannot be estimated, where that is also less than a share RARE of the values of
+the channel that is measured most: such a channel is left out."""
+
+
 @dataclass(frozen=True)
 class Segment:
     """One stretch of a record without a long gap.
@@ -76,8 +81,16 @@ def segments_of(records: Sequence[Record], model: Model, kernels: Kernels, clock
         if not own:
             raise CannotFit(f"record {record.name}: no {SHORTEST} samples in turn have rudder and heading or yaw rate")
         found += own
-    noise = rudder_sd(found)
+    noise, used = rudder_sd(found), ~_hardly_measured(found)
+    if not used.all():
+        found = [replace(d, measured=np.where(used, d.measured, np.nan)) for d in found]
     return tuple(replace(d, quiet=quietened(d.rudder, noise)) for d in found)
+
+
+def _hardly_measured(segments: Sequence[Segment]) -> np.ndarray:
+    """(6,) whether a channel has too few values for its sensor's noise to be estimated, and another has many."""
+    counts = np.sum([np.isfinite(d.measured).sum(axis=0) for d in segments], axis=0)
+    return (counts < FEWEST) & (counts < RARE * counts.max())
 
 
 def rudder_sd(segments: Sequence[Segment]) -> float:

@@ -117,6 +117,17 @@ def test_a_single_record_is_cut_into_pieces(ship, rng):
     assert len(found.runs) >= 3 and found.after["surge_m_s"][0] < found.before["surge_m_s"][0]
 
 
+def test_records_without_a_heading_and_with_a_long_gap_are_calibrated(ship, rng):
+    run = record_run(altered(ship, 0.4, 0.0), parse_manoeuvre("zigzag:20/20"), duration_s=420.0, dt_s=0.2)
+    run = apply(run, parse_noise("low"), rng).with_channels(heading_rad=None)
+    gap = (run.time_s > 100.0) & (run.time_s < 130.0)
+    broken = replace(run, time_s=run.time_s[~gap], channels={k: v[~gap] for k, v in run.channels.items()})
+    found = calibrate(ship, [broken])
+    assert len(found.runs) >= 3 and found.next_runs
+    assert found.after["surge_m_s"][0] < found.before["surge_m_s"][0]
+    assert all(np.diff(trace.time).max() < 5.0 for trace in found.traces)
+
+
 def test_what_cannot_be_calibrated_is_refused(ship):
     short = record_run(ship, parse_manoeuvre("zigzag:10/10"), duration_s=30.0, dt_s=0.2)
     with pytest.raises(CannotFit, match="no part can be left out"):

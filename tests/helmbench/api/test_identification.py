@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import helmbench
 from helmbench.datasets.columns import in_order
 from helmbench.datasets.display import record_html
+from helmbench.estimation.fit import Fit
+from helmbench.methods.base import Method
 
 
 @pytest.fixture
@@ -70,6 +73,17 @@ def test_what_cannot_be_fitted_is_said():
         helmbench.identify(record, "mariner", "best")
     with pytest.raises(helmbench.BadInput, match=r"none\.csv"):
         helmbench.identify("none.csv", "mariner", "ls")
+
+
+def test_an_estimate_without_finite_real_parameters_is_a_failed_fit(record):
+    class Oscillating(Method):
+        name = "oscillating"
+
+        def estimate(self, records, model):
+            return Fit(np.array([-0.1, -0.1, 0.01, 0.01]))  # s^2 + .1 s + .1 has no real roots
+
+    with pytest.raises(helmbench.FitFailed, match="T1, T2: no finite real value"):
+        helmbench.identify(record, "nomoto-2", Oscillating())
 
 
 def test_a_record_shows_itself(record):

@@ -10,6 +10,7 @@ from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.io import write_record
 from helmbench.diagnosis import diagnose as engine
+from helmbench.models.errors import FitFailed
 from helmbench.models.extend import extended
 from helmbench.models.model import model_to_json, resolve
 
@@ -91,6 +92,17 @@ def test_bad_input_is_one_line_and_writes_nothing(case, files, asked, tmp_path, 
     out, err = capsys.readouterr()
     assert out == "" and err.count("\n") == 1 and told in err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_model_that_cannot_be_run_is_one_line(files, monkeypatch, tmp_path, capsys):
+    def fail(*_):
+        raise FitFailed("its filter is not finite")
+
+    monkeypatch.setattr(engine, "diagnose", fail)
+    train = str(files / "train.csv")
+    status = status_of(["diagnose", "--model", "response-1", "--train", train, "-o", str(tmp_path / "out")])
+    assert status == 1 and not (tmp_path / "out").exists()
+    assert capsys.readouterr().err == "helmbench: response-1 cannot be diagnosed: its filter is not finite\n"
 
 
 def test_a_target_that_cannot_be_is_refused_before_anything_is_computed(files, asked, tmp_path, capsys):

@@ -65,3 +65,8 @@ def test_a_black_box_has_no_model_file(call, tmp_path):
 def test_a_record_that_lacks_a_channel_is_bad_input(call):
     status, out, err = call("ls", model="mariner")
     assert (status, out) == (2, "") and "method ls cannot fit mariner: " in err and "surge_m_s" in err
+
+
+def test_a_validation_record_that_is_a_training_record_is_refused(call):
+    status, _, said = call("ls", "--validate", "{}/train.csv")
+    assert status == 2 and "is both a training record and held out" in said and len(said.splitlines()) == 1

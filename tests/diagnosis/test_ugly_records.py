@@ -1,0 +1,84 @@
+"""Records with defects end in a verdict or in one clear line, and name no cause that is not there."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.searches.change_point import ByChangePoint
+from helmbench.diagnosis.searches.score import ByScore
+from helmbench.models.errors import CannotFit, FitFailed
+from helmbench.models.model import resolve
+
+FEW = Options(max_effects=1)
+
+
+@pytest.fixture
+def record(seed):
+    """A clean run of a fast first-order ship."""
+    return generate(Case("response-1", "zigzag:20/20", "medium", seed=seed, duration_s=100.0, dt_s=0.5))
+
+
+def rows(record, kept):
+    return replace(record, time_s=record.time_s[kept], channels={k: v[kept] for k, v in record.channels.items()})
+
+
+def times(record, factor, *names):
+    return record.with_channels(**{name: factor * record.column(name) for name in names})
+
+
+DEFECTS = {
+    "rows missing for 60 s": lambda r: rows(r, np.r_[0:60, 180 : r.n]),
+    "rows missing for 5 s": lambda r: rows(r, np.r_[0:60, 70 : r.n]),
+    "yaw rate at every hundredth sample": lambda r: r.with_channels(
+        yaw_rate_rad_s=np.where(np.arange(r.n) % 100, np.nan, r.column("yaw_rate_rad_s"))
+    ),
+    "heading jump": lambda r: r.with_channels(heading_rad=r.column("heading_rad") + 2.0 * (np.arange(r.n) > 90)),
+    "twelve samples": lambda r: r.slice(0, 12),
+    "no motion": lambda r: times(r, 1e-30, "heading_rad", "yaw_rate_rad_s"),
+}
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_nothing_is_named_for_a_defect_of_the_logger(record, defect):
+    found = diagnose(resolve("response-1"), [DEFECTS[defect](record)], options=FEW)
+    assert found.verdict in ("adequate", "inconclusive") and not found.causes
+    json.dumps(found.to_json(), allow_nan=False)
+
+
+def test_numbers_beyond_all_arithmetic_are_one_line(record):
+    with pytest.raises((FitFailed, CannotFit)) as refused:
+        diagnose(resolve("response-1"), [times(record, 1e200, "rudder_rad", "yaw_rate_rad_s")], options=FEW)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_model_that_runs_away_is_told(record):
+    model = resolve("response-1")
+    with pytest.raises(FitFailed, match="response-1 cannot be run with the records"):
+        diagnose(replace(model, coefficients=1e30 * model.coefficients), [record], options=FEW)
+
+
+def test_a_second_order_model_whose_lead_nearly_cancels_is_diagnosed():
+    model = resolve("cargo")
+    values = model.parameters
+    near = model.with_coefficients(model.from_parameters({**values, "T3": values["T1"] * (1.0 + 1e-7)}))
+    record = generate(Case("cargo", "zigzag:20/20", "medium", duration_s=240.0, dt_s=2.0))
+    found = diagnose(near, [record], options=FEW)
+    json.dumps(found.to_json(), allow_nan=False)
+
+
+def test_a_cause_whose_fit_fails_is_a_failed_candidate_with_its_reason(record, monkeypatch):
+    def fail(*_):
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    monkeypatch.setattr(ByChangePoint, "screen", fail)
+    monkeypatch.setattr(ByScore, "refit", fail)
+    found = diagnose(resolve("response-1"), [times(record, 1.3, "yaw_rate_rad_s")], options=FEW)
+    bank = {entry.cause: entry for entry in found.bank}
+    assert bank["rudder_fault"].status == "not_testable"
+    assert "SVD did not converge" in bank["rudder_fault"].why
+    assert "SVD did not converge" in bank["yaw_rate_scale"].why
