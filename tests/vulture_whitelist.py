@@ -2,6 +2,7 @@
 
 from helmbench.datasets import indices, manoeuvres
 from helmbench.datasets.record import Record, RecordMeta
+from helmbench.diagnosis.calibration.result import Share
 from helmbench.diagnosis.contract import check_cause
 from helmbench.estimation.estimate import Estimate
 from helmbench.estimation.likelihood.profile import Interval
@@ -23,6 +24,7 @@ USED = (
     indices.overshoots,
     indices.overshoot_times,
     manoeuvres.from_series,
+    Share.trim,  # by a table, by name
     simulate_batch,  # Monte Carlo, timed against other implementations
     contract.check_method,  # by authors of other methods
     check_cause,  # by authors of other causes

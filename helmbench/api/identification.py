@@ -133,6 +133,13 @@ def rudder_sign_doubt(record: Record, model: Model) -> str | None:
     return doubt(hull_record(record, model))
 
 
+def refuse_copies(records: Sequence[Record], others: Sequence[Record]) -> None:
+    """Refuse records whose samples stand twice, also on both sides of training and validation; BadInput names them."""
+    from ..datasets.plausibility import check_no_copies
+
+    check_no_copies(records, others)
+
+
 def as_model(model: Model | Path) -> Model:
     """The model itself, or the one that an identifier or a path stands for; BadInput where there is none."""
     from ..models.model import Model, resolve

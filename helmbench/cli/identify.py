@@ -96,12 +96,12 @@ def _identify(
     """Read every record before anything is fitted, then fit and score."""
     import helmbench
 
-    from ..datasets.plausibility import check_no_copies
+    from ..api.identification import refuse_copies
 
     structure, fitter = helmbench.resolve(model), helmbench.make_method(method)
     records = [helmbench.read_record(path, positive_rudder) for path in train]
     others = [helmbench.read_record(path, positive_rudder) for path in validate]
-    check_no_copies(records, others)
+    refuse_copies(records, others)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", helmbench.RudderSignWarning)  # printed below, for validation records as well
         estimate = helmbench.identify(records, structure, fitter)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
 from ..injections import injected
@@ -32,7 +33,7 @@ def outcome(name: str) -> dict:
     vessel, causes, strength, gusts = CASES[name]
     rng = np.random.default_rng(int.from_bytes(name.encode(), "little") % 2**32)
     case = injected(vessel, causes, rng, strength, gusts)
-    found = diagnose(resolve(vessel), case.train, case.held_out[:1])
+    found = diagnose(resolve(vessel), case.train, case.held_out[:1], Options(coefficient_sd=0.0))
     return {
         "truth": [effect["cause"] for effect in case.truth],
         "verdict": found.verdict,
