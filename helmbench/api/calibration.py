@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnosis.calibration import result
-from ..models.errors import BadInput
 from .diagnosis import training_and_held_out
 from .documents import write_result
 from .identification import as_model, labels
+from .traces import trace_figure, trace_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,20 +63,9 @@ class Calibration(result.Calibration):
         ------
         BadInput : there is no such record.
         """
-        from ..datasets.display import Curve, continuous, time_figure
-
-        held_out = [trace for trace in self.traces if trace.role == "held_out"]
-        own = [trace for trace in self.traces if trace.record == record] if record else [*held_out, *self.traces]
-        if not own:
-            hint = f"it has {', '.join(trace.record for trace in self.traces)}"
-            raise BadInput("the calibration has no such record", file=record, hint=hint)
-        trace = own[0]
-        runs = [("measured", trace.measured), ("before", trace.before), ("after", trace.after)]
-        panels = {
-            name: [Curve(label, trace.time, continuous(name, run[name])) for label, run in runs]
-            for name in trace.measured
-        }
-        return time_figure(panels, f"{self.model.id}: {trace.record} ({trace.role.replace('_', ' ')})")
+        trace = trace_of(self.traces, record, "calibration")
+        runs = {"measured": trace.measured, "before": trace.before, "after": trace.after}
+        return trace_figure(trace, runs, self.model.id)
 
     def write(self, folder: FilePath) -> tuple[Path, ...]:
         """Write calibration.json, calibration.html and calibrated_model.json into a folder: all of them or none.

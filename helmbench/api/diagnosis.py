@@ -13,6 +13,7 @@ from ..models.errors import BadInput
 from ..models.model import CHANNELS
 from .documents import write_result
 from .identification import as_model, as_records, labels
+from .traces import trace_figure, trace_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,16 +67,10 @@ class Diagnosis(result.Diagnosis):
         ------
         BadInput : there is no such record.
         """
-        from ..datasets.display import Curve, continuous, time_figure
-
-        trace = self._trace(record)
-        runs = [("measured", trace.measured), ("model", trace.before)]
-        runs += [("extended model", trace.after)] if self.causes else []
-        panels = {
-            name: [Curve(label, trace.time, continuous(name, run[name])) for label, run in runs if name in run]
-            for name in trace.measured
-        }
-        return time_figure(panels, f"{self.model.id}, {self.verdict}: {trace.record} ({trace.role.replace('_', ' ')})")
+        trace = trace_of(self.traces, record, "diagnosis")
+        runs = {"measured": trace.measured, "model": trace.before}
+        runs |= {"extended model": trace.after} if self.causes else {}
+        return trace_figure(trace, runs, f"{self.model.id}, {self.verdict}")
 
     def write(self, folder: FilePath) -> tuple[Path, ...]:
         """Write diagnosis.json, diagnosis.html and extended_model.json into a folder: all of them or none.
@@ -96,14 +91,6 @@ class Diagnosis(result.Diagnosis):
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(self.summary())}</pre>"
-
-    def _trace(self, record: str | None) -> result.Trace:
-        held_out = [trace for trace in self.traces if trace.role == "held_out"]
-        own = [trace for trace in self.traces if trace.record == record] if record else [*held_out, *self.traces]
-        if not own:
-            hint = f"it has {', '.join(trace.record for trace in self.traces) or 'none'}"
-            raise BadInput("the diagnosis has no such record", file=record, hint=hint)
-        return own[0]
 
 
 def diagnose(

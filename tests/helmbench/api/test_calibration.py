@@ -1,0 +1,62 @@
+"""Calibration from Python and by the command: page, figure and files show what was found."""
+
+import json
+
+import numpy as np
+import pytest
+
+import helmbench
+from helmbench.cli import status_of
+
+MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5")
+
+
+@pytest.fixture(scope="module")
+def records():
+    """Runs of a KVLCC2 with another resistance; the last one is held out."""
+    base = helmbench.resolve("kvlcc2-l7")
+    values = base.coefficients.copy()
+    values[base.coordinates.index("R_0")] *= 1.4
+    ship = base.with_coefficients(values)
+    return [helmbench.simulate(ship, text, noise="low", seed=1, duration_s=70.0) for text in MANOEUVRES]
+
+
+@pytest.fixture(scope="module")
+def found(records):
+    return helmbench.calibrate("kvlcc2-l7", records[:-1], records[-1])
+
+
+def test_it_shows_itself(found):
+    groups = [step.group for step in found.steps]
+    assert groups and repr(found) == f"<Calibration of kvlcc2-l7: {found.verdict} {', '.join(groups)}>"
+    page, told = found.to_html(), found.summary()
+    for number in found.moved:
+        assert number.name in page and number.name in told
+    assert "<pre>" in found._repr_html_()
+
+
+def test_the_figure_has_the_channels_of_the_held_out_run(found):
+    figure = found.plot()
+    assert [len(axes.lines) for axes in figure.axes] == [3] * len(found.traces[-1].measured)
+    with pytest.raises(helmbench.BadInput, match="calibration has no such record"):
+        found.plot("elsewhere")
+
+
+def test_the_command_writes_what_python_finds(found, records, tmp_path, capsys):
+    paths = [tmp_path / f"{i}.csv" for i in range(len(records))]
+    for path, record in zip(paths, records, strict=True):
+        helmbench.write_record(record, path)
+    train = [str(path) for path in paths[:-1]]
+    words = ["calibrate", "--model", "kvlcc2-l7", "--train", *train, "--held-out", str(paths[-1])]
+    assert status_of([*words, "-o", str(tmp_path / "out")]) == 0
+    assert found.verdict.replace("_", " ") in capsys.readouterr().out
+    document = json.loads((tmp_path / "out" / "calibration.json").read_text())
+    assert [m["after"] for m in document["moved"]] == pytest.approx([m.after for m in found.moved])
+    written = helmbench.resolve(tmp_path / "out" / "calibrated_model.json")
+    assert np.array_equal(written.theta, found.calibrated.theta)
+    assert (tmp_path / "out" / "calibration.html").stat().st_size > 10_000
+
+
+def test_a_record_on_both_sides_is_refused(records):
+    with pytest.raises(helmbench.BadInput):
+        helmbench.calibrate("kvlcc2-l7", records, records[-1])
