@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import hashlib
 import os
+import tempfile
 from pathlib import Path
-from typing import Any
 
 from ..models.errors import BadInput
-from .files import read_bytes
+from .files import read_bytes, replace_together
 from .measured_sets import DATASETS
-from .measured_sets.base import Dataset
+from .measured_sets.base import Dataset, Run
 from .record import Record
 
 ENVIRONMENT = "HELMBENCH_DATA"
@@ -59,7 +59,7 @@ def load(name: str, stem: str) -> Record:
         hint = f"run `helmbench fetch {name}`, or let {ENVIRONMENT} name the folder that holds {source.folder}/"
         raise BadInput("no such file", file=path, hint=hint)
     content = read_bytes(path)
-    if hashlib.sha256(content).hexdigest() != run.sha256:
+    if not _is_stored(content, run):
         hint = f"`helmbench fetch {name}` replaces it"
         raise BadInput("SHA-256 differs: this is not the published file", file=path, hint=hint)
     return source.read(content, stem, run.manoeuvre)
@@ -68,7 +68,8 @@ def load(name: str, stem: str) -> Record:
 def fetch(name: str, progress: bool = False) -> list[Path]:
     """Download what is missing of a measured set, or is not as published, and return the paths of all its files.
 
-    A file appears in its place only complete and with the right SHA-256. `progress` shows a bar on a terminal.
+    A file appears in its place only complete and with the right SHA-256; where the set is stored in another form than
+    it is published, the sum is that of the converted file. `progress` shows a bar on a terminal.
 
     Raises
     ------
@@ -77,35 +78,45 @@ def fetch(name: str, progress: bool = False) -> list[Path]:
     from tqdm import tqdm
 
     source = dataset(name)
-    files = [run.file for run in source.runs.values()]
-    bar = tqdm(files, desc=name, unit="file", disable=None if progress else True)
-    store = _pooch(source)
-    return [_fetch_file(store, file) for file in bar]
+    bar = tqdm(source.runs.values(), desc=name, unit="file", disable=None if progress else True)
+    return [_fetch_file(source, run) for run in bar]
 
 
-def _pooch(source: Dataset) -> Any:
+def _fetch_file(source: Dataset, run: Run) -> Path:
+    """One stored file: left alone where it is right, else downloaded, converted, checked and put in its place."""
+    place = data_dir() / source.folder / run.file
+    if place.is_file() and _is_stored(read_bytes(place), run):
+        return place
+    content = _published(source, run, place)
+    if not _is_stored(content, run):
+        message = f"the download from {source.address(run)} is not the published file (SHA-256 differs)"
+        raise BadInput(message, file=place, hint="the download was deleted")
+    replace_together({place: lambda path: path.write_bytes(content)})
+    return place
+
+
+def _is_stored(content: bytes, run: Run) -> bool:
+    return hashlib.sha256(content).hexdigest() == run.sha256
+
+
+def _published(source: Dataset, run: Run, place: Path) -> bytes:
+    """Download the published file of a run and convert it; BadInput where that cannot be done."""
     import pooch
 
     pooch.get_logger().setLevel("WARNING")
-    return pooch.create(
-        path=data_dir() / source.folder,
-        base_url=source.url + "/",
-        registry={run.file: f"sha256:{run.sha256}" for run in source.runs.values()},
-        urls={run.file: f"{source.url}/{run.below}/{run.file}" for run in source.runs.values() if run.below},
-        retry_if_failed=1,
-    )
-
-
-def _fetch_file(store: Any, file: str) -> Path:
-    place, url = Path(store.path) / file, store.get_url(file)
+    url = source.address(run)
     try:
-        return Path(store.fetch(file))
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory() as folder:
+            store = pooch.create(folder, "", registry={run.file: None}, urls={run.file: url}, retry_if_failed=1)
+            content = Path(store.fetch(run.file)).read_bytes()
     except OSError as error:
         hint = "try again, or copy the file there by hand"
         raise BadInput(f"cannot be fetched from {url} ({_cause(error)})", file=place, hint=hint) from None
-    except ValueError:
-        message = f"the download from {url} is not the published file (SHA-256 differs)"
-        raise BadInput(message, file=place, hint="the download was deleted") from None
+    try:
+        return source.convert(content) if source.convert else content
+    except (KeyError, ValueError) as error:
+        raise BadInput(f"the download from {url} is not the published file ({error!r})", file=place) from None
 
 
 def _cause(error: OSError) -> str:

@@ -1,6 +1,7 @@
 """Measured sets, one file each."""
 
 from .base import Dataset
+from .blueboat import BLUEBOAT
 from .esso_osaka import ESSO_OSAKA
 from .kvlcc2_hsva import KVLCC2_HSVA
 from .kvlcc2_marin import KVLCC2_MARIN
@@ -9,5 +10,6 @@ DATASETS: dict[str, Dataset] = {
     "kvlcc2-hsva": KVLCC2_HSVA,
     "kvlcc2-marin": KVLCC2_MARIN,
     "esso-osaka": ESSO_OSAKA,
+    "blueboat": BLUEBOAT,
 }
 """Name -> measured set."""

@@ -10,21 +10,26 @@ from ..record import Record
 
 @dataclass(frozen=True)
 class Run:
-    """One file of a measured set: its name, its SHA-256, the manoeuvre that it holds, and the folder below the set's
-    address in which it is published."""
+    """One file of a measured set: its name and SHA-256 as stored, and the manoeuvre that it holds.
+
+    below : folder below the set's address in which it is published.
+    published : name of the published file where it is not `file`.
+    """
 
     file: str
     sha256: str
     manoeuvre: str
     below: str = ""
+    published: str = ""
 
 
 @dataclass(frozen=True)
 class Dataset:
     """A measured set: public address, folder below `data_dir()`, runs by stem, reader of the raw bytes.
 
-    `read(content, name, manoeuvre)` turns the content of one file into a `Record`.  known : what is wrong with the
-    records, found from the consistency of their channels.
+    `read(content, name, manoeuvre)` turns the content of one stored file into a `Record`.  `convert(content)` turns
+    the published file into the stored one (None: they are the same).  known : what is wrong with the records, found
+    from the consistency of their channels.
     """
 
     url: str
@@ -34,3 +39,8 @@ class Dataset:
     read: Callable[[bytes, str, str], Record]
     licence: str = "not stated; not redistributed here"
     known: str = ""
+    convert: Callable[[bytes], bytes] | None = None
+
+    def address(self, run: Run) -> str:
+        """Where the file of a run is published."""
+        return "/".join(part for part in (self.url, run.below, run.published or run.file) if part)

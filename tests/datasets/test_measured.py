@@ -211,6 +211,33 @@ def test_fetch_says_when_the_folder_cannot_be_made(published, tmp_path, monkeypa
         measured.fetch("made")
 
 
+BLUEBOAT_COLUMNS = "original_timestamp,x_ned,y_ned,yaw,surge,sway,yaw_rate,right_force,left_force"
+
+
+def test_fetch_converts_the_logger_columns_of_blueboat(published, monkeypatch):
+    """Milliseconds to seconds, the difference of force to an angle, seven digits; the sum is of the converted file."""
+    source, target = published
+    rows = ["5000.25,-1.25,2.5,350.123456789,1.0,0.5,0.01,-10.0,100.5", "5100.25,-1.0,2.5,10.0,1.1,0.4,0.02,0.0,0.0"]
+    (source / "fixed_00000001.csv").write_text("\n".join([BLUEBOAT_COLUMNS, *rows, ""]))
+    stored = (
+        b"time_s,rudder_command_rad,heading_deg,yaw_rate_rad_s,surge_m_s,sway_m_s,north_m,east_m\n"
+        b"0,1,350.1235,0.01,1,0.5,-1.25,2.5\n0.1,0,10,0.02,1.1,0.4,-1,2.5\n"
+    )
+    run = Run("one.csv", hashlib.sha256(stored).hexdigest(), "", published="fixed_00000001.csv")
+    made = replace(DATASETS["blueboat"], url=DATASETS["made"].url, folder="set", runs={"one": run})
+    monkeypatch.setitem(DATASETS, "made", made)
+    assert measured.fetch("made") == [target / "one.csv"]
+    assert (target / "one.csv").read_bytes() == stored
+    record = measured.load("made", "one")
+    assert np.rad2deg(record.column("heading_rad")) == pytest.approx([350.1235, 370.0])
+    assert record.rudder() == pytest.approx([1.0, 0.0]) and record.meta.positive_rudder == "starboard"
+    (target / "one.csv").unlink()
+    (source / "fixed_00000001.csv").write_text("another,file\n1,2\n")
+    with pytest.raises(BadInput, match=r"one\.csv: the download from http://.* is not the published file \(KeyError"):
+        measured.fetch("made")
+    assert names(target) == []
+
+
 def test_registry_holds_full_sums_and_addresses():
     published = measured.dataset("kvlcc2-hsva")
     assert all(len(run.sha256) == 64 and int(run.sha256, 16) for run in published.runs.values())
@@ -249,6 +276,14 @@ def test_esso_osaka_runs_are_read(stem):
     assert record.has("rudder_command_rad", "propeller_rps", "wind_speed_m_s", "wind_direction_rad")
     assert np.abs(record.column("surge_m_s")[0]) < 0.1 < np.nanmax(record.column("surge_m_s"))
     assert np.rad2deg(np.nanmax(np.abs(record.rudder()))) <= 35.5
+
+
+@pytest.mark.parametrize("stem", measured.stems("blueboat"))
+def test_blueboat_runs_are_read(stem):
+    record = loaded("blueboat", stem)
+    assert record.dt == pytest.approx(0.1, rel=1e-3) and record.has("rudder_command_rad", "heading_rad", "north_m")
+    turned = np.trapezoid(record.column("yaw_rate_rad_s"), record.time_s)
+    assert turned == pytest.approx(np.diff(record.column("heading_rad")[[0, -1]])[0], abs=0.3)
 
 
 @pytest.mark.parametrize("name", DATASETS)

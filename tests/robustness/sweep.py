@@ -67,8 +67,6 @@ def _made_up(ship: str, manoeuvre: str, seed: int):
 
 @lru_cache(maxsize=16)
 def _loaded(name: str, run: str, every: int):
-    if name == "blueboat":
-        return helmbench.read_record(measured.data_dir() / name / f"{run}.csv").slice(0, 1600).thinned(every)
     return measured.load(name, run).thinned(every).slice(0, 600)
 
 

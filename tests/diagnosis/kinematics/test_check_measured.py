@@ -7,11 +7,17 @@ import helmbench
 from helmbench.datasets.measured import data_dir, load, stems
 from helmbench.diagnosis.kinematics.check import check
 
-from ...measured_sets import blueboat, esso_osaka, marin
-
 pytestmark = pytest.mark.skipif(
     not (data_dir() / "kvlcc2" / "marin").exists(), reason="the measured development sets are not here"
 )
+
+
+def every_run(name):
+    return [load(name, stem) for stem in stems(name)]
+
+
+def zigzags(name, prefix):
+    return [load(name, stem) for stem in stems(name) if stem.startswith(prefix)]
 
 
 def sensors(found):
@@ -19,7 +25,7 @@ def sensors(found):
 
 
 def test_marin_yaw_rate_bias_differs_between_runs():
-    found = sensors(check(marin()))
+    found = sensors(check(zigzags("kvlcc2-marin", "zz")))
     bias = found["yaw_rate_bias"]
     each = np.rad2deg([s.value for s in bias.sizes if s.record is not None])
     print(found.keys(), each, bias)
@@ -29,7 +35,7 @@ def test_marin_yaw_rate_bias_differs_between_runs():
 
 
 def test_esso_osaka_velocities_and_heading_are_late():
-    found = sensors(check([r for r in esso_osaka() if r.name.startswith("zigzag")]))
+    found = sensors(check(zigzags("esso-osaka", "zigzag")))
     size = found["velocity_delay"].sizes[0]
     print(found.keys(), size)
     assert size.low < 0.93 < size.high and size.high - size.low < 0.1
@@ -37,7 +43,7 @@ def test_esso_osaka_velocities_and_heading_are_late():
 
 
 def test_blueboat_sides_are_exchanged_and_the_compass_deviates():
-    found = helmbench.check(blueboat())
+    found = helmbench.check(every_run("blueboat"))
     causes = {f.cause: f for f in found.findings if f.material}
     print(causes)
     assert "exchanged" in causes["rudder_sign"].evidence
@@ -46,5 +52,5 @@ def test_blueboat_sides_are_exchanged_and_the_compass_deviates():
 
 
 def test_hsva_has_no_sensor_error_that_matters():
-    found = check([load("kvlcc2-hsva", stem) for stem in stems("kvlcc2-hsva")])
+    found = check(every_run("kvlcc2-hsva"))
     assert sensors(found) == {}
