@@ -1,4 +1,4 @@
-# make bench | test | reproduce | diagnosis-reports | rates | ugly | timing | lint | types | format | env | clean
+# make bench | test | docs | reproduce | diagnosis-reports | rates | ugly | timing | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -17,12 +17,13 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench reproduce diagnosis-reports test lint types format rates ugly timing clean
+.PHONY: help env bench docs reproduce diagnosis-reports test lint types format rates ugly timing clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print the leaderboard"
 	@echo "make test     install, lint, check types, run the tests"
+	@echo "make docs     build the documentation site in docs/_build; nothing is loaded from the network"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
 	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised"
 	@echo "make ugly     give identify, diagnose and calibrate 300 ugly records: each ends in a result or in one line"
@@ -75,6 +76,10 @@ format: env
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+docs: env
+	$(BIN)/python -m sphinx -q -W --keep-going docs docs/_build
+	@echo "docs/_build/index.html"
+
 rates: env
 	$(BIN)/pytest tests/rates -n $(WORKERS) -rP
 
@@ -89,5 +94,5 @@ diagnosis-reports: env
 	$(BIN)/python -m helmbench.reporting.diagnosis.measured reports/diagnosis
 
 clean:
-	rm -rf .venv build dist out *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf .venv build dist out docs/_build docs/generated *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks
 	find $(ROOMS) helmbench tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -54,4 +54,4 @@ def test_the_layout_names_every_folder_that_is_installed():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     rooms = set(project["tool"]["setuptools"]["package-dir"].values())
     section = TEXT[TEXT.index("## Repository layout") : TEXT.index("## Measured data")]
-    assert set(re.findall(r"^    (\w+)/", section, re.MULTILINE)) == rooms | {"helmbench", "tests", "reports"}
+    assert set(re.findall(r"^    (\w+)/", section, re.MULTILINE)) == rooms | {"helmbench", "docs", "tests", "reports"}

@@ -1,0 +1,74 @@
+"""The documentation site builds without a warning, its commands and examples run, its pages are complete."""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from helmbench.bench.suites import load_suite
+from helmbench.cli import status_of
+from helmbench.methods.registry import methods
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGES = sorted(p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & set(p.relative_to(DOCS).parts))
+BLOCK = re.compile(r"^```(bash|python|yaml)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+NAMED = {"tour": "current", "diagnose": "yaw_rate_bias"}
+"""Page -> the cause that it hides and has named."""
+RUN = [p for p in PAGES if BLOCK.search(p.read_text(encoding="utf-8"))]
+
+
+def run_block(language: str, text: str, names: dict) -> None:
+    if language == "python":
+        exec(compile(text, "example", "exec"), names)
+    elif language == "bash":
+        for line in text.strip().splitlines():
+            command, *arguments = shlex.split(line)
+            assert command == "helmbench" and status_of(arguments) == 0, line
+
+
+@pytest.mark.parametrize("page", RUN, ids=lambda page: page.relative_to(DOCS).as_posix())
+def test_the_examples_of_a_page_run_in_an_empty_folder(page, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+        run_block(language, text, names)
+    if page.stem in NAMED:
+        found = json.loads((tmp_path / "diagnosis" / "diagnosis.json").read_text(encoding="utf-8"))
+        assert [cause["cause"] for cause in found["causes"]] == [NAMED[page.stem]]
+
+
+def test_the_example_suite_is_one(tmp_path):
+    text = (DOCS / "how-to" / "compare-methods.md").read_text(encoding="utf-8")
+    (suite,) = (block for language, block in BLOCK.findall(text) if language == "yaml")
+    (tmp_path / "mine.yaml").write_text(suite, encoding="utf-8")
+    assert load_suite(str(tmp_path / "mine.yaml")).title == "two methods on one ship at two noise levels"
+
+
+def test_the_mathematics_of_every_method_is_told():
+    text = (DOCS / "mathematics" / "methods.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^### (\S+)$", text, re.MULTILINE)) == set(methods())
+
+
+def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tmp_path):
+    build = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-d",
+        tmp_path / "read",
+        DOCS,
+        tmp_path / "site",
+    ]
+    done = subprocess.run(build, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    pages = list((tmp_path / "site").rglob("*.html"))
+    assert len(pages) > len(PAGES)
+    loaded = re.compile(r"<(?:script|link|img|iframe)[^>]*\b(?:src|href)=[\"']?(?:https?:)?//[^\"' >]*")
+    assert [found for page in pages for found in loaded.findall(page.read_text(encoding="utf-8"))] == []
