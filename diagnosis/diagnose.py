@@ -13,7 +13,7 @@ from ..datasets.instruments import corrected
 from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Parameter
 from ..estimation.fit import arithmetic_guard
-from ..estimation.mixed_effects import ship_length_s
+from ..estimation.mixed_effects.problem import ship_length_s
 from ..models.errors import BadInput, CannotFit
 from . import verdict
 from .causes.registry import terms_for

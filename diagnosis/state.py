@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from ..estimation.filters.innovations.derivatives import columns
-from ..estimation.filters.innovations.estimator import Estimator, Innovations, in_context
+from ..estimation.filters.innovations.estimator import Estimator, Innovations
 from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
+from ..estimation.filters.innovations.threads import in_context
 from ..estimation.filters.innovations.vector import CHANNELS
 from ..estimation.linear_algebra import finite
 from .statistics.gusts import GustLikelihood

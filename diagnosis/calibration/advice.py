@@ -9,7 +9,8 @@ import numpy as np
 
 from ...datasets.generator import record_run
 from ...datasets.manoeuvres import parse_manoeuvre
-from ...estimation.mixed_effects import normal_equations, problem
+from ...estimation.mixed_effects.fit import normal_equations
+from ...estimation.mixed_effects.problem import problem
 from ...estimation.series import MEASURED
 from ...models.model import CHANNELS
 from .forward import Selection, numbers_of

@@ -14,7 +14,8 @@ from ...datasets.instruments import hull_record
 from ...estimation.fit import arithmetic_guard
 from ...estimation.gaps import unbroken
 from ...estimation.linear_algebra import finite
-from ...estimation.mixed_effects import THRUST, Problem, jackknife, pooled, problem, squares
+from ...estimation.mixed_effects.left_out import jackknife
+from ...estimation.mixed_effects.problem import THRUST, Problem, pooled, problem, squares
 from ...models.coefficient_groups import groups_of, grown
 from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS
@@ -119,7 +120,7 @@ def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
     ------
     CannotFit : they are too short to be cut.
     """
-    from ...estimation.mixed_effects import ship_length_s
+    from ...estimation.mixed_effects.problem import ship_length_s
 
     if len(records) >= FEWEST:
         return list(records)

@@ -13,17 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation.mixed_effects import (
-    Fitted,
-    LeftOut,
-    Number,
-    Problem,
-    fit,
-    leave_one_out,
-    normal_equations,
-    score_difference,
-    stepped,
-)
+from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equations, stepped
+from ...estimation.mixed_effects.left_out import LeftOut, leave_one_out, score_difference
+from ...estimation.mixed_effects.problem import Problem
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group

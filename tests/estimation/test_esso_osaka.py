@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.datasets.instruments import corrected
 from helmbench.datasets.measured import data_dir, load
-from helmbench.estimation import mixed_effects as mx
+from helmbench.estimation.mixed_effects.problem import pooled, problem, squares
 from helmbench.models.model import resolve
 
 pytestmark = pytest.mark.skipif(
@@ -19,8 +19,8 @@ LATE = dict.fromkeys(("surge_delay", "sway_delay", "yaw_rate_delay", "heading_de
 
 def held_out_r2(model):
     """R^2 of u, v, r, psi over both records, free runs from the first samples."""
-    p = mx.problem(model, [corrected(load("esso-osaka", stem), LATE) for stem in HELD_OUT])
-    errors = mx.pooled([mx.squares(p, model.theta, run) for run in p.runs])
+    p = problem(model, [corrected(load("esso-osaka", stem), LATE) for stem in HELD_OUT])
+    errors = pooled([squares(p, model.theta, run) for run in p.runs])
     measured = [run.series.outputs - np.nanmean(run.series.outputs, axis=0) for run in p.runs]
     return 1.0 - errors**2 / np.nanmean(np.concatenate(measured) ** 2, axis=0)
 

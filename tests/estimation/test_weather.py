@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation import mixed_effects as mx
+from helmbench.estimation.mixed_effects.problem import pooled, problem, squares
 from helmbench.estimation.weather import measured_weather
 from helmbench.models.model import resolve
 
@@ -25,9 +25,9 @@ def record(ship):
 
 
 def test_a_run_in_wind_is_predicted_with_the_measured_wind_and_not_without(ship, record):
-    p = mx.problem(ship, [record])
-    calm = mx.problem(replace(ship, windage=None), [record])
-    known, unknown = (mx.pooled([mx.squares(q, ship.theta, q.runs[0])]) for q in (p, calm))
+    p = problem(ship, [record])
+    calm = problem(replace(ship, windage=None), [record])
+    known, unknown = (pooled([squares(q, ship.theta, q.runs[0])]) for q in (p, calm))
     assert np.all(known < 0.1 * p.floor)
     assert np.all(unknown > 5.0 * p.floor)
 

@@ -8,10 +8,8 @@ evaluates settings.  Derivatives are in `derivatives`, the fit of the noise in `
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
@@ -19,8 +17,10 @@ import numpy as np
 from ....models import kernels as kernel_store
 from ...gaps import clock_of
 from ...series import sensor_sd
+from .force_units import force_units
 from .segments import Segment, rudder_sd, segments_of
 from .settings import Noise, Parameter, Setting
+from .threads import in_threads
 from .vector import CHANNELS, OUTER, PLACE, RMS, SYMBOLS, base_vector, names_of, state_of
 
 if TYPE_CHECKING:
@@ -66,18 +66,6 @@ class Innovations(NamedTuple):
     def change(self, other: Innovations) -> np.ndarray:
         """Change (N, 6) to other innovations at another setting (mean part: de + e dlog S)."""
         return (other.e - self.e) + self.e * (other.log_s - self.log_s)
-
-
-@lru_cache(maxsize=4)
-def _pool(threads: int) -> ThreadPoolExecutor:
-    """Threads for runs of the filter, which hold no lock; shared, as they keep nothing."""
-    return ThreadPoolExecutor(threads)
-
-
-def in_context(work: Callable[[T], R]) -> Callable[[T], R]:
-    """Work that a thread does in the caller's context, which says how floating-point errors are treated."""
-    context = copy_context()
-    return lambda item: context.copy().run(work, item)
 
 
 @dataclass(frozen=True)
@@ -207,9 +195,7 @@ class Estimator:
     # ---- running the filter
     def in_threads(self, work: Callable[[T], R], items: Iterable[T]) -> list[R]:
         """Results of work that mostly runs compiled code, in the order of the items."""
-        if self.threads < 2:
-            return [work(item) for item in items]
-        return list(_pool(self.threads).map(in_context(work), items))
+        return in_threads(self.threads, work, items)
 
     def evaluate(self, s: Setting) -> Innovations:
         """Innovations of all segments at a setting."""
@@ -381,38 +367,15 @@ def estimator(
     )
 
 
-def force_units(model: Model, segments: Sequence[Segment]) -> np.ndarray:
-    """Units (nf,) of the forces: rho L^2 U0^2 / 2 (times L), or a typical yaw acceleration for response models."""
-    if model.is_3dof:
-        length, rho = model.particulars.get("L", 1.0), model.particulars.get("rho", 1025.0)
-        pressure = 0.5 * rho * length**2 * model.speed_m_s**2
-        return np.array([pressure, pressure, pressure * length])
-    slopes = []
-    for d in segments:
-        rate = d.measured[:, 1] if np.isfinite(d.measured[:, 1]).any() else np.gradient(d.measured[:, 0], d.time)
-        window = max(2, d.time.size // 100)
-        rise = (rate[window:] - rate[:-window]) / (d.time[window:] - d.time[:-window])
-        slopes.append(np.sqrt(np.mean(rise[np.isfinite(rise)] ** 2)) if np.isfinite(rise).any() else 0.0)
-    typical = 6000.0 * max(float(np.median(slopes)), 1e-9)
-    return np.array([typical] if "w" not in model.states else [typical / max(_fast_time(model), 1e-3), typical])
-
-
 def probes(values: np.ndarray) -> np.ndarray:
     """Steps over which derivatives by entries of the vector are differenced."""
     return 1e-3 * np.where(values != 0.0, np.abs(values), 1.0)
 
 
-def _fast_time(model: Model) -> float:
-    """A second-order response model's shorter time constant: forces on its highest derivative count against it."""
-    a1 = model.coefficients[0]
-    return 1.0 / max(abs(a1), 1e-6) if np.isfinite(a1) else 1.0
-
-
 def _first_speed(segments: Sequence[Segment]) -> float:
     """Speed (m/s) in the first part of the records; 1 where none is measured."""
-    firsts = [d.measured[: max(5, d.time.size // 50), 2] for d in segments]
-    firsts = [x[np.isfinite(x)] for x in firsts]
-    found = np.concatenate(firsts)
+    found = np.concatenate([d.measured[: max(5, d.time.size // 50), 2] for d in segments])
+    found = found[np.isfinite(found)]
     return float(np.median(found)) if found.size else 1.0
 
 

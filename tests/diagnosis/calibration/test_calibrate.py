@@ -12,7 +12,7 @@ from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.calibration.calibrate import calibrate
-from helmbench.estimation import mixed_effects as mx
+from helmbench.estimation.mixed_effects.problem import pooled, problem, squares
 from helmbench.models.coefficient_groups import groups_of, grown
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import model_to_json, resolve
@@ -83,8 +83,8 @@ def test_the_calibrated_model_gives_the_told_errors_when_it_is_read_again(found,
     rng = np.random.default_rng(20261122)
     trims = np.deg2rad(1.0 + 0.2 * rng.normal(size=len(MANOEUVRES)))
     held = runs(altered(ship, 0.25, 0.0), rng, trims)[-1]
-    p = mx.problem(again, [held])
-    errors = mx.pooled([mx.squares(p, again.theta, p.runs[0])])
+    p = problem(again, [held])
+    errors = pooled([squares(p, again.theta, p.runs[0])])
     told = [found.after[column][1] for column in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s", "heading_rad")]
     assert errors == pytest.approx(told, rel=1e-6)
 

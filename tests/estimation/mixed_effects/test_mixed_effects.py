@@ -8,7 +8,9 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
-from helmbench.estimation import mixed_effects as mx
+from helmbench.estimation.mixed_effects.fit import Number, fit
+from helmbench.estimation.mixed_effects.left_out import jackknife, leave_one_out, score_difference
+from helmbench.estimation.mixed_effects.problem import LARGEST, THRUST, pooled, problem, squares
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
@@ -36,67 +38,67 @@ def changed(model, **values):
     return model.with_coefficients(new)
 
 
-def number(problem, name, sd):
-    names = [*problem.model.coordinates, *problem.model.constant_names]
-    return mx.Number(name, names.index(name), float(problem.model.theta[names.index(name)]), sd)
+def number(p, name, sd):
+    names = [*p.model.coordinates, *p.model.constant_names]
+    return Number(name, names.index(name), float(p.model.theta[names.index(name)]), sd)
 
 
 def test_the_true_model_has_no_error(ship):
-    p = mx.problem(ship, [record(ship, text) for text in MANOEUVRES])
-    errors = mx.pooled([mx.squares(p, ship.theta, run) for run in p.runs])
+    p = problem(ship, [record(ship, text) for text in MANOEUVRES])
+    errors = pooled([squares(p, ship.theta, run) for run in p.runs])
     assert p.channels == ("u", "v", "r", "psi")
     assert np.all(errors < 0.05 * p.floor)
 
 
 def test_a_wrong_number_and_each_records_trim_are_found(ship):
     true = changed(ship, R_0=0.018, N_v=-0.15)
-    p = mx.problem(ship, [record(true, text, trim) for text, trim in zip(MANOEUVRES, TRIM, strict=True)])
+    p = problem(ship, [record(true, text, trim) for text, trim in zip(MANOEUVRES, TRIM, strict=True)])
     numbers = [number(p, "R_0", 0.004), number(p, "N_v", 0.03)]
-    found = mx.fit(p, numbers, ship.theta)
+    found = fit(p, numbers, ship.theta)
     assert found.values == pytest.approx([0.018, -0.15], rel=0.02)
     assert np.rad2deg(found.own[:, 0]) == pytest.approx(np.rad2deg(TRIM), abs=0.05)
-    base = mx.fit(p, [], ship.theta)
+    base = fit(p, [], ship.theta)
     assert found.criterion < base.criterion - 100.0
 
 
 def test_leaving_a_record_out_agrees_with_a_fit_to_the_others(ship, rng):
     true = changed(ship, R_0=0.018, N_v=-0.15)
     records = [record(true, text, trim, rng) for text, trim in zip(MANOEUVRES, TRIM, strict=True)]
-    p = mx.problem(ship, records)
+    p = problem(ship, records)
     numbers = [number(p, "R_0", 0.004), number(p, "N_v", 0.03)]
-    parts = mx.leave_one_out(mx.fit(p, numbers, ship.theta))
+    parts = leave_one_out(fit(p, numbers, ship.theta))
     for i in range(len(records)):
-        others = mx.problem(ship, [r for j, r in enumerate(records) if j != i])
-        exact = mx.fit(others, numbers, ship.theta).values
+        others = problem(ship, [r for j, r in enumerate(records) if j != i])
+        exact = fit(others, numbers, ship.theta).values
         assert parts[i].values == pytest.approx(exact, abs=2e-3 * abs(exact[1]))
 
 
 def test_a_score_falls_where_a_number_is_needed_and_not_where_it_is_not(ship, rng):
     true = changed(ship, R_0=0.018)
     records = [record(true, text, trim, rng) for text, trim in zip(MANOEUVRES, TRIM, strict=True)]
-    p = mx.problem(ship, records)
-    base = mx.leave_one_out(mx.fit(p, [], ship.theta))
-    needed = mx.leave_one_out(mx.fit(p, [number(p, "R_0", 0.004)], ship.theta))
-    needless = mx.leave_one_out(mx.fit(p, [number(p, "R_0", 0.004), number(p, "X_vvvv", 0.3)], ship.theta))
-    gain, error = mx.score_difference(p, base, needed)
+    p = problem(ship, records)
+    base = leave_one_out(fit(p, [], ship.theta))
+    needed = leave_one_out(fit(p, [number(p, "R_0", 0.004)], ship.theta))
+    needless = leave_one_out(fit(p, [number(p, "R_0", 0.004), number(p, "X_vvvv", 0.3)], ship.theta))
+    gain, error = score_difference(p, base, needed)
     assert gain > 2.0 * error
-    gain, error = mx.score_difference(p, needed, needless)
+    gain, error = score_difference(p, needed, needless)
     assert gain < max(0.03, 2.0 * error)
 
 
 def test_a_run_that_leaves_the_record_counts_with_the_largest_residual(ship):
-    p = mx.problem(ship, [record(ship, "zigzag:10/10")])
+    p = problem(ship, [record(ship, "zigzag:10/10")])
     wild = ship.theta.copy()
     wild[ship.coordinates.index("N_r")] = 5.0
     error = p.residuals(wild, p.runs[0], np.zeros(p.own_sd.size))
-    assert np.isfinite(error).all() and np.abs(error / p.unit).max() == pytest.approx(mx.LARGEST)
+    assert np.isfinite(error).all() and np.abs(error / p.unit).max() == pytest.approx(LARGEST)
 
 
 def test_gaps_stay_gaps(ship):
     run = record(ship, "zigzag:10/10")
     surge = run.column("surge_m_s").copy()
     surge[100:150] = np.nan
-    p = mx.problem(ship, [run.with_channels(surge_m_s=surge)])
+    p = problem(ship, [run.with_channels(surge_m_s=surge)])
     error = p.residuals(ship.theta, p.runs[0], np.zeros(p.own_sd.size))
     assert np.isnan(error[:, 0]).sum() == np.isnan(p.runs[0].series.outputs[:, 0]).sum() > 0
     assert np.isfinite(error[:, 1:]).all()
@@ -109,20 +111,20 @@ def test_measured_thrust_is_a_channel(ship):
     n, inflow = ship.n0_rps, run.column("surge_m_s") * (1.0 - c["w_P0"])
     j = inflow / (n * c["D_P"])
     thrust = c["rho"] * n**2 * c["D_P"] ** 4 * (c["k_0"] + c["k_1"] * j + c["k_2"] * j**2)
-    p = mx.problem(ship, [run.with_channels(propeller_thrust_N=thrust)])
-    assert p.channels[-1] == mx.THRUST
+    p = problem(ship, [run.with_channels(propeller_thrust_N=thrust)])
+    assert p.channels[-1] == THRUST
     error = p.residuals(ship.theta, p.runs[0], np.zeros(p.own_sd.size))[10:-10, -1]
     assert np.abs(error).max() < 2e-3 * thrust.mean()
 
 
 def test_a_model_without_length_or_speed_is_refused(ship):
     with pytest.raises(CannotFit, match="no length and speed"):
-        mx.problem(replace(ship, speed_m_s=float("nan")), [record(ship, "straight")])
+        problem(replace(ship, speed_m_s=float("nan")), [record(ship, "straight")])
     with pytest.raises(CannotFit, match="no length and speed"):
-        mx.problem(resolve("response-1"), [record(ship, "straight")])
+        problem(resolve("response-1"), [record(ship, "straight")])
 
 
 def test_the_jackknife_of_a_mean_is_its_standard_error(rng):
     values = rng.normal(size=12)
     means = np.array([np.delete(values, i).mean() for i in range(12)])
-    assert mx.jackknife(means) == pytest.approx(values.std(ddof=1) / np.sqrt(12.0))
+    assert jackknife(means) == pytest.approx(values.std(ddof=1) / np.sqrt(12.0))

@@ -1,0 +1,31 @@
+"""Threads for work that mostly runs compiled code, which holds no lock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from functools import lru_cache
+from typing import TypeVar
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+def in_threads(threads: int, work: Callable[[T], R], items: Iterable[T]) -> list[R]:
+    """Results of work in the order of the items; below two threads the caller does all of it."""
+    if threads < 2:
+        return [work(item) for item in items]
+    return list(_pool(threads).map(in_context(work), items))
+
+
+def in_context(work: Callable[[T], R]) -> Callable[[T], R]:
+    """Work that a thread does in the caller's context, which says how floating-point errors are treated."""
+    context = copy_context()
+    return lambda item: context.copy().run(work, item)
+
+
+@lru_cache(maxsize=4)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Threads, shared by all callers: they keep nothing."""
+    return ThreadPoolExecutor(threads)

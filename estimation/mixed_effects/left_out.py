@@ -1,0 +1,107 @@
+"""Records predicted by fits to the others, and scores of such predictions with their standard errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ..likelihood.minimiser import Damping, try_steps
+from .fit import LONGEST, Fitted, block_of
+from .problem import THRUST, Problem, Squares, pooled, squares
+
+RULE = Damping(growth=8.0, least=0.8, trials=4)
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """One record predicted by a fit to the others: the free numbers' values (p,), squared errors with the record's own
+    effects estimated and with none, and half the penalty of the own effects."""
+
+    values: np.ndarray
+    adapted: Squares
+    free: Squares
+    penalty: float
+
+
+class _Own(NamedTuple):
+    """One record's own effects (k,) and the cost of its run."""
+
+    values: np.ndarray
+    cost: float
+
+
+def own_effects(p: Problem, i: int, theta: np.ndarray, sd: np.ndarray, own: np.ndarray, most: int = 2) -> np.ndarray:
+    """The own effects (k,) of one record at given common numbers."""
+    at = partial(_own_at, p, i, theta, sd)
+    here, damping = at(own, np.zeros(own.size)), 1e-3
+    for _ in range(most):
+        follow = block_of(p, i, (), theta, here.values, sd)[2]
+        trial = try_steps(partial(_shorter, follow[:, -1]), partial(at, here.values), here.cost, damping, 0.0, RULE)
+        if not trial.better:
+            break
+        here, damping = trial.point, trial.damping / 5.0
+    return here.values
+
+
+def _shorter(step: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
+    return step / (1.0 + damping), np.inf
+
+
+def _own_at(p: Problem, i: int, theta: np.ndarray, sd: np.ndarray, own: np.ndarray, step: np.ndarray) -> _Own:
+    there = own + step
+    part = squares(p, theta, p.runs[i], there)
+    mean = part.total / np.maximum(part.count, 1)
+    cost = 0.5 * p.weight[i] * np.sum(mean / sd**2) + 0.5 * np.sum((there / p.own_sd) ** 2)
+    return _Own(there, float(cost))
+
+
+def leave_one_out(found: Fitted) -> tuple[LeftOut, ...]:
+    """Each record predicted by a fit to the others: its normal equations subtracted and one step taken."""
+    return tuple(_left_out(found, i) for i in range(len(found.problem.runs)))
+
+
+def _left_out(found: Fitted, i: int) -> LeftOut:
+    p, theta = found.problem, found.theta.copy()
+    if found.numbers:
+        matrix, slope = found.parts[i]
+        step = np.linalg.solve(found.normal - matrix, found.slope - slope)
+        size = float(np.max(np.abs(step) / np.array([n.sd for n in found.numbers])))
+        theta[[n.place for n in found.numbers]] += step * min(1.0, LONGEST / max(size, 1e-9))
+    own = own_effects(p, i, theta, found.sd, found.own[i])
+    penalty = 0.5 * float(np.sum((own / p.own_sd) ** 2))
+    adapted, free = squares(p, theta, p.runs[i], own), squares(p, theta, p.runs[i])
+    return LeftOut(theta[[n.place for n in found.numbers]], adapted, free, penalty)
+
+
+def score(p: Problem, parts: Sequence[LeftOut], kept: Sequence[int] | None = None) -> float:
+    """Mean of the log scores with the records' own effects (penalised) and of plain free runs; lower is better.
+
+    kept : records that count, all unless given.
+    """
+    kept = list(range(len(parts))) if kept is None else list(kept)
+    floor = p.floor**2
+    adapted = pooled([parts[i].adapted for i in kept]) ** 2
+    free = pooled([parts[i].free for i in kept]) ** 2
+    penalty = sum(parts[i].penalty for i in kept) / float(p.weight[kept].sum())
+    states = [c for c, name in enumerate(p.channels) if name != THRUST]
+    known = [c for c in states if np.isfinite(adapted[c])]
+    both = 0.5 * np.log(adapted + floor) + 0.5 * np.log(free + floor)
+    return float(0.5 * np.sum(both[known]) + 0.5 * penalty)
+
+
+def jackknife(values: np.ndarray) -> np.ndarray:
+    """Jackknife standard error (...,) of a statistic from its values (R, ...) with one record left out each."""
+    n = len(values)
+    return np.sqrt((n - 1.0) / n * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
+
+
+def score_difference(p: Problem, old: Sequence[LeftOut], new: Sequence[LeftOut]) -> tuple[float, float]:
+    """By how much the score falls from old to new, and its jackknife standard error over records."""
+    everyone = range(len(old))
+    others = [[j for j in everyone if j != i] for i in everyone]
+    single = np.array([score(p, old, kept) - score(p, new, kept) for kept in others])
+    return score(p, old) - score(p, new), float(jackknife(single)) if len(old) > 1 else np.inf
