@@ -9,13 +9,13 @@ finished; a torn last line is dropped when the store is opened again.  `environm
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
+from ..models.plain import plain
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, Tables
 
@@ -219,19 +219,6 @@ def _write_all(file: int, data: bytes) -> None:
 
 def _json(value: Any, indent: int | None = None) -> str:
     return json.dumps(plain(value), indent=indent, allow_nan=False, ensure_ascii=False)
-
-
-def plain(value: Any) -> Any:
-    """Built-in types only; what is not a finite number is null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | set | frozenset):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def _sorted(rows: Iterable[Mapping[str, Any]], columns: Mapping[str, str], keys: Iterable[str]) -> list[dict[str, Any]]:

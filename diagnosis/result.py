@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..models.plain import plain
+
 if TYPE_CHECKING:
     from ..models.model import Model
     from .calibration.result import Calibration
@@ -134,36 +136,14 @@ class Diagnosis:
             "threads": self.threads,
             "verdict": self.verdict,
             "reason": self.reason,
-            "causes": [_finding(c) for c in self.causes],
-            "gain": {name: {k: plain(v) for k, v in vars(g).items()} for name, g in self.gain.items()},
-            "bank": [{k: plain(v) for k, v in vars(entry).items()} for entry in self.bank],
+            "causes": plain(self.causes),
+            "gain": plain(self.gain),
+            "bank": plain(self.bank),
             "hypothesis": plain(self.hypothesis),
             "noise": plain(self.noise),
             "base_coefficients": None if self.calibration is None else plain(self.calibration.to_json()),
-            "where": plain(list(self.where)),
+            "where": plain(self.where),
             "next_manoeuvre": self.next_manoeuvre,
             "wall_s": self.wall_s,
             "cpu_s": self.cpu_s,
         }
-
-
-def _finding(finding: Finding) -> dict[str, Any]:
-    facts = {k: plain(v) for k, v in vars(finding).items() if k != "sizes"}
-    facts["tied_with"] = list(finding.tied_with)
-    facts["sizes"] = [{k: plain(v) for k, v in vars(size).items()} for size in finding.sizes]
-    return facts
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON takes it: numbers that are not finite become null."""
-    if isinstance(value, dict):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, bool | str) or value is None:
-        return value
-    if isinstance(value, int | np.integer):
-        return int(value)
-    return float(value) if np.isfinite(value) else None

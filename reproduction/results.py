@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..bench.store import plain, write_atomic
+from ..bench.store import write_atomic
 from ..models.errors import BadInput
+from ..models.plain import plain
 from .claims.claim import Claim, Paper, Reference
 from .runner import Run
 from .verdicts import spread

@@ -14,8 +14,9 @@ import numpy as np
 
 from ..bench.environment import code_version, environment
 from ..bench.execution import one_line, quiet
-from ..bench.store import check_vacant, plain, write_atomic
+from ..bench.store import check_vacant, write_atomic
 from ..models.errors import BadInput
+from ..models.plain import plain
 from .claims.claim import Paper
 from .papers.study import StudyResult, stream, studies_of
 

@@ -1,5 +1,6 @@
 """Fixtures for all rooms."""
 
+import hypothesis
 import numpy as np
 import pytest
 
@@ -10,6 +11,10 @@ from helmbench.models.model import resolve
 
 from .made_up_cases import make_case, make_diagnosis
 from .made_up_runs import make_parameter, make_run
+
+# A slow machine is no fault of the code: examples are not timed.
+hypothesis.settings.register_profile("tests", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow])
+hypothesis.settings.load_profile("tests")
 
 
 @pytest.fixture

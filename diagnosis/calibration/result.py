@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from ...models.plain import plain
 
 if TYPE_CHECKING:
     from ...models.model import Model
@@ -128,13 +130,5 @@ class Calibration:
     def to_json(self) -> dict[str, Any]:
         """The calibration as plain data, without the models' equations."""
         document = {name: value for name, value in self.__dict__.items() if name not in HIDDEN}
-        told = {name: _plain(value) for name, value in document.items()}
+        told = plain(document)
         return {"schema": SCHEMA, "model": self.model.id, "calibrated_family": self.calibrated.family, **told}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, Mapping):
-        return {name: _plain(entry) for name, entry in value.items()}
-    return asdict(value) if hasattr(value, "__dataclass_fields__") else value

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..result import Size, plain
+from ...models.plain import plain
+from ..result import Size
 
 SCHEMA = 1
 
@@ -49,11 +50,6 @@ class CheckResult:
             "schema": SCHEMA,
             "records": list(self.records),
             "level": self.level,
-            "findings": [_finding(f) for f in self.findings],
+            "findings": plain(self.findings),
             "not_checked": list(self.not_checked),
         }
-
-
-def _finding(found: CheckFinding) -> dict[str, Any]:
-    sizes = [plain(vars(size)) for size in found.sizes]
-    return {**{k: plain(v) for k, v in vars(found).items() if k != "sizes"}, "sizes": sizes}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
+from ..models.plain import plain
 
 if TYPE_CHECKING:
     from ..estimation.estimate import Estimate
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 
 def json_text(value: Any) -> str:
     """A value as indented JSON; what is not a finite number is null."""
-    from ..bench.store import plain
-
     return json.dumps(plain(value), indent=1, allow_nan=False)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, Protocol, TypeVar
 
 import click
 
@@ -16,6 +16,14 @@ OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SIDES = click.Choice(["port", "starboard"])
 TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
 FILE = click.Path(path_type=Path)
+
+
+class Writable(Protocol):
+    """A result that is written into a directory."""
+
+    def write(self, folder: Path, /) -> tuple[Path, ...]: ...
+    def to_json(self) -> dict[str, Any]: ...
+    def summary(self) -> str: ...
 
 
 class Greedy(click.Command):
@@ -39,6 +47,30 @@ def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
             repeat = True
         out.append(arg)
     return out
+
+
+class TwoSets(Greedy):
+    """A command with `--train RECORD... --held-out RECORD...`."""
+
+    greedy = ("--train", "--held-out")
+
+
+def two_sets_options(train: str, held_out: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Add `--train` and `--held-out` with these helps, `--positive-rudder` and `--output`."""
+    rudder = "Side of a positive rudder in the files; overrides their sidecars."
+    options = (
+        click.option("--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help=train),
+        click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help=held_out),
+        click.option("--positive-rudder", type=SIDES, help=rudder),
+        click.option("-o", "--output", required=True, type=FILE, help="directory of the results"),
+    )
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
 
 
 def tuning_options(function: Callable[P, R]) -> Callable[P, R]:
@@ -65,6 +97,16 @@ def print_json(value: Any) -> None:
     from ..api.documents import json_text
 
     click.echo(json_text(value))
+
+
+def show_written(found: Writable, output: Path, as_json: bool, quiet: bool) -> None:
+    """Write a result into a directory, then print it as JSON or as a summary with the files written."""
+    paths = found.write(output)
+    if as_json:
+        print_json(found.to_json())
+    elif not quiet:
+        click.echo(found.summary())
+        click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
 
 
 def shows_progress(hidden: bool) -> bool:

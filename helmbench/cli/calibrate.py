@@ -6,21 +6,12 @@ from pathlib import Path
 
 import click
 
-from ._shared import FAILED, FILE, OK, SIDES, Greedy, check_folder, complain, output_options, print_json
+from ._shared import FAILED, OK, TwoSets, check_folder, complain, output_options, show_written, two_sets_options
 
 
-class Calibrate(Greedy):
-    """`calibrate --train RECORD... --held-out RECORD...`"""
-
-    greedy = ("--train", "--held-out")
-
-
-@click.command(cls=Calibrate)
+@click.command(cls=TwoSets)
 @click.option("--model", required=True, help="Vessel id or model.json, 3-DOF.")
-@click.option("--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help="Records.")
-@click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help="Records that are scored at the end.")
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
-@click.option("-o", "--output", required=True, type=FILE, help="directory of the results")
+@two_sets_options("Records.", "Records that are scored at the end.")
 @output_options
 def calibrate(
     model: str,
@@ -44,10 +35,5 @@ def calibrate(
         raise helmbench.BadInput(f"{model} cannot be calibrated: {reason}") from None
     except helmbench.FitFailed as reason:
         return complain(f"{model} cannot be calibrated: {reason}", FAILED)
-    paths = found.write(output)
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        click.echo(found.summary())
-        click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+    show_written(found, output, as_json, quiet)
     return OK

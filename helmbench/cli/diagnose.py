@@ -6,21 +6,12 @@ from pathlib import Path
 
 import click
 
-from ._shared import FAILED, FILE, OK, SIDES, Greedy, check_folder, complain, output_options, print_json
+from ._shared import FAILED, OK, TwoSets, check_folder, complain, output_options, show_written, two_sets_options
 
 
-class Diagnose(Greedy):
-    """`diagnose --train RECORD... --held-out RECORD...`"""
-
-    greedy = ("--train", "--held-out")
-
-
-@click.command(cls=Diagnose)
+@click.command(cls=TwoSets)
 @click.option("--model", required=True, help="Vessel id, family id or model.json.")
-@click.option(
-    "--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help="Records to name the causes with."
-)
-@click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help="Records to measure the gain with.")
+@two_sets_options("Records to name the causes with.", "Records to measure the gain with.")
 @click.option(
     "--base-parameters",
     type=click.Choice(["file", "identify"]),
@@ -37,8 +28,6 @@ class Diagnose(Greedy):
 )
 @click.option("--alpha", default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
-@click.option("-o", "--output", required=True, type=FILE, help="directory of the results")
 @output_options
 def diagnose(
     model: str,
@@ -79,10 +68,5 @@ def diagnose(
         raise helmbench.BadInput(f"{model} cannot be diagnosed: {reason}") from None
     except helmbench.FitFailed as reason:
         return complain(f"{model} cannot be diagnosed: {reason}", FAILED)
-    paths = found.write(output)
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        click.echo(found.summary())
-        click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+    show_written(found, output, as_json, quiet)
     return OK

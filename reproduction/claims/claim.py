@@ -1,32 +1,34 @@
-"""Claims of a paper, its errata, its figures, and independent references."""
+"""Claims of a paper, its errata, its figures, and independent references, as a claims file holds them."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import StrictFloat, StrictInt, model_validator
 
 from ...models.errors import BadInput
+from ...models.yaml_file import FileContent, Flag, Text, needs
 
+Number = Annotated[StrictInt | StrictFloat, needs("a number")]
+Kind = Annotated[Literal["value", "at_most", "at_least", "holds"], needs("one of value, at_most, at_least, holds")]
+Scale = Annotated[Literal["linear", "log"], needs("linear or log")]
+Reason = Annotated[Text | dict[str, Text], needs("a sentence, or one for each verdict")]
 ROMAN = {"i": 1, "ii": 2, "iii": 3, "iv": 4, "v": 5, "vi": 6, "vii": 7, "viii": 8, "ix": 9, "x": 10}
 
 
-@dataclass(frozen=True)
-class Tolerance:
+class Tolerance(FileContent):
     """What counts as equal: `relative` of the published value, or `absolute` in its unit, or the larger of both."""
 
-    relative: float = 0.0
-    absolute: float = 0.0
+    relative: Number = 0.0
+    absolute: Number = 0.0
 
     def around(self, value: float) -> float:
         """Half the width of the interval that counts as `value`."""
         return max(abs(value) * self.relative, self.absolute)
 
 
-@dataclass(frozen=True)
-class Reference:
+class Reference(FileContent):
     """What an independent computation of the same quantity gave: ours must lie within the tolerance of it.
 
     With `kind` 'at_most' or 'at_least' it is a bound that ours must keep.
@@ -34,19 +36,18 @@ class Reference:
     `study` and `key` default to those of the claim it belongs to (`corrected`).
     """
 
-    value: float
+    value: Number
     tolerance: Tolerance
-    id: str = ""
-    quantity: str = ""
-    unit: str = ""
-    study: str = ""
-    key: str = ""
-    kind: str = "value"
-    note: str = ""
+    id: Text = ""
+    quantity: Text = ""
+    unit: Text = ""
+    study: Text = ""
+    key: Text = ""
+    kind: Kind = "value"
+    note: Text = ""
 
 
-@dataclass(frozen=True)
-class Claim:
+class Claim(FileContent):
     """One number or statement of a paper, and how it is computed.
 
     Parameters
@@ -65,60 +66,84 @@ class Claim:
     scale : 'log' for errors and other positive sizes, whose interval is taken of the logarithms; 'linear'.
     """
 
-    id: str
-    item: str
-    quantity: str
+    id: Text
+    item: Text
+    quantity: Text
     published: Any
-    unit: str = ""
-    kind: str = "value"
+    unit: Text = ""
+    kind: Kind = "value"
     tolerance: Tolerance = Tolerance()
-    study: str = ""
-    corrected: str = ""
-    as_printed: str = ""
-    protocol: str = ""
-    equation: str = ""
-    reason: str | Mapping[str, str] = ""
-    missing: str = ""
-    nonzero: bool = False
-    widest: float = math.inf
-    scale: str = "linear"
+    study: Text = ""
+    corrected: Text = ""
+    as_printed: Text = ""
+    protocol: Text = ""
+    equation: Text = ""
+    reason: Reason = ""
+    missing: Text = ""
+    nonzero: Flag = False
+    widest: Number = math.inf
+    scale: Scale = "linear"
     reference: Reference | None = None
 
+    @model_validator(mode="after")
+    def _can_be_computed(self) -> Claim:
+        if bool(self.missing) == bool(self.study):
+            raise ValueError("needs either a study or what is missing")
+        if self.study and not self.corrected:
+            raise ValueError("needs the key of the corrected value")
+        if self.kind == "holds" and not isinstance(self.published, bool):
+            raise ValueError("published must be true or false")
+        number = isinstance(self.published, int | float) and math.isfinite(self.published)
+        if self.study and self.kind != "holds" and not number:
+            raise ValueError(f"published is {self.published!r}, a number is needed")
+        return self
 
-@dataclass(frozen=True)
-class Erratum:
+
+class Erratum(FileContent):
     """A printed equation, the corrected one and what follows; `claims` are the ids that show it."""
 
-    equation: str
-    printed: str
-    corrected: str
-    consequence: str
-    claims: tuple[str, ...] = ()
+    equation: Text
+    printed: Text
+    corrected: Text
+    consequence: Text
+    claims: tuple[Text, ...] = ()
 
 
-@dataclass(frozen=True)
-class Figure:
+class Figure(FileContent):
     """A figure that the function `draw` of the paper's module draws from a study's results."""
 
-    id: str
-    title: str
-    caption: str
-    study: str
-    draw: str
+    id: Text
+    title: Text
+    caption: Text
+    study: Text
+    draw: Text
 
 
-@dataclass(frozen=True)
-class Paper:
+class Paper(FileContent):
     """Everything that is claimed of one paper."""
 
-    paper: str
-    title: str
-    citation: str
+    paper: Text
+    title: Text
+    citation: Text
     claims: tuple[Claim, ...]
     errata: tuple[Erratum, ...] = ()
     figures: tuple[Figure, ...] = ()
     references: tuple[Reference, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[Text, ...] = ()
+
+    @model_validator(mode="after")
+    def _entries_fit_together(self) -> Paper:
+        ids = [claim.id for claim in self.claims]
+        if twice := {name for name in ids if ids.count(name) > 1}:
+            raise ValueError(f"{min(twice)}: the id occurs twice")
+        for reference in self.references:
+            if not (reference.study and reference.key and reference.quantity):
+                raise ValueError(f"reference {reference.id or reference.key}: needs quantity, study and key")
+        for erratum in self.errata:
+            for name in erratum.claims:
+                if name not in ids:
+                    raise ValueError(f"erratum {erratum.equation}: there is no claim {name}")
+        return self
 
     @property
     def studies(self) -> tuple[str, ...]:
@@ -150,7 +175,7 @@ class Paper:
         if not kept:
             known = ", ".join(map(str, self.tables))
             raise BadInput(f"paper {self.paper} has no table {number}", hint=f"it has {known}")
-        return dataclasses.replace(self, claims=kept, errata=(), figures=(), references=())
+        return self.model_copy(update={"claims": kept, "errata": (), "figures": (), "references": ()})
 
 
 def table_number(item: str) -> int | None:
@@ -166,11 +191,11 @@ def filled(claim: Claim) -> Reference:
     """A claim's reference with what it takes from the claim."""
     reference = claim.reference
     assert reference is not None
-    return dataclasses.replace(
-        reference,
-        id=reference.id or claim.id,
-        quantity=reference.quantity or f"{claim.item}: {claim.quantity}",
-        unit=reference.unit or claim.unit,
-        study=reference.study or claim.study,
-        key=reference.key or claim.corrected,
-    )
+    own = {
+        "id": reference.id or claim.id,
+        "quantity": reference.quantity or f"{claim.item}: {claim.quantity}",
+        "unit": reference.unit or claim.unit,
+        "study": reference.study or claim.study,
+        "key": reference.key or claim.corrected,
+    }
+    return reference.model_copy(update=own)

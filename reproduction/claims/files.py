@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from ...models.errors import BadInput
-from .claim import Claim, Erratum, Figure, Paper, Reference, Tolerance
+from ...models.yaml_file import FileContent, checked, read_yaml
+from .claim import Claim, Erratum, Figure, Paper, Reference
 from .rows import expanded
 
 FOLDER = Path(__file__).parent
-KINDS = ("value", "at_most", "at_least", "holds")
-SCALES = ("linear", "log")
-Entry = TypeVar("Entry")
+Entry = TypeVar("Entry", bound=FileContent)
 
 
 def papers() -> tuple[str, ...]:
@@ -31,79 +28,25 @@ def load(paper: str) -> Paper:
 
 def read(path: Path) -> Paper:
     """A claims file; raises `BadInput` naming file and entry."""
-    import yaml
-
-    data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    try:
-        found = _paper(data)
-        _check(found)
-    except (TypeError, ValueError, KeyError) as error:
-        raise BadInput(f"is not a claims file ({error})", file=path) from None
-    return found
-
-
-def _paper(data: Mapping[str, Any]) -> Paper:
-    parts: dict[str, Any] = {
-        "claims": [_claim(claim) for entry in data["claims"] for claim in expanded(entry)],
-        "errata": _each(Erratum, data.get("errata")),
-        "figures": _each(Figure, data.get("figures")),
-        "references": [_reference(each) for entry in data.get("references") or () for each in expanded(entry, "value")],
-        "notes": data.get("notes") or (),
+    data = read_yaml(path, "a claims file")
+    data.pop("texts", None)  # what entries repeat by anchors
+    parts = {
+        "claims": _entries(Claim, data, "claims", path, "published"),
+        "errata": _entries(Erratum, data, "errata", path),
+        "figures": _entries(Figure, data, "figures", path),
+        "references": _entries(Reference, data, "references", path, "value"),
     }
-    parts = {name: tuple(entries) for name, entries in parts.items()}
-    data = {name: value for name, value in data.items() if name != "texts"}  # texts: what entries repeat by anchors
-    return Paper(**{**data, **parts, "paper": str(data["paper"])})
+    return checked(Paper, data | {name: parts[name] for name in parts if name in data}, path)
 
 
-def _each(kind: type[Entry], entries: Iterable[Mapping[str, Any]] | None) -> list[Entry]:
-    return [_entry(kind, entry) for entry in entries or ()]
+def _entries(kind: type[Entry], data: dict[str, Any], name: str, path: Path, number: str = "") -> tuple[Entry, ...]:
+    """The checked entries of a list in the file; number: the field that the numbers of short forms become."""
+    listed = data.get(name) or []
+    if not (isinstance(listed, list) and all(isinstance(entry, dict) for entry in listed)):
+        raise BadInput(f"{name}: needs a list of entries", file=path)
+    single = [each for entry in listed for each in (expanded(entry, number, path) if number else [entry])]
+    return tuple(checked(kind, entry, f"{path}, {_name_of(entry)}") for entry in single)
 
 
-def _entry(kind: type[Entry], entry: Mapping[str, Any]) -> Entry:
-    named = {name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()}
-    try:
-        return kind(**named)
-    except TypeError as error:
-        raise ValueError(f"{entry.get('id') or entry.get('equation') or entry}: {error}") from None
-
-
-def _claim(entry: Mapping[str, Any]) -> Claim:
-    own = dict(entry)
-    if "reference" in own:
-        own["reference"] = _reference(own["reference"])
-    return _entry(Claim, own | {"tolerance": Tolerance(**own.get("tolerance", {}))})
-
-
-def _reference(entry: Mapping[str, Any]) -> Reference:
-    return _entry(Reference, {**entry, "tolerance": Tolerance(**entry["tolerance"])})
-
-
-def _check(paper: Paper) -> None:
-    ids = [claim.id for claim in paper.claims]
-    if twice := {name for name in ids if ids.count(name) > 1}:
-        raise ValueError(f"{sorted(twice)[0]}: the id occurs twice")
-    for claim in paper.claims:
-        _check_claim(claim)
-    for reference in paper.references:
-        if not (reference.study and reference.key and reference.quantity):
-            raise ValueError(f"reference {reference.id or reference.key}: needs quantity, study and key")
-    for erratum in paper.errata:
-        for name in erratum.claims:
-            if name not in ids:
-                raise ValueError(f"erratum {erratum.equation}: there is no claim {name}")
-
-
-def _check_claim(claim: Claim) -> None:
-    if claim.kind not in KINDS:
-        raise ValueError(f"{claim.id}: unknown kind {claim.kind!r}, known: {', '.join(KINDS)}")
-    if claim.scale not in SCALES:
-        raise ValueError(f"{claim.id}: unknown scale {claim.scale!r}, known: {', '.join(SCALES)}")
-    if bool(claim.missing) == bool(claim.study):
-        raise ValueError(f"{claim.id}: needs either a study or what is missing")
-    if claim.study and not claim.corrected:
-        raise ValueError(f"{claim.id}: needs the key of the corrected value")
-    computed = claim.study and claim.kind != "holds"
-    if computed and not (isinstance(claim.published, int | float) and math.isfinite(claim.published)):
-        raise ValueError(f"{claim.id}: published is {claim.published!r}, a number is needed")
-    if claim.kind == "holds" and not isinstance(claim.published, bool):
-        raise ValueError(f"{claim.id}: published must be true or false")
+def _name_of(entry: dict[str, Any]) -> Any:
+    return next((entry[key] for key in ("id", "equation", "quantity", "key") if entry.get(key)), "an entry")

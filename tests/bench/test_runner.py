@@ -44,7 +44,7 @@ def assert_same_tables(one, other):
         pd.testing.assert_frame_equal(left, right, check_exact=True)
 
 
-@settings(deadline=None, max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(stops=st.lists(st.integers(0, 6), max_size=3), torn=st.integers(0, 30))
 def test_interrupted_runs_end_in_the_same_tables(tmp_path_factory, stops, torn):
     folder = tmp_path_factory.mktemp("store")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...likelihood.minimiser import Damping, try_steps
 from .settings import Noise
 from .vector import CHANNELS
 
@@ -20,9 +21,13 @@ QUANTUM = 1e-5
 """Force that the noise fit counts in, as a share of the force unit."""
 SHORTEST_TAU_S, LONGEST_TAU_S = 1.0, 60.0
 """Bounds of the correlation time on a 160 m ship; those of smaller ones scale by `Estimator.clock`."""
-DAMPINGS = (0.0, 0.1, 1.0, 10.0, 1e9)
-"""Shares of the Fisher information added to its diagonal in turn until a step of the noise gains (forces of response
-models are nearly collinear); at the last only the sensors move."""
+RULE = Damping(growth=10.0, least=0.1, trials=5)
+"""Shares of the Fisher information added to its diagonal: 0, then 0.1 and tenfold each time (forces of response models
+are nearly collinear)."""
+SENSORS_ONLY = 100.0
+"""Share from which the forces stay and only the sensors move."""
+ROUNDING = 1e-6
+"""Fall of the log likelihood that a step may end with."""
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
 FORCE_STARTS = (0.0, 4.0)
@@ -35,6 +40,11 @@ class Point(NamedTuple):
     setting: Setting
     now: Innovations
     stored: Sequence[tuple[Run, Trace]]
+
+    @property
+    def cost(self) -> float:
+        """Negative log likelihood."""
+        return -self.now.log_likelihood
 
 
 def fit_noise(est: Estimator, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
@@ -77,20 +87,30 @@ def _step(est: Estimator, point: Point, last: bool) -> tuple[float, Point]:
     gradient, fisher = _force_scores(est, point)
     if not (np.isfinite(gradient).all() and np.isfinite(fisher).all()):
         return 0.0, point
-    for damping in DAMPINGS:
-        change = _bounded_step(gradient, fisher + damping * np.diag(np.diag(fisher)), q)
-        new = np.clip(q + change[:nf], 0.0, 30.0 * q + 100.0)
-        tau = noise.correlation_time_s * np.exp(np.clip(change[nf], -0.7, 0.7))
-        trial = Noise(
-            sensors,
-            QUANTUM * np.sqrt(np.where(new < 1e-6, 0.0, new)),
-            float(np.clip(tau, SHORTEST_TAU_S * est.clock, LONGEST_TAU_S * est.clock)),
-        )
-        there = replace(point.setting, noise=trial)
-        onward = Point(there, est.evaluate(there), point.stored) if last else _stored(est, there)
-        if onward.now.log_likelihood > now.log_likelihood - 1e-6:
-            return onward.now.log_likelihood - now.log_likelihood, onward
-    return 0.0, point
+
+    def step(damping: float) -> tuple[np.ndarray, float]:
+        if damping >= SENSORS_ONLY:
+            return np.zeros(nf + 1), np.inf
+        return _bounded_step(gradient, fisher + damping * np.diag(np.diag(fisher)), q), np.inf
+
+    def reached(change: np.ndarray) -> Point:
+        there = replace(point.setting, noise=_moved(est, noise, sensors, change))
+        return Point(there, est.evaluate(there), point.stored) if last else _stored(est, there)
+
+    trial = try_steps(step, reached, point.cost + ROUNDING, 0.0, 0.0, RULE)
+    return (point.cost - trial.point.cost, trial.point) if trial.better else (0.0, point)
+
+
+def _moved(est: Estimator, noise: Noise, sensors: np.ndarray, change: np.ndarray) -> Noise:
+    """Noise with these sensors, its forces changed by (nf variances, log correlation time)."""
+    q = (noise.force_sd / QUANTUM) ** 2
+    new = np.clip(q + change[:-1], 0.0, 30.0 * q + 100.0)
+    tau = noise.correlation_time_s * np.exp(np.clip(change[-1], -0.7, 0.7))
+    return Noise(
+        sensors,
+        QUANTUM * np.sqrt(np.where(new < 1e-6, 0.0, new)),
+        float(np.clip(tau, SHORTEST_TAU_S * est.clock, LONGEST_TAU_S * est.clock)),
+    )
 
 
 def _sensor_step(est: Estimator, noise: Noise, now: Innovations) -> np.ndarray:

@@ -90,7 +90,16 @@ def test_a_rough_run_differs_by_its_sea_and_repeats(seed):
     ],
 )
 def test_a_coefficient_counts_only_where_its_sign_is_settled(nonzero, found, verdict):
-    claim = Claim("c", "Table 2", "c", 2.0, tolerance=Tolerance(0.05), study="s", corrected="k", nonzero=nonzero)
+    claim = Claim(
+        id="c",
+        item="Table 2",
+        quantity="c",
+        published=2.0,
+        tolerance=Tolerance(relative=0.05),
+        study="s",
+        corrected="k",
+        nonzero=nonzero,
+    )
     assert judge(claim, {"k": spread(found)}).verdict == verdict
 
 

@@ -1,6 +1,5 @@
 """Intervals over seeds and the four verdicts."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -10,8 +9,9 @@ from helmbench.reproduction.claims.claim import Claim, Reference, Tolerance
 from helmbench.reproduction.verdicts.spread import from_json, prediction_interval, spread, summarise, to_json
 from helmbench.reproduction.verdicts.verdict import CONTRADICTED, CORRECTED, IMPOSSIBLE, REPRODUCED, judge, within
 
-CLAIM = Claim("a", "Table 1", "q", 10.0, tolerance=Tolerance(absolute=0.5), study="s", corrected="c", as_printed="p")
-ALONE = dataclasses.replace(CLAIM, as_printed="")
+FACTS = {"id": "a", "item": "Table 1", "quantity": "q", "study": "s", "corrected": "c", "as_printed": "p"}
+CLAIM = Claim(**FACTS, published=10.0, tolerance=Tolerance(absolute=0.5))
+ALONE = CLAIM.model_copy(update=dict(as_printed=""))
 
 
 def verdict(claim, **runs):
@@ -44,20 +44,20 @@ def test_contradicted_only_outside_the_interval():
     runs = [7.0, 8.0, 9.0, 8.5, 7.5]
     low, high = prediction_interval(np.sort(runs))
     for published, expected in ((high + 0.4, REPRODUCED), (high + 0.6, CONTRADICTED), (low - 0.4, REPRODUCED)):
-        assert verdict(dataclasses.replace(ALONE, published=published), c=runs) == expected
+        assert verdict(ALONE.model_copy(update=dict(published=published)), c=runs) == expected
 
 
 @pytest.mark.parametrize(("kind", "good", "bad"), [("at_most", 3.0, 11.0), ("at_least", 30.0, 9.0)])
 def test_bounds(kind, good, bad):
-    claim = dataclasses.replace(ALONE, kind=kind)
+    claim = ALONE.model_copy(update=dict(kind=kind))
     assert verdict(claim, c=[good]) == REPRODUCED
     assert verdict(claim, c=[bad]) == CONTRADICTED
 
 
 def test_statements_hold_where_half_of_the_runs_show_them():
-    claim = dataclasses.replace(CLAIM, kind="holds", published=True)
+    claim = CLAIM.model_copy(update=dict(kind="holds", published=True))
     assert verdict(claim, c=[True, False, True, False], p=[False, True, False, False]) == CORRECTED
-    assert verdict(dataclasses.replace(claim, published=False), c=[True], p=[False]) == REPRODUCED
+    assert verdict(claim.model_copy(update=dict(published=False)), c=[True], p=[False]) == REPRODUCED
     assert verdict(claim, c=[False], p=[False]) == CONTRADICTED
 
 
@@ -71,7 +71,7 @@ def test_statements_hold_where_half_of_the_runs_show_them():
     ],
 )
 def test_an_interval_wider_than_the_value_reproduces_nothing(corrected, printed, expected):
-    claim = dataclasses.replace(CLAIM, widest=1.0)
+    claim = CLAIM.model_copy(update=dict(widest=1.0))
     assert verdict(claim, c=corrected, p=printed) == expected
     if expected == IMPOSSIBLE:
         assert verdict(CLAIM, c=corrected, p=printed) == REPRODUCED
@@ -90,12 +90,12 @@ def test_errors_have_intervals_of_their_logarithms():
 
 
 def test_what_is_missing_is_not_reproducible_and_says_why():
-    judged = judge(Claim("a", "Table 1", "q", "words", missing="There is no number."), {})
+    judged = judge(Claim(id="a", item="Table 1", quantity="q", published="words", missing="There is no number."), {})
     assert (judged.verdict, judged.reason) == (IMPOSSIBLE, "There is no number.")
 
 
 def test_reasons_are_filled_in():
-    claim = dataclasses.replace(CLAIM, reason={CONTRADICTED: "{published}, {corrected}, {as_printed}"})
+    claim = CLAIM.model_copy(update=dict(reason={CONTRADICTED: "{published}, {corrected}, {as_printed}"}))
     values = {"c": spread([1.0]), "p": spread([math.nan])}
     assert judge(claim, values).reason == "10, 1, no finite value"
 
@@ -126,5 +126,5 @@ def test_stored_spreads_come_back():
     ("kind", "good", "bad"), [("value", 2.04, 2.2), ("at_most", -9.0, 2.2), ("at_least", 9.0, 1.8)]
 )
 def test_references(kind, good, bad):
-    reference = Reference(2.0, Tolerance(relative=0.05), kind=kind)
+    reference = Reference(value=2.0, tolerance=Tolerance(relative=0.05), kind=kind)
     assert within(reference, spread([good])) and not within(reference, spread([bad]))
