@@ -10,16 +10,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..models.errors import BadInput
+from ..models.errors import BadInput, CannotFit, EnvironmentFault, FitFailed
 
 if TYPE_CHECKING:
     from .kinds.base import Spec
 
 
 def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) -> dict[str, Any]:
-    """The finished run of a spec whose `work` fills in its row and returns its further rows."""
-    from ..models.errors import CannotFit, FitFailed
+    """The finished run of a spec whose `work` fills in its row and returns its further rows.
 
+    Raises `EnvironmentFault` where the machine is at fault: that is no result of a method.
+    """
     row: dict[str, Any] = spec.row_key() | {"status": "failed", "error": None}
     parameters: list[dict[str, Any]] = []
     with quiet():
@@ -28,8 +29,12 @@ def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) 
             row["status"] = "ok"
         except CannotFit as reason:
             row |= {"status": "not_applicable", "error": one_line(reason)}
+        except EnvironmentFault:
+            raise
         except (FitFailed, BadInput) as reason:
             row["error"] = one_line(reason)
+        except MemoryError as error:
+            row["error"] = one_line(f"out of memory: {error}")
         except Exception as error:  # an error inside a method is a row, too
             row["error"] = one_line(f"{type(error).__name__}: {error}")
     return {"key": spec.key, "row": row, "parameters": parameters}
@@ -81,6 +86,8 @@ def attempt(action: Callable[[], object]) -> None:
     """Do something in advance: its failure is only a warning, since the run itself will fail with the same reason."""
     try:
         action()
+    except EnvironmentFault:
+        raise
     except Exception as error:
         warnings.warn(one_line(error), RuntimeWarning, stacklevel=2)
 

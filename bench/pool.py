@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, TypeVar
 
-from ..models.errors import BadInput
+from ..models.cache import cache_folder
+from ..models.errors import BadInput, EnvironmentFault
 from .environment import THREAD_VARIABLES, cpu_count
 
 Item = TypeVar("Item")
@@ -36,6 +37,7 @@ class Pool:
         """Each item with its finished future, in the order of completion.
 
         `future.exception()` is a `BrokenExecutor` only for an item that killed its worker when it ran alone.
+        Raises `EnvironmentFault` where a worker met one.
         """
         queue, pending = deque(items), dict[Future, Item]()
         while queue or pending:
@@ -48,7 +50,7 @@ class Pool:
                 pending = {}
                 continue
             for future in done:
-                yield pending.pop(future), future
+                yield pending.pop(future), _checked(future)
 
     def _one_by_one(
         self, function: Callable[[Item], Any], pending: dict[Future, Item]
@@ -59,7 +61,7 @@ class Pool:
             if _broken(future):
                 future = self._submit(function, item)
                 wait([future])
-            yield item, future
+            yield item, _checked(future)
 
     def _submit(self, function: Callable[[Item], Any], item: Item) -> Future:
         """A future for one call; a pool that broke before it took the task counts as one that broke with it."""
@@ -71,16 +73,30 @@ class Pool:
             return future
 
 
+def _checked(future: Future) -> Future:
+    """The future; an `EnvironmentFault` in it is no result of its item and is raised."""
+    error = future.exception()
+    if isinstance(error, EnvironmentFault):
+        raise error
+    return future
+
+
 def _broken(future: Future) -> bool:
     return isinstance(future.exception(), BrokenExecutor)
 
 
+def worker_count(jobs: int | None) -> int:
+    """Worker processes for a wish of `jobs` (None: one a processor): never more than there are processors."""
+    return min(jobs or cpu_count(), cpu_count())
+
+
 @contextmanager
 def processes(jobs: int | None = None) -> Iterator[Pool]:
-    """Worker processes of this machine (default: one a processor), each with single-threaded BLAS and numba."""
+    """Worker processes of this machine (default and most: one a processor), with single-threaded BLAS and numba."""
     from joblib.externals.loky import get_reusable_executor
 
-    jobs = jobs or cpu_count()
+    jobs = worker_count(jobs)
+    cache_folder()  # before there are workers, which shall share it
 
     def connect() -> Any:
         return get_reusable_executor(

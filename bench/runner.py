@@ -5,14 +5,15 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
 from .environment import code_version, environment
-from .execution import one_line
 from .kinds import kind_of
 from .kinds.base import Selection, Spec
+from .limits import UNLIMITED, Limits
 from .store import MANIFEST, Store
 
 if TYPE_CHECKING:
@@ -25,15 +26,16 @@ def run(
     store: Store,
     pool: Pool,
     watch: Callable[[dict[str, Any]], object] | None = None,
+    limits: Limits = UNLIMITED,
 ) -> None:
     """Execute what `store` does not hold yet, keep each run as it ends, then write the tables.
 
-    `watch` is called with every finished run.  The caller compiles the kernels first (`Kind.warm`).
+    `watch` is called with every finished run.
     """
     todo: list[Any] = [spec for spec in specs if spec.key not in store.finished]
-    for spec, future in pool.outcomes(store.kind.execute, todo):
+    for spec, future in pool.outcomes(partial(limits.run, store.kind.execute), todo):
         error = future.exception()
-        finished = future.result() if error is None else died(spec, error)
+        finished = future.result() if error is None else limits.failed(spec, f"{type(error).__name__}: {error}")
         store.append(finished)
         if watch is not None:
             watch(finished)
@@ -82,9 +84,3 @@ def resume_store(directory: str | Path, suite: Suite, specs: Sequence[Spec]) -> 
 def plan_digest(specs: Iterable[Spec]) -> str:
     """Digest of the set of runs, whatever their order."""
     return hashlib.sha256("".join(sorted(spec.key for spec in specs)).encode()).hexdigest()[:16]
-
-
-def died(spec: Spec, error: BaseException) -> dict[str, Any]:
-    """The finished run of a spec whose worker process died."""
-    reason = one_line(f"worker process died ({type(error).__name__}: {error})")
-    return {"key": spec.key, "row": spec.row_key() | {"status": "failed", "error": reason}, "parameters": []}

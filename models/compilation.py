@@ -1,10 +1,27 @@
-"""Types and options that all compiled functions share."""
+"""Types, options and the decorator that all compiled functions share; what it compiles is kept in `cache_folder()`."""
 
 from __future__ import annotations
 
+import hashlib
+import pickle
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from types import CodeType
 from typing import Any
 
+import numba
+import numpy as np
 from numba import types
+from numba.core.caching import CompileResultCacheImpl, NullCache
+from numba.core.ccallback import CFunc
+from numba.core.dispatcher import Dispatcher
+from numba.core.serialize import dumps
+from numba.core.sigutils import normalize_signature
+
+from .cache import BUILDING, cache_folder, lock_of, store, stored
 
 f8, i8, b1 = types.float64, types.int64, types.boolean
 A1 = types.Array(f8, 1, "C")
@@ -16,3 +33,153 @@ JIT: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "fa
 BORROWED: dict[str, Any] = {"_nrt": False}
 """For inner kernels that allocate nothing: their arrays are not counted as references at every assignment (a fifth of
 the innovations filter's time)."""
+
+
+def njit(*signatures: Any, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """`numba.njit`, which with `cache` keeps the machine code in `cache_folder()`, checked by its digest."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        dispatcher: Any = numba.njit(**options)(function)
+        if cache:
+            dispatcher._cache = KernelCache(function)
+            dispatcher.compile = dispatcher._cache.guarding(dispatcher.compile)
+        for signature in signatures:
+            dispatcher.compile(signature)
+        if signatures:
+            dispatcher.disable_compile()
+        return dispatcher
+
+    return decorate
+
+
+def callback(signature: Any, function: Callable[..., Any]) -> Any:
+    """`numba.cfunc` with division as numpy's, kept like the functions of `njit`."""
+    compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"})
+    compiled._cache = KernelCache(function)
+    compiled._cache.guarding(lambda _: compiled.compile())(signature)
+    return compiled
+
+
+class _Form(CompileResultCacheImpl):
+    """How numba writes and reads a compiled function; where it lies is said by `KernelCache`."""
+
+    class _Locator:
+        def __init__(self, file: str) -> None:
+            self._py_file = file
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._lineno, self._locator = function.__code__.co_firstlineno, self._Locator(function.__code__.co_filename)
+
+
+class KernelCache(NullCache):
+    """numba's cache of one function: a file for each signature, processor and version of all sources it is made from.
+
+    Damaged files are compiled again.  Of several processes that need the same function one compiles, the others wait.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function, self._form, self._locks = function, _Form(function), dict[Path, Any]()
+
+    @property
+    def cache_path(self) -> str:
+        return str(cache_folder())
+
+    def guarding(self, build: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """A compiler of the function whose time is told apart and which leaves no lock behind, however it ends."""
+
+        def guarded(signature: Any) -> Any:
+            with BUILDING.running():
+                try:
+                    return build(signature)
+                finally:
+                    self._release()
+
+        return guarded
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        target_context.refresh()
+        path = self._path(sig, target_context.codegen())
+        if path is None:
+            return None
+        found = self._read(path, target_context)
+        if found is None and path not in self._locks:
+            self._locks[path] = lock_of(path)
+            found = self._read(path, target_context)
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        path = self._path(sig, data.codegen)
+        if path is None:
+            return
+        try:
+            if self._form.check_cachable(data):
+                store(path, dumps(self._form.reduce(data)))
+        except OSError as error:
+            warnings.warn(f"{path.parent}: compiled code is not kept ({error.strerror})", RuntimeWarning, stacklevel=2)
+
+    def _path(self, sig: Any, codegen: Any) -> Path | None:
+        """File of a signature; None for one that holds an address, which no other process has."""
+        function = self._function
+        made_from = (numba.__version__, sys.version_info[:2], codegen.magic_tuple(), _sources(function), str(sig))
+        text = repr((*made_from, function.__module__, function.__qualname__))
+        if " at 0x" in text:
+            return None
+        return cache_folder() / f"{function.__name__}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.nbc"
+
+    def _read(self, path: Path, target_context: Any) -> Any:
+        """The compiled function of a file; None where it is missing, damaged or of another make."""
+        data = stored(path)
+        if data is None:
+            return None
+        try:
+            return self._form.rebuild(target_context, pickle.loads(data))
+        except Exception:
+            return None
+
+    def _release(self) -> None:
+        while self._locks:
+            _, lock = self._locks.popitem()
+            if lock is not None:
+                lock.release()
+
+
+@cache
+def _sources(function: Callable[..., Any]) -> str:
+    """Digest of what a compiled function is made from: its file, those of the functions it calls, and constants."""
+    seen: dict[Callable[..., Any], None] = {}
+    constants: list[str] = []
+    todo = [function]
+    while todo:
+        one = todo.pop()
+        if one in seen:
+            continue
+        seen[one] = None
+        for name, value in _named(one):
+            if isinstance(value, Dispatcher):
+                todo.append(value.py_func)
+            elif isinstance(value, bool | int | float | str | tuple):
+                constants.append(f"{name}={value!r}")
+            elif isinstance(value, np.ndarray):
+                constants.append(f"{name}={value.dtype}{value.shape}{value.tobytes().hex()}")
+    files = sorted({_digest(one.__code__.co_filename) for one in seen})
+    return hashlib.sha256("\n".join([*files, *sorted(constants)]).encode()).hexdigest()
+
+
+def _named(function: Any) -> Iterator[tuple[str, Any]]:
+    """The globals and captured variables that a function's code names, with their values."""
+    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    yield from ((name, cell.cell_contents) for name, cell in cells)
+    yield from (
+        (name, function.__globals__[name]) for name in _names(function.__code__) if name in function.__globals__
+    )
+
+
+def _names(code: CodeType) -> set[str]:
+    """Names in a code object and in those within it."""
+    inner = (_names(part) for part in code.co_consts if isinstance(part, CodeType))
+    return set(code.co_names).union(*inner)
+
+
+@cache
+def _digest(file: str) -> str:
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()

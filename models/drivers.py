@@ -6,9 +6,9 @@ Arrays are C-contiguous float64.  N+1 samples, n states, nu inputs, m sensitivit
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
-from .compilation import A1, A2, I1, JIT, b1, f8, i8
+from .compilation import A1, A2, I1, JIT, b1, f8, i8, njit
 from .rudder_chain import STATE, advance, begin, felt, steer
 
 RHS = types.FunctionType(types.void(A1, A1, A1, A1))

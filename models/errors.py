@@ -1,4 +1,4 @@
-"""The exceptions of helmbench: bad input, a method that does not apply, a fit that failed."""
+"""The exceptions of helmbench: bad input, a faulty environment, a method that does not apply, a failed fit."""
 
 from __future__ import annotations
 
@@ -37,11 +37,18 @@ class BadInput(ValueError):
 
     def __reduce__(self):
         state = {"file": self.file, "row": self.row, "column": self.column, "hint": self.hint}
-        return _rebuild, (self.message, state)
+        return _rebuild, (type(self), self.message, state)
 
 
-def _rebuild(message: str, state: dict) -> BadInput:
-    return BadInput(message, **state)
+def _rebuild(kind: type[BadInput], message: str, state: dict) -> BadInput:
+    return kind(message, **state)
+
+
+class EnvironmentFault(BadInput):
+    """The machine, not the input, is at fault: no folder for compiled code, a full disk, a lost cluster.
+
+    It ends a suite and is never stored as the failure of a method.
+    """
 
 
 class CannotFit(Exception):

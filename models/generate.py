@@ -24,7 +24,7 @@ HEADER = '''"""Generated from the definition {name!r}; do not edit."""
 from math import atan2, cos, log, sin, sqrt
 
 import numpy as np
-from numba import njit
+from helmbench.models.compilation import njit
 
 FAST = {{"contract", "nsz", "arcp"}}
 JIT = dict(cache=True, error_model="numpy", nogil=True, fastmath=FAST)

@@ -8,20 +8,18 @@ from __future__ import annotations
 
 import hashlib
 import importlib
-import importlib.util
 import json
-import os
 import pkgutil
 import re
 import sys
-import tempfile
 from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .errors import BadInput
+from .cache import VARIABLE, building, cache_folder, store, stored
+from .errors import BadInput, EnvironmentFault
 
 if TYPE_CHECKING:
     from .definition import Definition
@@ -29,36 +27,6 @@ if TYPE_CHECKING:
 ROOM = Path(__file__).parent
 ENVIRONMENT = "+environment"
 BANK = "+bank"
-
-
-def _writable(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return True
-    except OSError:
-        return False
-
-
-@lru_cache
-def cache_folder() -> Path:
-    """Folder of generated kernels: HELMBENCH_CACHE, else the user's cache, else a temporary folder.
-
-    Raises
-    ------
-    BadInput : if none of them can be written.
-    """
-    from platformdirs import user_cache_path
-
-    named = os.environ.get("HELMBENCH_CACHE")
-    home = Path(named) if named else user_cache_path("helmbench")
-    scratch = Path(tempfile.gettempdir()) / f"helmbench-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
-    base = next((folder for folder in (home, scratch) if _writable(folder)), None)
-    if base is None:
-        raise BadInput(
-            "no folder for compiled kernels can be written", file=home, hint="set HELMBENCH_CACHE to a writable folder"
-        )
-    return base / "kernels"
 
 
 @lru_cache
@@ -123,16 +91,6 @@ def definition_of(name: str) -> Definition:
     return definition
 
 
-def _store(path: Path, text: str) -> None:
-    """Write a file in one step, with a constant time stamp (numba keys its cache on it)."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    with os.fdopen(handle, "w") as stream:
-        stream.write(text)
-    os.utime(temporary, (1_000_000_000, 1_000_000_000))
-    os.replace(temporary, path)
-
-
 def _index(name: str) -> Path:
     return cache_folder() / _key() / f"{name}.json"
 
@@ -142,19 +100,49 @@ def _files(name: str) -> dict[str, str]:
 
     Files are named by their content: a change of one family leaves the compiled kernels of the others in place.
     """
-    index = _index(name)
-    if not index.exists():
-        texts = _generate(name)
-        stem = re.sub("[^a-z0-9_]", "_", name.lower())
-        files = {
-            part: f"{stem}_{part}_{hashlib.sha256((_versions() + text).encode()).hexdigest()[:16]}.py"
-            for part, text in texts.items()
-        }
+    found = _indexed(name)
+    if found is None:
+        index = _index(name)
+        index.parent.mkdir(mode=0o700, exist_ok=True)
+        with building(index):
+            found = _indexed(name) or _made(name)
+    return found
+
+
+def _indexed(name: str) -> dict[str, str] | None:
+    """The index of a family whose files are all there and whole; else None."""
+    try:
+        files = json.loads(stored(_index(name)) or b"")
+    except ValueError:
+        return None
+    return files if all(_text(file) is not None for file in files.values()) else None
+
+
+def _text(file: str) -> str | None:
+    """A generated module; None where it is missing, damaged or not the one that the file is named by."""
+    data = stored(cache_folder() / Path(file).name)
+    text = None if data is None else data.decode(errors="replace")
+    return text if text is not None and file.endswith(f"_{_named_by(text)}.kernel") else None
+
+
+def _named_by(text: str) -> str:
+    return hashlib.sha256((_versions() + text).encode()).hexdigest()[:16]
+
+
+def _made(name: str) -> dict[str, str]:
+    """Generate a family's modules and its index."""
+    texts = _generate(name)
+    stem = re.sub("[^a-z0-9_]", "_", name.lower())
+    files = {part: f"{stem}_{part}_{_named_by(text)}.kernel" for part, text in texts.items()}
+    try:
         for part, file in files.items():
-            if not (cache_folder() / file).exists():
-                _store(cache_folder() / file, texts[part])
-        _store(index, json.dumps(files))
-    return json.loads(index.read_text())
+            store(cache_folder() / file, texts[part].encode())
+        store(_index(name), json.dumps(files).encode())
+    except OSError as error:
+        hint = f"free some space, or set {VARIABLE} to another folder"
+        fault = f"generated code cannot be kept ({error.strerror or error})"
+        raise EnvironmentFault(fault, file=cache_folder(), hint=hint) from None
+    return files
 
 
 def is_family(name: str) -> bool:
@@ -164,7 +152,7 @@ def is_family(name: str) -> bool:
     """
     if name.endswith(ENVIRONMENT) or BANK in name:
         return False
-    return _index(name).exists() or name.split("+")[0] in definitions()
+    return stored(_index(name)) is not None or name.split("+")[0] in definitions()
 
 
 class Kernels:
@@ -200,10 +188,12 @@ def load(name: str) -> Kernels:
 @cache
 def _module(file: str) -> ModuleType:
     path = cache_folder() / file
-    name = f"helmbench_kernels.{path.stem}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # before exec: else numba caches under <dynamic> and the next process crashes
-    spec.loader.exec_module(module)
+    module = ModuleType(f"helmbench_kernels.{path.stem}")
+    text = _text(file)
+    if text is None:
+        raise EnvironmentFault(
+            "generated code was removed or damaged while it was in use", file=path, hint="start again"
+        )
+    sys.modules[module.__name__] = module  # numba finds the module of a cached function by its name
+    exec(compile(text, str(path), "exec"), vars(module))
     return module

@@ -16,9 +16,9 @@ numbers are those of `instruments.RUDDER`, 0 where a part is ideal.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
-from .compilation import A1, JIT, f8, i8
+from .compilation import A1, JIT, f8, i8, njit
 from .instruments import RUDDER
 
 EFFECTIVENESS, OFFSET, DELAY, PLAY, FAULT, FAULT_TIME, RATE, STOP, REVERSED = range(len(RUDDER))

@@ -15,7 +15,7 @@ import numpy as np
 from ..bench.environment import code_version, environment
 from ..bench.execution import one_line, quiet
 from ..bench.store import check_vacant, write_atomic
-from ..models.errors import BadInput
+from ..models.errors import BadInput, EnvironmentFault
 from ..models.plain import plain
 from .claims.claim import Paper
 from .papers.study import StudyResult, stream, studies_of
@@ -114,6 +114,8 @@ def execute(job: Job) -> Run:
             result = study.function(stream(job.paper, job.study, job.index), index=job.index)
             values = {key: plain(value) for key, value in result.values.items()}
             series = {name: np.asarray(array) for name, array in result.series.items()}
+        except EnvironmentFault:
+            raise
         except Exception as reason:
             error = one_line(f"{type(reason).__name__}: {reason}")
     kept = series if job.index < study.drawn else {}

@@ -1,4 +1,4 @@
-"""Hand-written equations of motion of the truth simulator (numba). No code of `models/` is used.
+"""Hand-written equations of motion of the truth simulator (numba). No code of `models/` is used but `njit`.
 
 Mariner: Chislett & Stroem-Tejsen 1965 (MSS mariner.m).  S175: Son & Nomoto 1982 with roll locked (MSS container.m).
 KVLCC2: Yasukawa & Yoshimura 2015.  Response ships: paper 002, eq 1 and 4.  Wind, current, wave drift and damping
@@ -10,7 +10,8 @@ from __future__ import annotations
 from math import atan2, cos, exp, fabs, pi, sin, sqrt
 
 import numpy as np
-from numba import njit
+
+from ...models.compilation import njit
 
 JIT = {"cache": True, "error_model": "numpy"}
 GRAVITY = 9.81

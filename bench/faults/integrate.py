@@ -9,8 +9,8 @@ from __future__ import annotations
 from math import cos, exp, fabs, sin
 
 import numpy as np
-from numba import njit
 
+from ...models.compilation import njit
 from .equations import JIT, derivative
 
 #: Rudder chain between the recorded angle and the hull.

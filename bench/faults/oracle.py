@@ -10,8 +10,8 @@ from __future__ import annotations
 from math import exp, log
 
 import numpy as np
-from numba import njit
 
+from ...models.compilation import njit
 from .equations import JIT
 from .integrate import rk4
 

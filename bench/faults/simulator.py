@@ -10,10 +10,11 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import cfunc, types
+from numba import types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from ...datasets.manoeuvres import Manoeuvre, parse_manoeuvre
+from ...models.compilation import callback
 from ...models.errors import BadInput
 from . import equations, integrate
 from .ships import FIRST, Ship
@@ -160,8 +161,8 @@ def further_forces(extra: Sequence[tuple[Callable[..., None], np.ndarray]]) -> t
 
 @cache
 def compiled(function: Callable[..., None]) -> Any:
-    """A force function as a numba C function; cached on disk beside its file."""
-    return cfunc(FORCE, cache=True, error_model="numpy")(function)
+    """A force function as a numba C function, cached on disk."""
+    return callback(FORCE, function)
 
 
 def vector(dynamic: dict[str, float]) -> np.ndarray:

@@ -102,6 +102,3 @@ class Kind(ABC):
 
     def check(self, specs: Iterable[Any]) -> None:  # noqa: B027, most kinds need nothing
         """Raise `BadInput` where something that the runs need is missing on this machine."""
-
-    def warm(self, specs: Iterable[Any]) -> None:  # noqa: B027
-        """Compile, in this process, every kernel that the runs will need, so that workers only load them."""

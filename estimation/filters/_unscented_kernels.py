@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
-from ...models.compilation import A1, A2, I1, JIT, f8, i8
+from ...models.compilation import A1, A2, I1, JIT, f8, i8, njit
 from ...models.drivers import RHS, rk4_sample
 from ._joint_kernels import measure
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import isfinite, log
 
-from numba import njit, types
+from numba import types
 
-from ...models.compilation import A1, A2, A3, I1, JIT, f8, i8
+from ...models.compilation import A1, A2, A3, I1, JIT, f8, i8, njit
 
 
 @njit(types.void(A2, A2, A2, A2, A1, A2), **JIT)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
-from ...models.compilation import A1, A2, JIT, f8
+from ...models.compilation import A1, A2, JIT, f8, njit
 
 SUMS = {**JIT, "fastmath": {*JIT["fastmath"], "reassoc"}}
 """Compiler options that let the sums over coefficients run in vector registers."""

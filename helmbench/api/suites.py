@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ..bench.kinds.base import Kind, Selection
+    from ..bench.limits import Limits
     from ..bench.store import Store
     from ..reporting.leaderboard.standings import Leaderboard
 
@@ -98,6 +99,8 @@ def run_suite(
     seed: int | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
+    timeout_s: float | None = None,
+    memory_gib: float | None = None,
     resume: bool = False,
     progress: bool = False,
     message: Callable[[str], object] | None = None,
@@ -112,11 +115,13 @@ def run_suite(
     vessels : only these vessels or measured sets.
     seeds : number of seeds, or of rounds of a diagnosis suite; None: the suite's.
     seed : from which a diagnosis suite draws its cases; None: a new one.
-    jobs : worker processes; None: one for each processor.
+    jobs : worker processes, at most one for each processor, which is also what None means.
     scheduler : 'tcp://host:port' of a dask cluster to run on.
+    timeout_s : seconds after which a run is ended and kept as a failed one; compiling kernels does not count.
+    memory_gib : memory that the process of a run may allocate, GiB; Linux only.
     resume : continue a run that was interrupted, or start it where nothing was started.
     progress : show a progress bar on standard error.
-    message : is called with a line of text about a seed that was drawn, before anything runs.
+    message : is called with a line of text about a seed that was drawn or a number of workers, before anything runs.
 
     Returns
     -------
@@ -124,10 +129,13 @@ def run_suite(
 
     Raises
     ------
-    BadInput : an unknown suite, method or vessel, missing measured data, or a directory that cannot be used; found
-        before anything is written.
+    BadInput : an unknown suite, method or vessel, missing measured data, a limit or a directory that cannot be used;
+        found before anything is written.  Later, where the machine is at fault (a full disk, a lost cluster): what is
+        finished is kept, and `resume` goes on.
     """
     from ..bench.kinds.base import Selection
+    from ..bench.limits import UNLIMITED, Limits
+    from ..bench.pool import worker_count
 
     folder = Path(directory)
     given = Selection(suite or "quick", tuple(methods), tuple(vessels), seeds, seed)
@@ -136,7 +144,14 @@ def run_suite(
         stored = _stored_selection(folder)
         asked = (suite, given.methods, given.vessels, seeds) != (None, (), (), None)
         given = replace(given if asked else stored, seed=stored.seed if seed is None else seed)
-    store = _execute(folder, given, resume, jobs, scheduler, progress, message)
+    limits = Limits(timeout_s, memory_gib)
+    limits.check()
+    if limits != UNLIMITED and scheduler:
+        hint = "dask has its own: `dask worker --memory-limit`, and `--lifetime` with `--lifetime-restart`"
+        raise BadInput("--timeout and --memory are for worker processes of this machine", hint=hint)
+    if message is not None and not scheduler and (jobs or 0) > worker_count(jobs):
+        message(f"{jobs} workers asked for, {worker_count(jobs)} processors here: {worker_count(jobs)} workers")
+    store = _execute(folder, given, resume, jobs, scheduler, progress, message, limits)
     return SuiteResults(store.directory, store.manifest, tuple(run["row"] for run in store.runs))
 
 
@@ -206,6 +221,7 @@ def _execute(
     scheduler: str | None,
     progress: bool,
     message: Callable[[str], object] | None,
+    limits: Limits,
 ) -> Store:
     """Run what is not stored yet; whatever is wrong with the input is found before anything is written."""
     from tqdm import tqdm
@@ -230,9 +246,7 @@ def _execute(
         opened = runner.resume_store(directory, suite, specs) if resume else None
         with opened or runner.open_store(directory, suite, selection, specs) as store:
             todo = [spec for spec in specs if spec.key not in store.finished]
-            if not scheduler:
-                kind.warm(todo)
             done = len(specs) - len(todo)
             with tqdm(total=len(specs), initial=done, unit="run", disable=not progress, file=sys.stderr) as bar:
-                runner.run(todo, store, pool, lambda _: bar.update())
+                runner.run(todo, store, pool, lambda _: bar.update(), limits)
     return store

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 @click.option("--vessel", "vessels", multiple=True, help="Only these vessels (repeatable).")
 @click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds or rounds; default: the suite's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one for each processor.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default and most: one for each processor.")
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
+@click.option("--timeout", type=float, help="Seconds after which a run is ended and stored as failed.")
+@click.option("--memory", type=float, help="GiB of memory that a run may allocate (Linux).")
 @tuning_options
 @click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
 @click.option("-o", "--output", required=True, type=FILE, help="directory of the results")
@@ -33,6 +35,8 @@ def run(
     seed: int | None,
     jobs: int | None,
     scheduler: str | None,
+    timeout: float | None,
+    memory: float | None,
     tuner: str | None,
     storage: str | None,
     resume: bool,
@@ -53,6 +57,8 @@ def run(
         seed=seed,
         jobs=jobs,
         scheduler=scheduler,
+        timeout_s=timeout,
+        memory_gib=memory,
         resume=resume,
         progress=shows_progress(hidden),
         message=None if hidden else lambda text: click.echo(text, err=True),

@@ -1,9 +1,6 @@
 """Resolving, saving and reading models; the kernel cache."""
 
 import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -122,32 +119,3 @@ def test_a_number_without_unit_and_source_is_refused(tmp_path):
     path.write_text(head + "parameters: {T1: {value: 1.0}}\n")
     with pytest.raises(BadInput, match="needs value, unit and source"):
         read_vessel(path)
-
-
-def run(code: str, **environment: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", code], env={**os.environ, **environment}, capture_output=True, text=True, check=True
-    )
-    return done.stdout.strip()
-
-
-LOAD = """
-import sys
-from helmbench.models.kernels import load, cache_folder
-load('nomoto-1').rhs
-print('sympy' in sys.modules, cache_folder())
-"""
-
-
-def test_a_warm_start_reads_the_cache_and_never_imports_sympy(tmp_path):
-    first, _ = run(LOAD, HELMBENCH_CACHE=str(tmp_path)).split()
-    second, folder = run(LOAD, HELMBENCH_CACHE=str(tmp_path)).split()
-    assert (first, second) == ("True", "False")
-    assert folder.startswith(str(tmp_path)) and list((tmp_path / "kernels").glob("__pycache__/*.nbc"))
-
-
-def test_a_cache_folder_that_cannot_be_made_falls_back_to_a_temporary_one(tmp_path):
-    blocked = tmp_path / "file"
-    blocked.write_text("")
-    _, folder = run(LOAD, HELMBENCH_CACHE=str(blocked), TMPDIR=str(tmp_path)).split()
-    assert folder.startswith(str(tmp_path / "helmbench-"))

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-from numba import njit
 
+from ....models.compilation import njit
 from ..simulator import CONSTANTS
 from .base import ANTICIPATED, EffectKind, Setting
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...execution import guarded, measured_cost, quiet
+from ...execution import attempt, guarded, measured_cost
 from .judge import KNOWN, detectable, gain, judge, size_rows
 from .plan import ORACLE, CaseSpec
 
@@ -15,6 +14,7 @@ if TYPE_CHECKING:
     from ...faults import Injected
 
 WARM_SAMPLES = 120
+_WARMED: set[tuple[str, str]] = set()
 
 
 def injected_of(spec: CaseSpec) -> Injected:
@@ -33,27 +33,21 @@ def execute(spec: CaseSpec) -> dict[str, Any]:
     return guarded(spec, lambda row: _diagnose_and_score(spec, row))
 
 
-def warm(specs: Iterable[CaseSpec]) -> None:
-    """Compile the kernels of the cases' vessels in this process, so that workers only load them."""
-    first = {(spec.vessel, spec.maker): spec for spec in reversed(list(specs)) if spec.method != ORACLE}
-    for spec in (first[key] for key in sorted(first)):
-        with quiet():
-            _warm_one(spec)
+def _warm_up(spec: CaseSpec) -> None:
+    """Diagnose a short clean record, untimed, once per process, diagnoser and vessel: timed cases then compile nothing.
 
-
-def _warm_one(spec: CaseSpec) -> None:
-    """Diagnose a short clean record; what fails here fails again, with its reason, when the case is run."""
+    What fails here fails again, with its reason, when the case is run.
+    """
     from ....diagnosis.registry import find
-    from ....models.errors import CannotFit, FitFailed
     from ....models.model import resolve
     from ...faults import Case, inject
 
+    if (spec.maker, spec.vessel) in _WARMED or spec.method == ORACLE:
+        return
+    _WARMED.add((spec.maker, spec.vessel))
     found = inject(Case(spec.vessel), np.random.default_rng(0))
     short = [record.slice(0, WARM_SAMPLES) for record in (*found.train[:1], *found.held_out[:1])]
-    try:
-        find(spec.maker)().diagnose(resolve(spec.vessel), short[:1], short[1:], _options(spec))
-    except (CannotFit, FitFailed, ValueError, ArithmeticError):
-        return
+    attempt(lambda: find(spec.maker)().diagnose(resolve(spec.vessel), short[:1], short[1:], _options(spec)))
 
 
 def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
@@ -61,6 +55,7 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
     from ....diagnosis.registry import find
     from ....models.model import resolve
 
+    _warm_up(spec)
     case = injected_of(spec)
     row |= {"noncentrality": case.noncentrality, "detectable": detectable(case) if spec.injected else None}
     diagnoser = find("innovations" if spec.method == ORACLE else spec.maker)()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..base import Kind, Selection, Tables
 from .columns import CASE_COLUMNS, CASES, KEYS, SIZE_COLUMNS, SIZE_KEYS, SIZES
-from .execute import execute, warm
+from .execute import execute
 from .plan import CaseSpec, plan, with_seed
 
 if TYPE_CHECKING:
@@ -39,9 +39,6 @@ class DiagnosisKind(Kind):
     def describe(self, row: Mapping[str, Any]) -> str:
         injected = f"{row['injected']} injected ({row['strength']})" if row["injected"] else "nothing injected"
         return f"{row['method']} on {row['vessel']}, {injected}, gusts {row['gusts']}: {row['error']}"
-
-    def warm(self, specs: Iterable[CaseSpec]) -> None:
-        warm(specs)
 
 
 KIND = DiagnosisKind()

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
-from ...execution import attempt, guarded, measured_cost, one_line, quiet
+from ...execution import attempt, guarded, measured_cost, one_line
 from ...scores import Outcome, compute
 from .judge import parameter_rows
 from .plan import RunSpec
@@ -21,14 +20,6 @@ def execute(spec: RunSpec) -> dict[str, Any]:
     An error inside becomes the row's status and error.
     """
     return guarded(spec, lambda row: _fit_and_score(spec, row))
-
-
-def warm(specs: Iterable[RunSpec]) -> None:
-    """Compile, in this process, every kernel that the runs will need, so that workers only load them."""
-    first = {(spec.task.vessel, spec.task.source, spec.maker): spec for spec in reversed(list(specs))}
-    with quiet():
-        for spec in (first[key] for key in sorted(first)):
-            attempt(lambda spec=spec: _warm_fit(spec, problem(spec.task)))
 
 
 def _fit_and_score(spec: RunSpec, row: dict[str, Any]) -> list[dict[str, Any]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ....models.errors import BadInput
 from ..base import Kind, Selection, Tables
 from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
-from .execute import execute, warm
+from .execute import execute
 from .plan import RunSpec, plan
 from .problems import HELD_OUT_SEED
 
@@ -51,9 +51,6 @@ class IdentificationKind(Kind):
         tasks = [spec.task for spec in specs if spec.task.measured]
         for name, stem in dict.fromkeys((t.vessel, stem) for t in tasks for stem in (*t.train, *t.held_out)):
             load(name, stem)
-
-    def warm(self, specs: Iterable[RunSpec]) -> None:
-        warm(specs)
 
 
 KIND = IdentificationKind()

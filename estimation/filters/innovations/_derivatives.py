@@ -7,9 +7,9 @@ shift, and that to a variance of the noise one of their covariance.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
-from ....models.compilation import A1, A2, A3, I1, JIT, f8, i8
+from ....models.compilation import A1, A2, A3, I1, JIT, f8, i8, njit
 from .vector import CHANNELS
 
 BLOCK = 128

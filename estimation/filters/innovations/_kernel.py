@@ -12,9 +12,8 @@ The steps of one sample are `_measure` (channel by channel), `_propagate` (state
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from ....models.compilation import BORROWED, JIT
+from ....models.compilation import BORROWED, JIT, njit
 from ....models.rudder_chain import run_chain
 from ._arguments import Work, signature
 from ._steps import (

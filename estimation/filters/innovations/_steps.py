@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from ....models.compilation import JIT
+from ....models.compilation import JIT, njit
 from .vector import (
     BIAS,
     CHANNELS,

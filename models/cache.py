@@ -1,0 +1,168 @@
+"""The folder of compiled code: private to the user, every file checked by its digest before it is used.
+
+What is kept there is run, so nobody else may write it.  A file that is damaged counts as missing and is built again.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import os
+import shutil
+import stat
+import tempfile
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+
+from .errors import EnvironmentFault
+
+VARIABLE = "HELMBENCH_CACHE"
+LOCK_WAIT_S = 600.0
+"""How long one process waits for another that builds the same code; then it builds its own."""
+
+
+class Clock:
+    """Seconds that this process has spent on building code or on waiting for another that builds it."""
+
+    def __init__(self) -> None:
+        self._past, self._depth, self._since = 0.0, 0, 0.0
+
+    def seconds(self) -> float:
+        """Seconds until now."""
+        return self._past + (time.monotonic() - self._since if self._depth else 0.0)
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """The enclosed code builds."""
+        if not self._depth:
+            self._since = time.monotonic()
+        self._depth += 1
+        try:
+            yield
+        finally:
+            self._depth -= 1
+            if not self._depth:
+                self._past += time.monotonic() - self._since
+
+
+BUILDING = Clock()
+DIGEST_BYTES = hashlib.sha256().digest_size
+
+
+@lru_cache
+def cache_folder() -> Path:
+    """Folder of compiled code: HELMBENCH_CACHE, else the user's cache, else one that lasts as long as this process.
+
+    Workers started later share the folder: a passing one is put into the environment.
+
+    Raises
+    ------
+    EnvironmentFault : HELMBENCH_CACHE names a folder that cannot be used, or not even a temporary one can be made.
+    """
+    from platformdirs import user_cache_path
+
+    hint = f"set {VARIABLE} to a folder of your own that can be written"
+    if named := os.environ.get(VARIABLE):
+        try:
+            return private_folder(Path(named)) / "kernels"
+        except OSError as error:
+            raise EnvironmentFault(
+                f"compiled code cannot be kept here ({_told(error)})", file=named, hint=hint
+            ) from None
+    home = user_cache_path("helmbench")
+    try:
+        return private_folder(home) / "kernels"
+    except OSError as error:
+        reason = f"{home}: compiled code cannot be kept here ({_told(error)}) and is built anew at every start; {hint}"
+    warnings.warn(reason, RuntimeWarning, stacklevel=2)
+    return _passing_folder(hint) / "kernels"
+
+
+def _passing_folder(hint: str) -> Path:
+    """A new private folder that is removed when this process ends."""
+    try:
+        folder = tempfile.mkdtemp(prefix="helmbench-")
+    except OSError as error:
+        raise EnvironmentFault(f"no folder for compiled code can be made ({_told(error)})", hint=hint) from None
+    os.environ[VARIABLE] = folder
+    owner = os.getpid()
+    atexit.register(lambda: os.getpid() == owner and shutil.rmtree(folder, ignore_errors=True))
+    return private_folder(Path(folder))
+
+
+def private_folder(folder: Path) -> Path:
+    """The folder, with a subfolder `kernels` that only this user can enter; both are made where they are missing.
+
+    Raises `OSError` where the folder is a link, belongs to another user (but the administrator) or cannot be written.
+    """
+    _checked(folder, {os.geteuid(), 0} if hasattr(os, "geteuid") else set(), 0o022)
+    _checked(folder / "kernels", {os.geteuid()} if hasattr(os, "geteuid") else set(), 0o077)
+    tempfile.TemporaryFile(dir=folder / "kernels").close()
+    return folder
+
+
+def _checked(folder: Path, owners: set[int], closed: int) -> None:
+    """Make or check one folder: of one of these owners, and with these permissions taken from the others."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    found = folder.lstat()
+    mode = stat.S_IMODE(found.st_mode)
+    if not stat.S_ISDIR(found.st_mode):
+        raise OSError(f"{folder} is a link or a file")
+    if owners and found.st_uid not in owners:
+        raise OSError(f"{folder} belongs to another user")
+    if owners and mode & closed and not mode & stat.S_ISVTX:
+        folder.chmod(mode & ~closed)
+
+
+def _told(error: OSError) -> str:
+    return error.strerror or str(error)
+
+
+def store(path: Path, data: bytes) -> None:
+    """Write a file with its digest in front, whole or not at all.  Raises `OSError`."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(hashlib.sha256(data).digest() + data)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def stored(path: Path) -> bytes | None:
+    """What `store` wrote; None where there is nothing or where it is damaged."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    digest, data = content[:DIGEST_BYTES], content[DIGEST_BYTES:]
+    return data if hashlib.sha256(data).digest() == digest else None
+
+
+@contextmanager
+def building(path: Path) -> Iterator[None]:
+    """While one process builds a file of the cache, others that need it wait here."""
+    with BUILDING.running():
+        lock = lock_of(path)
+        try:
+            yield
+        finally:
+            if lock is not None:
+                lock.release()
+
+
+def lock_of(path: Path):
+    """The taken lock of a file; None where the file system has none or another process holds it for too long."""
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(f"{path}.lock", timeout=LOCK_WAIT_S, mode=0o600)
+    try:
+        lock.acquire()
+    except (OSError, NotImplementedError, Timeout):
+        return None
+    return lock
