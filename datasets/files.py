@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from ..models.errors import BadInput
@@ -43,6 +43,15 @@ def _first_wrong_byte(data: bytes) -> int | None:
 def _line_of(data: bytes, position: int) -> int:
     before = data[:position]
     return before.count(b"\n") + before.count(b"\r") - before.count(b"\r\n") + 1
+
+
+def refuse_existing(paths: Iterable[Path]) -> None:
+    """BadInput if one of the files exists."""
+    for path in paths:
+        if path.exists():
+            raise BadInput(
+                "exists already", file=path, hint="give another place, or --force (force=True) to replace it"
+            )
 
 
 def replace_together(writers: Mapping[Path, Callable[[Path], object]]) -> None:

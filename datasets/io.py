@@ -312,17 +312,19 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
     BadInput : the record could not be read back, the suffix is another, or the place cannot be written to. Nothing is
         written then.
     """
-    path = Path(path)
+    replace_together(record_writers(record, Path(path)))
+
+
+def record_writers(record: Record, path: Path) -> dict[Path, Callable[[Path], object]]:
+    """Place -> function that writes it, of a record and its sidecar; BadInput as `write_record`."""
     write = _writer(path)
     columns = {name: record.column(name) for name in in_order(["time_s", *record.channels])}
     check_header(list(columns), path)
     _check_samples(_Table(columns, lambda i: i + 2), path)
-    sidecar = path.with_suffix(".yaml")
     constant = [name for name in _constant_channels(record.channels) if name not in MAY_BE_CONSTANT]
     text = sidecar_text(record.meta, constant)
-    replace_together(
-        {path: lambda place: write(columns, place), sidecar: lambda place: place.write_text(text, "utf-8")}
-    )
+    sidecar = path.with_suffix(".yaml")
+    return {path: lambda place: write(columns, place), sidecar: lambda place: place.write_text(text, "utf-8")}
 
 
 def _writer(path: Path) -> Callable[[dict[str, np.ndarray], Path], None]:

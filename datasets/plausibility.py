@@ -1,27 +1,27 @@
-"""Checks of a record's metadata, units and sizes against its samples."""
+"""Plausibility of records: units, sizes, other ships, other scales, frozen samples, jumps, runs given twice.
+
+`doubts` says all that is doubtful about a record; `check_plausible` refuses records with a fatal doubt and returns the
+others, for the pages of results.  What a diagnosis can name as a sensor's fault is never fatal here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..models.errors import BadInput
+from .changes import changes, integral_over_gaps, median_ratio
 from .columns import RUDDERS
 from .record import Record
 
 if TYPE_CHECKING:
     from ..models.model import Model
 
-ONE_SIDE = 0.9
-"""A rudder is held to one side, and a ship turns to one, where this share of the angle, of the yaw rate, is there."""
-SIGN_SHARE = 0.3
-"""The rudder's sign is questioned where it explains at least this share of what the yaw rate leaves unexplained."""
-FEWEST = 20
-"""Samples with rudder and yaw rate (windows with two channels) below which sign (units) are not judged."""
-DEGREE = np.pi / 180.0
+DEGREE, GRAVITY = np.pi / 180.0, 9.81
 LARGEST_RUDDER, MOVED = 1.6, 0.02
 """Rudder angle, rad, that no rudder reaches, and the range of angles over which a ship turns."""
 FAINTEST = 1e-9
@@ -29,14 +29,18 @@ FAINTEST = 1e-9
 FASTEST, FASTEST_M_S, FASTEST_RAD_S = 10.0, 150.0, 7.0
 """Times the model's speed (yaw rate: its speed over its length) that no record of its ship reaches, and the speed and
 yaw rate of anything afloat, for models without a speed or length."""
-WINDOW = 10
-"""Fewest samples over which changes of two channels are compared."""
-NEAR, UNIT_SHARE, ODD = 0.15, 0.02, 5.0
-"""How near to their median half of the windows must be, how near that to a unit's factor, and the ratio from which on
-it is no error of a sensor whatever the unit."""
+UNIT_SHARE, ODD = 0.02, 5.0
+"""How near a ratio must be to a unit's factor, and the ratio from which on it is no error of a sensor."""
+OTHER_LENGTH = 0.05
+"""Relative difference of lengths from which on two vessels are not the same ship."""
+SCALE_SPEED, SCALE_TURN, SCALE_FROUDE = 2.5, 2.5, 0.7
+"""Ratio of speeds from which on scales are compared; yaw rate times the model's length over speed, and Froude number
+with the model's length, that no ship reaches."""
 TURN_UNITS = {
     "degrees in heading_rad": ("heading_rad", 1.0 / DEGREE),
     "degrees per second in yaw_rate_rad_s": ("yaw_rate_rad_s", DEGREE),
+    "degrees per minute in yaw_rate_rad_s": ("yaw_rate_rad_s", DEGREE / 60.0),
+    "per minute in yaw_rate_rad_s": ("yaw_rate_rad_s", 1.0 / 60.0),
     "milliseconds in time_s": ("time_s", 1e-3),
     "microseconds in time_s": ("time_s", 1e-6),
     "minutes in time_s": ("time_s", 60.0),
@@ -44,97 +48,65 @@ TURN_UNITS = {
 """Unit -> the column, and how many times as much the heading then changes as yaw rate and time say."""
 WAY_UNITS = {
     "knots in speed columns": ("surge_m_s", 1852.0 / 3600.0),
+    "metres per second in speed columns that are named knots": ("surge_m_s", 3600.0 / 1852.0),
     "km/h in speed columns": ("surge_m_s", 1.0 / 3.6),
+    "centimetres per second in speed columns": ("surge_m_s", 0.01),
     "milliseconds in time_s": ("time_s", 1e-3),
     "kilometres in position columns": ("north_m", 1e-3),
+    "centimetres in position columns": ("north_m", 100.0),
+    "millimetres in position columns": ("north_m", 1000.0),
+    "feet in position columns": ("north_m", 1.0 / 0.3048),
     "nautical miles in position columns": ("north_m", 1.0 / 1852.0),
     "minutes in time_s": ("time_s", 60.0),
 }
 """The same for positions against speeds."""
 
 
-class RudderSignWarning(UserWarning):
-    """The yaw response of a record contradicts the side to which a positive rudder is said to steer."""
+@dataclass(frozen=True)
+class Doubt:
+    """What is doubtful about a record: message, column, what to do, and whether the record is refused for it."""
+
+    record: str
+    message: str
+    hint: str
+    column: str | None = None
+    fatal: bool = True
+
+    def error(self) -> BadInput:
+        """The doubt as an error."""
+        return BadInput(self.message, file=self.record, column=self.column, hint=self.hint)
+
+    def __str__(self) -> str:
+        return str(self.error())
 
 
-def rudder_sign_doubt(record: Record) -> str | None:
-    """A sentence if the yaw response contradicts the record's rudder sign, else None.
-
-    Least squares of the integrated first-order response r - r0 = a int r + b int delta + c t, with r to starboard:
-    b must have the sign of the rudder.  In a turn, the rudder on one side and the speed falling, b says little:
-    there the yaw rate itself, which must stay on one side too, has that sign.
-    """
-    if record.meta.positive_rudder is None or not (record.has("yaw_rate_rad_s") or record.has("heading_rad")):
-        return None
-    rate, rudder = _yaw_rate(record), record.rudder()
-    known = np.isfinite(rate) & np.isfinite(rudder)
-    if known.sum() < FEWEST:
-        return None
-    time, rate, rudder = record.time_s[known] - record.time_s[known][0], rate[known], rudder[known]
-    expected = 1.0 if record.meta.positive_rudder == "starboard" else -1.0
-    helm, turn = _one_sided(rudder), _one_sided(rate)
-    if abs(helm) > ONE_SIDE:
-        contradicts = abs(turn) > ONE_SIDE and helm * turn * expected < 0.0
-    else:
-        contradicts = _turns_against(time, rate, rudder * expected)
-    if not contradicts:
-        return None
-    return (
-        f"rudder_sign: in {record.name} the ship turns against a rudder that is positive to "
-        f"{record.meta.positive_rudder}; check positive_rudder"
-    )
+class PlausibilityWarning(UserWarning):
+    """A record is usable, but something about it is doubtful."""
 
 
-def _yaw_rate(record: Record) -> np.ndarray:
-    if record.has("yaw_rate_rad_s"):
-        return record.column("yaw_rate_rad_s")
-    return np.gradient(record.heading_unwrapped(), record.time_s)
-
-
-def _one_sided(values: np.ndarray) -> float:
-    """1 where all values (N,) are positive, -1 where all are negative, between where they change sign."""
-    size = float(np.sum(np.abs(values)))
-    return float(np.sum(values)) / size if size > 0.0 else 0.0
-
-
-def _turns_against(time: np.ndarray, rate: np.ndarray, rudder: np.ndarray) -> bool:
-    """Whether the first-order response has the wrong sign and explains the yaw rate better than none does."""
-    columns = np.column_stack([_integral(rudder, time), _integral(rate, time), time, np.ones(time.size)])
-    gain, error = _least_squares(columns, rate)
-    _, error_without = _least_squares(columns[:, 1:], rate)
-    return gain < 0.0 and error <= (1.0 - SIGN_SHARE) * error_without
-
-
-def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Trapezoidal integral (N,) of values (N,) from the first time."""
-    steps = np.diff(time) * (values[1:] + values[:-1]) / 2.0
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def _least_squares(columns: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """First coefficient and sum of squared residuals."""
-    solution = np.linalg.lstsq(columns, values, rcond=None)[0]
-    return float(solution[0]), float(np.sum((values - columns @ solution) ** 2))
-
-
-# ------------------------------------------------------------------------------------------------ sizes and units
-
-
-def check_plausible(records: Sequence[Record], model: Model) -> None:
-    """Refuse records that hold the same run twice, or whose numbers are in another unit than their columns say.
+def check_plausible(records: Sequence[Record], model: Model) -> list[str]:
+    """Refuse records that hold the same run twice, or whose numbers cannot be what their columns say; the doubts that
+    are left, one sentence each.
 
     Raises
     ------
     BadInput : naming record, row and column where there are any, and the unit that the numbers are likely in.
     """
     check_no_copies(records)
-    for record in records:
-        _check_rudder(record)
-        _check_speed(record, model)
-        _check_rate(record, model)
-        _check_alive(record)
-        _check_turned(record)
-        _check_way(record)
+    found = [doubt for record in records for doubt in doubts(record, model)]
+    for doubt in found:
+        if doubt.fatal:
+            raise doubt.error()
+    return [str(doubt) for doubt in found]
+
+
+def doubts(record: Record, model: Model | None = None) -> list[Doubt]:
+    """All that is doubtful about a record, on its own and as a record of the model's ship."""
+    own = (_rudder, _alive, _turned, _way)
+    found = list(_vessel(record, model)) if model is not None else []
+    sizes = [*_speed(record, model), *_rate(record, model)]
+    scale = list(_scale(record, model)) if model is not None and not any(d.fatal for d in found) else []
+    return [*found, *(sizes or scale), *(doubt for check in own for doubt in check(record))]
 
 
 def check_no_copies(records: Sequence[Record], others: Sequence[Record] | None = None) -> None:
@@ -165,7 +137,10 @@ def same_samples(first: Record, second: Record) -> bool:
     )
 
 
-def _check_rudder(record: Record) -> None:
+# ------------------------------------------------------------------------------------------------ sizes
+
+
+def _rudder(record: Record) -> Iterator[Doubt]:
     for name in RUDDERS:
         if not record.has(name):
             continue
@@ -176,75 +151,31 @@ def _check_rudder(record: Record) -> None:
             hint = f"degrees? then call the column {name.replace('_rad', '_deg')}" if degrees else "check the column"
             when = record.time_s[int(angle.argmax())]
             message = f"a rudder angle of {largest:.4g} rad at {when:.6g} s, beyond {LARGEST_RUDDER} rad"
-            raise BadInput(message, file=record.name, column=name, hint=hint)
+            yield Doubt(record.name, message, hint, name)
 
 
-def _check_speed(record: Record, model: Model) -> None:
-    known = np.isfinite(model.speed_m_s)
-    most = FASTEST * model.speed_m_s if known else FASTEST_M_S
+def _speed(record: Record, model: Model | None) -> Iterator[Doubt]:
+    known = model is not None and np.isfinite(model.speed_m_s)
+    most = FASTEST * model.speed_m_s if known and model is not None else FASTEST_M_S
     for name in ("surge_m_s", "sway_m_s"):
         speed = _usual_size(record, name)
         if speed > most:
-            said = f"{FASTEST:.0f} times the {model.speed_m_s:.4g} m/s of {model.id}" if known else f"{most:.0f} m/s"
+            said = f"{most:.0f} m/s"
+            if known and model is not None:
+                said = f"{FASTEST:.0f} times the {model.speed_m_s:.4g} m/s of {model.id}"
             hint = "check its unit, its scale (model or full scale) and that the model is that of the ship"
-            raise BadInput(f"a speed of {speed:.4g} m/s, above {said}", file=record.name, column=name, hint=hint)
+            yield Doubt(record.name, f"a speed of {speed:.4g} m/s, above {said}", hint, name)
 
 
-def _check_alive(record: Record) -> None:
-    """Refuse a heading or a yaw rate that stays the same while the rudder moves."""
-    rudder = record.rudder() if record.has(RUDDERS[0]) or record.has(RUDDERS[1]) else np.zeros(1)
-    rudder = rudder[np.isfinite(rudder)]
-    if not rudder.size or np.ptp(rudder) < MOVED:
-        return
-    for name in ("heading_rad", "yaw_rate_rad_s"):
-        values = record.column(name) if record.has(name) else np.zeros(0)
-        values = values[np.isfinite(values)]
-        if values.size > 1 and np.ptp(values) < FAINTEST:
-            message = f"stays at {values[0]:.4g} while the rudder moves by {np.ptp(rudder):.3g} rad"
-            raise BadInput(message, file=record.name, column=name, hint="a dead sensor? leave the column out")
-
-
-def _check_rate(record: Record, model: Model) -> None:
-    length, speed = model.particulars.get("L"), model.speed_m_s
+def _rate(record: Record, model: Model | None) -> Iterator[Doubt]:
+    length, speed = (model.particulars.get("L"), model.speed_m_s) if model is not None else (None, np.nan)
     most = FASTEST * speed / length if length is not None and np.isfinite(speed) else FASTEST_RAD_S
     rate = _usual_size(record, "yaw_rate_rad_s")
     if rate > most:
         degrees = rate * DEGREE <= most
         hint = "degrees per second? then call the column yaw_rate_deg_s" if degrees else "check its unit and its scale"
         message = f"a yaw rate of {rate:.4g} rad/s, beyond {most:.3g} rad/s"
-        raise BadInput(message, file=record.name, column="yaw_rate_rad_s", hint=hint)
-
-
-def _check_turned(record: Record) -> None:
-    """Compare the heading's changes with the yaw rate's integral."""
-    if record.has("heading_rad", "yaw_rate_rad_s"):
-        turned = _changes(record, record.column("heading_rad"))
-        integral = _changes(record, _integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s))
-        _check_ratio(record, _ratio(turned, integral), TURN_UNITS, "headings", "heading, yaw rate and time")
-
-
-def _check_way(record: Record) -> None:
-    """Compare the way made by the positions with that by the speeds."""
-    if record.has("surge_m_s", "sway_m_s", "north_m", "east_m"):
-        with np.errstate(all="ignore"):
-            way = np.hypot(_changes(record, record.column("north_m")), _changes(record, record.column("east_m")))
-            speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
-        sailed = _changes(record, _integral_over_gaps(speed, record.time_s))
-        _check_ratio(record, _ratio(way, sailed), WAY_UNITS, "positions", "positions, speeds and time")
-
-
-def _check_ratio(
-    record: Record, ratio: float | None, units: Mapping[str, tuple[str, float]], what: str, columns: str
-) -> None:
-    """Refuse a ratio of changes that only another unit can make."""
-    if ratio is None:
-        return
-    message = f"{what} change {ratio:.4g} times as much as the rates of change and the time say"
-    for unit, (column, factor) in units.items():
-        if abs(ratio / factor - 1.0) < UNIT_SHARE:
-            raise BadInput(message, file=record.name, column=column, hint=f"{unit}? name the column so, or convert it")
-    if not 1.0 / ODD < ratio < ODD:
-        raise BadInput(message, file=record.name, hint=f"check the units of {columns}")
+        yield Doubt(record.name, message, hint, "yaw_rate_rad_s")
 
 
 def _usual_size(record: Record, name: str) -> float:
@@ -254,37 +185,110 @@ def _usual_size(record: Record, name: str) -> float:
     return float(np.quantile(values, 0.99)) if values.size else 0.0
 
 
-def _integral_over_gaps(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Trapezoidal integral (N,) that is nan where values are missing and goes on after them."""
-    with np.errstate(all="ignore"):
-        steps = np.nan_to_num(np.diff(time) * (values[1:] + values[:-1]) / 2.0)
-        return np.where(np.isfinite(values), np.concatenate([[0.0], np.cumsum(steps)]), np.nan)
+# ------------------------------------------------------------------------------------------------ ship and scale
 
 
-def _changes(record: Record, values: np.ndarray) -> np.ndarray:
-    """Changes (M,) of a series over windows of WINDOW samples or more, nan where a sample between is missing."""
-    window = max(1, min(max(WINDOW, record.n // 40), record.n // 10))
-    gaps = np.concatenate([[0], np.cumsum(~np.isfinite(values) | _after_gap(record))])
-    with np.errstate(all="ignore"):
-        change = values[window:] - values[:-window]
-    return np.where(gaps[window + 1 :] == gaps[1 : record.n + 1 - window], change, np.nan)
+def _vessel(record: Record, model: Model) -> Iterator[Doubt]:
+    """The sidecar names a vessel whose length is not the model's."""
+    from ..models.model import list_vessels, resolve
+
+    said, length = record.meta.vessel, model.particulars.get("L")
+    if said is None or length is None or said == model.id or said not in list_vessels():
+        return
+    own = resolve(said).particulars.get("L")
+    if own is not None and abs(own / length - 1.0) > OTHER_LENGTH:
+        message = f"is a record of {said} ({own:.4g} m), the model {model.id} is {length:.4g} m long"
+        hint = f"give the model of {said}, or correct 'vessel' in the record's sidecar"
+        yield Doubt(record.name, message, hint)
 
 
-def _after_gap(record: Record) -> np.ndarray:
-    """(N,) whether rows are missing before a sample."""
-    return np.concatenate([[False], np.diff(record.time_s) > 1.5 * record.dt])
+def _scale(record: Record, model: Model) -> Iterator[Doubt]:
+    """Speed and yaw rate are those of another scale than the model's."""
+    length, speed = model.particulars.get("L"), _straight_speed(record)
+    if length is None or speed is None or not np.isfinite(model.speed_m_s):
+        return
+    ratio = speed / model.speed_m_s
+    turn = _usual_size(record, "yaw_rate_rad_s") * length / speed
+    froude = speed / np.sqrt(GRAVITY * length)
+    smaller = ratio < 1.0 / SCALE_SPEED and turn > SCALE_TURN
+    larger = ratio > SCALE_SPEED and froude > SCALE_FROUDE and model.speed_m_s < 0.5 * np.sqrt(GRAVITY * length)
+    if not smaller and not larger:
+        return
+    scale = max(ratio, 1.0 / ratio) ** 2
+    which = "smaller" if smaller else "larger"
+    message = (
+        f"speed {speed:.3g} m/s and yaw rate are those of a ship about {scale:.0f} times {which} than {model.id} "
+        f"({length:.4g} m, {model.speed_m_s:.3g} m/s)"
+    )
+    hint = "model scale against full scale? scale the record by Froude's law, or give a model of its scale"
+    yield Doubt(record.name, message, hint)
 
 
-def _ratio(first: np.ndarray, second: np.ndarray) -> float | None:
-    """Median ratio of two series of changes (M,) in the windows with the larger changes; None where half of the
-    windows do not agree on it."""
-    known = np.isfinite(first) & np.isfinite(second) & (second != 0.0)
-    if known.sum() < FEWEST:
+def _straight_speed(record: Record) -> float | None:
+    """Speed, m/s, that a tenth of the samples exceed; None where no speed is recorded."""
+    if not record.has("surge_m_s"):
         return None
-    first, second = first[known], second[known]
-    large = np.abs(second) >= np.median(np.abs(second))
-    with np.errstate(all="ignore"):
-        ratio = first[large] / second[large]
-        median = float(np.median(ratio))
-        agreed = np.mean(np.abs(ratio / median - 1.0) < NEAR)
-    return median if median > 0.0 and agreed > 0.5 else None
+    known = np.abs(record.column("surge_m_s"))
+    known = known[np.isfinite(known)]
+    speed = float(np.quantile(known, 0.9)) if known.size else 0.0
+    return speed if speed > 0.0 else None
+
+
+# ------------------------------------------------------------------------------------------------ channels
+
+
+def _alive(record: Record) -> Iterator[Doubt]:
+    """A heading or a yaw rate that stays the same while the rudder moves."""
+    rudder = record.rudder() if record.has(RUDDERS[0]) or record.has(RUDDERS[1]) else np.zeros(1)
+    rudder = rudder[np.isfinite(rudder)]
+    if not rudder.size or np.ptp(rudder) < MOVED:
+        return
+    for name in ("heading_rad", "yaw_rate_rad_s"):
+        values = record.column(name) if record.has(name) else np.zeros(0)
+        values = values[np.isfinite(values)]
+        if values.size > 1 and np.ptp(values) < FAINTEST:
+            message = f"stays at {values[0]:.4g} while the rudder moves by {np.ptp(rudder):.3g} rad"
+            yield Doubt(record.name, message, "a dead sensor? leave the column out", name)
+
+
+def _turned(record: Record) -> Iterator[Doubt]:
+    """Compare the heading's changes with the yaw rate's integral."""
+    if record.has("heading_rad", "yaw_rate_rad_s"):
+        turned = changes(record, record.column("heading_rad"))
+        integral = changes(record, integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s))
+        yield from _ratio(record, turned, integral, TURN_UNITS, ("headings", "heading, yaw rate and time"))
+
+
+def _way(record: Record) -> Iterator[Doubt]:
+    """Compare the way made by the positions with that by the speeds."""
+    if record.has("surge_m_s", "sway_m_s", "north_m", "east_m"):
+        with np.errstate(all="ignore"):
+            way = np.hypot(changes(record, record.column("north_m")), changes(record, record.column("east_m")))
+            speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
+        sailed = changes(record, integral_over_gaps(speed, record.time_s))
+        yield from _ratio(record, way, sailed, WAY_UNITS, ("positions", "positions, speeds and time"))
+
+
+def _ratio(
+    record: Record,
+    first: np.ndarray,
+    second: np.ndarray,
+    units: Mapping[str, tuple[str, float]],
+    said: tuple[str, str],
+) -> Iterator[Doubt]:
+    """A ratio of changes that only another unit can make, or another direction."""
+    ratio = median_ratio(first, second)
+    if ratio is None:
+        return
+    what, columns = said
+    if ratio < 0.0:
+        message = f"{what} change against the direction of the rates of change"
+        yield Doubt(record.name, message, f"check the signs of {columns}", fatal=False)
+        return
+    message = f"{what} change {ratio:.4g} times as much as the rates of change and the time say"
+    for unit, (column, factor) in units.items():
+        if abs(ratio / factor - 1.0) < UNIT_SHARE:
+            yield Doubt(record.name, message, f"{unit}? name the column so, or convert it", column)
+            return
+    if not 1.0 / ODD < ratio < ODD:
+        yield Doubt(record.name, message, f"check the units of {columns}")

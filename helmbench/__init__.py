@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .api.check import Check, check
     from .api.diagnosis import Diagnosis, diagnose
     from .api.identification import identify, rudder_sign_doubt, simulate
+    from .api.importing import Import, import_log
     from .api.lists import (
         list_causes,
         list_diagnosers,
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
     from .datasets.measured import fetch
-    from .datasets.plausibility import RudderSignWarning
     from .datasets.record import Record, RecordMeta
+    from .datasets.rudder_sign import RudderSignWarning
     from .estimation.estimate import Estimate
     from .methods.registry import make as make_method
     from .methods.tuned import with_tuner
@@ -54,6 +55,7 @@ __all__ = [
     "Diagnosis",
     "Estimate",
     "FitFailed",
+    "Import",
     "Model",
     "Record",
     "RecordMeta",
@@ -68,6 +70,7 @@ __all__ = [
     "fetch",
     "generate",
     "identify",
+    "import_log",
     "leaderboard",
     "list_causes",
     "list_diagnosers",
@@ -100,11 +103,12 @@ _HOME = {
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
     "Estimate": ("estimation.estimate", "Estimate"),
     "FitFailed": ("models.errors", "FitFailed"),
+    "Import": ("api.importing", "Import"),
     "Model": ("models.model", "Model"),
     "Record": ("datasets.record", "Record"),
     "RecordMeta": ("datasets.record", "RecordMeta"),
     "Reproduction": ("api.reproduction", "Reproduction"),
-    "RudderSignWarning": ("datasets.plausibility", "RudderSignWarning"),
+    "RudderSignWarning": ("datasets.rudder_sign", "RudderSignWarning"),
     "SuiteResults": ("api.suites", "SuiteResults"),
     "Validation": ("api.validation", "Validation"),
     "calibrate": ("api.calibration", "calibrate"),
@@ -113,6 +117,7 @@ _HOME = {
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),
     "identify": ("api.identification", "identify"),
+    "import_log": ("api.importing", "import_log"),
     "leaderboard": ("api.suites", "leaderboard"),
     "list_causes": ("api.lists", "list_causes"),
     "list_diagnosers": ("api.lists", "list_diagnosers"),

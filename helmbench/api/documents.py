@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,6 +44,13 @@ def write_together(folder: Path, writers: Mapping[str, Callable[[Path], object]]
             folder.rmdir()
         raise
     return tuple(folder / name for name in writers)
+
+
+def refuse_existing(paths: Iterable[Path]) -> None:
+    """BadInput if one of the files exists."""
+    from ..datasets.files import refuse_existing as refuse
+
+    refuse(paths)
 
 
 def titles_text(titles: Mapping[str, str]) -> str:

@@ -98,7 +98,8 @@ def identify(
     FitFailed : no finite estimate was found.
     """
     from ..datasets.instruments import hull_record
-    from ..datasets.plausibility import RudderSignWarning, check_plausible, rudder_sign_doubt
+    from ..datasets.plausibility import check_plausible
+    from ..datasets.rudder_sign import RudderSignWarning, rudder_sign_doubt
     from ..methods.registry import make
 
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
@@ -128,7 +129,7 @@ def rudder_sign_doubt(record: Record, model: Model) -> str | None:
     response to the rudder is fitted by least squares, and its gain must have the sign of the rudder.
     """
     from ..datasets.instruments import hull_record
-    from ..datasets.plausibility import rudder_sign_doubt as doubt
+    from ..datasets.rudder_sign import rudder_sign_doubt as doubt
 
     return doubt(hull_record(record, model))
 

@@ -147,7 +147,7 @@ def validate(
     ------
     BadInput : a file or model cannot be used, a model has no coefficients, or no record suits the model.
     """
-    from ..datasets.plausibility import RudderSignWarning
+    from ..datasets.rudder_sign import RudderSignWarning
     from ..estimation.validation import validate as engine
 
     models = _named_models(model, compare)

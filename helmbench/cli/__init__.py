@@ -18,6 +18,7 @@ from .check import check
 from .diagnose import diagnose
 from .fetch import fetch
 from .identify import identify
+from .import_ import import_command
 from .list import list_command
 from .report import report
 from .reproduce import reproduce
@@ -33,7 +34,7 @@ def cli() -> None:
 
 
 COMMANDS = (
-    *(list_command, simulate, check, identify, validate, diagnose, calibrate),
+    *(list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
     *(run, report, reproduce, fetch),
 )
 for command in COMMANDS:

@@ -114,21 +114,32 @@ def shows_progress(hidden: bool) -> bool:
     return not hidden and sys.stderr.isatty()
 
 
-def check_file(output: Path) -> None:
-    """Refuse an output file that cannot be written, before anything is computed."""
+def force_option(function: Callable[P, R]) -> Callable[P, R]:
+    """Add `--force`."""
+    return click.option("--force", is_flag=True, help="Replace files that exist.")(function)
+
+
+def check_file(output: Path, force: bool = False) -> None:
+    """Refuse an output file that cannot be written or exists, before anything is computed."""
     from .. import BadInput
+    from ..api.documents import refuse_existing
 
     if output.is_dir():
         raise BadInput("is a directory", file=output, hint="give the name of a file with -o")
     if not output.resolve().parent.is_dir():
         raise BadInput("no such directory", file=output.parent)
+    if not force:
+        refuse_existing([output])
 
 
-def check_folder(output: Path) -> None:
-    """Refuse an output directory that cannot be made, before anything is computed."""
+def check_folder(output: Path, names: Iterable[str] = (), force: bool = False) -> None:
+    """Refuse an output directory that cannot be made or that holds files of these names, before computing."""
     from .. import BadInput
+    from ..api.documents import refuse_existing
 
     if output.exists() and not output.is_dir():
         raise BadInput("is a file", file=output, hint="give a directory with -o")
     if not output.exists() and not output.resolve().parent.is_dir():
         raise BadInput("no such directory", file=output.parent)
+    if not force:
+        refuse_existing(output / name for name in names)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.datasets.plausibility import check_no_copies, check_plausible, rudder_sign_doubt
+from helmbench.datasets.plausibility import check_no_copies, check_plausible
+from helmbench.datasets.rudder_sign import rudder_sign_doubt
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 

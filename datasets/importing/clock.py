@@ -1,0 +1,217 @@
+"""Times of logs: their forms, and the same in seconds."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from .raw import RawColumn
+
+Form = Literal[
+    "iso", "day first", "month first", "clock", "hhmmss", "day fraction", "excel", "datenum",
+    "epoch s", "epoch ms", "epoch us", "epoch ns", "seconds", "milliseconds", "minutes",
+]  # fmt: skip
+FORMS: tuple[Form, ...] = get_args(Form)
+DATED: tuple[Form, ...] = (
+    "iso",
+    "day first",
+    "month first",
+    "excel",
+    "datenum",
+    "epoch s",
+    "epoch ms",
+    "epoch us",
+    "epoch ns",
+)
+"""Forms that say the date: logs with these have a common time."""
+SCALES: dict[Form, tuple[float, float]] = {
+    "excel": (86400.0, -25569.0 * 86400.0),
+    "datenum": (86400.0, -719529.0 * 86400.0),
+    "epoch s": (1.0, 0.0),
+    "epoch ms": (1e-3, 0.0),
+    "epoch us": (1e-6, 0.0),
+    "epoch ns": (1e-9, 0.0),
+    "day fraction": (86400.0, 0.0),
+    "seconds": (1.0, 0.0),
+    "milliseconds": (1e-3, 0.0),
+    "minutes": (60.0, 0.0),
+}
+"""Form of a number -> factor and offset to (epoch) seconds."""
+MAGNITUDES: tuple[tuple[float, float, Form], ...] = (
+    (30000.0, 60000.0, "excel"),
+    (715000.0, 760000.0, "datenum"),
+    (5e8, 4e9, "epoch s"),
+    (5e11, 4e12, "epoch ms"),
+    (5e14, 4e15, "epoch us"),
+    (5e17, 4e18, "epoch ns"),
+)
+DAY = 86400.0
+CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp][Mm])?\s*(?:UTC|Z|GMT|LT)?")
+ISO = re.compile(r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}([T ].*)?|\d{8}[T ]\d{4,6}.*")
+NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
+NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
+
+
+@dataclass(frozen=True)
+class TimeGuess:
+    """The form of a time column, with confidence and reason."""
+
+    form: Form
+    confidence: float
+    reason: str
+
+
+def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
+    """The form of a column as a time; None where it can be none."""
+    if column.numeric:
+        return _guess_number(column.numbers, unit.lower())
+    texts = [text for text in column.first(200)]
+    if not texts:
+        return None
+    for form, pattern in (("clock", CLOCK), ("iso", ISO)):
+        if all(pattern.fullmatch(text) for text in texts):
+            return TimeGuess(form, 0.95, "form of the texts")  # type: ignore[arg-type]
+    if all(NAMED_DATE.fullmatch(text) for text in texts):
+        return TimeGuess("day first", 0.95, "form of the texts")
+    dates = [NUMERIC_DATE.fullmatch(text) for text in texts]
+    return _guess_order([match for match in dates if match]) if all(dates) else None
+
+
+def _guess_order(dates: Sequence[re.Match[str]]) -> TimeGuess:
+    if dates[0][2] == "." or any(int(match[1]) > 12 for match in dates):
+        return TimeGuess("day first", 0.95, "form of the date")
+    if any(int(match[3]) > 12 for match in dates):
+        return TimeGuess("month first", 0.95, "form of the date")
+    one_day = len({match[0][: match.start(5)] for match in dates}) == 1
+    return TimeGuess("day first", 0.8 if one_day else 0.55, "day and month could be exchanged")
+
+
+def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
+    known = numbers[np.isfinite(numbers)]
+    if known.size < 2 or np.ptp(known) == 0.0:
+        return None
+    steps = np.diff(known)
+    rising = bool(np.mean(steps >= 0.0) > 0.95)
+    low, high = float(known.min()), float(known.max())
+    for least, most, form in MAGNITUDES:
+        if rising and least <= low and high <= most and (form not in ("excel", "datenum") or np.median(steps) < 0.05):
+            return TimeGuess(form, 0.95, f"values near {low:.6g}")
+    if unit in ("ms", "msec", "millis", "milliseconds"):
+        return TimeGuess("milliseconds", 0.95, "unit")
+    if unit in ("min", "minutes"):
+        return TimeGuess("minutes", 0.95, "unit")
+    if unit in ("hhmmss",) or _is_hhmmss(known):
+        return TimeGuess("hhmmss", 0.85, "no value has minutes or seconds above 59")
+    if low >= 0.0 and high <= 1.0 and np.median(np.abs(steps)) < 1e-3 and unit not in ("s", "sec", "seconds"):
+        return TimeGuess("day fraction", 0.8, "values between 0 and 1")
+    return TimeGuess("seconds", 0.9 if rising else 0.6, "numbers that rise") if rising or high - low > 0 else None
+
+
+def _is_hhmmss(known: np.ndarray) -> bool:
+    """Whether numbers are clock times such as 235959.5: minutes and seconds below 60, and jumps at full minutes."""
+    whole = known.astype(np.int64)
+    sound = np.all((known >= 0.0) & (known < 240000.0) & (whole % 100 < 60) & (whole // 100 % 100 < 60))
+    jumps = np.diff(known)
+    return bool(sound and known.max() > 10000 and np.any((jumps > 40.0) & (jumps < 41.5)))
+
+
+def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
+    """(N,) seconds: since 1970 for forms with a date (UTC unless the text names a zone), else of the log's own clock.
+
+    columns : the time, or the date and the time of day.  nan where a cell is no time.
+    """
+    if len(columns) == 2:
+        date, clock = seconds(columns[:1], form), _time_of_day(columns[1])
+        if np.isfinite(date).any() and np.ptp(date[np.isfinite(date)]) > 0.0:
+            return date + clock
+        return date + _over_midnight(clock)
+    column = columns[0]
+    if form == "clock":
+        return _over_midnight(_time_of_day(column))
+    if form == "hhmmss":
+        return _over_midnight(_from_hhmmss(column.numbers))
+    if form == "day fraction":
+        return _over_midnight(DAY * column.numbers)
+    if form in SCALES:
+        factor, offset = SCALES[form]
+        return column.numbers * factor + offset
+    return _parsed(column, form)
+
+
+def _time_of_day(column: RawColumn) -> np.ndarray:
+    if isinstance(column.values, np.ndarray) or column.numeric:
+        numbers = column.numbers
+        known = numbers[np.isfinite(numbers)]
+        return DAY * numbers if known.size and known.max() <= 1.0 else _from_hhmmss(numbers)
+    return np.array([_clock(text.strip()) for text in column.values])
+
+
+def _clock(text: str) -> float:
+    text = text.rsplit(" ", 1)[-1] if re.match(r"\d{4}-", text) else text
+    match = CLOCK.fullmatch(text)
+    if not match:
+        return math.nan
+    hour, minute = int(match[1]), int(match[2])
+    second = match[3] or "0"
+    second = float(second.replace(",", ".").replace(":", "."))
+    if match[4]:
+        hour = hour % 12 + (12 if match[4].lower() == "pm" else 0)
+    return 3600.0 * hour + 60.0 * minute + second if hour < 24 and minute < 60 and second < 61.0 else math.nan
+
+
+def _from_hhmmss(numbers: np.ndarray) -> np.ndarray:
+    return 3600.0 * (numbers // 10000) + 60.0 * (numbers // 100 % 100) + numbers % 100
+
+
+def _over_midnight(clock: np.ndarray) -> np.ndarray:
+    """Times of day (N,) that go on after midnight."""
+    out, known = clock.copy(), np.flatnonzero(np.isfinite(clock))
+    steps = np.diff(clock[known])
+    out[known[1:]] += DAY * np.cumsum(steps < -DAY / 2.0)
+    return out
+
+
+def _parsed(column: RawColumn, form: Form) -> np.ndarray:
+    import pandas as pd
+
+    if isinstance(column.values, np.ndarray):
+        return np.full(column.values.size, np.nan)
+    texts = [re.sub(r"(:\d{2}),(\d)", r"\1.\2", text.strip()) for text in column.values]
+    if form == "iso":
+        texts = [re.sub(r"^(\d{4})[/.](\d{1,2})[/.](\d{1,2})", r"\1-\2-\3", text) for text in texts]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        how = "ISO8601" if form == "iso" else "mixed"
+        stamps = pd.to_datetime(pd.Series(texts), format=how, dayfirst=form == "day first", utc=True, errors="coerce")
+    values = stamps.to_numpy(dtype="datetime64[ns]")
+    out = values.astype(np.int64) / 1e9
+    return np.where(np.isnat(values), np.nan, out)
+
+
+def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
+    """Times (N,) of a clock that shows full seconds only: rows with the same stamp are spread evenly; what was done.
+
+    Only where at least a third of the rows repeat the stamp before them; other repeated stamps stay.
+    """
+    steps = np.diff(time)
+    if steps.size < 3 or np.isnan(steps).any() or (steps < 0.0).any() or np.mean(steps == 0.0) < 1.0 / 3.0:
+        return time, ""
+    first = np.flatnonzero(np.concatenate([[True], steps > 0.0]))
+    if first.size < 3:
+        return time, ""
+    inner = first[1:]
+    slope = (time[inner[-1]] - time[inner[0]]) / (inner[-1] - inner[0]) if inner.size > 1 else steps.mean()
+    rows = np.arange(time.size)
+    out = np.interp(rows, inner, time[inner])
+    out = np.where(rows < inner[0], time[inner[0]] - (inner[0] - rows) * slope, out)
+    out = np.where(rows > inner[-1], time[inner[-1]] + (rows - inner[-1]) * slope, out)
+    return (
+        out,
+        f"{int(np.sum(steps == 0.0))} rows repeat the time of the row before: spread evenly, {slope:.4g} s apart",
+    )

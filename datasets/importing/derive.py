@@ -1,0 +1,155 @@
+"""The channels of a record from the quantities of a log."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .geodesy import body_velocities, headings_of_track, on_plane
+from .report import Fault
+
+DIRECT = {
+    "rudder": "rudder_rad",
+    "rudder_command": "rudder_command_rad",
+    "propeller": "propeller_rps",
+    "propeller_thrust": "propeller_thrust_N",
+    "yaw_rate": "yaw_rate_rad_s",
+    "roll": "roll_rad",
+    "roll_rate": "roll_rate_rad_s",
+    "wind_speed": "wind_speed_m_s",
+    "wind_direction": "wind_direction_rad",
+}
+"""Quantities that are channels of a record already."""
+SLOWEST_M_S = 0.05
+"""Speed below which a course says nothing."""
+
+
+class Channels:
+    """Channels in the making: `found` by name, what was done in `steps`, faults, and facts for the sidecar."""
+
+    def __init__(self, label: str, time: np.ndarray, quantities: dict[str, np.ndarray]) -> None:
+        self.label, self.time, self.q = label, time, quantities
+        self.found: dict[str, np.ndarray] = {DIRECT[k]: v for k, v in quantities.items() if k in DIRECT}
+        self.steps: list[str] = []
+        self.faults: list[Fault] = []
+        self.facts: dict[str, Any] = {}
+
+    def warn(self, message: str, hint: str = "") -> None:
+        """Add a fault that does not end the import."""
+        self.faults.append(Fault(self.label, message, hint))
+
+
+def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], variation_deg: float | None) -> Channels:
+    """All channels that the quantities (N,) give.
+
+    variation_deg : magnetic variation, positive to east, for a magnetic heading without one in the log.
+    """
+    made = Channels(label, time, quantities)
+    _heading(made, variation_deg)
+    _positions(made)
+    _velocities(made)
+    _check_track(made)
+    return made
+
+
+def _heading(made: Channels, variation_deg: float | None) -> None:
+    q = made.q
+    if "heading" in q:
+        made.found["heading_rad"] = q["heading"]
+        return
+    if "heading_magnetic" not in q:
+        return
+    variation = q.get("magnetic_variation")
+    size = np.nanmean(variation) if variation is not None else math.radians(variation_deg or 0.0)
+    if variation is None and variation_deg is None:
+        hint = "give --variation, degrees to east"
+        made.warn("the heading is magnetic and no variation is known: it is used as true heading", hint)
+    deviation = q.get("magnetic_deviation")
+    correction = size + (np.nanmean(deviation) if deviation is not None else 0.0)
+    made.found["heading_rad"] = q["heading_magnetic"] + correction
+    made.steps.append(f"heading: magnetic heading {math.degrees(correction):+.3g} deg of variation and deviation")
+
+
+def _positions(made: Channels) -> None:
+    q = made.q
+    if "north" in q and "east" in q:
+        made.found |= {"north_m": q["north"], "east_m": q["east"]}
+        return
+    if "latitude" not in q or "longitude" not in q:
+        return
+    valid = np.isfinite(q["latitude"]) & np.isfinite(q["longitude"])
+    nothing = valid & (q["latitude"] == 0.0) & (q["longitude"] == 0.0)
+    if nothing.any():
+        made.warn(f"{int(nothing.sum())} positions at 0 N 0 E", "taken as gaps: a receiver without a fix")
+    if not (valid & ~nothing).any():
+        return
+    latitude, longitude = (np.where(nothing, np.nan, q[name]) for name in ("latitude", "longitude"))
+    north, east, plane = on_plane(latitude, longitude)
+    made.found |= {"north_m": north, "east_m": east}
+    origin = math.degrees(plane.latitude_rad), math.degrees(plane.longitude_rad)
+    made.facts["origin_deg"] = [round(value, 8) for value in origin]
+    made.steps.append(
+        f"north, east: plane through {origin[0]:.6f}, {origin[1]:.6f} deg; distances to {plane.scale_error:.1g} of "
+        f"their size, plane north to {math.degrees(plane.convergence_rad):.2g} deg; at the receiver's antenna"
+    )
+
+
+def _velocities(made: Channels) -> None:
+    q, heading = made.q, made.found.get("heading_rad")
+    if "surge" in q:
+        made.found |= {"surge_m_s": q["surge"]} | ({"sway_m_s": q["sway"]} if "sway" in q else {})
+        return
+    if "velocity_north" in q and "velocity_east" in q:
+        parts, told = (q["velocity_north"], q["velocity_east"]), "velocities to north and east"
+    elif "speed_over_ground" in q and "course_over_ground" in q:
+        speed, course = q["speed_over_ground"], q["course_over_ground"]
+        parts, told = (speed * np.cos(course), speed * np.sin(course)), "speed and course over ground"
+    elif "speed_over_ground" in q:
+        made.warn("a speed over ground without a course: surge and sway cannot be told apart", "speed kept aside")
+        return
+    else:
+        return
+    if heading is None:
+        made.warn(f"{told} without a heading: surge and sway cannot be told apart", "kept aside")
+        return
+    made.found["surge_m_s"], made.found["sway_m_s"] = body_velocities(*parts, heading)
+    made.steps.append(f"surge, sway: {told}, turned by the heading; at the receiver's antenna")
+
+
+def _check_track(made: Channels) -> None:
+    """Compare headings with the courses of the track: other axes and directions of rotation show there."""
+    found = made.found
+    if not {"heading_rad", "north_m", "east_m"} <= found.keys():
+        return
+    north, east = found["north_m"], found["east_m"]
+    least = max(SLOWEST_M_S, 0.3 * _usual_speed(north, east, made.time))
+    course = headings_of_track(north, east, made.time, least)
+    known = np.isfinite(course) & np.isfinite(found["heading_rad"])
+    if known.sum() < 20 or np.ptp(np.unwrap(course[known])) < 0.3:
+        return
+    heading, course = found["heading_rad"][known], course[known]
+    straight, drift = _agreement(course - heading)
+    mirrored, turn = _agreement(course + heading)
+    if mirrored > straight + 0.05 and mirrored > 0.9:
+        quarter = abs(abs(turn) - math.pi / 2.0) < 0.35
+        hint = "give the heading sign -1 in the mapping" + (", and exchange north and east" if quarter else "")
+        hint += "; mathematical angles count from east to north"
+        made.faults.append(Fault(made.label, "the heading turns against the track", hint, column="heading", fatal=True))
+    elif straight > 0.9 and abs(drift) > 0.35:
+        said = f"the ship moves {math.degrees(drift):+.0f} deg from its heading on average"
+        made.warn(said, "check the zero of the heading, and which of north and east is which")
+
+
+def _usual_speed(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> float:
+    with np.errstate(invalid="ignore"):
+        speed = np.hypot(np.gradient(north, time), np.gradient(east, time))
+    known = speed[np.isfinite(speed)]
+    return float(np.median(known)) if known.size else 0.0
+
+
+def _agreement(angle: np.ndarray) -> tuple[float, float]:
+    """(length of the mean direction between 0 and 1, mean angle) of angles (N,)."""
+    mean = np.exp(1j * angle).mean()
+    return float(abs(mean)), float(np.angle(mean))

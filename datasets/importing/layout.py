@@ -1,0 +1,187 @@
+"""The layout of a table of cells: its header, its row of units, its data, and rows that do not belong to it."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .raw import GAPS, RawColumn, RawTable, is_number
+from .units import is_unit, tidy
+
+TIME_LIKE = re.compile(r"[\"']?\d{1,4}([-./:]\d{1,2}){1,2}[ T]?.*|\d{1,2}:\d{2}.*|\d{8}T?\d*.*")
+POSITION = re.compile(r"\d{1,3}[°\s]\s*\d{1,2}.*[NSEW]?\s*")
+IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[({](?P<unit>[^\])}]*)[\])}]\s*$")
+NUMBERED = re.compile(
+    r"^\W*(?:col(?:umn)?|spalte|channel|kanal|ch)?\.?\s*#?(?P<number>\d{1,3})\s*[:=.)\-]\s*(?P<name>\S.*)$",
+    re.IGNORECASE,
+)
+SAMPLE = 400
+"""Rows that are looked at to find the layout."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A row of cells: its line number in the file, and whether it is marked as a comment."""
+
+    number: int
+    cells: tuple[str, ...]
+    comment: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Names and units (k) of the columns, and the index of the first line of data."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    start: int
+    width: int
+    done: tuple[str, ...] = ()
+
+
+def is_value(cell: str) -> bool:
+    """Whether a cell is a number, a time, an angle in degrees and minutes, or empty."""
+    cell = cell.strip()
+    return cell.lower() in GAPS or is_number(cell) or bool(TIME_LIKE.fullmatch(cell) or POSITION.fullmatch(cell))
+
+
+def is_data(cells: Sequence[str]) -> bool:
+    """Whether a row holds data: at least one value, and most of its cells are values."""
+    told = [cell for cell in cells if cell.strip()]
+    return len(told) > 0 and sum(map(is_value, told)) >= 0.5 * len(told) and any(is_number(c) for c in told)
+
+
+def find_layout(lines: Sequence[Line]) -> Layout | None:
+    """The layout of lines; None where no line holds data."""
+    plain = [line for line in lines if not line.comment]
+    widths = Counter(len(line.cells) for line in plain[-SAMPLE:] if is_data(line.cells))
+    if not widths:
+        return None
+    width = widths.most_common(1)[0][0]
+    same = (i for i, x in enumerate(lines) if not x.comment and len(x.cells) == width and is_data(x.cells))
+    start = next(same, None)
+    if start is None:
+        return None
+    head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells)]
+    names, units, done = _header(head, width)
+    return Layout(names, units, start, width, done)
+
+
+def _header(head: Sequence[Line], width: int) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """(names, units, what was done) from the lines above the data."""
+    near = [line for line in head[-4:] if _could_be_header(line.cells, width)]
+    done = []
+    units = [""] * width
+    if len(near) > 1 and _units_row(near[-1].cells, width):
+        units = [cell.strip().strip("[]()") for cell in _fitted(near[-1].cells, width)]
+        done.append(f"line {near[-1].number} is a row of units")
+        near = near[:-1]
+    names = _fitted(near[-1].cells, width) if near else []
+    if not near:
+        listed = _listed_names(head)
+        names = [listed.get(i + 1, "") for i in range(width)]
+        done += ["the names of the columns are listed in the comment lines"] if listed else []
+    split = [_name_and_unit(name) for name in names]
+    units = [own or unit for (_, own), unit in zip(split, units, strict=True)]
+    texts = _distinct([name or f"column {i + 1}" for i, (name, _) in enumerate(split)])
+    used = {line.number for line in near[-1:]}
+    above = [line for line in head if line.number not in used]
+    if above:
+        done.append(f"{len(above)} line{'s' if len(above) > 1 else ''} above the header not used as data")
+    return tuple(texts), tuple(units), tuple(done)
+
+
+def _could_be_header(cells: Sequence[str], width: int) -> bool:
+    cells = _stripped(cells)
+    return (len(cells) in (width, width - 1) and not any(is_number(cell) for cell in cells)) or (
+        len(cells) == width and _units_row(cells, width)
+    )
+
+
+def _units_row(cells: Sequence[str], width: int) -> bool:
+    told = [cell for cell in _stripped(cells) if cell.strip()]
+    known = sum(is_unit(cell) for cell in told)
+    return len(_stripped(cells)) <= width and known >= 1 and known >= 0.6 * len(told)
+
+
+def _stripped(cells: Sequence[str]) -> list[str]:
+    """The cells without empty ones at the end."""
+    out = [cell.strip() for cell in cells]
+    while out and not out[-1]:
+        out.pop()
+    return out
+
+
+def _fitted(cells: Sequence[str], width: int) -> list[str]:
+    return [*_stripped(cells), *[""] * width][:width]
+
+
+def _listed_names(head: Sequence[Line]) -> dict[int, str]:
+    """Column number -> name, from comment lines such as `column 3: heading [deg]`."""
+    found = [NUMBERED.match(" ".join(line.cells)) for line in head]
+    names = {int(match["number"]): match["name"].strip() for match in found if match}
+    return names if len(names) > 1 and sorted(names) == list(range(1, len(names) + 1)) else {}
+
+
+def _name_and_unit(text: str) -> tuple[str, str]:
+    text = text.strip().strip("\"'")
+    match = IN_BRACKETS.match(text)
+    if match and match["name"]:
+        return match["name"].strip(), match["unit"].strip()
+    name, separator, unit = text.rpartition(" in ")
+    return (name.strip(), unit.strip()) if separator and is_unit(unit) and tidy(unit) else (text, "")
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    counts: Counter[str] = Counter()
+    out = []
+    for name in names:
+        counts[name] += 1
+        out.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
+    return out
+
+
+def table_of(lines: Sequence[Line], file: str, sheet: str, done: Sequence[str]) -> RawTable | None:
+    """The raw table of lines of cells; None where they hold no data."""
+    layout = find_layout(lines)
+    if layout is None:
+        return None
+    body = [line for line in lines[layout.start :] if any(cell.strip() for cell in line.cells)]
+    kept, faults, notes = _sorted_out(body, layout)
+    cells = list(zip(*(line.cells for line in kept), strict=True)) if kept else [()] * layout.width
+    columns = [
+        RawColumn(name, unit, tuple(values))
+        for name, unit, values in zip(layout.names, layout.units, cells, strict=True)
+        if not (name.startswith("column ") and not any(value.strip() for value in values))
+    ]
+    rows = np.array([line.number for line in kept], dtype=int)
+    return RawTable(file, tuple(columns), rows, sheet, file, (*done, *layout.done, *notes), tuple(faults))
+
+
+def _sorted_out(body: Sequence[Line], layout: Layout) -> tuple[list[Line], list[tuple[int, str]], list[str]]:
+    """(rows of data, rows that are not, what was left out without harm)."""
+    kept: list[Line] = []
+    faults: list[tuple[int, str]] = []
+    comments = headers = 0
+    for line in body:
+        if line.comment:
+            comments += 1
+        elif len(line.cells) == layout.width and _is_header_again(line.cells, layout):
+            headers += 1
+        elif len(line.cells) == layout.width:
+            kept.append(line)
+        else:
+            faults.append((line.number, f"{len(line.cells)} cells under {layout.width} columns"))
+    done = [f"{comments} comment lines between the data left out"] if comments else []
+    return kept, faults, done + ([f"{headers} repeated header lines left out"] if headers else [])
+
+
+def _is_header_again(cells: Sequence[str], layout: Layout) -> bool:
+    names = [_name_and_unit(cell)[0] for cell in cells]
+    return sum(a == b for a, b in zip(names, layout.names, strict=True)) > 0.5 * layout.width or (
+        not any(is_number(cell) for cell in cells) and _units_row(cells, layout.width)
+    )

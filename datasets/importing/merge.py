@@ -1,0 +1,181 @@
+"""Streams of several loggers on one time base: clocks are aligned, samples averaged or interpolated."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .convert import Stream, wrapped_apart
+from .offsets import estimate_offset
+from .quantities import QUANTITIES
+from .report import Fault
+
+SLOW_MATTERS = frozenset({"propeller", "propeller_thrust", "wind_speed", "wind_direction", "magnetic_variation"})
+"""Quantities that change slowly: a logger of these alone does not set the time step."""
+LONGEST_GAP = 3.0
+"""Steps of a logger over which is interpolated; longer ones stay gaps."""
+
+
+@dataclass(frozen=True)
+class Merged:
+    """Quantities (N,) over one time (N,) s; `steps` says what was done."""
+
+    time: np.ndarray
+    quantities: dict[str, np.ndarray]
+    dated: bool
+    steps: tuple[str, ...]
+    streams: tuple[Stream, ...]
+
+
+def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merged | None, list[Fault]]:
+    """One run from streams of several loggers, or from a single one, and faults.
+
+    A single stream keeps its samples unless `step_s` asks for another step.  Several are put on a grid with the step
+    of the slowest of them, or with `step_s`: faster ones are averaged over a step, the others interpolated linearly,
+    not over gaps of more than three of their steps.
+    """
+    aligned, done, faults = align(streams)
+    if any(fault.fatal for fault in faults):
+        return None, faults
+    done = [*itertools.chain(*(stream.done for stream in aligned)), *done]
+    dated = any(stream.dated for stream in aligned)
+    same = all(np.array_equal(stream.time, aligned[0].time) for stream in aligned)
+    if same and step_s is None:
+        return Merged(aligned[0].time, _together(aligned), dated, tuple(done), tuple(aligned)), faults
+    grid, step = _grid(aligned, step_s)
+    if grid.size < 3:
+        said = "the loggers have no time in common: " + ", ".join(_extent(stream) for stream in aligned)
+        hint = "give the files of one run, or clock_offset_s in the mapping"
+        return None, [*faults, Fault(aligned[0].label, said, hint, fatal=True)]
+    placed = []
+    for stream in aligned:
+        values, told = _resampled(stream, grid, step)
+        placed.append(replace(stream, time=grid, quantities=values))
+        done.append(told)
+    return Merged(grid, _together(placed), dated, tuple(done), tuple(aligned)), faults
+
+
+def _together(streams: Sequence[Stream]) -> dict[str, np.ndarray]:
+    """All quantities; of one that several have, that of the stream that has it with the fewest gaps."""
+    out: dict[str, np.ndarray] = {}
+    for stream in streams:
+        for name, values in stream.quantities.items():
+            if name not in out or np.isfinite(values).sum() > np.isfinite(out[name]).sum():
+                out[name] = values
+    return out
+
+
+def _extent(stream: Stream) -> str:
+    return f"{stream.label} {stream.time[0]:.3f} to {stream.time[-1]:.3f} s"
+
+
+# ------------------------------------------------------------------------------------------------ clocks
+
+
+def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Fault]]:
+    """The streams on the clock of the one with the rudder, what was done, and clocks that cannot be compared."""
+    clocks: dict[str, list[Stream]] = {}
+    for stream in streams:
+        clocks.setdefault(stream.clock, []).append(stream)
+    base = next(
+        (name for name, own in clocks.items() if any("rudder" in s.quantities for s in own)), next(iter(clocks))
+    )
+    out, done, faults = list(clocks[base]), [], []
+    waiting = [own for name, own in clocks.items() if name != base]
+    while waiting:
+        tried = [(own, _shift(out, own)) for own in waiting]
+        ready = [(own, shift) for own, shift in tried if shift is not None]
+        if not ready:
+            break
+        own, (seconds, told) = ready[0]
+        out += [replace(stream, time=stream.time + seconds, dated=out[0].dated) for stream in own]
+        done += [told] if told else []
+        waiting.remove(own)
+    for own in waiting:
+        hint = "give clock_offset_s of this table in the mapping"
+        said = f"its clock cannot be compared with that of {out[0].label}: no date and no channel in common"
+        faults.append(Fault(own[0].label, said, hint, fatal=True))
+    return out, done, faults
+
+
+def _shift(base: Sequence[Stream], own: Sequence[Stream]) -> tuple[float, str] | None:
+    """(seconds to add to the clock of `own`, what to say of it); None where nothing tells it."""
+    label, reference = own[0].label, base[0].label
+    given = next((stream.offset_s for stream in own if stream.offset_s is not None), None)
+    if given is not None:
+        return given, f"{label}: clock set {given:+g} s as the mapping says"
+    found = estimate_offset(base, own)
+    if found is not None:
+        told = f"{found.seconds:+.3f} s (standard error {found.stderr:.2g} s, correlation {found.correlation:.4f})"
+        return found.seconds, f"{label}: clock set {told} to that of {reference}, told by {found.quantity}"
+    if all(stream.dated for stream in (*base, *own)):
+        return 0.0, f"{label}: clock taken as that of {reference} (no channel that both hold tells more)"
+    return None
+
+
+# ------------------------------------------------------------------------------------------------ samples
+
+
+def _grid(streams: Sequence[Stream], step_s: float | None) -> tuple[np.ndarray, float]:
+    """Times that all streams cover, in steps of the slowest."""
+    matters = [stream for stream in streams if not set(stream.quantities) <= SLOW_MATTERS] or list(streams)
+    step = step_s or float(f"{max(stream.step for stream in matters):.4g}")
+    start = max(stream.time[0] for stream in matters)
+    stop = min(stream.time[-1] for stream in matters)
+    return start + step * np.arange(int(max(0.0, (stop - start) / step + 1e-6)) + 1), step
+
+
+def _resampled(stream: Stream, grid: np.ndarray, step: float) -> tuple[dict[str, np.ndarray], str]:
+    """The quantities on the grid, and how."""
+    if np.array_equal(stream.time, grid):
+        return dict(stream.quantities), f"{stream.label}: {stream.time.size} samples every {step:.4g} s, kept"
+    averaged = stream.step < 0.75 * step
+    how = "averaged" if averaged else "interpolated linearly"
+    told = f"{stream.label}: {stream.time.size} samples every {stream.step:.4g} s, {how} to every {step:.4g} s"
+    values = {}
+    for name, series in stream.quantities.items():
+        series = wrapped_apart(series) if name in QUANTITIES and QUANTITIES[name].wraps else series
+        known = np.isfinite(series)
+        place = _averaged if averaged else _interpolated
+        values[name] = place(stream.time[known], series[known], grid, step, stream.step)
+    return values, told
+
+
+def _averaged(time: np.ndarray, values: np.ndarray, grid: np.ndarray, step: float, own: float) -> np.ndarray:
+    """Means (M,) of the line through the samples over half a step to both sides; nan beside gaps of three steps.
+
+    At the ends of the samples the means are over as much as is known on both sides.
+    """
+    if time.size < 2:
+        return np.full(grid.size, np.nan)
+    integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2.0)])
+    half = np.clip(np.minimum(grid - time[0], time[-1] - grid), -1.0, step / 2.0)
+    half = np.where((half < 1e-6 * step) & (half > -1e-6 * step), 1e-6 * step, half)
+    low, high = grid - half, grid + half
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = (_integral_at(high, time, values, integral) - _integral_at(low, time, values, integral)) / (high - low)
+    wide = np.concatenate([[0], np.cumsum(np.diff(time) > LONGEST_GAP * own)])
+    first, last = (np.clip(np.searchsorted(time, edge), 0, time.size - 1) for edge in (low, high))
+    return np.where((high > low) & (wide[first] == wide[last]), mean, np.nan)
+
+
+def _integral_at(at: np.ndarray, time: np.ndarray, values: np.ndarray, integral: np.ndarray) -> np.ndarray:
+    """Integral (M,) up to some times of the line through samples (N,), whose integral up to each of them is known."""
+    place = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
+    since = at - time[place]
+    slope = (values[place + 1] - values[place]) / (time[place + 1] - time[place])
+    return integral[place] + since * (values[place] + 0.5 * slope * since)
+
+
+def _interpolated(time: np.ndarray, values: np.ndarray, grid: np.ndarray, step: float, own: float) -> np.ndarray:
+    """Linear interpolation (M,); nan outside and in gaps of more than three steps."""
+    if time.size < 2:
+        return np.full(grid.size, np.nan)
+    out = np.interp(grid, time, values, left=np.nan, right=np.nan)
+    after = np.clip(np.searchsorted(time, grid), 1, time.size - 1)
+    gap = (time[after] - time[after - 1]) > LONGEST_GAP * own
+    on_sample = np.abs(time[after] - grid) < 1e-9
+    return np.where(gap & ~on_sample, np.nan, out)

@@ -1,0 +1,136 @@
+"""Offsets between the clocks of loggers, estimated from what both have recorded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .convert import Stream, wrapped_apart
+
+NEAR_S = 120.0
+"""Offset that is searched between clocks that both show the date."""
+AGREEING = 0.9
+"""Correlation from which on two clocks are compared."""
+MOST_LAGS, FEWEST, OVERLAP = 1500, 30, 0.4
+"""Lags that are tried, samples in common, and the share of the shorter log that must overlap."""
+
+
+@dataclass(frozen=True)
+class Offset:
+    """Seconds to add to the times of the second clock, standard error, correlation, and the quantity compared."""
+
+    seconds: float
+    stderr: float
+    correlation: float
+    quantity: str
+
+
+def estimate_offset(first: Sequence[Stream], second: Sequence[Stream]) -> Offset | None:
+    """The offset between two clocks with streams that share a quantity; None where nothing is shared or it disagrees.
+
+    The second series is moved against the first: first the lag of the largest correlation of the changes, then
+    least squares of first(t) = second(t - offset) + a + b t.
+    """
+    own, other = _series(first), _series(second)
+    shared = [name for name in ("turn", "speed", "north", "east", "rudder", "roll") if name in own and name in other]
+    dated = all(stream.dated for stream in (*first, *second))
+    found = [_between(own[name], other[name], dated, name) for name in shared]
+    sure = [offset for offset in found if offset is not None and offset.correlation >= AGREEING]
+    return min(sure, key=lambda offset: offset.stderr) if sure else None
+
+
+def _series(streams: Sequence[Stream]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Name -> (times, values) of what can be compared; turning is compared as heading."""
+    out: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for stream in streams:
+        q = stream.quantities
+        for name in ("heading", "heading_magnetic"):
+            if name in q:
+                out.setdefault("turn", _known(stream.time, wrapped_apart(q[name])))
+        if "yaw_rate" in q:
+            time, rate = _known(stream.time, q["yaw_rate"])
+            turned = np.concatenate([[0.0], np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2.0)])
+            out.setdefault("turn", (time, turned))
+        for name, source in (("speed", "speed_over_ground"), ("north", "north"), ("east", "east"), ("roll", "roll")):
+            if source in q:
+                out.setdefault(name, _known(stream.time, q[source]))
+        if "surge" in q and "sway" in q:
+            out.setdefault("speed", _known(stream.time, np.hypot(q["surge"], q["sway"])))
+        if "rudder" in q:
+            out.setdefault("rudder", _known(stream.time, q["rudder"]))
+    return {name: pair for name, pair in out.items() if pair[0].size >= FEWEST}
+
+
+def _known(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    known = np.isfinite(values)
+    return time[known], values[known]
+
+
+def _between(first: tuple, second: tuple, dated: bool, name: str) -> Offset | None:
+    (t1, x1), (t2, x2) = first, second
+    step = max(float(np.median(np.diff(t1))), float(np.median(np.diff(t2))))
+    shortest = min(t1[-1] - t1[0], t2[-1] - t2[0])
+    overlap = min(t1[-1], t2[-1]) - max(t1[0], t2[0])
+    if dated and overlap > OVERLAP * shortest:
+        low, high = -NEAR_S, NEAR_S
+    else:
+        keep = OVERLAP * shortest
+        low, high = t1[0] + keep - t2[-1], t1[-1] - keep - t2[0]
+    count = int(min(MOST_LAGS, max(3, math.ceil((high - low) / step))))
+    lags = np.linspace(low, high, count)
+    grid_step = max(step, shortest / 2000.0)
+    scores = [_correlation(t1, x1, t2 + lag, x2, grid_step, OVERLAP * shortest) for lag in lags]
+    best = int(np.argmax(scores))
+    if scores[best] < 0.5:
+        return None
+    return _refined(t1, x1, t2, x2, float(lags[best]), grid_step, name)
+
+
+def _common(t1: np.ndarray, t2: np.ndarray, step: float) -> np.ndarray:
+    return np.arange(max(t1[0], t2[0]), min(t1[-1], t2[-1]), step)
+
+
+def _correlation(t1: np.ndarray, x1: np.ndarray, t2: np.ndarray, x2: np.ndarray, step: float, least: float) -> float:
+    """Correlation of the changes of two series where they overlap; -1 where they overlap too little."""
+    grid = _common(t1, t2, step)
+    if grid.size < FEWEST or grid[-1] - grid[0] < least:
+        return -1.0
+    width = max(1, grid.size // 100)
+    a, b = np.interp(grid, t1, x1), np.interp(grid, t2, x2)
+    a, b = a[width:] - a[:-width], b[width:] - b[:-width]
+    a, b = a - a.mean(), b - b.mean()
+    power = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / power if power > 0.0 else -1.0
+
+
+def _refined(t1, x1, t2, x2, lag: float, step: float, name: str) -> Offset | None:
+    """Gauss-Newton steps on the offset, with a constant and a trend beside it."""
+    stderr, correlation = math.inf, 0.0
+    for _ in range(12):
+        grid = _common(t1, t2 + lag, step)
+        if grid.size < FEWEST:
+            return None
+        a, b = np.interp(grid, t1, x1), np.interp(grid, t2 + lag, x2)
+        slope = np.gradient(b, grid)
+        columns = np.column_stack([-slope, np.ones(grid.size), grid - grid[0]])
+        solution = np.linalg.lstsq(columns, a - b, rcond=None)[0]
+        rest = a - b - columns @ solution
+        lag += float(np.clip(solution[0], -5.0 * step, 5.0 * step))
+        stderr = _stderr(rest, slope)
+        line = columns[:, 1:] @ np.linalg.lstsq(columns[:, 1:], a, rcond=None)[0]
+        correlation = math.sqrt(max(0.0, 1.0 - float(rest @ rest) / max(float(np.sum((a - line) ** 2)), 1e-300)))
+        if abs(solution[0]) < 1e-4 * step:
+            break
+    return Offset(lag, stderr, correlation, name)
+
+
+def _stderr(rest: np.ndarray, slope: np.ndarray) -> float:
+    """Standard error of the offset, residuals being correlated from sample to sample."""
+    power = float(np.sum((slope - slope.mean()) ** 2))
+    variance = float(np.mean(rest**2))
+    r = float(np.sum(rest[1:] * rest[:-1]) / max(float(np.sum(rest**2)), 1e-300))
+    inflation = (1.0 + r) / max(1.0 - r, 1e-3)
+    return math.sqrt(variance * max(inflation, 1.0) / power) if power > 0.0 else math.inf

@@ -1,0 +1,84 @@
+"""What an import did: the columns, the steps, and all faults of the files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...models.errors import BadInput
+
+MOST_TOLD = 4
+"""Faults that the one line of an error repeats."""
+
+
+@dataclass(frozen=True)
+class ColumnRow:
+    """One column: table, name, unit of its numbers, what it became ('aside' if nothing), smallest and largest number,
+    first values, confidence from 0 to 1 (nan where a mapping file says it), reason."""
+
+    table: str
+    column: str
+    unit: str
+    to: str
+    smallest: float
+    largest: float
+    first: tuple[str, ...]
+    confidence: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something wrong with a file: where, what, what to do, and whether the import ends by it."""
+
+    table: str
+    message: str
+    hint: str = ""
+    row: int | None = None
+    column: str | None = None
+    fatal: bool = False
+
+    def __str__(self) -> str:
+        return str(BadInput(self.message, file=self.table, row=self.row, column=self.column, hint=self.hint or None))
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """Columns, steps in their order, and faults that did not end the import."""
+
+    columns: tuple[ColumnRow, ...]
+    steps: tuple[str, ...]
+    faults: tuple[Fault, ...]
+
+
+class ImportFault(BadInput):
+    """A log cannot be imported; `columns` and `faults` hold all that is known and all that is wrong."""
+
+    def __init__(self, faults: Sequence[Fault], columns: Sequence[ColumnRow] = ()) -> None:
+        fatal = [fault for fault in faults if fault.fatal]
+        self.faults, self.columns = tuple(faults), tuple(columns)
+        if len(fatal) == 1:
+            f = fatal[0]
+            super().__init__(f.message, file=f.table, row=f.row, column=f.column, hint=f.hint or None)
+            return
+        told = "; ".join(f"({i}) {fault}" for i, fault in enumerate(fatal[:MOST_TOLD], start=1))
+        more = f"; and {len(fatal) - MOST_TOLD} more" if len(fatal) > MOST_TOLD else ""
+        super().__init__(f"{len(fatal)} faults: {told}{more}")
+
+    def __reduce__(self):
+        return ImportFault, (self.faults, self.columns)
+
+
+def refuse_fatal(faults: Iterable[Fault], columns: Sequence[ColumnRow] = ()) -> None:
+    """Raise ImportFault, with all faults, if one of them is fatal."""
+    found = list(faults)
+    if any(fault.fatal for fault in found):
+        raise ImportFault(found, columns)
+
+
+def span(numbers: np.ndarray) -> tuple[float, float]:
+    """Smallest and largest finite number; nan where there is none."""
+    known = numbers[np.isfinite(numbers)]
+    return (float(known.min()), float(known.max())) if known.size else (float("nan"), float("nan"))

@@ -1,0 +1,171 @@
+"""Manoeuvres in a long record, found from the rudder: zigzags, turns, straight runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..io import MIN_SAMPLES
+from ..record import Record
+from .convert import wrapped_apart
+
+LEAST_RAD, SHARE = math.radians(2.0), 0.15
+"""Rudder angle above which the rudder is laid: this, or that share of the largest angle."""
+CROSSINGS, FEWEST = 8.0, 10
+"""A rudder amidships for longer than that many times its way through amidships, and samples, is a straight run."""
+LEAD_S = 10.0
+"""Seconds of straight run that are kept before a manoeuvre."""
+ALIKE = 0.3
+"""Relative difference of the rudder angles of a zigzag."""
+LEAST_TURN_RAD = math.radians(90.0)
+REVERSALS = 2
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Samples start:stop; kind 'zigzag', 'turn', 'straight' or 'other', and its text as in `list_manoeuvres`."""
+
+    kind: str
+    text: str
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Samples start:stop with the rudder to one side (1, -1) or amidships (0)."""
+
+    side: int
+    start: int
+    stop: int
+
+
+def cut(record: Record) -> list[tuple[Segment, Record]]:
+    """The manoeuvres of a record, each with its part of the record; the whole record where there is only one."""
+    out = []
+    counts: dict[str, int] = {}
+    for segment in find_segments(record):
+        counts[segment.kind] = counts.get(segment.kind, 0) + 1
+        part = record.slice(segment.start, segment.stop)
+        time = part.time_s - part.time_s[0]
+        meta = replace(part.meta, manoeuvre=segment.text or None)
+        name = f"{record.name}-{segment.kind}-{counts[segment.kind]}"
+        out.append((segment, replace(part, time_s=time, name=name, meta=meta)))
+    return out
+
+
+def find_segments(record: Record) -> list[Segment]:
+    """The manoeuvres of a record in their order; empty where the rudder is not known or never laid."""
+    rudder = _filled(record.rudder())
+    if rudder is None:
+        return []
+    least = max(LEAST_RAD, SHARE * float(np.quantile(np.abs(rudder), 0.99)))
+    stretches = _stretches(rudder, least, _shortest_straight(record, rudder, least))
+    groups = _between_straights(stretches)
+    found = [_named(record, rudder, group) for group in groups]
+    return [s for s in found if s.stop - s.start >= MIN_SAMPLES]
+
+
+def _filled(values: np.ndarray) -> np.ndarray | None:
+    """Values (N,) with gaps filled by the value before; None where too few are known."""
+    known = np.flatnonzero(np.isfinite(values))
+    if known.size < FEWEST:
+        return None
+    place = np.maximum(np.searchsorted(known, np.arange(values.size), side="right") - 1, 0)
+    return values[known[place]]
+
+
+def _shortest_straight(record: Record, rudder: np.ndarray, least: float) -> int:
+    """Samples that the rudder is amidships on a straight run, rather than on its way to the other side."""
+    with np.errstate(all="ignore"):
+        rate = np.abs(np.diff(rudder) / np.diff(record.time_s))
+    moving = rate[rate > 0.1 * rate.max()] if rate.size and rate.max() > 0.0 else np.zeros(0)
+    crossing = 2.0 * least / float(np.median(moving)) if moving.size else 0.0
+    return max(FEWEST, math.ceil(CROSSINGS * crossing / record.dt))
+
+
+def _stretches(rudder: np.ndarray, least: float, shortest: int) -> list[_Stretch]:
+    """Stretches of one side; short ones amidships belong to the side after them."""
+    side = np.where(np.abs(rudder) > least, np.sign(rudder), 0.0).astype(int)
+    edges = [0, *(np.flatnonzero(np.diff(side)) + 1).tolist(), side.size]
+    raw = [_Stretch(int(side[a]), a, b) for a, b in pairwise(edges)]
+    out: list[_Stretch] = []
+    start = 0
+    for stretch in raw:
+        short = stretch.stop - stretch.start < (shortest if stretch.side == 0 else max(3, shortest // 8))
+        last = stretch is raw[-1]
+        if short and not last:
+            continue
+        if out and (out[-1].side == stretch.side or (short and last)):
+            out[-1] = replace(out[-1], stop=stretch.stop)
+        else:
+            out.append(_Stretch(stretch.side, start, stretch.stop))
+        start = stretch.stop
+    return out
+
+
+def _between_straights(stretches: Sequence[_Stretch]) -> list[list[_Stretch]]:
+    """Stretches grouped: a straight run alone, all between two straight runs together."""
+    groups: list[list[_Stretch]] = []
+    for stretch in stretches:
+        if stretch.side == 0 or not groups or groups[-1][-1].side == 0:
+            groups.append([stretch])
+        else:
+            groups[-1].append(stretch)
+    return groups
+
+
+def _named(record: Record, rudder: np.ndarray, group: Sequence[_Stretch]) -> Segment:
+    start, stop = group[0].start, group[-1].stop
+    if group[0].side == 0:
+        return Segment("straight", "straight", start, stop)
+    lead = int(np.searchsorted(record.time_s, record.time_s[start] - LEAD_S))
+    angles = [float(np.median(np.abs(rudder[s.start : s.stop][_held(rudder[s.start : s.stop])]))) for s in group]
+    usual = float(np.median(angles))
+    inner = angles[:-1] if len(angles) > REVERSALS else angles
+    alike = all(abs(angle / usual - 1.0) < ALIKE for angle in inner)
+    first = group[0].side * (-1 if record.meta.positive_rudder == "port" else 1)
+    side = ":port" if first < 0 else ""
+    if len(group) > REVERSALS and alike:
+        reached = _heading_at_reversals(record, group)
+        text = f"zigzag:{round(math.degrees(usual))}/{reached}{side}" if reached else ""
+        return Segment("zigzag", text, lead, stop)
+    if len(group) == 1 and _turned(record, group[0]) > LEAST_TURN_RAD:
+        return Segment("turn", f"turn:{round(math.degrees(usual))}{side}", lead, stop)
+    return Segment("other", "", lead, stop)
+
+
+def _held(angle: np.ndarray) -> np.ndarray:
+    """Where the rudder is near its largest angle of a stretch."""
+    return np.abs(angle) > 0.8 * np.abs(angle).max()
+
+
+def _turned(record: Record, stretch: _Stretch) -> float:
+    """Change of heading, rad; of the integral of the yaw rate where no heading is recorded."""
+    part = record.slice(stretch.start, stretch.stop)
+    if part.has("heading_rad"):
+        heading = wrapped_apart(part.column("heading_rad"))
+        known = heading[np.isfinite(heading)]
+        return float(np.ptp(known)) if known.size else 0.0
+    if part.has("yaw_rate_rad_s"):
+        rate = np.nan_to_num(part.column("yaw_rate_rad_s"))
+        return abs(float(np.sum(rate[:-1] * np.diff(part.time_s))))
+    return 0.0
+
+
+def _heading_at_reversals(record: Record, group: Sequence[_Stretch]) -> int:
+    """Median change of heading, whole deg, at which the rudder leaves one side for the other; 0 without a heading."""
+    if not record.has("heading_rad"):
+        return 0
+    heading = wrapped_apart(record.column("heading_rad"))
+    before = heading[max(group[0].start - 5, 0) : group[0].start + 1]
+    rudder = _filled(record.rudder())
+    if rudder is None or not np.isfinite(before).any():
+        return 0
+    leaving = [s.start + int(np.flatnonzero(_held(rudder[s.start : s.stop]))[-1]) for s in group[:-1]]
+    reached = np.abs(heading[leaving] - np.nanmean(before))
+    return round(math.degrees(float(np.nanmedian(reached)))) if np.isfinite(reached).any() else 0

@@ -1,0 +1,121 @@
+"""Excel workbooks and MAT files as raw tables."""
+
+from __future__ import annotations
+
+import datetime
+import io
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...models.errors import BadInput
+from .layout import Line, table_of
+from .raw import RawColumn, RawTable
+
+FEWEST = 10
+"""Samples below which an array of a MAT file is no time series."""
+UNIT_FIELDS = ("units", "unit", "einheiten")
+
+
+def read_excel(data: bytes, path: Path) -> list[RawTable]:
+    """A table for every sheet that holds data; BadInput where none does or the workbook is damaged."""
+    import zipfile
+
+    import openpyxl
+
+    try:
+        book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+        sheets = {sheet.title: _lines(sheet) for sheet in book.worksheets}
+    except (zipfile.BadZipFile, KeyError, ValueError, OSError, TypeError, AttributeError) as error:
+        hint = "open it in the spreadsheet program and save it as xlsx again"
+        raise BadInput(f"not a workbook that can be read ({type(error).__name__})", file=path, hint=hint) from None
+    tables = [(name, table_of(lines, path.name, name, ())) for name, lines in sheets.items() if lines]
+    empty = [name for name, table in tables if table is None]
+    found = [table for _, table in tables if table is not None]
+    if not found:
+        raise BadInput("no sheet holds rows of numbers", file=path, hint=f"sheets: {', '.join(sheets)}")
+    note = (f"sheet {', '.join(empty)}: no rows of numbers, not used",) if empty else ()
+    return [_with_note(table, note if i == 0 else ()) for i, table in enumerate(found)]
+
+
+def _with_note(table: RawTable, note: tuple[str, ...]) -> RawTable:
+    return replace(table, done=(*note, *table.done))
+
+
+def _lines(sheet: Any) -> list[Line]:
+    rows = [tuple(_cell(value) for value in row) for row in sheet.iter_rows(values_only=True)]
+    used = max((i + 1 for row in rows for i, cell in enumerate(row) if cell), default=0)
+    marked = ("#", "%", "//")
+    return [
+        Line(
+            number,
+            tuple(cell.lstrip("#%/ ") if i == 0 else cell for i, cell in enumerate(row[:used])),
+            row[0].startswith(marked),
+        )
+        for number, row in enumerate(rows, start=1)
+        if any(row)
+    ]
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, datetime.datetime | datetime.time):
+        return value.isoformat(sep=" ") if isinstance(value, datetime.datetime) else value.isoformat()
+    return repr(value) if isinstance(value, float) else str(value).strip()
+
+
+def read_mat(data: bytes, path: Path) -> list[RawTable]:
+    """The series of a MAT file (version 7 or earlier): one table for every structure and length of arrays."""
+    import scipy.io
+
+    if data[:512].startswith(b"MATLAB 7.3") or data.startswith(b"\x89HDF"):
+        hint = "save it in MATLAB with save(file, ..., '-v7')"
+        raise BadInput("a MAT file of version 7.3 (HDF5)", file=path, hint=hint)
+    try:
+        content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
+    except Exception as error:  # whatever SciPy raises on damaged files
+        raise BadInput(f"not a MAT file that can be read ({type(error).__name__})", file=path) from None
+    groups: dict[tuple[str, int], dict[str, np.ndarray]] = defaultdict(dict)
+    units: dict[str, str] = {}
+    _collect({k: v for k, v in content.items() if not k.startswith("__")}, "", groups, units)
+    tables = [_mat_table(path, where, group, units) for (where, _), group in groups.items() if len(group) > 1]
+    if not tables:
+        hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
+        raise BadInput("no numeric arrays of equal length found", file=path, hint=hint)
+    return tables
+
+
+def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[str, str]) -> None:
+    """Sort arrays of a structure into groups by structure and length."""
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            if name.lower() in UNIT_FIELDS:
+                units |= {str(key): str(text) for key, text in value.items() if isinstance(text, str)}
+            else:
+                _collect(value, f"{where}.{name}".strip("."), groups, units)
+            continue
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiub" or array.size < FEWEST or array.ndim > 2:
+            continue
+        for column, series in _series(name, array):
+            groups[where, series.size][column] = series
+
+
+def _series(name: str, array: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """The series of an array: itself, or the columns of a matrix with numbered names."""
+    squeezed = np.squeeze(array).astype(float)
+    if squeezed.ndim == 1:
+        return [(name, squeezed)]
+    tall = squeezed if squeezed.shape[0] > squeezed.shape[1] else squeezed.T
+    return [(f"{name} {i + 1}", tall[:, i].copy()) for i in range(tall.shape[1])]
+
+
+def _mat_table(path: Path, where: str, group: Mapping[str, np.ndarray], units: Mapping[str, str]) -> RawTable:
+    columns = tuple(RawColumn(name, units.get(name, ""), values) for name, values in group.items())
+    size = columns[0].numbers.size
+    return RawTable(path.name, columns, np.arange(1, size + 1), where, path.name, (f"{len(columns)} arrays of {size}",))

@@ -1,0 +1,81 @@
+"""An import for the terminal and for notebooks: columns, steps, faults."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+from . import tables
+from .numbers import MISSING
+from .tables import Column, Table, make_table
+
+if TYPE_CHECKING:
+    from ..datasets.importing.report import ColumnRow, Fault, ImportReport
+    from ..datasets.record import Record
+
+LONGEST = 28
+"""Characters of first values that are shown."""
+
+
+def column_table(columns: Sequence[ColumnRow]) -> Table:
+    """A row a column of the log: what it was taken for, and how surely."""
+    several = len({row.table for row in columns}) > 1
+    shown = [
+        *([Column("table", lambda row: row.table)] if several else []),
+        Column("column", lambda row: row.column),
+        Column("is", lambda row: row.to),
+        Column("unit", lambda row: row.unit),
+        Column("smallest", lambda row: _number(row.smallest), lambda row: row.smallest),
+        Column("largest", lambda row: _number(row.largest), lambda row: row.largest),
+        Column("first values", lambda row: _short(", ".join(row.first))),
+        Column("sure", lambda row: _share(row), lambda row: row.confidence),
+        Column("why", lambda row: row.reason),
+    ]
+    return make_table(shown, columns)
+
+
+def fault_table(faults: Sequence[Fault]) -> Table:
+    """A row a fault."""
+    shown = [
+        Column("file", lambda fault: fault.table),
+        Column("row", lambda fault: "" if fault.row is None else str(fault.row)),
+        Column("column", lambda fault: fault.column or ""),
+        Column("fault", lambda fault: fault.message),
+        Column("what to do", lambda fault: fault.hint),
+    ]
+    return make_table(shown, sorted(faults, key=lambda fault: not fault.fatal))
+
+
+def terminal(report: ImportReport, records: Sequence[Record]) -> str:
+    """Columns, what was done, faults, records."""
+    parts = [tables.console(column_table(report.columns)), "", *report.steps]
+    if report.faults:
+        parts += ["", "to be looked at:", tables.console(fault_table(report.faults), indent="  ")]
+    return "\n".join([*parts, "", *(repr(record).strip("<>") for record in records)])
+
+
+def faults_text(columns: Sequence[ColumnRow], faults: Sequence[Fault]) -> str:
+    """Columns and all faults of an import that failed."""
+    parts = [tables.console(column_table(columns)), ""] if columns else []
+    return "\n".join([*parts, tables.console(fault_table(faults))])
+
+
+def notebook(report: ImportReport, records: Sequence[Record]) -> str:
+    """The same as HTML."""
+    steps = "".join(f"<li>{escape(step)}</li>" for step in report.steps)
+    faults = tables.html(fault_table(report.faults)) if report.faults else ""
+    told = "".join(f"<p>{escape(repr(record))}</p>" for record in records)
+    return f"{tables.html(column_table(report.columns))}<ul>{steps}</ul>{faults}{told}"
+
+
+def _number(value: float) -> str:
+    return MISSING if value != value else f"{value:.6g}"
+
+
+def _share(row: ColumnRow) -> str:
+    return MISSING if row.confidence != row.confidence or row.to == "aside" else f"{row.confidence:.0%}"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"

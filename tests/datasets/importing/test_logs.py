@@ -1,0 +1,73 @@
+"""Raw logs of different make, imported by one command with one confirmation, against the run that they were made of."""
+
+import datetime
+
+import numpy as np
+import pytest
+
+from helmbench.cli import status_of
+from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.io import read_record
+
+from .raw_logs import LOGS, START
+
+EXACT = 2e-3
+"""Largest difference over the channel's range: rounding of the log to two digits of a degree or knot."""
+RESAMPLED = {"autopilot": 0.06, "auv_topics": 0.03, "sheets": 0.03}
+"""Logs of several rates: the rudder's corners and the speeds made of coarse courses are rounded by averaging."""
+
+
+@pytest.fixture(scope="module")
+def sources():
+    return {
+        "mariner": generate(Case("mariner", "zigzag:20/20", duration_s=240.0, dt_s=0.5)),
+        "kvlcc2-l7": generate(Case("kvlcc2-l7", "zigzag:20/20", duration_s=90.0, dt_s=0.2)),
+    }
+
+
+def difference(name, record, source, time):
+    """Largest difference of a channel over its range."""
+    if name == "heading_rad":
+        got, true = record.heading_unwrapped(), source.heading_unwrapped()
+    else:
+        got, true = record.column(name), source.column(name)
+    true = np.interp(time, source.time_s, true)
+    shift = got[0] - true[0] if name in ("north_m", "east_m") else 0.0
+    return np.abs(got - shift - true).max() / np.ptp(true)
+
+
+@pytest.mark.parametrize("ship", ["mariner", "kvlcc2-l7"])
+@pytest.mark.parametrize("make", LOGS)
+def test_a_log_becomes_the_record_it_was_made_of(make, ship, sources, tmp_path, capsys):
+    source = sources[ship]
+    files = LOGS[make](source, tmp_path)
+    out = tmp_path / "out.csv"
+    assert status_of(["import", *map(str, files), "--yes", "-o", str(out)]) == 0, capsys.readouterr().err
+    record = read_record(out)
+    assert record.meta.positive_rudder == ("starboard" if make == "autopilot" else source.meta.positive_rudder)
+    source = source.turned(record.meta.positive_rudder)
+    stamp = record.meta.extra.get("start_utc")
+    start = (datetime.datetime.fromisoformat(stamp) - START).total_seconds() if stamp else 0.0
+    wanted = {"rudder_rad", "heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s"}
+    assert wanted <= record.channels.keys()
+    assert (make in ("matlab", "midnight")) or record.has("north_m", "east_m")
+    assert record.time_s[-1] > 0.95 * (source.time_s[-1] - 2.0)
+    compared = [name for name in record.channels if name in source.channels and np.ptp(source.column(name)) > 0.0]
+    found = {name: difference(name, record, source, record.time_s + start) for name in compared}
+    assert {k: v for k, v in found.items() if not v < RESAMPLED.get(make, EXACT)} == {}
+
+
+@pytest.mark.parametrize("make", ["bridge", "german", "auv_topics"])
+def test_the_mapping_that_was_written_imports_the_next_log(make, sources, tmp_path, capsys):
+    first, second = (tmp_path / name for name in ("first", "second"))
+    first.mkdir()
+    second.mkdir()
+    files = LOGS[make](sources["mariner"], first)
+    assert status_of(["import", *map(str, files), "--yes", "-o", str(first / "out.csv")]) == 0
+    again = LOGS[make](sources["mariner"].between(0.0, 200.0), second)
+    command = ["import", *map(str, again), "--map", str(first / "out.map.yaml"), "-o", str(second / "out.csv")]
+    assert status_of(command) == 0, capsys.readouterr().err
+    one, other = read_record(first / "out.csv"), read_record(second / "out.csv")
+    shared = min(one.n, other.n) - 5
+    for name in one.channels:
+        assert other.column(name)[5:shared] == pytest.approx(one.column(name)[5:shared], rel=1e-6, abs=1e-6)
