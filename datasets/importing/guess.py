@@ -158,13 +158,14 @@ def _size(column: RawColumn) -> float:
 def _limit(quantity: str) -> float:
     dimension = QUANTITIES[quantity].dimension
     if dimension == "angle":
-        return LARGEST.get(quantity, 6.4)
+        return LARGEST.get(quantity, FULL_TURN)
     return {"speed": FASTEST_M_S, "angular rate": FASTEST_RAD_S}.get(dimension, math.inf)
 
 
 def _sensible(column: RawColumn, quantity: str, unit: Unit, why: str) -> tuple[float, str]:
     size = _size(column) * unit.factor
-    if size > 1.02 * _limit(quantity):
+    limit = MANY_TURNS if QUANTITIES[quantity].wraps else _limit(quantity)
+    if size > 1.02 * limit:
         return 0.0, f"{why}, but values up to {_size(column):.4g} {unit.name} cannot be"
     return 1.0, why
 

@@ -19,7 +19,7 @@ from ..record import Record, RecordMeta, Side
 from ..rudder_sign import rudder_sign_doubt, steering_side
 from .convert import Stream, stream_of
 from .derive import derive
-from .guess import SURE, TableGuess, guess_table
+from .guess import SURE, ColumnGuess, TableGuess, guess_table
 from .mapping import Mapping, TableMap
 from .merge import merge
 from .raw import RawTable
@@ -134,6 +134,9 @@ def _guessed(tables: Sequence[RawTable]) -> tuple[list[tuple[RawTable, TableMap]
     rows = [row for guess in guesses for row in _guess_rows(guess)]
     pairs = [(guess.table, entry) for guess in guesses if (entry := guess.mapping()) is not None]
     faults = [_unused(guess, fatal=not pairs) for guess in guesses if guess.mapping() is None]
+    faults += [
+        _unsure(guess.table, g) for guess in guesses for g in guess.columns if g.quantity and g.confidence < SURE
+    ]
     return pairs, rows, faults
 
 
@@ -144,6 +147,11 @@ def _unused(guess: TableGuess, fatal: bool) -> Fault:
         return Fault(guess.table.label, f"no column looks like a time; columns: {names}", hint, fatal=fatal)
     said = f"no column has a name and a unit that are known; columns: {names}"
     return Fault(guess.table.label, said, "name them in a mapping (--map)", fatal=fatal)
+
+
+def _unsure(table: RawTable, guess: ColumnGuess) -> Fault:
+    hint = "kept aside; name it in a mapping (--map), with its unit"
+    return Fault(table.label, f"{guess.quantity}? {guess.reason}", hint, column=guess.column.name)
 
 
 def _guess_rows(guess: TableGuess) -> list[ColumnRow]:

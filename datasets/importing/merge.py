@@ -153,7 +153,7 @@ def _averaged(time: np.ndarray, values: np.ndarray, grid: np.ndarray, step: floa
         return np.full(grid.size, np.nan)
     integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2.0)])
     half = np.clip(np.minimum(grid - time[0], time[-1] - grid), -1.0, step / 2.0)
-    half = np.where((half < 1e-6 * step) & (half > -1e-6 * step), 1e-6 * step, half)
+    half = np.where(np.abs(half) < 1e-3 * step, 1e-3 * step, half)
     low, high = grid - half, grid + half
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = (_integral_at(high, time, values, integral) - _integral_at(low, time, values, integral)) / (high - low)
