@@ -17,15 +17,9 @@ from .units import DEG, Unit, candidates, unit_of
 
 SURE = 0.5
 """Confidence from which on a guess is used."""
-LARGEST = {
-    "rudder": 1.6,
-    "rudder_command": 1.6,
-    "roll": 1.6,
-    "latitude": math.pi / 2.0,
-    "heading": 6.4,
-    "longitude": 3.2,
-}
-"""Largest sensible size of an angle, rad."""
+LARGEST = {"rudder": 1.6, "rudder_command": 1.6, "roll": 1.6, "latitude": math.pi / 2.0, "longitude": 3.2}
+FULL_TURN, MANY_TURNS = 6.4, 200.0
+"""Largest sensible size of an angle, rad: where none is named a full turn, or many for one that may go on turning."""
 FASTEST_M_S, FASTEST_RAD_S = 60.0, 3.0
 """Speed of anything afloat and its yaw rate, above which a unit is not believed."""
 
