@@ -225,9 +225,9 @@ def _of_numbers(done: Conclusion) -> Finding | None:
     groups = _groups_of(est, [size.parameter for size in sizes])
     details = {"groups": groups} if groups else {}
     said = (
-        f"the model's own numbers, off by {float(np.sqrt(final.variances[0])):.2g} prior standard deviations or so, take "
-        f"off {100.0 * part.value:.0f} % [{100.0 * part.low:.0f}, {100.0 * part.high:.0f}] of the squared free-run error "
-        "of records that were left out"
+        f"the model's own numbers, off by {float(np.sqrt(final.variances[0])):.2g} prior standard deviations or so, "
+        f"take off {100.0 * part.value:.0f} % [{100.0 * part.low:.0f}, {100.0 * part.high:.0f}] of the squared error "
+        "of free runs of records that were left out"
     )
     return Finding(
         BaseCoefficients.id, (), STAGE, float(np.sum(z**2)), 0.0, tuple(sizes), details=details, evidence=said
