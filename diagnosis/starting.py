@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..estimation.filters.innovations.settings import Parameter
-from ..estimation.mixed_effects import ship_length_s
+from ..estimation.mixed_effects.problem import ship_length_s
 from ..models.errors import CannotFit
 from .causes.registry import testable
 from .state import State, first_state
