@@ -10,32 +10,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..datasets.instruments import corrected
-from ..estimation.filters.innovations.estimator import Estimator, estimator
-from ..estimation.filters.innovations.settings import Parameter
+from ..estimation.filters.innovations.estimator import estimator
 from ..estimation.fit import arithmetic_guard
-from ..estimation.mixed_effects.problem import ship_length_s
-from ..models.errors import BadInput, CannotFit
+from ..models.errors import BadInput
 from . import verdict
 from .causes.registry import terms_for
+from .discrepancy.diagnosed import of_uncertain_base
 from .findings import all_findings, bank_entries, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import Predicted, predicting
-from .imperfect_base import by_free_runs
+from .imperfect_base import by_free_runs, for_free_runs
 from .kinematics import gross_errors, tracks
 from .options import Options
 from .prepared import Prepared
 from .residuals.judged import unexplained
 from .result import Diagnosis
 from .selection.forward import select
-from .state import Candidate, State, Unmodelled, first_state
+from .starting import starting_state, thinned
+from .state import Candidate, State, Unmodelled
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
-
-
-FINEST = 0.03
-"""Finest sampling of the records, in ship lengths sailed."""
 
 
 def diagnose(
@@ -65,12 +61,19 @@ def _diagnosed(model: Model, train: Sequence[Record], held_out: Sequence[Record]
     given = corrected_records(model, train, held_out, options)
     if options.base_parameters == "identify":
         model = identified(model, given.train)
-    found = by_residuals(model, given, options)
-    if options.base_parameters == "file" and options.coefficient_sd is None and found.verdict == "unexplained":
-        found = by_free_runs(found, given)
+    found = _found(model, given, options)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
     return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
+
+
+def _found(model: Model, given: Prepared, options: Options) -> Diagnosis:
+    """The diagnosis with the base model's numbers uncertain, or as they are where that gains nothing or is asked."""
+    if options.base_parameters == "file" and options.coefficient_sd is None:
+        beside = of_uncertain_base(model, given, options)
+        if beside is not None:
+            return by_free_runs(*beside) if for_free_runs(beside[0]) else beside[0]
+    return by_residuals(model, given, options)
 
 
 def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
@@ -110,15 +113,6 @@ def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
     )
 
 
-def thinned(records: Sequence[Record], model: Model) -> list[Record]:
-    """Records of a ship with a length and a speed, sampled no finer than FINEST: more samples would only cost time."""
-    try:
-        step_s = FINEST * ship_length_s(model)
-    except CannotFit:
-        return list(records)
-    return [record.thinned(max(1, int(step_s / record.dt + 1e-9))) for record in records]
-
-
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
     """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
     corrected."""
@@ -149,40 +143,6 @@ def identified(model: Model, records: Sequence[Record]) -> Model:
     from ..methods.registry import make
 
     return make("output-error").fit(records, model.blanked()).model
-
-
-def starting_state(est: Estimator, options: Options) -> tuple[State, dict]:
-    """The first state of the selection, and the causes that cannot be tested with the reason."""
-    from .causes.registry import testable
-
-    bank, cannot = testable(est)
-    only = options.causes()
-    if only is not None:
-        cannot |= {cause: "left out" for cause in bank if cause not in only}
-        bank = {cause: variants for cause, variants in bank.items() if cause in only}
-    nuisance, prior = _free_coefficients(est, options)
-    speed = _reference_speed(est)
-    prior = None if prior is None else np.append(prior, np.zeros(len(speed)))
-    return first_state(est, bank, options.alpha, (*nuisance, *speed), prior), cannot
-
-
-def _reference_speed(est: Estimator) -> tuple[Parameter, ...]:
-    """The speed on a straight course against which a response model's surge shows a loss: estimated along."""
-    if "speed_loss_state" not in est.kernels.STATES or not est.channels[2]:
-        return ()
-    return (Parameter("reference speed", "m/s", ((est.index["reference_speed"], 1.0),)),)
-
-
-def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Parameter, ...], np.ndarray | None]:
-    """Coefficients that are estimated along, with the precisions of their prior."""
-    model = est.model
-    if options.base_parameters == "file" and not options.coefficient_sd:
-        return (), None
-    pairs = zip(model.coordinates, model.coefficients.tolist(), strict=True)
-    found = tuple(Parameter(name, "", ((est.index[name], abs(value)),)) for name, value in pairs if value != 0.0)
-    if options.base_parameters == "identify":
-        return found, None
-    return found, np.full(len(found), (options.coefficient_sd or 1.0) ** -2.0)
 
 
 def _failed(found: Predicted, state: State) -> Candidate | None:

@@ -29,6 +29,15 @@ STAGE = "free runs"
 UNITS = {"rudder_offset": "rad"}
 
 
+def for_free_runs(found: Diagnosis) -> bool:
+    """Whether all that is named beside the base model's own numbers is the sensors', or a rudder offset, which its
+    groups hold: else free runs would give to the numbers what is the causes'."""
+    held = {BaseCoefficients.id, *OWN_CAUSE.values()}
+    return all(
+        f.stage == "kinematics" or f.cause in held or f.tied_with == (BaseCoefficients.id,) for f in found.causes
+    )
+
+
 def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
     """The diagnosis with what the base model's numbers explain of free runs; as it was where they explain little, or
     where the family states no groups."""
@@ -39,8 +48,9 @@ def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
         return found
     if not base.moved or base.verdict == "unexplained":
         return replace(found, calibration=base)
-    before = [f for f in found.causes if f.stage != "dynamics"]
-    causes = (*before, *_findings(base))
+    before = [f for f in found.causes if f.stage == "kinematics" or f.cause in OWN_CAUSE.values()]
+    named = {f.cause for f in before}
+    causes = (*before, *(f for f in _findings(base) if f.cause not in named))
     instruments = combined(base.calibrated.instruments, given.instruments)
     return replace(
         found,

@@ -120,11 +120,11 @@ def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
     ------
     CannotFit : they are too short to be cut.
     """
-    from ...estimation.mixed_effects.problem import ship_length_s
+    from ...estimation.mixed_effects.problem import time_scale_s
 
     if len(records) >= FEWEST:
         return list(records)
-    shortest, out = PIECE * ship_length_s(model), []
+    shortest, out = PIECE * time_scale_s(model), []
     for record in records:
         duration = float(record.time_s[-1] - record.time_s[0])
         parts = min(int(duration / shortest), 6)

@@ -20,6 +20,8 @@ class AxisMisalignment(Cause):
     where = "sensor"
     unit = "rad"
     search = ByScore()
+    smallest = 0.1 * DEGREE
+    largest = 12.0 * DEGREE
     power_size = 0.1 * DEGREE
     separate_by = "positions on a straight course: the track's direction against heading and log"
 

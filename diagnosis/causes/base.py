@@ -46,6 +46,8 @@ class Cause(ABC):
     extension : id of the model extension that it becomes, None for one that stays a number of rudder or sensors.
     power_size : size of the first parameter whose detection the stated power is for, None where none is stated.
     separate_by : what would tell it from its rivals.
+    smallest, largest : size of the first parameter (length of a pair; seconds are those of a 160 m ship) from which it
+    matters, and up to which it can be; None where none is stated.
     turn, track : what it leaves between heading and yaw rate, and between positions and velocities, where that shows
     it without a model; track_without_model : the same, where a model's filter is not to be asked for it.
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
@@ -59,6 +61,8 @@ class Cause(ABC):
     extension: ClassVar[str | None] = None
     power_size: ClassVar[float | None] = None
     separate_by: ClassVar[str | None] = None
+    smallest: ClassVar[float | None] = None
+    largest: ClassVar[float | None] = None
     turn: ClassVar[tuple[SensorEffect[Turn], ...]] = ()
     track: ClassVar[tuple[SensorEffect[Path], ...]] = ()
     track_without_model: ClassVar[tuple[SensorEffect[Path], ...]] = ()
@@ -90,6 +94,33 @@ class Cause(ABC):
         ------
         NotTestable : the model or the channels cannot carry it.
         """
+
+    def strength(self, est: Estimator, variant: Variant, values: np.ndarray) -> float:
+        """What is compared with `smallest` and `largest`: the first of the values (k,), or the longest of pairs."""
+        if not variant:
+            return 0.0
+        if len(variant) > 1 and variant[0].record is not None and len(values) % 2 == 0:
+            return float(np.max(np.hypot(values[0::2], values[1::2])))
+        return abs(float(values[0]))
+
+    def matters(self, est: Estimator, variant: Variant, values: np.ndarray) -> bool:
+        """Whether sizes (k,) are above the cause's floor: for a delay also half a sample."""
+        if not variant or self.smallest is None:
+            return True
+        floor = self.smallest * self._unit(est, variant)
+        if variant[0].unit == "s":
+            floor = max(floor, 0.5 * est.segments[0].step_s)
+        return self.strength(est, variant, values) > floor
+
+    def plausible(self, est: Estimator, variant: Variant, values: np.ndarray) -> bool:
+        """Whether sizes (k,) can be."""
+        if not variant or self.largest is None:
+            return True
+        return self.strength(est, variant, values) <= self.largest * self._unit(est, variant)
+
+    def _unit(self, est: Estimator, variant: Variant) -> float:
+        """Seconds and speeds of a ship against those of a 160 m ship; 1 for other units."""
+        return est.clock if variant[0].unit in ("s", "m/s") else 1.0
 
     def details(self, est: Estimator, variant: Variant) -> Mapping[str, Any]:
         """What a finding says beside its sizes: which coefficient, which channels."""

@@ -14,6 +14,8 @@ class Current(PairCause):
     where = "environment"
     unit = "m/s, rad"
     search = ByRings((0.02, 0.1, 0.4))
+    smallest = 0.01
+    largest = 4.0
     extension = "current"
     power_size = 0.05
     separate_by = "the same manoeuvre on two headings, or a log that measures speed through the water"

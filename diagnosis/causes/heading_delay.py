@@ -21,6 +21,8 @@ class HeadingDelay(Cause):
     where = "sensor"
     unit = "s"
     search = ByScore((0.1, 0.4, 1.0, 2.0))
+    smallest = 0.05
+    largest = 4.0
     power_size = 0.2
     separate_by = "yaw rate and heading of instruments with known time stamps"
     turn = (

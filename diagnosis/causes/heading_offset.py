@@ -21,6 +21,8 @@ class HeadingOffset(Cause):
     where = "sensor"
     unit = "rad"
     search = ByScore()
+    smallest = 0.1 * DEGREE
+    largest = 17.0 * DEGREE
     power_size = 0.1 * DEGREE
     separate_by = "positions on two opposite straight courses"
     track = (TrackEffect("b", "rad", ("heading_bias",), lambda path: path.turned_way, half_a_degree),)

@@ -21,6 +21,8 @@ class SpeedScale(Cause):
     where = "sensor"
     unit = "1"
     search = ByScore()
+    smallest = 0.005
+    largest = 0.3
     power_size = 0.002
     separate_by = "a measured mile in both directions"
     track = (TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way, half_a_percent),)

@@ -21,6 +21,8 @@ class SwayOffset(Cause):
     where = "sensor"
     unit = "m/s"
     search = ByScore()
+    smallest = 0.005
+    largest = 1.0
     power_size = 0.005
     separate_by = "a straight run with positions"
     track = (TrackEffect("b", "m/s", ("sway_bias",), lambda path: path.of_sway, lambda path: path.sway_floor),)

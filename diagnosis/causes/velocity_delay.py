@@ -24,6 +24,8 @@ class VelocityDelay(Cause):
     where = "sensor"
     unit = "s"
     search = ByScore((0.3, 1.0, 2.0, 3.5))
+    smallest = 0.05
+    largest = 6.0
     power_size = 0.2
     separate_by = "time stamps of each instrument"
     track = (

@@ -21,6 +21,8 @@ class YawRateScale(Cause):
     where = "sensor"
     unit = "1"
     search = ByScore()
+    smallest = 0.005
+    largest = 0.3
     power_size = 0.01
     separate_by = "a heading channel of another instrument over a full turn"
     turn = (TurnEffect("s", "1", ("yaw_rate_scale",), lambda turn: -turn.turned[None], half_a_percent),)

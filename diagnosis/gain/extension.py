@@ -40,17 +40,16 @@ def extended_model(
         taken |= set(names)
     extended = replace(model, id=_named(model, causes), family=family, coefficients=np.array(values, float))
     found = {**_instruments(est, row, taken), **(instruments or {})}
-    return replace(extended, constants=_constants(extended, est), instruments=combined(model.instruments, found))
+    return replace(extended, constants=_constants(extended, est, row), instruments=combined(model.instruments, found))
 
 
 def _named(model: Model, causes: Sequence[Cause]) -> str:
     return "+".join([model.id.partition("+")[0], *(cause.id for cause in causes)])
 
 
-def _constants(extended: Model, est: Estimator) -> np.ndarray:
-    """Constants of the extended family: the base model's, and those that its terms brought along."""
-    known = {name: est.base[i] for name, i in est.index.items() if name not in OUTER}
-    known |= dict(zip(est.model.constant_names, est.model.constants, strict=True))
+def _constants(extended: Model, est: Estimator, row: np.ndarray) -> np.ndarray:
+    """Constants of the extended family: the model's at the setting, and those that its terms brought along."""
+    known = {name: row[i] for name, i in est.index.items() if name not in OUTER}
     names = kernel_store.load(extended.family).CONSTANTS
     return np.array([known[name] for name in names], float)
 

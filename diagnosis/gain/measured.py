@@ -42,7 +42,7 @@ def predicting(state: State, records: Sequence[Record], options: Options, rng: n
     failing: list[Cause] = []
     while True:
         setting = _simulating(state, options)
-        gain, traces = _gain(state, setting, records, options, rng)
+        gain, traces = gain_of(state, setting, records, options, rng)
         ratios = [gain[c].rmse_after / gain[c].rmse_before for c in JUDGED if c in gain]
         bad = bool(ratios) and not any(ratio <= WORSE for ratio in ratios)
         if not bad or not state.accepted or not state.accepted[-1].variant:
@@ -62,7 +62,7 @@ def _simulating(state: State, options: Options) -> Setting:
     return free_runs.fitted_to_simulate(state.est, state.setting, moved)
 
 
-def _gain(
+def gain_of(
     state: State, final: Setting, records: Sequence[Record], options: Options, rng: np.random.Generator
 ) -> tuple[dict[str, Gain], tuple[Trace, ...]]:
     """Gain on the held-out records, and the traces that the page shows."""

@@ -37,7 +37,7 @@ def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> Chec
 
     given : findings that were made on reading the files.
     """
-    records = _distinct(records)
+    records = distinct(records)
     names = tuple(r.name for r in records)
     file_findings, reasons, sound, tied = list(given), [], [], {}
     with np.errstate(all="ignore"):
@@ -54,7 +54,7 @@ def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> Chec
     return CheckResult(names, (*merged(file_findings), *sensor_findings), tuple([*reasons, *why]))
 
 
-def _distinct(records: Sequence[Record]) -> list[Record]:
+def distinct(records: Sequence[Record]) -> list[Record]:
     """The records under names that differ."""
     out: list[Record] = []
     for record in records:

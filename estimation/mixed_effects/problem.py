@@ -158,7 +158,7 @@ def problem(model: Model, records: Sequence[Record]) -> Problem:
     ------
     CannotFit : no record, the model has no speed and length to scale by, or a record lacks a channel.
     """
-    length_s = ship_length_s(model)
+    length_s = time_scale_s(model)
     symbols = [s for s in MEASURED if s in model.states and all(_measures(r, s) for r in records)]
     if not records or not symbols:
         raise CannotFit("no record, or no state that all records measure")
@@ -182,6 +182,24 @@ def ship_length_s(model: Model) -> float:
     if not length or not model.speed_m_s > 0.0:
         raise CannotFit(f"model {model.id} states no length and speed to scale by")
     return float(length / model.speed_m_s)
+
+
+def time_scale_s(model: Model) -> float:
+    """Time in which the ship sails her own length, s; of a response model without speed and length sqrt(T / K), as K'
+    and T' are near one.
+
+    Raises
+    ------
+    CannotFit : the model states neither.
+    """
+    try:
+        return ship_length_s(model)
+    except CannotFit:
+        own = dict(zip(model.coordinates, np.abs(model.coefficients).tolist(), strict=True))
+        gain = own.get("b", own.get("b1", np.nan) / (own.get("a1", np.nan) or np.nan))
+        if model.is_3dof or not 0.0 < gain < np.inf:
+            raise
+        return float(gain**-0.5)
 
 
 def _measures(record: Record, symbol: str) -> bool:

@@ -10,7 +10,7 @@ from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.estimation.mixed_effects.fit import Number, fit
 from helmbench.estimation.mixed_effects.left_out import jackknife, leave_one_out, score_difference
-from helmbench.estimation.mixed_effects.problem import LARGEST, THRUST, pooled, problem, squares
+from helmbench.estimation.mixed_effects.problem import LARGEST, THRUST, pooled, problem, squares, time_scale_s
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
@@ -121,7 +121,13 @@ def test_a_model_without_length_or_speed_is_refused(ship):
     with pytest.raises(CannotFit, match="no length and speed"):
         problem(replace(ship, speed_m_s=float("nan")), [record(ship, "straight")])
     with pytest.raises(CannotFit, match="no length and speed"):
-        problem(resolve("response-1"), [record(ship, "straight")])
+        problem(resolve("nomoto-1"), [record(ship, "straight")])
+
+
+@pytest.mark.parametrize("vessel", ["response-1", "response-2", "cargo"])
+def test_a_response_model_scales_by_its_own_turning(vessel):
+    """K' and T' of ships are near one."""
+    assert 0.3 < time_scale_s(resolve(vessel)) / {"response-1": 5.8, "response-2": 5.8, "cargo": 21.0}[vessel] < 3.0
 
 
 def test_the_jackknife_of_a_mean_is_its_standard_error(rng):

@@ -1,0 +1,316 @@
+"""The diagnosis of a base model whose own numbers may be wrong: sensors first, then causes beside a discrepancy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.filters.innovations.estimator import Estimator, estimator
+from ...estimation.filters.innovations.refit import refit
+from ...models.coefficient_groups import groups_of
+from ...models.errors import BadInput, FitFailed
+from ...models.instruments import combined
+from .. import verdict
+from ..causes.base import NORMAL_90, Cause
+from ..causes.base_coefficients import BaseCoefficients
+from ..causes.registry import causes, terms_for
+from ..findings import noise_of
+from ..gain.extension import extended_model
+from ..gain.measured import gain_of
+from ..kinematics.stage import Sensors, sensors_of
+from ..result import Diagnosis, Entry, Finding, Size
+from ..starting import starting_state, thinned
+from ..state import Candidate, State
+from .fit import Base, Fitted
+from .quadratic import mode
+from .search import Found, search
+from .shares import Shares, shares
+from .terms import terms_of
+from .told import STAGE, Sized, finding, sized
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.model import Model
+    from ..options import Options
+    from ..prepared import Prepared
+    from ..state import Variant
+
+LEFT_OUT = ("coefficient_shift", "clock_jitter", "wave_drift", "speed_loss", "second_order_lead")
+"""Causes that a discrepancy takes the place of, or that its remains feed."""
+OF_HULL = ("shallow_water",)
+"""Causes beside those of the hull that describe its numbers."""
+EXACT = 3.0
+"""Nats of marginal likelihood below which the base model's own numbers count as exact."""
+WORSE = 1.05
+"""Ratio of free-run errors, left-out records, that the extended model may not exceed in any channel."""
+NAMED, PARTLY = 0.8, 0.2
+SHOWN, MOVED = 8, 2.0
+"""Numbers that are told at most, and posterior standard deviations from which they count as moved."""
+HULL = "a description of the hull, which wrong numbers of the base model cannot be told from"
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """What stands: the search, sizes of what matters and what does not with the index of its drop, shares."""
+
+    found: Found
+    named: tuple[tuple[int, Sized], ...]
+    immaterial: tuple[tuple[int, Sized], ...]
+    shares: Shares
+
+
+def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[Diagnosis, Prepared] | None:
+    """The diagnosis with the base model's own numbers uncertain, and the records with the sensors' errors removed; None
+    where the numbers are exact, or the records cannot decide.
+
+    Raises
+    ------
+    CannotFit : a record lacks what the model needs.
+    FitFailed : the model cannot be run with the records.
+    """
+    rng = np.random.default_rng(options.seed)
+    sensors = sensors_of(given.train, given.held_out, options.causes())
+    state, cannot = starting_state(_estimator(model, sensors.train, options), options)
+    if verdict.undecidable(state.est, state.start) is not None:
+        return None
+    if state.now.diverged:
+        raise FitFailed(f"model {model.id} cannot be run with the records: its filter is not finite")
+    base = Base(state.est, terms_of(state.est, state.now), state.start)
+    bank = {c: v for c, v in state.bank.items() if c.id not in LEFT_OUT}
+    found = search(state, base, bank, options.max_effects, rng)
+    if _exact(found):
+        return None
+    done = _concluded(found, bank, rng)
+    raw = state if sensors.train is given.train else starting_state(_estimator(model, given.train, options), options)[0]
+    return _told(done, raw, sensors, given, options, cannot, rng), _prepared(given, sensors)
+
+
+def _estimator(model: Model, records: Sequence[Record], options: Options) -> Estimator:
+    return estimator(model, thinned(records, model), threads=options.threads, terms=terms_for(model))
+
+
+def _prepared(given: Prepared, sensors: Sensors) -> Prepared:
+    found = replace(
+        given.tracks,
+        findings=(*given.tracks.findings, *sensors.findings),
+        instruments=tuple(combined(dict(given.tracks.instruments), sensors.instruments).items()),
+    )
+    return replace(given, train=sensors.train, held_out=sensors.held_out, tracks=found)
+
+
+def _exact(found: Found) -> bool:
+    """Whether the discrepancy gains nothing beside the causes that were found, or without any."""
+    final = found.final
+    held = len(final.base.terms.parameters)
+    x = final.x.copy()
+    x[:held] = 0.0
+    s = final.base.at(x, final.variant, final.setting)
+    best = -np.inf
+    for noise in (s.noise, final.base.origin.noise):
+        _, now = refit(final.base.est, replace(s, noise=noise), final.variant, 4)
+        best = max(best, now.log_likelihood)
+    return final.evidence - best < EXACT
+
+
+# ---- what stands
+def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.random.Generator) -> Conclusion:
+    """The causes that matter: by size, by an interval without zero, and by what they take off free runs."""
+    every = sized(found, bank)
+    places, at = [], len(found.final.base.terms.parameters)
+    for a in found.accepted:
+        places.append(np.arange(at, at + len(a.variant)))
+        at += len(a.variant)
+    parts = shares(found.null, found.final, places, rng)
+    matter = [_matters(found.final, one, drop.low) for one, drop in zip(every, parts.drops, strict=True)]
+    chosen = list(enumerate(every))
+    return Conclusion(
+        found,
+        tuple(item for item, ok in zip(chosen, matter, strict=True) if ok),
+        tuple(item for item, ok in zip(chosen, matter, strict=True) if not ok),
+        parts,
+    )
+
+
+def _matters(final: Fitted, one: Sized, lowest_drop: float) -> bool:
+    cause = one.accepted.cause
+    if not one.variant:
+        return True  # waves: a random motion that no free run has
+    return cause.matters(final.base.est, one.variant, one.values) and one.clear and lowest_drop > 0.0
+
+
+def of_hull(cause: Cause) -> bool:
+    """Whether a cause describes the hull, as the base model's own numbers do."""
+    return cause.where == "hull" or cause.id in OF_HULL
+
+
+# ---- what is told
+def _told(
+    done: Conclusion, raw: State, sensors: Sensors, given: Prepared, options: Options, cannot: Mapping[Cause, str],
+    rng: np.random.Generator,
+) -> Diagnosis:  # fmt: skip
+    """The diagnosis, with gains on the records as they were given.
+
+    raw : the base model on these.
+    """
+    findings = _findings(done, rng)
+    causes, setting = _built_in(done, raw.est, sensors.instruments)
+    entered = [Candidate(a.cause, a.variant, a.log_p, a.statistic, setting, raw.now) for a in causes]
+    state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
+    gain, traces = gain_of(state, setting, thinned(given.held_out, raw.est.model), options, rng)
+    every = (*given.tracks.findings, *sensors.findings, *findings)
+    decided, reason = _verdict(done, every)
+    instruments = combined(given.instruments, sensors.instruments)
+    built = [a.cause for a in causes]
+    return Diagnosis(
+        model=raw.est.model,
+        extended=extended_model(raw.est, setting, built, {**instruments}),
+        base_parameters=str(options.base_parameters),
+        records=(),
+        alpha=options.alpha,
+        seed=options.seed,
+        threads=options.threads,
+        verdict=decided,
+        reason=reason,
+        causes=every,
+        bank=_bank(done, every, cannot),
+        gain=gain,
+        hypothesis=None,
+        noise=noise_of(raw.est, done.found.final.setting),
+        traces=traces,
+        where=tuple(verdict.where(traces)),
+        next_manoeuvre=verdict.next_manoeuvre(None, every),
+        wall_s=0.0,
+        cpu_s=0.0,
+    )
+
+
+def _findings(done: Conclusion, rng: np.random.Generator) -> list[Finding]:
+    """Causes that are none of the hull's, the base model's own numbers, and what describes these."""
+    final = done.found.final
+    held = len(final.base.terms.parameters)
+    x = final.x.copy()
+    x[:held] = 0.0
+    s = final.base.at(x, final.variant, final.setting)
+    told = [(one, finding(one, s, final.base.est, done.shares.drops[i], rng)) for i, one in done.named]
+    own = [f for one, f in told if not of_hull(one.accepted.cause)]
+    hull = [
+        replace(f, tied_with=(*f.tied_with, BaseCoefficients.id), evidence=f"{f.evidence}; {HULL}")
+        for one, f in told
+        if of_hull(one.accepted.cause)
+    ]
+    numbers = _of_numbers(done)
+    return [*own, *([numbers] if numbers is not None else []), *hull]
+
+
+def _of_numbers(done: Conclusion) -> Finding | None:
+    """The base model's own numbers, with those that moved most; None where they take nothing off free runs."""
+    part = done.shares.numbers
+    if not part.low > 0.0 and not done.shares.both.low > 0.0:
+        return None
+    final = done.found.final
+    spread = np.sqrt(np.diag(mode(final.expansion, final.variances, final.free).covariance))
+    terms = final.base.terms.parameters
+    values = final.x[: len(terms)]
+    z = np.where(final.base.terms.simulating, values / np.maximum(spread[: len(terms)], 1e-300), 0.0)
+    moved = [int(j) for j in np.argsort(-np.abs(z)) if abs(z[j]) > MOVED][:SHOWN]
+    est = final.base.est
+    sizes = []
+    for j in moved:
+        (entry, sd), name = terms[j].slots[0], terms[j].name.partition(" ")[2]
+        middle, half = est.base[entry] + sd * values[j], NORMAL_90 * sd * spread[j]
+        sizes.append(Size(name, float(middle), float(middle - half), float(middle + half), "1"))
+    groups = _groups_of(est, [size.parameter for size in sizes])
+    details = {"groups": groups} if groups else {}
+    said = (
+        f"the model's own numbers, off by {float(np.sqrt(final.variances[0])):.2g} prior standard deviations or so, "
+        f"take off {100.0 * part.value:.0f} % [{100.0 * part.low:.0f}, {100.0 * part.high:.0f}] of the squared error "
+        "of free runs of records that were left out"
+    )
+    return Finding(
+        BaseCoefficients.id, (), STAGE, float(np.sum(z**2)), 0.0, tuple(sizes), details=details, evidence=said
+    )
+
+
+def _groups_of(est: Estimator, names: Sequence[str]) -> list[str]:
+    try:
+        groups = groups_of(est.model)
+    except BadInput:
+        return []
+    return [g.title for g in groups if set(g.sd) & set(names)]
+
+
+def _built_in(done: Conclusion, est: Estimator, instruments: Mapping[str, float]):
+    """Accepted causes that the extended model holds, and the setting of it, sensors' errors among the instruments.
+
+    The model's own numbers enter where left-out records are predicted better with them in every channel; causes that
+    make a channel worse are left out.
+    """
+    final = done.found.final
+    held = len(final.base.terms.parameters)
+    named = [one.accepted for _, one in done.named]
+    ratios = done.shares.channels.values()
+    least = 1.0 - WORSE**2
+    with_numbers = all(both > least for _, _, both, _ in ratios) and done.shares.both.value >= done.shares.causes.value
+    alone = all(causes > least for causes, _, _, _ in ratios)
+    if not with_numbers and not alone:
+        named = []
+    x = np.where(final.base.terms.simulating, final.x[:held], 0.0) if with_numbers else np.zeros(held)
+    sizes, at = [], held
+    for a in done.found.accepted:
+        part = final.x[at : at + len(a.variant)]
+        sizes.append(part if a in named else np.zeros(len(part)))
+        at += len(a.variant)
+    whole = np.concatenate([x, *sizes])
+    kept = any(a.time_s is not None or not a.variant for a in named)
+    base = final.base if kept else replace(final.base, origin=est.start())
+    s = base.at(whole, final.variant, final.setting)
+    values = {name: value for name, value in instruments.items() if name in est.index}
+    return named, est.with_entries(s, values)
+
+
+def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:
+    """By the share of the explainable error that is explained."""
+    channels = done.shares.channels.values()
+    explained = float(np.mean([max(both, 0.0) / max(1.0 - noise, 0.05) for _, _, both, noise in channels] or [0.0]))
+    said = f"what is named takes off {100.0 * min(explained, 1.0):.0f} % of what can be explained of the free-run error"
+    if not findings:
+        return "unexplained", "no cause stands beside the base model's own numbers, and these explain nothing"
+    if explained >= NAMED:
+        ties = any(f.tied_with for f in findings if f.cause != BaseCoefficients.id and not _tied_to_numbers(f))
+        return ("tied" if ties else "named"), said
+    return ("partly_named" if explained >= PARTLY or not channels else "unexplained"), said
+
+
+def _tied_to_numbers(f: Finding) -> bool:
+    return f.tied_with == (BaseCoefficients.id,)
+
+
+def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, str]) -> tuple[Entry, ...]:
+    """One line for every cause of the taxonomy."""
+    named = {f.cause: f for f in findings}
+    tied = {name: f.cause for f in findings for name in f.tied_with}
+    small = {one.accepted.cause: done.shares.drops[i] for i, one in done.immaterial}
+    out = []
+    for cause in causes().values():
+        lead = done.found.leads.get(cause)
+        statistic = None if lead is None else lead.statistic
+        p = None if lead is None else float(min(1.0, 25.0 * np.exp(max(lead.log_p, -700.0))))
+        if cause.id in named:
+            f = named[cause.id]
+            status, statistic, p, why = "tied" if f.tied_with else "named", f.statistic, f.p_adjusted, f.evidence
+        elif cause.id in tied:
+            status, why = "tied", f"cannot be told from {tied[cause.id]} on these records"
+        elif cause in small:
+            status = "explained_by"
+            why = f"detectable, immaterial: takes off {100.0 * small[cause].value:.1f} % of the free-run error"
+        elif cause in cannot:
+            status, why = "not_testable", cannot[cause]
+        elif cause.id in LEFT_OUT:
+            status, why = "not_testable", "the base model's own numbers, which are uncertain, take its place"
+        else:
+            status, why = "not_significant", "no evidence beside the base model's own numbers"
+        out.append(Entry(cause.id, status, statistic, p, None, why))
+    return tuple(out)

@@ -1,0 +1,186 @@
+"""Noise, discrepancy and the parameters of causes fitted together, the scales of the discrepancy estimated along."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.filters.innovations.derivatives import columns
+from ...estimation.filters.innovations.noise_fit import fit_noise
+from .quadratic import START, Quadratic, mode, quadratic, scales
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator, Innovations
+    from ...estimation.filters.innovations.settings import Setting
+    from ..state import Variant
+    from .terms import Terms
+
+BLOCK_S = 50.0
+"""Length of a block, s of a 160 m ship."""
+ROUNDS, ENOUGH = 6, 0.3
+"""Most rounds of a fit, and the rise of the marginal likelihood (nats) below which it ends."""
+HALVINGS = 5
+ROUGH = 0.2
+"""Nats per step at which the noise counts as fitted within a round."""
+
+
+@dataclass(frozen=True)
+class Base:
+    """What all fits share: the records under the filter, the discrepancy, the blocks.
+
+    origin : the setting at which all parameters are zero (it may hold waves or the time of a change).
+    """
+
+    est: Estimator
+    terms: Terms
+    origin: Setting
+
+    @cached_property
+    def blocks(self) -> list[tuple[int, int, int]]:
+        """(record, first sample, end) of each block."""
+        found, est = [], self.est
+        for i, d in enumerate(est.segments):
+            count = max(3, round(float(d.time[-1]) / (BLOCK_S * est.clock)))
+            cuts = (np.linspace(0, d.time.size, count + 1).astype(int) + int(est.edges[i])).tolist()
+            found += [(d.record, a, b) for a, b in pairwise(cuts) if b > a]
+        return found
+
+    def group(self, variant: Variant) -> np.ndarray:
+        """Group of the discrepancy's terms and of further parameters without prior."""
+        return np.concatenate([self.terms.group, np.full(len(variant), -1)])
+
+    def bounded(self, x: np.ndarray, variant: Variant) -> np.ndarray:
+        """Values with those of the causes inside their bounds."""
+        free = len(self.terms.parameters)
+        low, high = (np.array([getattr(p, end) for p in variant], float) for end in ("low", "high"))
+        return np.concatenate([x[:free], np.clip(x[free:], low, high)])
+
+    def at(self, x: np.ndarray, variant: Variant, like: Setting) -> Setting:
+        """The setting with all parameters at x, with the noise of another."""
+        est, origin = self.est, self.origin
+        vectors, amounts = origin.vectors.copy(), {}
+        added: list[np.ndarray] | None = None
+        for p, value in zip((*self.terms.parameters, *variant), x.tolist(), strict=True):
+            if value == 0.0:
+                continue
+            if p.series is not None:
+                added = added or [np.zeros((d.time.size, est.n_forces + 6)) for d in est.segments]
+                for a, series in zip(added, p.series[1], strict=True):
+                    a[:, p.series[0]] += value * series
+                continue
+            weights = [value] * len(p.slots) if p.law is None else p.law(value)
+            if p.law is not None:
+                amounts[p.name] = value
+            for (entry, weight), own in zip(p.slots, weights, strict=True):
+                vectors[est.rows(p.record), entry] += own * weight
+        return replace(like, vectors=vectors, added=None if added is None else tuple(added), amounts=amounts)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A fit: values x of the terms and of the causes' parameters, variances of the groups, marginal likelihood."""
+
+    base: Base
+    variant: Variant
+    setting: Setting
+    now: Innovations
+    x: np.ndarray
+    variances: np.ndarray
+    evidence: float
+
+    @property
+    def free(self) -> np.ndarray:
+        """Places of the causes' parameters."""
+        held = len(self.base.terms.parameters)
+        return np.arange(held, held + len(self.variant))
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Values of the causes' parameters."""
+        return self.x[self.free]
+
+    @cached_property
+    def expansion(self) -> Quadratic:
+        """The quadratic at the fit."""
+        return expanded(self.base, self.setting, self.now, self.x, self.variant)
+
+
+def expanded(
+    base: Base, s: Setting, now: Innovations, x: np.ndarray, variant: Variant, more: np.ndarray | None = None
+) -> Quadratic:
+    """The quadratic at a setting; more : columns of the last of the variant's parameters, where they are known."""
+    known = 0 if more is None else len(more)
+    told = [*base.terms.parameters, *variant[: len(variant) - known]]
+    rows = columns(base.est, s, told)
+    rows = rows if more is None else np.vstack([rows, more])
+    group, least = base.group(variant), base.terms.least_side
+    return quadratic(rows, now.e, x, base.blocks, group, now.log_likelihood, least)
+
+
+def fit(
+    base: Base,
+    s: Setting,
+    variant: Variant = (),
+    start: np.ndarray | None = None,
+    variances: np.ndarray | None = None,
+    rounds: int = ROUNDS,
+) -> Fitted:
+    """Noise, discrepancy and parameters of causes of largest marginal likelihood.
+
+    s : its noise is where the noise's fit starts.  start : values of the causes' parameters, zero unless given; the
+    discrepancy starts at zero.
+    """
+    est, free = base.est, len(base.terms.parameters)
+    x = np.concatenate([np.zeros(free), np.zeros(len(variant)) if start is None else start])
+    s, now = fit_noise(est, base.at(x, variant, s), 4, ROUGH)
+    causes = np.arange(free, x.size)
+    variances = START if variances is None else variances
+    evidence, before = -np.inf, -np.inf
+    for _ in range(rounds):
+        q = expanded(base, s, now, x, variant)
+        variances, _ = scales(q, causes, (variances, START))
+        moved = _stepped(base, s, now, x, mode(q, variances, causes).x, variances, variant)
+        if moved is None:
+            break
+        x, s, now = moved
+        s, now = fit_noise(est, s, 2, ROUGH)
+        evidence = _evidence(q, x, variances, now.log_likelihood)
+        if evidence - before < ENOUGH:
+            break
+        before = evidence
+    if not np.isfinite(evidence):
+        evidence = _evidence(expanded(base, s, now, x, variant), x, variances, now.log_likelihood)
+    return Fitted(base, variant, s, now, x, variances, evidence)
+
+
+def _stepped(
+    base: Base, s: Setting, now: Innovations, x: np.ndarray, target: np.ndarray, variances: np.ndarray, variant: Variant
+) -> tuple[np.ndarray, Setting, Innovations] | None:
+    """A step towards the mode, halved until the penalised likelihood rises; None where none does."""
+    held = len(base.terms.parameters)
+    weight = 1.0 / variances[base.terms.group]
+
+    def value(at: np.ndarray, found: Innovations) -> float:
+        return found.log_likelihood - 0.5 * float(np.sum(weight * at[:held] ** 2))
+
+    here = value(x, now)
+    for power in range(HALVINGS):
+        trial = base.bounded(x + (target - x) * 0.5**power, variant)
+        there = base.at(trial, variant, s)
+        found = base.est.evaluate(there)
+        if value(trial, found) > here - 1e-6:
+            return trial, there, found
+    return None
+
+
+def _evidence(q: Quadratic, x: np.ndarray, variances: np.ndarray, log_likelihood: float) -> float:
+    """Marginal log likelihood at values that were reached: Laplace's formula with the curvature of q."""
+    held = np.flatnonzero(q.group >= 0)
+    root = np.sqrt(variances[q.group[held]])
+    matrix = np.eye(held.size) + np.outer(root, root) * q.total[0][np.ix_(held, held)]
+    penalty = 0.5 * float(np.sum((x[held] / root) ** 2))
+    return log_likelihood - penalty - 0.5 * float(np.linalg.slogdet(matrix)[1])

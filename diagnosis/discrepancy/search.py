@@ -1,0 +1,221 @@
+"""Forward search of causes beside the discrepancy, by marginal likelihood.
+
+The bank is screened at the untouched base and where the discrepancy has taken what it can; the leaders of both are
+refitted from no discrepancy at all.  A statistic is twice the gain of marginal likelihood, less for scores that scatter
+between blocks of the records more than the likelihood says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.filters.innovations.noise_fit import fit_noise
+from ..statistics.score_tests import log_tail
+from .fit import Base, Fitted, fit
+from .quadratic import START
+from .screen import GRID, Lead, screen
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.settings import Setting
+    from ..causes.base import Cause
+    from ..state import State, Variant
+
+FIRST, LATER, TESTS = 0.5, 0.2, 25.0
+"""Shares of the family-wise level, and independent tests that the bank amounts to."""
+PROMISING, FAR, LEADERS = 0.6, 0.05, 4
+"""Shares of the threshold and of the best log p-value that a screened cause must reach to be refitted, and how many
+are."""
+TIE = 4.6
+"""Log p-values, times the inflation, within which causes are tied."""
+MOST_TIED = 2
+AROUND_S = (23.0, 12.0, 6.0)
+"""Steps (s, of a 160 m ship) by which the time of a change is refined."""
+BEST_TIMES = 3
+WAVES = 20.0
+"""Statistic that waves must reach beside a discrepancy: what is left of it feeds them."""
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A cause that entered: its variant (without the time of a change), statistic, log p-value, inflation, ties, and
+    the time of a change (s)."""
+
+    cause: Cause
+    variant: Variant
+    statistic: float
+    log_p: float
+    inflation: float
+    fitted: Fitted
+    tied: tuple[Cause, ...] = ()
+    time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the search found: the fit without causes, the causes in order, the last fit, the best lead of each cause."""
+
+    null: Fitted
+    accepted: tuple[Accepted, ...]
+    final: Fitted
+    leads: Mapping[Cause, Lead]
+
+
+def search(
+    state: State, base: Base, bank: Mapping[Cause, Sequence[Variant]], most: int, rng: np.random.Generator
+) -> Found:
+    """Accept causes one after the other while they pass the level.
+
+    state : the base model with its bank, for searches that scan.
+    """
+    final = null = fit(base, base.origin)
+    accepted: list[Accepted] = []
+    first: dict[Cause, Lead] = {}
+    for step in range(most):
+        left = {c: v for c, v in bank.items() if c not in [a.cause for a in accepted]}
+        threshold = float(np.log(state.alpha * (FIRST if step == 0 else LATER) / TESTS))
+        leads = _leads(final, left, threshold, step == 0)
+        first = first or {lead.cause: lead for lead in reversed(leads)}
+        tried = [_tried(final, lead, leads) for lead in _leaders(leads, threshold)]
+        tried += _scanned(state, final, left, rng)
+        tried.sort(key=lambda c: c.log_p)
+        if not tried or tried[0].log_p > threshold:
+            break
+        best = tried[0]
+        near = [c.cause for c in tried[1:] if _near(best, c, threshold)]
+        accepted.append(replace(best, tied=tuple(near[:MOST_TIED])))
+        final = best.fitted
+    return Found(null, tuple(accepted), final, first)
+
+
+def _near(best: Accepted, other: Accepted, threshold: float) -> bool:
+    return other.log_p - best.log_p < TIE * max(1.0, best.inflation) and other.log_p < threshold
+
+
+def _leads(final: Fitted, bank: Mapping[Cause, Sequence[Variant]], threshold: float, untouched: bool) -> list[Lead]:
+    """Leads at a fit, and at first also at the untouched base: there a large effect is not yet absorbed."""
+    base = final.base
+    found = screen(base, final.setting, final.now, final.x, final.variant, final.variances, bank)
+    if not untouched:
+        return found
+    s, now = fit_noise(base.est, base.origin, 6)
+    raw = screen(base, s, now, np.zeros(final.x.size), final.variant, START, bank)
+    return _in_turn(found, raw, threshold)
+
+
+def _in_turn(first: Sequence[Lead], second: Sequence[Lead], threshold: float) -> list[Lead]:
+    """Promising leads of both in turn, then the rest of the first."""
+    out: list[Lead] = []
+    a, b = ([x for x in leads if x.log_p < PROMISING * threshold] for leads in (first, second))
+    for i in range(max(len(a), len(b))):
+        out += [*a[i : i + 1], *b[i : i + 1]]
+    return [*out, *(x for x in first if x.log_p >= PROMISING * threshold)]
+
+
+def _leaders(leads: Sequence[Lead], threshold: float) -> list[Lead]:
+    seen: list[Cause] = []
+    out: list[Lead] = []
+    best = min((lead.log_p for lead in leads), default=0.0)
+    for lead in leads:
+        if (
+            lead.log_p < FAR * best
+            and lead.cause not in seen
+            and lead.log_p < PROMISING * threshold
+            and len(out) < LEADERS
+        ):
+            out.append(lead)
+        seen.append(lead.cause)
+    return out
+
+
+def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> Accepted:
+    """A lead refitted beside what is accepted."""
+    if not lead.cause.search.steady:
+        return _changing(now, lead, [x.time_s for x in leads if x.cause == lead.cause and x.time_s is not None])
+    base, variant = now.base, lead.variant
+    start = np.concatenate([now.sizes, _start(base, lead)])
+    fitted = fit(base, base.origin, (*now.variant, *variant), start)
+    return _accepted(now, lead, variant, fitted, float(len([x for x in leads if x.cause == lead.cause])))
+
+
+def _start(base: Base, lead: Lead) -> np.ndarray:
+    """Zero, or for a parameter that cannot be negative its screened size within the values that its search tries."""
+    there = list(lead.cause.search.starts(base.est, base.origin, lead.variant))[1:]
+    if not there:
+        return np.zeros(len(lead.variant))
+    first = lead.variant[0]
+    tried = [base.est.value(s, first) - base.est.value(base.origin, first) for s in there]
+    start = np.zeros(len(lead.variant))
+    start[0] = np.clip(lead.sizes[0], min(tried), max(tried))
+    return start
+
+
+def _accepted(
+    now: Fitted, lead: Lead, variant: Variant, fitted: Fitted, tests: float, time_s: float | None = None
+) -> Accepted:
+    statistic = 2.0 * (fitted.evidence - now.evidence)
+    if not lead.cause.plausible(fitted.base.est, variant, fitted.sizes[len(now.variant) :]):
+        statistic = 0.0
+    k = len(variant) + (time_s is not None)
+    log_p = log_tail(max(statistic / lead.inflation, 0.0), max(k, 1)) + float(np.log(max(tests, 1.0)))
+    return Accepted(lead.cause, variant, statistic, log_p, lead.inflation, fitted, time_s=time_s)
+
+
+def _changing(now: Fitted, lead: Lead, times: Sequence[float]) -> Accepted:
+    """A change at an unknown time: its size fitted at a few times, then around the best."""
+    base, (size, time) = now.base, lead.variant
+    done: dict[float, Fitted] = {}
+
+    def tried(t: float, rounds: int) -> Fitted:
+        origin = base.est.at(base.origin, time, t)
+        there = replace(base, origin=origin)
+        start = np.concatenate([now.sizes, [0.0]])
+        return fit(there, origin, (*now.variant, size), start, rounds=rounds)
+
+    def best_time() -> float:
+        return max(done, key=lambda t: done[t].evidence)
+
+    ends = 1.0, float(time.high) - 1.0
+    for t in times[:BEST_TIMES]:
+        done[t] = tried(t, 3)
+    for step in AROUND_S:
+        middle = best_time()
+        for t in (middle - step * base.est.clock, middle + step * base.est.clock):
+            t = float(np.clip(t, *ends))
+            if t not in done:
+                done[t] = tried(t, 3)
+    t = best_time()
+    return _accepted(now, lead, (size,), tried(t, 6), GRID, t)
+
+
+def _scanned(
+    state: State, now: Fitted, bank: Mapping[Cause, Sequence[Variant]], rng: np.random.Generator
+) -> list[Accepted]:
+    """Causes that are looked for by scanning, from where the discrepancy is now."""
+    out = []
+    here = state.at(now.setting, now.now, ())
+    for cause in (c for c in bank if not c.search.scored and c.search.steady):
+        try:
+            c = cause.search.attempt(cause, here, now.now.log_likelihood, rng)
+        except (np.linalg.LinAlgError, ArithmeticError):
+            continue
+        if c is None or c.statistic < WAVES:
+            continue
+        if c.variant:  # its parameter joins the others
+            size = [state.est.value(c.setting, p) for p in c.variant]
+            fitted = fit(now.base, c.setting, (*now.variant, *c.variant), np.concatenate([now.sizes, size]))
+        else:
+            fitted = fit(replace(now.base, origin=_with_numbers_of(now, c.setting)), c.setting, now.variant, now.sizes)
+        lead = Lead(cause, c.variant, c.statistic, 1.0, c.log_p, np.zeros(len(c.variant)))
+        out.append(_accepted(now, lead, c.variant, fitted, c.tests))
+    return out
+
+
+def _with_numbers_of(now: Fitted, s: Setting) -> Setting:
+    """The origin with the entries that a scan has changed."""
+    changed = np.any(s.vectors != now.setting.vectors, axis=0)
+    vectors = np.where(changed, s.vectors, now.base.origin.vectors)
+    return replace(now.base.origin, vectors=vectors)

@@ -1,0 +1,171 @@
+"""What causes and the model's numbers take off the error of free runs, in records that were left out.
+
+A record is simulated with the discrepancy that the other records give, and with the causes of all: quantities that
+belong to a record are those of its first part.  No random force acts after release.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimation.filters.innovations.vector import CHANNELS, SYMBOLS
+from ...models.model import CHANNELS as COLUMNS
+from ..gain.free_runs import FIRST_PART, START_S
+from .fit import Fitted
+from .quadratic import Quadratic, mode
+from .terms import FORCES
+
+BLOCKS = 12
+"""Blocks a record is cut into for the bootstrap."""
+DRAWS = 300
+LOST = 10.0
+"""Error (SI) that a run which is lost counts with."""
+TOLD = 0.5
+"""Squared error over that of the sensor from which a channel counts."""
+
+
+class Share(NamedTuple):
+    """A share of the base model's squared free-run error with its 90 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Shares of the base model's squared free-run error, mean over the channels that tell.
+
+    causes: taken off by the causes alone; numbers: by the model's own numbers alone; both.
+    drops: by each cause beside the numbers and the other causes.
+    channels: column -> the same, (causes, numbers, both, sensors).
+    """
+
+    causes: Share
+    numbers: Share
+    both: Share
+    drops: tuple[Share, ...]
+    channels: Mapping[str, tuple[float, float, float, float]]
+
+
+@dataclass(frozen=True)
+class _Errors:
+    """Sums of squares (B, 6) above the sensors' by block, for one way to simulate, and known values (B, 6)."""
+
+    square: np.ndarray
+    count: np.ndarray
+
+
+def shares(null: Fitted, final: Fitted, causes: Sequence[np.ndarray], rng: np.random.Generator) -> Shares:
+    """Shares of the causes, whose parameters stand at `causes` among those of the fit."""
+    base, q, hull = final.base, final.expansion, null.expansion
+    sd = final.setting.noise.sensor_sd
+    ways: dict[str, list[np.ndarray]] = {}
+    for i, d in enumerate(base.est.segments):
+        own = _left_out(q, final, d.record)
+        alone = _left_out(hull, null, d.record)
+        bare = np.zeros(final.x.size)
+        runs = {"base": bare, "causes": _only(final, final.x), "numbers": _numbers(null, alone, final), "both": own}
+        for j, places in enumerate(causes):
+            less = own.copy()
+            less[places] = 0.0
+            runs[f"without {j}"] = less
+        for name, x in runs.items():
+            ways.setdefault(name, []).append(_error(final, x, i))
+    errors = {name: _sums(found, sd) for name, found in ways.items()}
+    return _shares(errors, len(causes), base.est.channels, sd, rng)
+
+
+def _only(final: Fitted, x: np.ndarray) -> np.ndarray:
+    """The causes' parameters alone."""
+    out = x.copy()
+    out[: len(final.base.terms.parameters)] = 0.0
+    return out
+
+
+def _numbers(null: Fitted, x: np.ndarray, final: Fitted) -> np.ndarray:
+    return np.concatenate([x[: len(null.base.terms.parameters)], np.zeros(len(final.variant))])
+
+
+def _left_out(q: Quadratic, found: Fitted, record: int) -> np.ndarray:
+    """Parameters by the other records; with quantities of a record also by its first part."""
+    variances = found.variances.copy()
+    if not found.base.est.model.is_3dof:
+        variances[FORCES:] = 0.0  # they cannot simulate
+    use = q.record != record
+    mine = np.flatnonzero(~use)
+    if any(p.record is not None for p in found.variant):
+        use = use.copy()
+        use[mine[: max(1, int(FIRST_PART * mine.size))]] = True
+    if not use.any():
+        return _simulating(found, found.x)
+    x = mode(q, variances, found.free, use).x
+    return _simulating(found, found.base.bounded(x, found.variant))
+
+
+def _simulating(found: Fitted, x: np.ndarray) -> np.ndarray:
+    """Without terms that no simulation carries."""
+    out = x.copy()
+    held = len(found.base.terms.parameters)
+    out[:held] = np.where(found.base.terms.simulating, out[:held], 0.0)
+    return out
+
+
+def _error(found: Fitted, x: np.ndarray, segment: int) -> np.ndarray:
+    """Measured minus simulated channels (T, 6) of a segment; nan before release and at gaps."""
+    base = found.base
+    est, d = base.est, base.est.segments[segment]
+    start = base.origin if np.any(x) else est.start()
+    s = base.at(x, found.variant, est.start()) if np.any(x) else start
+    free = max(int(np.searchsorted(d.time, min(START_S * est.clock, 0.2 * d.time[-1]))), 2)
+    e = d.measured - est.free_run(s, segment, free)
+    e[:, 0] = np.mod(e[:, 0] + np.pi, 2.0 * np.pi) - np.pi
+    e[~np.isfinite(e) & np.isfinite(d.measured)] = LOST
+    e[:free] = np.nan
+    return e
+
+
+def _sums(errors: Sequence[np.ndarray], sd: np.ndarray) -> _Errors:
+    square, count = [], []
+    for e in errors:
+        for part in np.array_split(e, BLOCKS):
+            known = np.isfinite(part)
+            count.append(known.sum(axis=0))
+            square.append(np.nansum(part**2, axis=0) - sd**2 * count[-1])
+    return _Errors(np.array(square), np.array(count))
+
+
+def _shares(
+    errors: Mapping[str, _Errors], n_causes: int, channels: np.ndarray, sd: np.ndarray, rng: np.random.Generator
+) -> Shares:
+    base = errors["base"]
+    told = channels & (base.square.sum(axis=0) > TOLD * sd**2 * np.maximum(base.count.sum(axis=0), 1))
+    if not told.any():
+        nothing = Share(0.0, 0.0, 0.0)
+        return Shares(nothing, nothing, nothing, (nothing,) * n_causes, {})
+
+    def ratios(pick: np.ndarray) -> np.ndarray:
+        """(3 + causes, channels) shares over some blocks."""
+        sums = {name: e.square[pick].sum(axis=0)[told] for name, e in errors.items()}
+        whole = np.maximum(sums["base"], 1e-300)
+        rows = [1.0 - sums[name] / whole for name in ("causes", "numbers", "both")]
+        rows += [(sums[f"without {j}"] - sums["both"]) / whole for j in range(n_causes)]
+        return np.array(rows)
+
+    count = len(base.square)
+    middle = ratios(np.arange(count))
+    draws = np.array([ratios(rng.integers(0, count, count)).mean(axis=1) for _ in range(DRAWS)])
+    low, high = np.quantile(draws, [0.05, 0.95], axis=0)
+    found = [Share(*map(float, one)) for one in zip(middle.mean(axis=1), low, high, strict=True)]
+    names = [COLUMNS[SYMBOLS[c]] for c in range(CHANNELS) if told[c]]
+    noise = (sd**2 * base.count.sum(axis=0))[told] / np.maximum(base.square.sum(axis=0)[told], 1e-300)
+    noise = noise / (1.0 + noise)
+    by_channel = {
+        name: (float(middle[0, j]), float(middle[1, j]), float(middle[2, j]), float(noise[j]))
+        for j, name in enumerate(names)
+    }
+    return Shares(found[0], found[1], found[2], tuple(found[3:]), by_channel)

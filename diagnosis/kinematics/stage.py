@@ -1,0 +1,81 @@
+"""The sensors' stage of a diagnosis: what channels show of each other, before any hull model is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.instruments import corrected
+from ..causes.registry import bank
+from ..result import Finding
+from ..statistics.score_tests import log_tail
+from .chains import heading_chain, track_chain
+from .check import UNUSABLE, distinct
+from .findings import of_sizes
+from .sensors import compare
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ..causes.base import Cause
+    from .check_result import CheckFinding
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Records with the sensors' errors removed, findings, and the numbers that were removed as instruments."""
+
+    train: list[Record]
+    held_out: list[Record]
+    findings: tuple[Finding, ...] = ()
+    instruments: dict[str, float] = field(default_factory=dict)
+
+
+def sensors_of(train: Sequence[Record], held_out: Sequence[Record], only: Collection[Cause] | None = None) -> Sensors:
+    """Compare heading with yaw rate, then positions with velocities, and correct the records one after the other.
+
+    Training records are corrected by sizes of their own where these differ, held-out ones by the mean.
+    """
+    done = Sensors(distinct(train), list(held_out))
+    for chain in (heading_chain(), track_chain()):
+        known = [c for c in bank() if only is None or c in only]
+        options = tuple(o for o in chain.options if o.cause in known and all(e.instruments for e in o.effects))
+        try:
+            found = compare(chain._replace(options=options), done.train)
+        except UNUSABLE:
+            continue
+        fixed = {r.name: r for r in found.corrected}
+        named = [s for s in found.found if s.material]
+        numbers = {
+            slot: mean.value
+            for s in named
+            for effect, mean in zip(s.option.effects, s.means, strict=True)
+            for slot in effect.instruments
+        }
+        ids = {c.id for c in known}
+        told = tuple(_finding(f, ids) for f in of_sizes(found) if f.material)
+        done = Sensors(
+            [fixed.get(r.name, r) for r in done.train],
+            [corrected(r, numbers) for r in done.held_out] if numbers else done.held_out,
+            (*done.findings, *told),
+            done.instruments | numbers,
+        )
+    return done
+
+
+def _finding(f: CheckFinding, known: Collection[str]) -> Finding:
+    statistic = float((f.z or 0.0) ** 2)
+    details = {} if f.p_equal is None else {"p of equal sizes in all records": f.p_equal}
+    return Finding(
+        f.cause,
+        tuple(name for name in f.tied_with if name in known),
+        "kinematics",
+        statistic,
+        float(min(1.0, len(known) * np.exp(max(log_tail(statistic, 1), -700.0)))),
+        f.sizes,
+        details=details,
+        evidence=f.evidence,
+        separate_by=f.separate_by if f.tied_with else None,
+    )
