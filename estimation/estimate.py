@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..datasets.record import Record
-from ..models.errors import BadInput
+from ..models.errors import BadInput, FitFailed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -186,3 +186,16 @@ class Estimate:
 def listed(records: Record | Sequence[Record]) -> list[Record]:
     """One record or several as a list."""
     return [records] if isinstance(records, Record) else list(records)
+
+
+def published(estimate: Estimate) -> Estimate:
+    """The estimate, if all its published parameters have finite real values.
+
+    Raises
+    ------
+    FitFailed : naming those that have none.
+    """
+    lost = [name for name, value in estimate.parameters.items() if not np.isfinite(value)]
+    if lost:
+        raise FitFailed(f"{', '.join(lost)}: no finite real value belongs to the fitted coefficients of the model")
+    return estimate

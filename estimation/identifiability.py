@@ -6,14 +6,15 @@ measured channels and unknown initial states (`bounds`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.errors import CannotFit, FitFailed
 from .bounds import NULL, information
+from .design import candidate_information, information_gain
 from .fit import blas_limited, numerical_guard, prepared
 from .likelihood.output_error import identify
 from .likelihood.unknowns import Unknowns
@@ -30,9 +31,6 @@ CORRELATED = 0.8
 """Mean correlation between the errors of parameters above which they count as one group."""
 TERMS = 4
 """Terms up to which a combination is written in the text."""
-LONGEST = 2500
-"""Samples of a simulated candidate; longer ones are thinned and their noise is reduced accordingly."""
-DEGREE = np.deg2rad(1.0)
 
 
 class ParameterPrecision(NamedTuple):
@@ -57,16 +55,20 @@ class ParameterGroup(NamedTuple):
 
 
 class CandidateManoeuvre(NamedTuple):
-    """A further manoeuvre, and the median and worst relative bound with a record of it added."""
+    """A further manoeuvre, the median and worst relative bound with a record of it added, and its information in nats.
+
+    The information counts on all parameters together, each taken as known within 100 % before (`design`).
+    """
 
     manoeuvre: str
     median: float
     worst: float
+    information: float
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """The report; `noise_sd` by channel, candidates sorted by the median bound with their record added."""
+    """The report; `noise_sd` by channel, candidates sorted by their information, the largest first."""
 
     model: str
     noise_sd: dict[str, float]
@@ -105,10 +107,10 @@ class Identifiability:
 
     @property
     def advice(self) -> tuple[CandidateManoeuvre, CandidateManoeuvre] | None:
-        """The candidates with the smallest median and with the smallest worst bound."""
+        """The candidates with most information and with the smallest worst bound."""
         if not self.candidates:
             return None
-        return min(self.candidates, key=lambda c: c.median), min(self.candidates, key=lambda c: c.worst)
+        return self.candidates[0], min(self.candidates, key=lambda c: c.worst)
 
     def lines(self) -> list[str]:
         """The report in plain language."""
@@ -117,17 +119,21 @@ class Identifiability:
         titles = ("determined within 10 %", "determined within 10-50 %", "not determined")
         for title, names in zip(titles, self.names, strict=True):
             found.append(f"  {title} ({len(names)}): {', '.join(names) or 'none'}")
-        found += [f"  {_sentence(group)}" for group in self.groups]
+        found += [f"  {line}" for line in self.group_lines()]
         return found + [f"  {line}" for line in self._advice()]
+
+    def group_lines(self) -> list[str]:
+        """Of each group, the combination that the records tell."""
+        return [_sentence(group) for group in self.groups]
 
     def _advice(self) -> list[str]:
         if self.advice is None:
             return []
-        by_median, by_worst = self.advice
-        median = f"median bound {_percent(self.median)} -> {_percent(by_median.median)}"
-        worst = f"worst {_percent(self.worst)} -> {_percent(by_median.worst)}"
-        lines = [f"most useful next manoeuvre: {by_median.manoeuvre} ({median}, {worst})"]
-        if by_worst.manoeuvre != by_median.manoeuvre:
+        best, by_worst = self.advice
+        median = f"median bound {_percent(self.median)} -> {_percent(best.median)}"
+        worst = f"worst {_percent(self.worst)} -> {_percent(best.worst)}"
+        lines = [f"most useful next manoeuvre: {best.manoeuvre} ({best.information:.2g} nats, {median}, {worst})"]
+        if by_worst.manoeuvre != best.manoeuvre:
             lines.append(f"for the worst parameter: {by_worst.manoeuvre} (worst bound -> {_percent(by_worst.worst)})")
         return lines
 
@@ -184,10 +190,11 @@ def identifiability(
         parameters = tuple(map(ParameterPrecision, *columns))
         groups = _groups(factor, values, relative, names)
         candidates = []
-        for text, more in _simulated(model, records, noise, manoeuvres):
+        for text, more in candidate_information(model, records, noise, manoeuvres):
             bounds = _relative(_sd(np.vstack([factor, more @ scale])), values)
-            candidates.append(CandidateManoeuvre(text, float(np.nanmedian(bounds)), float(np.nanmax(bounds))))
-    order = sorted(candidates, key=lambda c: (c.median, c.worst))
+            gain = _gain(factor * np.abs(values), more @ scale * np.abs(values))
+            candidates.append(CandidateManoeuvre(text, float(np.nanmedian(bounds)), float(np.nanmax(bounds)), gain))
+    order = sorted(candidates, key=lambda c: -c.information)
     return Identifiability(model.id, noise, parameters, groups, tuple(order))
 
 
@@ -199,6 +206,11 @@ def _identified(model: Model, records: Sequence[Record]) -> Model:
     if not np.isfinite(coefficients).all():
         raise FitFailed("the estimate is not finite")
     return model.with_coefficients(coefficients)
+
+
+def _gain(now: np.ndarray, more: np.ndarray) -> float:
+    """Information of factors (rows, q) on relative parameters, to which a prior of 100 % each is added, nats."""
+    return information_gain(now.T @ now + np.eye(now.shape[1]), more.T @ more)
 
 
 def _relative(sd: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -302,41 +314,3 @@ def _times(factor: float) -> str:
 
 def _percent(share: float) -> str:
     return "any size" if not share < 1e4 else f"{100.0 * share:.2g} %" if share < 1.0 else f"{100.0 * share:.0f} %"
-
-
-def _simulated(
-    model: Model, records: Sequence[Record], noise: Mapping[str, float], manoeuvres: Sequence[str] | None
-) -> Iterator[tuple[str, np.ndarray]]:
-    """Manoeuvres and the information of one record of each, with the duration and step of the longest record."""
-    from ..datasets.generator import record_run
-    from ..datasets.manoeuvres import parse_manoeuvre
-
-    longest = max(records, key=lambda record: record.time_s[-1] - record.time_s[0])
-    duration = float(longest.time_s[-1] - longest.time_s[0])
-    stride = max(1, -(-round(duration / longest.dt) // LONGEST))
-    thinned = {channel: sd / np.sqrt(stride) for channel, sd in noise.items()}
-    vessel = replace(model, suite={})
-    for text in _usual(model, records, duration) if manoeuvres is None else manoeuvres:
-        manoeuvre = parse_manoeuvre(text)
-        try:
-            record = record_run(vessel, manoeuvre, duration_s=duration, dt_s=stride * longest.dt)
-            yield manoeuvre.text, information(model, record, thinned)
-        except (BadInput, CannotFit):
-            continue  # the model diverges, or lacks what the manoeuvre needs
-
-
-def _usual(model: Model, records: Sequence[Record], duration: float) -> list[str]:
-    """Some manoeuvres with rudder angles and times similar to those of the records."""
-    steered = max(float(np.nanmax(np.abs(record.rudder()))) for record in records) / DEGREE
-    most = int(min(max(20.0, np.ceil(steered)), model.rudder.max_rad / DEGREE))
-    half = max(most // 2, 1)
-    brief, long = (f"{duration / parts:.3g}s" for parts in (40, 12))
-    return [
-        *(f"zigzag:{angle}/{angle}" for angle in (half, most)),
-        *(f"turn:{angle}" for angle in (half, most)),
-        f"turn:{most}:port",
-        f"sine:{most}deg/{duration / 4:.3g}s",
-        f"sine:{half}deg/{duration / 4:.3g}s+{half}deg/{duration / 16:.3g}s",
-        *(f"prbs:{most}deg/{clock}" for clock in (brief, long)),
-        *(f"steps:{most}deg/{clock}" for clock in (brief, long)),
-    ]

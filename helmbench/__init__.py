@@ -15,10 +15,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api.assessment import Assessment, Comparison, compare
     from .api.calibration import Calibration, calibrate
     from .api.check import Check, check
     from .api.diagnosis import Diagnosis, diagnose
-    from .api.identification import identify, rudder_sign_doubt, simulate
+    from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
     from .api.importing import Import, import_log
     from .api.lists import (
         list_causes,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from .datasets.measured import fetch
     from .datasets.record import Record, RecordMeta
     from .datasets.rudder_sign import RudderSignWarning
-    from .estimation.estimate import Estimate
     from .methods.registry import make as make_method
     from .methods.tuned import with_tuner
     from .models.errors import BadInput, CannotFit, FitFailed
@@ -47,11 +47,13 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "Assessment",
     "BadInput",
     "Calibration",
     "CannotFit",
     "Case",
     "Check",
+    "Comparison",
     "Diagnosis",
     "Estimate",
     "FitFailed",
@@ -66,6 +68,7 @@ __all__ = [
     "__version__",
     "calibrate",
     "check",
+    "compare",
     "diagnose",
     "fetch",
     "generate",
@@ -95,13 +98,15 @@ __all__ = [
 
 # public name -> (module below helmbench, name there)
 _HOME = {
+    "Assessment": ("api.assessment", "Assessment"),
     "BadInput": ("models.errors", "BadInput"),
     "Calibration": ("api.calibration", "Calibration"),
     "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
     "Check": ("api.check", "Check"),
+    "Comparison": ("api.assessment", "Comparison"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
-    "Estimate": ("estimation.estimate", "Estimate"),
+    "Estimate": ("api.identification", "Estimate"),
     "FitFailed": ("models.errors", "FitFailed"),
     "Import": ("api.importing", "Import"),
     "Model": ("models.model", "Model"),
@@ -113,6 +118,7 @@ _HOME = {
     "Validation": ("api.validation", "Validation"),
     "calibrate": ("api.calibration", "calibrate"),
     "check": ("api.check", "check"),
+    "compare": ("api.assessment", "compare"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),

@@ -14,8 +14,8 @@ FOUND_BY_REGISTRY = ("methods", "diagnosis/causes", "diagnosis/baselines", "benc
 CALLED_BY_OTHERS = (
     *("check_*", "_repr_html_", "__getattr__", "__dir__"),  # contract checks; notebooks; the interpreter
     *("_print_*", "_split_super_sub", "_hprint_*", "fdiff", "nargs", "is_real"),  # SymPy's printers and functions
-    *("model_config", "shade"),  # pydantic; a page's template
     *("_cache", "load_overload", "save_overload", "cache_path", "_lineno", "_locator", "_py_file"),  # numba
+    *("model_config", "shade", "shell_complete", "param"),  # pydantic; a page's template; click (two)
 )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...datasets.generator import record_run
 from ...datasets.manoeuvres import parse_manoeuvre
+from ...estimation.design import information_gain
 from ...estimation.mixed_effects.fit import normal_equations
 from ...estimation.mixed_effects.problem import problem
 from ...estimation.series import MEASURED
@@ -27,7 +28,7 @@ SHOWN = 3
 
 
 def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequence[Group]) -> tuple[NextRun, ...]:
-    """The candidates that add most information (D-optimality, half the gain of the log determinant) on the numbers that
+    """The candidates that add most information (`estimation.design`) on the numbers that
     moved, that were tied, and that were refused last."""
     open_ids = {g.id for g in found.final.groups} | {g.id for s in found.steps for g in s.tied_with}
     open_ids |= {group.id for group, _, _ in found.refused}
@@ -35,7 +36,6 @@ def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequenc
     numbers = numbers_of(p, [g for g in groups if g.id in open_ids])
     scale = np.array([n.sd for n in numbers])
     now = normal_equations(p, numbers, fitted.theta, fitted.own, fitted.sd)[0] * np.outer(scale, scale)
-    before = np.linalg.slogdet(now)[1]
     unmeasured = {CHANNELS[symbol]: None for symbol in MEASURED if symbol not in p.channels}
     out = []
     for text in CANDIDATES:
@@ -44,6 +44,5 @@ def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequenc
         shared = [p.channels.index(c) for c in one.channels]
         still = np.zeros((1, one.own_sd.size))
         added = normal_equations(one, numbers, fitted.theta, still, fitted.sd[shared])[0] * np.outer(scale, scale)
-        gain = 0.5 * (np.linalg.slogdet(now + added - np.eye(len(numbers)))[1] - before)
-        out.append(NextRun(text, float(gain)))
+        out.append(NextRun(text, information_gain(now, added - np.eye(len(numbers)))))
     return tuple(sorted(out, key=lambda run: -run.information)[:SHOWN])

@@ -26,6 +26,7 @@ from ..weather import with_wind
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
+    from ..predictor import Predictor
     from ..series import Series
 
 ORIGINS = 200
@@ -45,16 +46,20 @@ class FreeRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Stretch:
-    """A model and a stretch of a record without long gaps: what the hull did, and its series."""
+    """A model and a stretch of a record without long gaps: what the hull did, and its series.
+
+    predictor : a black box that predicts in the model's place; None: the model itself.
+    """
 
     model: Model
     record: Record
     series: Series
+    predictor: Predictor | None = None
 
     @classmethod
-    def of(cls, model: Model, record: Record) -> Stretch:
+    def of(cls, model: Model, record: Record, predictor: Predictor | None = None) -> Stretch:
         """Raises CannotFit where the record lacks an input or measures no state of the model."""
-        return cls(model, record, with_wind(series_of(record, model, SYMBOLS), record, model))
+        return cls(model, record, with_wind(series_of(record, model, SYMBOLS), record, model), predictor)
 
     @property
     def grid_s(self) -> np.ndarray:
@@ -96,7 +101,8 @@ class Stretch:
     def run(self, start: np.ndarray, inputs: np.ndarray) -> FreeRun:
         """The run from a state (n,) with inputs (K, nu) on the grid's step."""
         with np.errstate(all="ignore"):
-            states = ModelPredictor(self.model).simulate(np.ascontiguousarray(inputs), self.series.dt, start)
+            predictor = self.predictor or ModelPredictor(self.model)
+            states = predictor.simulate(np.ascontiguousarray(inputs), self.series.dt, start)
         lost = divergence(states, self.limits)
         if lost is None:
             return FreeRun(states, None)
@@ -148,7 +154,7 @@ class Stretch:
     def _with_rate(self, state: np.ndarray, at: int) -> np.ndarray:
         """A simulated state with q = r_dot in the place of the hidden w, as runs are started."""
         gain = self.model.kernels.RATE_GAIN
-        if gain is not None:
+        if gain is not None and self.predictor is None:
             state[0] += self.model.coefficients[gain] * self.series.inputs[at, 0]
         return state
 

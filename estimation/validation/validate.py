@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,7 @@ from .runs import Stretch
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
+    from ..predictor import Predictor
 
 TOGETHER = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 """Channels whose mean R^2 is that of all together; positions, which sum up all errors, are not among them."""
@@ -39,13 +41,20 @@ class _Part:
     left_out: tuple[LeftOut, ...]
 
 
-def validate(models: Mapping[str, Model], records: Mapping[str, Record]) -> Validation:
+def validate(
+    models: Mapping[str, Model],
+    records: Mapping[str, Record],
+    predictors: Mapping[str, Predictor] = MappingProxyType({}),
+    ahead: bool = True,
+) -> Validation:
     """Free runs, errors ahead and manoeuvring indices of models on records.
 
     Parameters
     ----------
     models : name -> model with coefficients, the validated one first.
     records : name -> record as it was read; one that does not say its rudder sign has the first model's.
+    predictors : name -> black box that predicts in the model's place, whose states are those of the model.
+    ahead : whether to predict more than one sample ahead.
 
     Raises
     ------
@@ -54,14 +63,15 @@ def validate(models: Mapping[str, Model], records: Mapping[str, Record]) -> Vali
     if not records:
         raise BadInput("there is no record to validate on")
     for name, model in models.items():
-        if not model.known:
+        if not model.known and name not in predictors:
             hint = "give a vessel id or a model.json; `helmbench identify` writes one"
             raise BadInput(f"model {name} has no coefficients", hint=hint)
     first = next(iter(models.values()))
     given = {name: record.turned(first.positive_rudder) for name, record in records.items()}
     horizons = horizons_of(models.values(), list(given.values()))
+    horizons = horizons if ahead else horizons._replace(times_s=())
     parts = {
-        (model_name, name): _part(model_name, model, name, record, horizons)
+        (model_name, name): _part(model_name, model, name, record, horizons, predictors.get(model_name))
         for model_name, model in models.items()
         for name, record in given.items()
     }
@@ -94,18 +104,17 @@ def _measured(name: str, record: Record) -> Measured:
     return Measured(name, record.time_s, record.rudder(), channels)
 
 
-def _part(model_name: str, model: Model, name: str, record: Record, horizons: Horizons) -> _Part:
+def _part(
+    model_name: str, model: Model, name: str, record: Record, horizons: Horizons, predictor: Predictor | None
+) -> _Part:
     """One model on one record."""
 
     def without(what: str, reason: str) -> LeftOut:
         return LeftOut(model_name, name, what, reason)
 
     turned = record.turned(model.positive_rudder)
-    hull = hull_record(turned, model)
-    pieces = [(turned.slice(a, b), hull.slice(a, b)) for a, b in stretches(hull, horizons.clock)]
-    pieces = [pair for pair in pieces if pair[0].n > 1]
     try:
-        found = [(piece, Stretch.of(model, own)) for piece, own in pieces]
+        found = _stretches(model, turned, horizons.clock, predictor)
     except CannotFit as reason:
         return _Part({}, None, (), (without("record", str(reason)),))
     if not found:
@@ -119,6 +128,36 @@ def _part(model_name: str, model: Model, name: str, record: Record, horizons: Ho
     if not manoeuvre.kind:
         return _Part(sums, run, (), (*left_out, without("manoeuvring indices", manoeuvre.reason)))
     return _Part(sums, run, tuple(_index_rows(model_name, name, longest, stretch, manoeuvre)), tuple(left_out))
+
+
+def _stretches(model: Model, record: Record, clock: float, predictor: Predictor | None) -> list[tuple[Record, Stretch]]:
+    """The stretches of a record in the model's rudder sign, as recorded and as runs of the hull.
+
+    Raises CannotFit where the record lacks an input or measures no state of the model.
+    """
+    hull = hull_record(record, model)
+    pieces = [(record.slice(a, b), hull.slice(a, b)) for a, b in stretches(hull, clock)]
+    return [(piece, Stretch.of(model, own, predictor)) for piece, own in pieces if piece.n > 1]
+
+
+def free_run_squares(
+    model: Model, record: Record, predictor: Predictor | None = None
+) -> tuple[dict[str, Squares], bool]:
+    """Sums of squares of the free run along a record by channel, as `validate` computes them, and whether it diverges.
+
+    predictor : a black box that predicts in the model's place.
+
+    Raises
+    ------
+    CannotFit : the record lacks an input, measures no state of the model, or has no stretch without gaps.
+    """
+    turned = record.turned(model.positive_rudder)
+    horizons = horizons_of([model], [turned])
+    found = _stretches(model, turned, horizons.clock, predictor)
+    if not found:
+        raise CannotFit(f"record {record.name} has no {SHORTEST} samples in turn with a rudder angle")
+    run = _run(model.id, record.name, turned, found)
+    return _free_sums(turned, run, found), bool(run.diverged)
 
 
 def _missing(model: Model, record: Record) -> dict[str, str]:
@@ -163,22 +202,27 @@ def _sums(
     record: Record, run: Run, found: Sequence[tuple[Record, Stretch]], horizons: Horizons
 ) -> dict[tuple[str, str], Squares]:
     """Sums of squares by channel and horizon: free runs as recorded, predictions ahead behind the instruments."""
-    sums: dict[tuple[str, str], Squares] = {}
-
-    def add(channel: str, horizon: str, more: Squares) -> None:
-        sums[channel, horizon] = sums.get((channel, horizon), Squares()).plus(more)
-
-    measured = _measured("", record).channels
+    sums = {(channel, FREE): value for channel, value in _free_sums(record, run, found).items()}
     labels = [ONE_STEP, *map(label, horizons.times_s)]
-    for piece, stretch in found:
+    for _, stretch in found:
+        for horizon, states in zip(labels, stretch.ahead(horizons.times_s), strict=True):
+            for state, more in states.items():
+                key = COLUMNS[stretch.model.states[state]], horizon
+                sums[key] = sums.get(key, Squares()).plus(more)
+    return sums
+
+
+def _free_sums(record: Record, run: Run, found: Sequence[tuple[Record, Stretch]]) -> dict[str, Squares]:
+    """Sums of squares of the free run by channel, as recorded."""
+    sums: dict[str, Squares] = {}
+    measured = _measured("", record).channels
+    for piece, _ in found:
         first = int(np.searchsorted(record.time_s, piece.time_s[0]))
         place = slice(first, first + piece.n)
         for channel, values in run.predicted.items():
             known = np.isfinite(values[place])
-            add(channel, FREE, squares(measured[channel][place][known], values[place][known]))
-        for horizon, states in zip(labels, stretch.ahead(horizons.times_s), strict=True):
-            for state, more in states.items():
-                add(COLUMNS[stretch.model.states[state]], horizon, more)
+            more = squares(measured[channel][place][known], values[place][known])
+            sums[channel] = sums.get(channel, Squares()).plus(more)
     return sums
 
 

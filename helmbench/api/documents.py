@@ -12,7 +12,6 @@ from ..models.errors import BadInput
 from ..models.plain import plain
 
 if TYPE_CHECKING:
-    from ..estimation.estimate import Estimate
     from ..models.model import Model
 
 
@@ -58,22 +57,6 @@ def titles_text(titles: Mapping[str, str]) -> str:
     from ..reporting.tables import Cell, Table, console
 
     return console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in titles.items())))
-
-
-def parameters_text(estimate: Estimate) -> str:
-    """The parameters of an estimate with their standard errors, as a table."""
-    from ..reporting.identification import parameter_table
-    from ..reporting.tables import console
-
-    return console(parameter_table(estimate), indent="  ")
-
-
-def scores_text(scores: Mapping[str, Any]) -> str:
-    """Errors of free runs and of one-step predictions by channel, as a table."""
-    from ..reporting.identification import score_table
-    from ..reporting.tables import console
-
-    return console(score_table(scores), indent="  ")
 
 
 def text_writer(text: str) -> Callable[[Path], object]:

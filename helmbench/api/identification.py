@@ -1,20 +1,81 @@
-"""Simulation of manoeuvres with a model, and identification of a model from records."""
+"""Simulation of manoeuvres with a model, and identification of a model from records, with its page and files."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from math import isfinite
+from dataclasses import dataclass, fields
 from os import PathLike, fspath
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, TypeAlias
 
+from ..datasets.record import Record
+from ..estimation import estimate as result
+from ..estimation.comparison import Comparison
+from ..models.errors import BadInput
+
 if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.estimate import Estimate
     from ..methods.base import Method
     from ..models.model import Model
+    from .assessment import Assessment
 
 Path: TypeAlias = "str | PathLike[str]"
+AUTO = "auto"
+"""Stands for every model that the records allow."""
+
+
+@dataclass(frozen=True, repr=False)
+class Estimate(result.Estimate):
+    """The result of `identify`: coefficients, parameters with standard errors, and the records they come from.
+
+    `records` are the training records as they were read; a method's own `fit` gives an estimate without them, which
+    has everything but `assess`, `to_html` and `write`.  `comparison` holds the other models where `identify` chose one.
+    """
+
+    records: tuple[Record, ...] = ()
+    comparison: Comparison | None = None
+
+    @classmethod
+    def of(cls, found: result.Estimate, records: Sequence[Record], compared: Comparison | None = None) -> Estimate:
+        """The same estimate with its records."""
+        own = {entry.name: getattr(found, entry.name) for entry in fields(result.Estimate)}
+        return cls(**own, records=tuple(records), comparison=compared)
+
+    def assess(
+        self,
+        validate: Record | Path | Sequence[Record | Path] = (),
+        *,
+        compared: Comparison | None = None,
+        positive_rudder: str | None = None,
+    ) -> Assessment:
+        """Whether to believe the estimate: free runs, residuals, intervals, what the records tell, what to sail next.
+
+        Parameters
+        ----------
+        validate : records that took no part in the fit, or their paths.
+        compared : other models or methods to show beside it (`compare`); None: what `identify` compared.
+        positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files of `validate`.
+
+        Raises
+        ------
+        BadInput : the estimate has no records, a file cannot be used, or a record is given twice.
+        """
+        from .assessment import assess
+
+        if not self.records:
+            raise BadInput("the estimate does not hold its records", hint="make it with helmbench.identify")
+        return assess(self, self.records, validate, compared or self.comparison, positive_rudder)
+
+    def to_html(self, validate: Record | Path | Sequence[Record | Path] = ()) -> str:
+        """The page of the identification: one self-contained HTML document.  Takes and raises as `assess`."""
+        return self.assess(validate).to_html()
+
+    def write(self, folder: Path, validate: Record | Path | Sequence[Record | Path] = ()) -> tuple[FilePath, ...]:
+        """Write identification.json, identification.html and model.json into a folder: all of them or none.
+
+        Takes and raises as `assess`; BadInput also where the folder cannot be written to.
+        """
+        return self.assess(validate).write(folder)
 
 
 def simulate(
@@ -71,6 +132,7 @@ def identify(
     model: Model | Path,
     method: Method | str,
     *,
+    validate: Record | Path | Sequence[Record | Path] = (),
     positive_rudder: str | None = None,
 ) -> Estimate:
     """Identify the coefficients of a model from one record or several.
@@ -81,9 +143,13 @@ def identify(
     Parameters
     ----------
     records : records, or paths of record files.
-    model : the structure: a model, or a vessel id, a family id or the path of a model.json.
+    model : the structure: a model, or a vessel id, a family id or the path of a model.json.  'auto' tries every family
+        that needs no constants of a ship, and the vessels that the records name, and takes the one whose free runs of
+        records that took no part in the fit are best (`compare`).
     method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine'
         (`list_methods`).
+    validate : held-out records by which 'auto' chooses; without them each record, or block of time, is left out in
+        turn.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
 
     Warns
@@ -100,26 +166,39 @@ def identify(
     from ..datasets.instruments import hull_record
     from ..datasets.plausibility import check_plausible
     from ..datasets.rudder_sign import RudderSignWarning, rudder_sign_doubt
+    from ..estimation.estimate import published
     from ..methods.registry import make
 
+    if model == AUTO:
+        return _chosen(records, method, validate, positive_rudder)
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
     read = as_records(records, positive_rudder)
     check_plausible(read, structure)
     given = [hull_record(record, structure) for record in read]
-    estimate = fitter.fit(given, structure)
-    _check_finite(estimate)
+    estimate = published(fitter.fit(given, structure))
     for doubt in filter(None, map(rudder_sign_doubt, given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)
-    return estimate
+    return Estimate.of(estimate, read)
 
 
-def _check_finite(estimate: Estimate) -> None:
-    """Raise FitFailed for an estimate that has published parameters without a finite real value."""
-    from ..models.errors import FitFailed
+def _chosen(
+    records: Record | Path | Sequence[Record | Path],
+    method: Method | str,
+    validate: Record | Path | Sequence[Record | Path],
+    positive_rudder: str | None,
+) -> Estimate:
+    """The estimate of the model that `compare` chooses."""
+    from .assessment import compare
 
-    lost = [name for name, value in estimate.parameters.items() if not isfinite(value)]
-    if lost:
-        raise FitFailed(f"{', '.join(lost)}: no finite real value belongs to the fitted coefficients of the model")
+    read = as_records(records, positive_rudder)
+    found = compare(read, AUTO, method, validate=validate, positive_rudder=positive_rudder)
+    return estimate_of(found, read)
+
+
+def estimate_of(found: Comparison, records: Sequence[Record]) -> Estimate:
+    """The chosen estimate of a comparison, with its training records."""
+    assert found.chosen.estimate is not None, "the chosen candidate has an error, so it was fitted"
+    return Estimate.of(found.chosen.estimate, records, found)
 
 
 def rudder_sign_doubt(record: Record, model: Model) -> str | None:
@@ -157,13 +236,9 @@ def as_records(records: Record | Path | Sequence[Record | Path], positive_rudder
 
 def listed(records: Record | Path | Sequence[Record | Path]) -> list[Record | Path]:
     """One record or path, or several, as a list."""
-    from ..datasets.record import Record
-
     return [records] if isinstance(records, Record | str | PathLike) else list(records)
 
 
 def labels(records: Record | Path | Sequence[Record | Path]) -> list[str]:
     """What results call the records: paths as they were given, or the records' names."""
-    from ..datasets.record import Record
-
     return [one.name if isinstance(one, Record) else fspath(one) for one in listed(records)]

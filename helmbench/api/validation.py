@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import warnings
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from html import escape
@@ -74,20 +73,7 @@ class Validation(result.Validation):
         ------
         BadInput : there is no such record.
         """
-        from ..datasets.display import Curve, time_figure
-
-        own = [one for one in self.records if record in (None, one.name)]
-        if not own:
-            hint = f"it has {', '.join(one.name for one in self.records)}"
-            raise BadInput("the validation has no such record", file=record, hint=hint)
-        measured = own[0]
-        runs = [run for run in self.runs if run.record == measured.name]
-        panels = {
-            channel: [Curve("measured", measured.time_s, values)]
-            + [Curve(run.model, measured.time_s, run.predicted[channel]) for run in runs if channel in run.predicted]
-            for channel, values in measured.channels.items()
-        }
-        return time_figure(panels, f"free runs along {measured.name}")
+        return runs_figure(self, record)
 
     def write(self, folder: FilePath) -> tuple[Path, ...]:
         """Write validation.json and validation.html into a folder: both or none.
@@ -112,6 +98,24 @@ class Validation(result.Validation):
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(self.summary())}</pre>"
+
+
+def runs_figure(found: result.Validation, record: str | None) -> Figure:
+    """Measured channels of a record of a validation and the free runs of all models; raises as `Validation.plot`."""
+    from ..datasets.display import Curve, time_figure
+
+    own = [one for one in found.records if record in (None, one.name)]
+    if not own:
+        hint = f"it has {', '.join(one.name for one in found.records)}"
+        raise BadInput("the validation has no such record", file=record, hint=hint)
+    measured = own[0]
+    runs = [run for run in found.runs if run.record == measured.name]
+    panels = {
+        channel: [Curve("measured", measured.time_s, values)]
+        + [Curve(run.model, measured.time_s, run.predicted[channel]) for run in runs if channel in run.predicted]
+        for channel, values in measured.channels.items()
+    }
+    return time_figure(panels, f"free runs along {measured.name}")
 
 
 def validate(
@@ -179,10 +183,6 @@ def _named_records(
 
 def _names(short: Sequence[str], long: Sequence[str]) -> list[str]:
     """The short names if they differ, else the long ones; those that repeat even so get a number."""
-    names = short if len(set(short)) == len(short) else long
-    counts: Counter[str] = Counter()
-    out: list[str] = []
-    for name in names:
-        counts[name] += 1
-        out.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
-    return out
+    from ..estimation.naming import numbered
+
+    return numbered(short if len(set(short)) == len(short) else long)

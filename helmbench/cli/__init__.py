@@ -15,6 +15,7 @@ import click
 from ._shared import BAD_INPUT, INTERRUPTED, OK, complain
 from .calibrate import calibrate
 from .check import check
+from .completion import completion
 from .diagnose import diagnose
 from .fetch import fetch
 from .identify import identify
@@ -35,7 +36,7 @@ def cli() -> None:
 
 COMMANDS = (
     *(list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
-    *(run, report, reproduce, fetch),
+    *(run, report, reproduce, fetch, completion),
 )
 for command in COMMANDS:
     cli.add_command(command)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, Protocol, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -24,6 +25,33 @@ class Writable(Protocol):
     def write(self, folder: Path, /) -> tuple[Path, ...]: ...
     def to_json(self) -> dict[str, Any]: ...
     def summary(self) -> str: ...
+
+
+class Identifier(click.ParamType[str]):
+    """A text that may be an identifier of `helmbench list KIND`, which the shell completes; anything is taken.
+
+    more : further texts that are completed.
+    """
+
+    name = "text"
+
+    def __init__(self, *kinds: str, more: Sequence[str] = ()) -> None:
+        self.kinds, self.more = kinds, more
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Identifiers that begin with what was typed, with their titles; files where none does."""
+        from ..api import lists
+
+        titles = dict.fromkeys(self.more, "")
+        for kind in self.kinds:
+            titles |= getattr(lists, f"list_{kind}")()
+        known = [CompletionItem(name, help=title) for name, title in titles.items() if name.startswith(incomplete)]
+        return known or [CompletionItem(incomplete, type="file")]
+
+
+METHOD, VESSEL, SUITE, CAUSE = (Identifier(kind) for kind in ("methods", "vessels", "suites", "causes"))
+MODEL = Identifier("vessels", "models")
+MODEL_OR_AUTO = Identifier("vessels", "models", more=["auto"])
 
 
 class Greedy(click.Command):

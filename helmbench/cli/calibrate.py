@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
-from ._shared import FAILED, OK, TwoSets, check_folder, complain, output_options, show_written, two_sets_options
+from ._shared import FAILED, MODEL, OK, TwoSets, check_folder, complain, output_options, show_written, two_sets_options
 
 
 @click.command(cls=TwoSets)
-@click.option("--model", required=True, help="Vessel id or model.json, 3-DOF.")
+@click.option("--model", required=True, type=MODEL, help="Vessel id or model.json, 3-DOF.")
 @two_sets_options("Records.", "Records that are scored at the end.")
 @output_options
 def calibrate(

@@ -6,11 +6,28 @@ from pathlib import Path
 
 import click
 
-from ._shared import FAILED, OK, TwoSets, check_folder, complain, output_options, show_written, two_sets_options
+from ._shared import (
+    CAUSE,
+    FAILED,
+    MODEL,
+    OK,
+    TwoSets,
+    check_folder,
+    complain,
+    output_options,
+    show_written,
+    two_sets_options,
+)
 
 
-@click.command(cls=TwoSets)
-@click.option("--model", required=True, help="Vessel id, family id or model.json.")
+class Diagnose(TwoSets):
+    """`diagnose --train RECORD... --held-out RECORD... --causes CAUSE...`"""
+
+    greedy = (*TwoSets.greedy, "--causes")
+
+
+@click.command(cls=Diagnose)
+@click.option("--model", required=True, type=MODEL, help="Vessel id, family id or model.json.")
 @two_sets_options("Records to name the causes with.", "Records to measure the gain with.")
 @click.option(
     "--base-parameters",
@@ -23,6 +40,7 @@ from ._shared import FAILED, OK, TwoSets, check_folder, complain, output_options
     help="Relative uncertainty of known coefficients; 0: exact.  [default: exact, then within the family's priors]",
 )
 @click.option("--channels", help="Use only these: heading,yaw_rate,surge,sway,north,east.  [default: all]")
+@click.option("--causes", multiple=True, metavar="CAUSE...", type=CAUSE, help="Test only these causes.  [default: all]")
 @click.option(
     "--max-effects", type=click.IntRange(min=1), default=3, show_default=True, help="Largest number of causes to name."
 )
@@ -36,6 +54,7 @@ def diagnose(
     base_parameters: str | None,
     coefficient_sd: float | None,
     channels: str | None,
+    causes: tuple[str, ...],
     max_effects: int,
     alpha: float,
     seed: int,
@@ -62,6 +81,7 @@ def diagnose(
             max_effects=max_effects,
             alpha=alpha,
             seed=seed,
+            causes=causes or None,
             positive_rudder=positive_rudder,
         )
     except helmbench.CannotFit as reason:

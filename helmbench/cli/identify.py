@@ -3,160 +3,162 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from ._shared import FAILED, FILE, OK, SIDES, Greedy, check_file, complain, output_options, print_json, tuning_options
+from ._shared import (
+    FAILED,
+    FILE,
+    METHOD,
+    MODEL_OR_AUTO,
+    OK,
+    SIDES,
+    Greedy,
+    check_file,
+    check_folder,
+    complain,
+    output_options,
+    print_json,
+    tuning_options,
+)
 
 if TYPE_CHECKING:
-    from .. import Estimate, Record
-    from ..estimation.identifiability import Identifiability
+    from .. import Assessment
 
 
 class Identify(Greedy):
-    """`identify RECORD... --validate RECORD...`"""
+    """`identify RECORD... --validate RECORD... --compare METHOD...`"""
 
-    greedy = ("--validate",)
+    greedy = ("--validate", "--compare")
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What is printed: estimate, names of the records, scores on validation records, warnings, identifiability."""
+class Request:
+    """What is asked for: records, model, methods, the place of the results."""
 
-    estimate: Estimate
-    train: list[str]
-    validation: list[str]
-    scores: dict[str, Any]
-    warnings: list[str]
-    identifiability: Identifiability | None
+    records: tuple[Path, ...]
+    model: str
+    methods: tuple[str, ...]
+    validate: tuple[Path, ...]
+    positive_rudder: str | None
 
 
 @click.command(cls=Identify)
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
-@click.option("--model", required=True, help="Vessel id, family id or model.json.")
-@click.option("--method", required=True, help="Method id with options (ls,scheme=midpoint) or path.py:Class.")
+@click.option(
+    "--model", required=True, type=MODEL_OR_AUTO, help="Vessel id, family id, model.json, or auto: the best of all."
+)
+@click.option(
+    "--method", required=True, type=METHOD, help="Method id with options (ls,scheme=midpoint) or path.py:Class."
+)
 @click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
+@click.option("--compare", multiple=True, metavar="METHOD...", type=METHOD, help="Further methods, side by side.")
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option(
     "--identifiability",
     is_flag=True,
-    help="Report how well the records determine each parameter, and which manoeuvre would help.",
+    help="Print how well the records determine each parameter, and which manoeuvre would help.",
 )
 @tuning_options
-@click.option("-o", "--output", required=True, type=FILE, help="model.json to write")
+@click.option("--page", type=FILE, help="Write the page to this HTML file.")
+@click.option("-o", "--output", required=True, type=FILE, help="model.json to write, or a directory for page and model")
 @output_options
 def identify(
     records: tuple[Path, ...],
     model: str,
     method: str,
     validate: tuple[Path, ...],
+    compare: tuple[str, ...],
     positive_rudder: str | None,
     identifiability: bool,
     tuner: str | None,
     storage: str | None,
+    page: Path | None,
     output: Path,
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Identify a model from records, score it on others and write it as a model file (a black box has none)."""
-    from .. import BadInput, CannotFit, FitFailed, with_tuner
+    """Identify a model from records and say whether to believe it.
 
-    check_file(output)
-    (method,) = with_tuner((method,), tuner, storage)
-    try:
-        found = _identify(model, method, records, validate, positive_rudder, identifiability)
-    except CannotFit as reason:
-        raise BadInput(f"method {method} cannot fit {model}: {reason}") from None
-    except FitFailed as reason:
-        return complain(f"{method} failed on {model}: {reason}", FAILED)
-    for doubt in found.warnings:
+    -o model.json writes the model (a black box has none), -o DIR identification.html, identification.json and
+    model.json.  --model auto takes the family whose free runs of left-out records are best.
+    """
+    from .. import with_tuner
+
+    into_file = output.suffix == ".json"
+    check_file(output) if into_file else check_folder(output)
+    if page is not None:
+        check_file(page)
+    methods = with_tuner((method, *compare), tuner, storage)
+    with refusals(f"{methods[0]} failed on {model}", f"method {methods[0]} cannot fit {model}") as failed:
+        found = _identified(Request(records, model, tuple(methods), validate, positive_rudder))
+    if failed:
+        return complain(failed[0], FAILED)
+    for doubt in found.doubts:
         click.echo(f"helmbench: warning: {doubt}", err=True)
-    written = found.estimate.predictor is None
-    if written:
-        found.estimate.save(output)
+    paths = _written(found, output, into_file, page)
     if as_json:
-        print_json(as_dict(found) | {"output": str(output) if written else None})
+        print_json(found.to_json() | {"output": str(output) if output in paths or not into_file else None})
     elif not quiet:
-        _print(found, output)
+        click.echo(found.summary())
+        for line in found.identifiability.lines() if identifiability and found.identifiability else ():
+            click.echo(line)
+        if into_file and output not in paths:
+            click.echo(f"no {output}: a black box has no coefficients")
+        click.echo("\n".join(f"wrote {path}" for path in paths))
     return OK
 
 
-def _identify(
-    model: str,
-    method: str,
-    train: Sequence[Path],
-    validate: Sequence[Path],
-    positive_rudder: str | None,
-    identifiability: bool,
-) -> Outcome:
-    """Read every record before anything is fitted, then fit and score."""
+@contextmanager
+def refusals(failed: str, refused: str) -> Generator[list[str]]:
+    """A fit that failed fills the list with one line; one that does not apply is bad input."""
     import helmbench
 
-    from ..api.identification import refuse_copies
+    told: list[str] = []
+    try:
+        yield told
+    except helmbench.CannotFit as reason:
+        raise helmbench.BadInput(f"{refused}: {reason}") from None
+    except helmbench.FitFailed as reason:
+        told.append(f"{failed}: {reason}")
 
-    structure, fitter = helmbench.resolve(model), helmbench.make_method(method)
-    records = [helmbench.read_record(path, positive_rudder) for path in train]
-    others = [helmbench.read_record(path, positive_rudder) for path in validate]
-    refuse_copies(records, others)
+
+def _identified(asked: Request) -> Assessment:
+    """Read every record before anything is fitted, then fit, compare and assess."""
+    import helmbench
+
+    from ..api.identification import AUTO, estimate_of, refuse_copies
+
+    fitters = [helmbench.make_method(text) for text in asked.methods]
+    structure = asked.model if asked.model == AUTO else helmbench.resolve(asked.model)
+    train, others = ([helmbench.read_record(path, asked.positive_rudder) for path in side]
+                     for side in (asked.records, asked.validate))  # fmt: skip
+    refuse_copies(train, others)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", helmbench.RudderSignWarning)  # printed below, for validation records as well
-        estimate = helmbench.identify(records, structure, fitter)
-    doubts = [helmbench.rudder_sign_doubt(record, structure) for record in (*records, *others)]
-    return Outcome(
-        estimate=estimate,
-        train=_names(records),
-        validation=_names(others),
-        scores=estimate.score(others) if others else {},
-        warnings=[doubt for doubt in doubts if doubt],
-        identifiability=estimate.identifiability(records) if identifiability and estimate.predictor is None else None,
-    )
+        warnings.simplefilter("ignore", helmbench.RudderSignWarning)  # the assessment tells of all records
+        if structure != AUTO:
+            estimate = helmbench.identify(train, structure, fitters[0])
+            if len(fitters) > 1:
+                found = helmbench.compare(train, structure, asked.methods, validate=others)
+                return estimate.assess(others, compared=found)
+            return estimate.assess(others)
+        found = helmbench.compare(train, AUTO, asked.methods, validate=others)
+    return estimate_of(found, train).assess(others)
 
 
-def _names(records: Sequence[Record]) -> list[str]:
-    return [record.name for record in records]
-
-
-def as_dict(found: Outcome) -> dict[str, Any]:
-    """Plain values for `--json`."""
-    estimate, model = found.estimate, found.estimate.model
-    values, errors = estimate.parameters, estimate.stderr
-    parameters = [
-        {"parameter": name, "unit": unit, "estimate": values[name], "stderr": errors.get(name)}
-        for name, unit in zip(model.parameter_names, model.parameter_units, strict=True)
-        if name in values
-    ]
-    return {
-        "method": estimate.method,
-        "variant": estimate.variant,
-        "model": model.family,
-        "positive_rudder": model.positive_rudder,
-        "train": found.train,
-        "parameters": parameters,
-        "converged": estimate.converged,
-        "message": estimate.message,
-        "wall_s": estimate.wall_s,
-        "cpu_s": estimate.cpu_s,
-        "validation": {"records": found.validation, **found.scores} if found.validation else None,
-        "profile": estimate.extra.get("profile"),
-        "identifiability": found.identifiability.as_dict() if found.identifiability else None,
-        "warnings": found.warnings,
-    }
-
-
-def _print(found: Outcome, output: Path) -> None:
-    from ..api.documents import parameters_text, scores_text
-
-    estimate = found.estimate
-    state = "" if estimate.converged else f", not converged: {estimate.message}"
-    click.echo(f"{estimate.model.family} by {estimate.method} from {', '.join(found.train)}{state}")
-    click.echo(parameters_text(estimate))
-    for line in found.identifiability.lines() if found.identifiability else ():
-        click.echo(line)
-    if found.validation:
-        click.echo(f"validation on {', '.join(found.validation)}{' (diverged)' if found.scores['diverged'] else ''}")
-        click.echo(scores_text(found.scores))
-    click.echo(f"wrote {output}" if estimate.predictor is None else f"no {output}: a black box has no coefficients")
+def _written(found: Assessment, output: Path, into_file: bool, page: Path | None) -> list[Path]:
+    """Write model and page; the paths."""
+    paths: list[Path] = []
+    if not into_file:
+        paths += found.write(output)
+    elif found.estimate.predictor is None:
+        found.estimate.save(output)
+        paths.append(output)
+    if page is not None:
+        paths.append(found.write_page(page))
+    return paths

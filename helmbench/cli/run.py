@@ -7,16 +7,20 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ._shared import FAILED, FILE, OK, output_options, print_json, shows_progress, tuning_options
+from ._shared import FAILED, FILE, METHOD, OK, SUITE, VESSEL, output_options, print_json, shows_progress, tuning_options
 
 if TYPE_CHECKING:
     from .. import SuiteResults
 
 
 @click.command()
-@click.option("--suite", "suite", help="quick, default, measured, diagnosis, or a suite file.  [default: quick]")
-@click.option("--method", "methods", multiple=True, help="Only these methods (repeatable); also path.py:Class.")
-@click.option("--vessel", "vessels", multiple=True, help="Only these vessels (repeatable).")
+@click.option(
+    "--suite", "suite", type=SUITE, help="quick, default, measured, diagnosis, or a suite file.  [default: quick]"
+)
+@click.option(
+    "--method", "methods", multiple=True, type=METHOD, help="Only these methods (repeatable); also path.py:Class."
+)
+@click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
 @click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds or rounds; default: the suite's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default and most: one for each processor.")

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, check_file, output_options, print_json
+from ._shared import FILE, SIDES, VESSEL, check_file, output_options, print_json
 
 
 @click.command()
-@click.argument("vessel")
+@click.argument("vessel", type=VESSEL)
 @click.option("--manoeuvre", required=True, help="For example zigzag:20/20 or turn:35:port.")
 @click.option("--duration", "duration_s", type=float, help="Seconds; default: the vessel file's.")
 @click.option("--dt", "dt_s", type=float, help="Sampling step in seconds; default: the vessel file's.")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, Greedy, check_folder, output_options, print_json
+from ._shared import FILE, MODEL, SIDES, Greedy, check_folder, output_options, print_json
 
 
 class Validate(Greedy):
@@ -17,9 +17,11 @@ class Validate(Greedy):
 
 
 @click.command(cls=Validate)
-@click.argument("model")
+@click.argument("model", type=MODEL)
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
-@click.option("--compare", multiple=True, metavar="MODEL...", help="Further models, validated in the same way.")
+@click.option(
+    "--compare", multiple=True, metavar="MODEL...", type=MODEL, help="Further models, validated in the same way."
+)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
 @output_options

@@ -36,7 +36,6 @@ class Panel:
 
 def html(found: Validation) -> str:
     """The page, self-contained."""
-    key = [(name, _colour(found, name)) for name in found.models]
     return render(
         "validation.html.j2",
         found=found,
@@ -47,9 +46,19 @@ def html(found: Validation) -> str:
         indices=index_table(found),
         left_out=left_out_table(found),
         remarks=[f"{run.model} along {run.record}: {run.told}" for run in found.runs if run.told],
-        panels=[_panel(found, record) for record in found.records],
-        key=[("measured", MEASURED), *key],
+        panels=panels(found),
+        key=key_of(found),
     )
+
+
+def panels(found: Validation) -> list[Panel]:
+    """The charts of every record."""
+    return [_panel(found, record) for record in found.records]
+
+
+def key_of(found: Validation) -> list[tuple[str, str]]:
+    """Name and colour of every line in the charts."""
+    return [("measured", MEASURED), *((name, _colour(found, name)) for name in found.models)]
 
 
 def _panel(found: Validation, record: Measured) -> Panel:

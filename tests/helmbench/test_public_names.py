@@ -9,7 +9,18 @@ import helmbench
 
 SURFACE = Path(__file__).with_name("public_names.txt")
 MEMBERS = (
-    *("Case", "Calibration", "Check", "Diagnosis", "Estimate", "Record", "RecordMeta", "Reproduction"),
+    *(
+        "Assessment",
+        "Case",
+        "Calibration",
+        "Check",
+        "Comparison",
+        "Diagnosis",
+        "Estimate",
+        "Record",
+        "RecordMeta",
+        "Reproduction",
+    ),
     *("SuiteResults", "Validation"),
 )
 """Classes whose methods and properties are public, too."""

@@ -184,7 +184,7 @@ def test_identify_prints_parameters_and_validation_and_writes_a_model(call, reco
     arguments = ("identify", train, "--model", "nomoto-1-cubic", "--method", "output-error", "--validate", other)
     status, out, err = call(*arguments, "-o", path)
     assert status == 0 and err == ""
-    assert "alpha" in out and "+-" in out and "heading_rad" in out and "R2" in out
+    assert "alpha" in out and "+-" in out and "heading" in out and "R²" in out
     assert resolve(str(path)).parameters == pytest.approx(resolve("response-1").parameters, rel=0.02)
     told = json.loads(call(*arguments, "-o", path, "--json")[1])
     assert told["validation"]["r2_free_heading_rad"] > 0.999 and told["output"] == str(path)

@@ -41,9 +41,10 @@ def test_json_holds_parameters_and_validation(call):
     assert {p["parameter"]: p["estimate"] for p in told["parameters"]} == pytest.approx(truth, rel=0.02)
 
 
-def test_identifiability_is_told_on_request(call):
-    assert json.loads(call("output-error", "--json")[1])["identifiability"] is None
-    told = json.loads(call("output-error,fixed=K,profile=T", "--identifiability", "--json")[1])
+def test_identifiability_is_printed_on_request(call):
+    assert "determined within 10 % (3)" not in call("output-error")[1]
+    assert "determined within 10 % (3)" in call("output-error", "--identifiability")[1]
+    told = json.loads(call("output-error,fixed=K,profile=T", "--json")[1])
     assert told["identifiability"]["counts"] == {"within_10_percent": 3, "within_50_percent": 0, "not_determined": 0}
     interval, values = told["profile"]["T"], {p["parameter"]: p["estimate"] for p in told["parameters"]}
     assert told["identifiability"]["candidates"]
@@ -70,3 +71,46 @@ def test_a_record_that_lacks_a_channel_is_bad_input(call):
 def test_a_validation_record_that_is_a_training_record_is_refused(call):
     status, _, said = call("ls", "--validate", "{}/train.csv")
     assert status == 2 and "is both a training record and held out" in said and len(said.splitlines()) == 1
+
+
+def test_the_verdict_is_printed_first(call):
+    good, poor = (call("output-error", "--validate", "{}/other.csv", model=m)[1] for m in ("response-1", "nomoto-1"))
+    assert good.splitlines()[0].endswith("from train: The model explains the records.")
+    assert "approximates the records" in poor.splitlines()[0] and "exceed the sensors' noise: yaw rate" in poor
+
+
+def test_without_a_held_out_record_it_says_so(call):
+    assert "No record was held out" in call("output-error")[1]
+
+
+def test_a_page_beside_the_model(call, tmp_path):
+    status, out, _ = call("ls", "--page", "{}/page.html")
+    assert status == 0 and (tmp_path / "m.json").exists() and f"wrote {tmp_path / 'page.html'}" in out
+    assert "<h2>2. Residuals</h2>" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert call("ls", "--page", "{}/no/such/page.html")[0] == 2
+
+
+def test_a_folder_holds_page_figures_and_model(call, tmp_path):
+    status, out, _ = call("ls", "--validate", "{}/other.csv", "-o", "{}/out", "--json")
+    assert status == 0 and not (tmp_path / "m.json").exists()
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "identification.html", "identification.json", "model.json"
+    }  # fmt: skip
+    stored = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert json.loads(out) == stored | {"output": str(tmp_path / "out")}
+
+
+def test_methods_side_by_side(call):
+    told = json.loads(call("ls", "--compare", "rls", "sklearn:Ridge", "--validate", "{}/other.csv", "--json")[1])
+    rows = told["comparison"]["candidates"]
+    assert [row["method"] for row in rows] == ["ls", "rls", "sklearn:Ridge"] and told["method"] == "ls"
+    assert all(row["wall_s"] > 0.0 for row in rows) and told["comparison"]["tested_on"] == ["other"]
+    out = call("ls", "--compare", "rls", "--validate", "{}/other.csv")[1]
+    line = next(line for line in out.splitlines() if line.startswith("  rls "))
+    assert f"T {rows[1]['parameters']['T']:.3g}" in line
+
+
+def test_auto_chooses_the_structure_of_the_ship(call):
+    status, out, _ = call("output-error", "--validate", "{}/other.csv", model="auto")
+    assert status == 0 and out.startswith("nomoto-1-cubic by output-error from train: ")
+    assert "nomoto-2-quadratic-speed" in out and "no column surge_m_s" in out and "chosen" in out

@@ -8,8 +8,7 @@ import pytest
 from helmbench.datasets.generator import Case, generate
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
-from helmbench.reporting.identification import parameter_table, profile_interval, score_table, standard_error
-from helmbench.reporting.numbers import number
+from helmbench.reporting.identification.tables import parameter_table, profile_interval, share, standard_error
 from helmbench.reporting.tables import console
 
 
@@ -41,8 +40,8 @@ def test_standard_errors(value, text):
     assert standard_error(value) == text
 
 
-def test_scores_are_shown_by_channel(estimate):
-    scores = estimate.score([generate(Case("response-1", "zigzag:10/10", "low"))])
-    rows = {row[0].text: row for row in score_table(scores).rows}
-    assert rows["yaw_rate_rad_s"][1].text == number(scores["rmse_free_yaw_rate_rad_s"], 4)
-    assert rows["yaw_rate_rad_s"][3].value == scores["rmse_one_yaw_rate_rad_s"]
+@pytest.mark.parametrize(
+    ("bound", "text"), [(0.0123, "1.2 %"), (2.5, "250 %"), (math.inf, "not determined"), (math.nan, "–")]
+)
+def test_shares(bound, text):
+    assert share(bound) == text

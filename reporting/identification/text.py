@@ -1,0 +1,152 @@
+"""An identification in words, for the page and the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.display import shown_name, shown_unit
+from ...estimation.assessment import APPROXIMATES, EXPLAINS, FAILS
+from ...estimation.likelihood.search import ADEQUATE
+from ..numbers import number, r_squared
+from ..tables import console, html
+from ..validation.tables import free_table
+from .tables import assessed_table, comparison_note, comparison_table, parameter_table
+
+if TYPE_CHECKING:
+    from ...estimation.assessment import Assessment
+    from ...estimation.comparison import Comparison
+    from ...estimation.correlation import ChannelResiduals
+
+HEADLINES = {
+    EXPLAINS: "The model explains the records.",
+    APPROXIMATES: "The model approximates the records, it does not explain them.",
+    FAILS: "Do not predict with this model.",
+}
+GROWS = 2.0
+"""Factor between errors on held-out and on training records that is told."""
+
+
+def headline(found: Assessment) -> str:
+    """The verdict in one sentence."""
+    return HEADLINES[found.verdict]
+
+
+def statement(found: Assessment) -> list[str]:
+    """Why, and what else the reader must know, in sentences."""
+    lines = [_misfit(found), *_held_out(found), *_correlated(found)]
+    lines += _undetermined(found)
+    lines += [f"{found.estimate.method}: {found.estimate.message}."] if found.estimate.message else []
+    return [line for line in (*lines, *found.doubts) if line]
+
+
+def _misfit(found: Assessment) -> str:
+    if found.diverged:
+        return f"Its free run diverges along {_listed(list(dict.fromkeys(found.diverged)))}."
+    together = found.judged.score(None)
+    side = "training" if found.held_out is None else "held-out"
+    told = f"Free runs of the {side} records have R² {r_squared(np.nan if together is None else together.r2)}."
+    if found.exceeding:
+        sizes = ", ".join(_size(one) for one in _worst(found.exceeding))
+        return f"{told} Their residuals exceed the sensors' noise: {sizes}."
+    if not found.train_residuals:
+        return told
+    largest = max((*found.train_residuals, *found.held_out_residuals), key=lambda one: one.ratio)
+    name, ratio = shown_name(largest.channel), number(largest.ratio, 2)
+    limit = f"up to {ADEQUATE:g} times counts as explained"
+    return f"{told} Their residuals are at most {ratio} times the sensors' noise ({name}; {limit})."
+
+
+def _worst(found: Sequence[ChannelResiduals]) -> list[ChannelResiduals]:
+    """The largest residual of every channel."""
+    worst: dict[str, ChannelResiduals] = {}
+    for one in found:
+        if one.channel not in worst or one.ratio > worst[one.channel].ratio:
+            worst[one.channel] = one
+    return list(worst.values())
+
+
+def _size(one: ChannelResiduals) -> str:
+    unit, factor = shown_unit(one.channel)
+    return f"{shown_name(one.channel)} {number(factor * one.rms)} {unit} ({number(one.ratio, 2)} times)"
+
+
+def _held_out(found: Assessment) -> list[str]:
+    if found.held_out is None:
+        return ["No record was held out: nothing shows how the model predicts other runs."]
+    grown = []
+    for channel in dict.fromkeys(score.channel for score in found.held_out.scores if score.channel):
+        here, there = found.held_out.score(channel), found.train.score(channel)
+        if here is not None and there is not None and here.rmse > GROWS * there.rmse > 0.0:
+            grown.append(f"{shown_name(channel)} {number(here.rmse / there.rmse, 2)} times")
+    lines = [f"Errors on held-out records are larger than on training records: {', '.join(grown)}."] if grown else []
+    if found.comparison is not None and found.comparison.basis == "held out" and len(found.comparison.candidates) > 1:
+        lines.append("The held-out records also compared the candidates: their errors are no independent test.")
+    return lines
+
+
+def _correlated(found: Assessment) -> list[str]:
+    lines = []
+    if found.rudder_left:
+        names = _listed([shown_name(channel) for channel in found.rudder_left])
+        lines.append(f"Residuals of {names} depend on the rudder: the equations lack something that the rudder does.")
+    if found.correlated:
+        names = _listed([shown_name(channel) for channel in found.correlated])
+        lines.append(f"Residuals of {names} are correlated in time: standard errors and intervals are too small.")
+    return lines
+
+
+def _undetermined(found: Assessment) -> list[str]:
+    if found.identifiability is None:
+        return [f"What the records tell of the parameters is not known: {found.not_told}."] if found.not_told else []
+    poor = found.identifiability.names[2]
+    total = len(found.parameters)
+    return [f"The records do not determine {len(poor)} of {total} parameters: {_listed(poor)}."] if poor else []
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def terminal(found: Assessment) -> str:
+    """The identification for the terminal."""
+    trained = ", ".join(record.name for record in found.train.records)
+    state = "" if found.estimate.converged else ", not converged"
+    lines = [f"{found.name} from {trained}{state}: {headline(found)}"]
+    lines += [f"  {sentence}" for sentence in statement(found)]
+    if found.estimate.predictor is None:
+        lines.append(console(parameter_table(found.estimate), indent="  "))
+    side = "training" if found.held_out is None else "held-out"
+    lines.append(f"free runs of {side} records {', '.join(record.name for record in found.judged.records)}")
+    lines.append(console(free_table(found.judged), indent="  "))
+    lines += ["", compared(found.comparison)] if found.comparison is not None else []
+    lines += ["", *next_lines(found)] if next_lines(found) else []
+    return "\n".join(lines)
+
+
+def next_lines(found: Assessment) -> list[str]:
+    """What to sail next, where the records leave something open."""
+    told = found.identifiability
+    if told is None or not told.candidates:
+        return []
+    best = told.candidates[0]
+    return [f"most useful next manoeuvre: {best.manoeuvre} ({number(best.information, 2)} nats)"]
+
+
+def compared(found: Comparison) -> str:
+    """A comparison for the terminal."""
+    return f"{comparison_note(found)}\n{console(comparison_table(found), indent='  ')}"
+
+
+def notebook(found: Assessment) -> str:
+    """Verdict, statement, parameters and errors as HTML."""
+    side = "training" if found.held_out is None else "held-out"
+    told = "".join(f"<li>{escape(sentence)}</li>" for sentence in statement(found))
+    parameters = html(assessed_table(found)) if found.parameters else ""
+    return (
+        f"<p><b>{escape(found.name)}: {escape(headline(found))}</b></p><ul>{told}</ul>{parameters}"
+        f"<p>free runs of {side} records</p>{html(free_table(found.judged))}"
+    )

@@ -1,0 +1,86 @@
+"""Assessments and comparisons from Python: what is taken, and their tables, figures, pages and files."""
+
+import json
+
+import pytest
+
+import helmbench
+from helmbench.api import assessment as room
+
+
+@pytest.fixture(scope="module")
+def records():
+    return [helmbench.simulate("response-1", text, noise="low", seed=k)
+            for k, text in enumerate(("zigzag:20/20", "zigzag:10/10:port"))]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found(records):
+    return helmbench.identify(records[0], "nomoto-1-cubic", "ls").assess(records[1])
+
+
+def test_an_assessment_shows_itself(found, records):
+    assert repr(found) == f"<Assessment of nomoto-1-cubic by ls: {found.verdict}>"
+    assert found.statement()[0] in found._repr_html_() and "<table>" in found._repr_html_()
+    assert found.statement()[0] in found.summary() and found.statement() == found.to_json()["statement"]
+    frame = found.to_dataframe()
+    assert list(frame.columns) == ["unit", "value", "stderr", "low", "high", "bound"] and "T" in frame.index
+    titles = [found.plot(name).get_suptitle() for name in (None, records[1].name, records[0].name)]
+    assert titles == [f"free runs along {records[i].name}" for i in (1, 1, 0)]
+    with pytest.raises(helmbench.BadInput, match="no such record"):
+        found.plot("another")
+
+
+def test_its_files_are_written_together(found, tmp_path):
+    paths = found.write(tmp_path / "out")
+    assert [path.name for path in paths] == list(room.FILES)
+    assert json.loads(paths[0].read_text(encoding="utf-8"))["verdict"] == found.verdict
+    assert paths[1].read_text(encoding="utf-8") == found.to_html()
+    assert helmbench.resolve(paths[2]).parameters == pytest.approx(found.estimate.parameters, rel=1e-12)
+    (tmp_path / "taken" / "model.json").mkdir(parents=True)
+    with pytest.raises(helmbench.BadInput, match="cannot be written"):
+        found.write(tmp_path / "taken")
+    assert [path.name for path in (tmp_path / "taken").iterdir()] == ["model.json"]
+
+
+def test_an_estimate_needs_its_records(found, records, tmp_path):
+    path = tmp_path / "other.csv"
+    helmbench.write_record(records[1], path)
+    estimate = helmbench.identify(records[0], "nomoto-1-cubic", "ls")
+    told = estimate.assess(path).to_json()["validation"]
+    expected = found.to_json()["validation"]
+    assert told["r2_free_together"] == pytest.approx(expected["r2_free_together"], rel=1e-6)
+    assert "<h2>1. Free runs</h2>" in estimate.to_html()
+    with pytest.raises(helmbench.BadInput, match="held out"):
+        estimate.assess(records[0])
+    bare = helmbench.Estimate.of(estimate, [])
+    with pytest.raises(helmbench.BadInput, match="does not hold its records"):
+        bare.assess()
+
+
+def test_a_comparison_shows_itself(records):
+    found = helmbench.compare(records[0], ["nomoto-1", "nomoto-1-cubic"], "ls", validate=records[1])
+    assert repr(found) == "<Comparison of 2, held out: nomoto-1-cubic by ls>"
+    frame = found.to_dataframe()
+    assert list(frame["model"]) == ["nomoto-1", "nomoto-1-cubic"] and list(frame["chosen"]) == [False, True]
+    assert frame["error"].iloc[1] == found.chosen.error and frame["r2_free_heading_rad"].iloc[1] > 0.99
+    assert "<table>" in found._repr_html_() and "nomoto-1-cubic" in found.summary()
+    assert [label.get_text() for label in found.plot().axes[0].get_yticklabels()] == [
+        "nomoto-1 by ls", "nomoto-1-cubic by ls"
+    ]  # fmt: skip
+
+
+def test_auto_keeps_its_table(records):
+    estimate = helmbench.identify(records[0], "auto", "ls", validate=records[1])
+    assert estimate.comparison is not None and estimate.comparison.chosen.estimate.parameters == estimate.parameters
+    assert {"nomoto-1", "kt"} <= {one.model.id for one in estimate.comparison.candidates}
+    assert "Compared with others" in estimate.to_html(records[1])
+
+
+def test_what_cannot_be_compared_is_said(records):
+    with pytest.raises(helmbench.BadInput, match="no model"):
+        helmbench.compare(records, [], "ls")
+    with pytest.raises(helmbench.BadInput, match="no record"):
+        helmbench.compare([], "nomoto-1", "ls")
+    with pytest.raises(helmbench.CannotFit, match="surge_m_s"):
+        helmbench.compare(records, "kvlcc2-l7", "ls")
