@@ -333,6 +333,6 @@ def _aside(run: Sequence[Stream], streams: Sequence[tuple[Stream, RawTable]], us
             continue
         rest = [c for c in table.columns if c.name not in used]
         if rest:
-            own = {c.name: [c.values[i] for i in stream.kept] for c in rest}
-            out[table.label] = {"time_s": list(stream.time - start), **own}
+            own: dict[str, list[object]] = {c.name: [c.values[i] for i in stream.kept] for c in rest}
+            out[table.label] = {"time_s": [*(stream.time - start)], **own}
     return out
