@@ -59,7 +59,7 @@ reproduce: env
 	cp -R $(REPRODUCTION)/pages reports/reproduction
 
 test: lint types
-	$(BIN)/pytest -n $(WORKERS)
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal
 
 lint: env
 	$(BIN)/ruff check .

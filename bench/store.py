@@ -3,7 +3,8 @@
 Which tables and columns there are depends on the kind of suite (`kinds.base.Tables`).
 
 `runs.jsonl` is only ever appended to, one `write` per finished run, so that a killed process loses nothing that was
-finished; a torn last line is dropped when the store is opened again.  `environment.json` says what was run, with what.
+finished; an incomplete last line is dropped when the store is opened again.  `environment.json` says what was run, and
+with what.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The whole chain: gross faults, base parameters, selection of causes, what stays unexplained, extension and gain."""
+"""The steps of a diagnosis: gross faults, base parameters, causes, what is unexplained, extended model, gain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records as the stages of a diagnosis hand them on."""
+"""Records as one stage of a diagnosis passes them to the next."""
 
 from __future__ import annotations
 

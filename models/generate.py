@@ -2,6 +2,8 @@
 
 Helper symbols stay unexpanded and derivatives follow the chain rule through them; the mass matrix is never
 inverted inside a derivative: with W = M^-1 and a = W F, d a = W d(F - M a) with a held.
+
+One file, although a long one: a third of it is the text that generated modules begin with.
 """
 
 from __future__ import annotations

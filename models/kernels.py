@@ -55,8 +55,8 @@ def definitions() -> dict:
 
 
 def _generate(name: str) -> dict[str, str]:
+    from .families.bank import with_bank
     from .families.environment import with_environment
-    from .families.extensions import with_bank
     from .generate import bank_sources, sources
 
     base, bank, terms = name.partition(BANK)

@@ -1,4 +1,4 @@
-"""The chain: prepare the records, select groups of numbers, measure what they take off, say what remains."""
+"""The steps of a calibration: records, groups of numbers that move, what they take off the errors, what remains."""
 
 from __future__ import annotations
 

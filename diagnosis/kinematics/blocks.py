@@ -1,6 +1,6 @@
 """Least squares over blocks of whitened rows: sums per block, robust covariance from the blocks, explained sums.
 
-Everything after the sums is algebra with a handful of numbers, so that forward selection costs nothing.
+Everything after the sums is algebra with few numbers, so that forward selection is quick.
 """
 
 from __future__ import annotations

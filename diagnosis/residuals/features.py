@@ -2,7 +2,7 @@
 
 Each feature is a time series made from the filter's own states and the record's inputs, added to one force or one
 channel.  Zero-mean gusts with one correlation time depend on none of them, so a feature that raises the likelihood is
-missing physics.
+the mark of an unmodelled effect.
 """
 
 from __future__ import annotations

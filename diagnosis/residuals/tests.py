@@ -1,4 +1,4 @@
-"""Tests of the innovations that need no description of an effect: gusts must look like gusts.
+"""Tests of the innovations that need no description of an effect: they must agree with gusts.
 
 Innovations of a force that acts only in parts of the manoeuvre are too large there and too small elsewhere; what a
 cause only resembles asks for another size of it elsewhere.

@@ -1,1 +1,1 @@
-"""How a cause is looked for: score, rings, profile, change point, scan."""
+"""How a cause is looked for: score, profile, change point, scan."""

@@ -1,7 +1,7 @@
 """Levels of what is not identified, or at the end of its range, where there is no effect.
 
 A change time, a time constant or a frequency means nothing while the effect's size is zero, and a delay, a play or a
-variance cannot be negative: the likelihood-ratio statistic is then not chi2.  It is held against the largest score
+variance cannot be negative: the likelihood-ratio statistic is then not chi2.  It is compared with the largest score
 over the values that are searched, drawn by multiplier bootstrap (Hansen 1996) around the present setting, the recorded
 rudder used again.
 """

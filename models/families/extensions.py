@@ -1,12 +1,13 @@
 """Extensions of any definition: terms with parameters of their own that are zero where the effect is absent.
 
 A family id may carry extensions: ``abkowitz+rudder_offset+yaw_damping_quadratic``.  Their parameters are further
-coefficients.  The variant ``+bank`` holds every term that the estimator of diagnosis can switch on, as constants,
-together with the inputs through which disturbances act.
+coefficients.
 
 Added hydrodynamic terms are in the prime system F' = F / (rho A U^2 / 2), N' = N / (rho A L U^2 / 2) with
 v' = v/U and r' = r L/U at the instantaneous speed U through the water; A = L d where the family knows the draught d,
 else L^2.
+
+One file, although a long one: the table of extensions is read together with the formulas that it refers to.
 """
 
 from __future__ import annotations
@@ -363,13 +364,6 @@ def _product(row: int, factors: Sequence[str]) -> Apply:
     return apply
 
 
-BANK_TERMS = (
-    *("yaw_damping_quadratic", "yaw_damping_cubic", "sway_damping_quadratic", "crossflow_coupling"),
-    *("loading_change", "second_order_lead", "speed_loss"),
-)
-"""Extensions that the bank variant holds as constants; the others act through its inputs."""
-
-
 def extended(definition: Definition, name: str) -> Definition:
     """The definition with one extension, its parameters appended to the coefficients.
 
@@ -415,41 +409,3 @@ def carries(definition: Definition, name: str) -> bool:
     first_order = definition.states[0].name == "r" and "lead_state" not in states
     fits &= extension.helper is None or extension.helper in {symbol.name for symbol in definition.helpers}
     return fits and not taken & set(extension.units) and (name != "second_order_lead" or first_order)
-
-
-def with_bank(definition: Definition, terms: Sequence[str] = ()) -> Definition:
-    """The variant that the estimator of diagnosis runs: every added term as a constant, disturbances as inputs.
-
-    terms : product terms that it holds beside BANK_TERMS.
-
-    A 3-DOF model gets the inputs of the environment variant.  A response model gets ``force`` (added to the yaw
-    equation) and ``force_rate`` (added to r_dot where that is a kinematic state).
-    """
-    base = definition
-    for name in (*BANK_TERMS, *terms):
-        if carries(base, name):
-            grown = extended(base, name)
-            extra = grown.coefficients[len(base.coefficients) :]
-            base = replace(
-                grown,
-                coefficients=base.coefficients,
-                constants=[*grown.constants, *extra],
-                units=definition.units,
-                public=definition.public,
-                inverse=definition.inverse,
-            )
-    bank = with_environment(base) if definition.force_scale is not None else _with_forces(base)
-    return replace(bank, name="~".join([f"{definition.name}+bank", *terms]))
-
-
-def _with_forces(definition: Definition) -> Definition:
-    force, rate = symbols("force force_rate")
-    names = [symbol.name for symbol in definition.states]
-    place = names.index("r") - len(definition.forces)
-    kinematics = list(definition.kinematics)
-    inputs = [*definition.inputs, force]
-    if place >= 0:
-        kinematics[place] += rate
-        inputs.append(rate)
-    forces = [definition.forces[0] + force, *definition.forces[1:]]
-    return replace(definition, forces=forces, kinematics=kinematics, inputs=inputs)

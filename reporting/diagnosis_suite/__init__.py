@@ -1,1 +1,1 @@
-"""The report of a suite that diagnoses records with hidden effects."""
+"""The report of a suite that diagnoses records with injected effects."""

@@ -25,12 +25,12 @@ READING = (
     "Every case is made by a truth simulator that shares no code with what is judged: a ship, manoeuvres, sensors, and "
     "the injected effects. "
     f"Detectable: the best possible test of level {LEVEL} has power {POWER}. Named: the injected cause is the first "
-    "finding or in its tie. A confident wrong name is a finding that stands alone and was not injected, where the "
-    "verdict is named or tied. Anything but adequate on a clean record is a false alarm, unexplained too. "
-    "Both causes of a pair count only in different ties. Held-out error over the oracle's: free-run RMSE on whole "
-    "held-out records of the extended model over that of the engine told the true causes, geometric mean over heading, "
-    "yaw rate, surge and "
-    "sway. [intervals] of rates: Clopper-Pearson, 95 %; of medians: 5 and 95 % quantiles of the cases. A failed case "
+    "finding or tied with it. A wrong name without a tie is a finding that was not injected and has no tie, where the "
+    "verdict is named or tied. Every verdict but adequate on a record without effects is a false alarm. "
+    "Both causes of a pair count only in different ties. Held-out error over the oracle's: free-run RMSE of the "
+    "extended model on whole held-out records, over that of a fit with the true causes (the oracle); geometric mean "
+    "over heading, yaw rate, surge and sway. "
+    "[intervals] of rates: Clopper-Pearson, 95 %; of medians: 5 and 95 % quantiles of the cases. A failed case "
     "counts against its rate. Every case can be made again from its vessel, causes, strength, gusts and seed."
 )
 

@@ -70,7 +70,7 @@ RATES = (
     Rate("false_clean", "false alarms, clean", _null("none"), _false_alarm, 0.02, False),
     Rate("false_fast", "false alarms, fast gusts", _null("fast"), _false_alarm, 0.03, False),
     Rate("false_slow", "false alarms, slow gusts", _null("slow"), _false_alarm, 0.03, False),
-    Rate("wrong", "confident wrong names", lambda f: f["group"].isin(["injected", "pair"]), _wrong, 0.02, False),
+    Rate("wrong", "wrong names without a tie", lambda f: f["group"].isin(["injected", "pair"]), _wrong, 0.02, False),
     Rate("anticipated_clean", "anticipated unknowns unexplained, clean", _of("anticipated", True), _unexplained, 0.95),
     Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", _of("anticipated", False), _unexplained, 0.70),
     Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", _of("unforeseen", True), _unexplained, 0.70),

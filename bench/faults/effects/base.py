@@ -1,6 +1,6 @@
-"""What a kind of effect says about itself.
+"""What a kind of effect states.
 
-A kind is one class in one file of this folder. It says as which cause it should be diagnosed, how it is drawn, where
+A kind is one class in one file of this folder. It states as which cause it should be diagnosed, how it is drawn, where
 it acts (ship, rudder, forces, wave motion or sensors) and how a size that a diagnosis states is compared with the true
 one. Methods that a kind does not override leave everything as it is.
 """

@@ -1,7 +1,7 @@
 """Paper 002: fast convergent iterative learning least squares (FCI-LS) on nonlinear response models, and a tank test.
 
 "Gaussian white noise of variance 0.05 was added into the model" is read as (deg/s)^2 on the right side of the
-differential equation, new at each sample: on the measured yaw rate no method of the paper survives it.
+differential equation, new at each sample: on the measured yaw rate every method of the paper fails.
 """
 
 from __future__ import annotations

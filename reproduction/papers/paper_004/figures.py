@@ -1,4 +1,4 @@
-"""Drawings of paper 004: zigzags of identified models, the part that omega plays, and the unknown ship."""
+"""Drawings of paper 004: zigzags of identified models, the influence of omega, and the unknown ship."""
 
 from __future__ import annotations
 
