@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..models.errors import BadInput
+from ..models.suggestions import suggestion
 from .kinds import IDENTIFICATION, kind_of
 
 FOLDER = Path(__file__).parent / "suites"
@@ -50,7 +51,8 @@ def load_suite(name: str) -> Suite:
 
     path = Path(name) if name.endswith((".yaml", ".yml")) else FOLDER / f"{name}.yaml"
     if not path.is_file():
-        hint = f"known: {', '.join(suite_names())}, or the path of a .yaml file"
+        known = suite_names()
+        hint = suggestion(name, known, f"known: {', '.join(known)}, or the path of a .yaml file")
         raise BadInput(f"unknown suite {name!r}", hint=hint)
     content = read_yaml(path, "a suite, which has a title and entries")
     entries = content.pop("entries", None)

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from ..models.errors import BadInput
+from ..models.suggestions import near
 
 NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|inf(inity)?)", re.ASCII | re.IGNORECASE)
 
@@ -95,8 +96,6 @@ def check_header(names: Sequence[str], file: object, row: int | None = None) -> 
 
 def _why_unknown(name: str, number: int, alone: bool) -> tuple[str, str]:
     """(message, hint) for a column name that is not accepted."""
-    from difflib import get_close_matches
-
     if not name:
         return f"column {number} has no name", "name it, or remove the separator at the end of the line"
     if NUMBER.fullmatch(name):
@@ -109,6 +108,20 @@ def _why_unknown(name: str, number: int, alone: bool) -> tuple[str, str]:
         unit = name[len(quantity) + 1 :]
         accepted = ", ".join(QUANTITIES[quantity])
         return (f"unknown unit {unit!r}" if unit else "the unit is missing"), f"accepted: {accepted}"
-    close = get_close_matches(name.lower(), ACCEPTED, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"accepted: {', '.join(CANONICAL)}"
-    return "unknown column", hint
+    return "unknown column", _misspelt(name) or _as_in_a_log(name)
+
+
+def _misspelt(name: str) -> str:
+    """`did you mean X?` for a slip in a name that ends in the same unit, else empty: another quantity is none."""
+    suffixes = [suffix for units in UNITS.values() for suffix in units]
+    own = max((u for u in suffixes if name.lower().endswith(f"_{u.lower()}")), key=len, default="")
+    return near(name, [known for known in ACCEPTED if own and known.endswith(f"_{own}")], cutoff=0.85)
+
+
+def _as_in_a_log(name: str) -> str:
+    """What a name of a raw log stands for, and who reads it."""
+    from .importing.names import match
+
+    quantity, _, _ = match(name)
+    said = f"{quantity.replace('_', ' ')}? " if quantity else ""
+    return f"{said}'helmbench import' reads raw logs; accepted: {', '.join(CANONICAL)}"

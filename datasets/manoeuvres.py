@@ -21,6 +21,7 @@ import numpy as np
 from ..models.errors import BadInput
 from ..models.model import Model, RudderGear
 from ..models.simulate import ClosedLoop
+from ..models.suggestions import suggestion
 from .manoeuvre_texts import (
     read_angle,
     read_clocked,
@@ -140,7 +141,7 @@ def parse_manoeuvre(text: str) -> Manoeuvre:
     name, _, rest = body.partition(":")
     kind = KINDS.get(name)
     if kind is None:
-        raise BadInput(f"unknown manoeuvre {text!r}", hint=f"expected one of {', '.join(KINDS)}")
+        raise BadInput(f"unknown manoeuvre {text!r}", hint=suggestion(text.partition(":")[0], KINDS))
     try:
         side, rest = read_side(rest) if kind.sided else (1, rest)
         values, canonical = kind.read(rest)

@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 from ..models.errors import BadInput
+from ..models.suggestions import suggestion
 from .files import read_bytes, replace_together
 from .measured_sets import DATASETS
 from .measured_sets.base import Dataset, Run
@@ -34,7 +35,7 @@ def data_dir() -> Path:
 def dataset(name: str) -> Dataset:
     """The set of that name; BadInput lists the names there are."""
     if name not in DATASETS:
-        raise BadInput(f"no measured set is called {name!r}", hint=f"there are {', '.join(DATASETS)}")
+        raise BadInput(f"no measured set is called {name!r}", hint=suggestion(name, DATASETS))
     return DATASETS[name]
 
 

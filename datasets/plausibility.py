@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.errors import BadInput
-from .changes import changes, integral_over_gaps, median_ratio
+from .changes import NEAR, changes, integral_over_gaps, median_ratio
 from .columns import RUDDERS
 from .record import Record
 
@@ -37,8 +37,8 @@ SCALE_SPEED, SCALE_TURN, SCALE_FROUDE = 2.5, 2.5, 0.7
 """Ratio of speeds from which on scales are compared; yaw rate times the model's length over speed, and Froude number
 with the model's length, that no ship reaches."""
 TURN_UNITS = {
-    "degrees in heading_rad": ("heading_rad", 1.0 / DEGREE),
-    "degrees per second in yaw_rate_rad_s": ("yaw_rate_rad_s", DEGREE),
+    "degrees in heading_rad? then call the column heading_deg": ("heading_rad", 1.0 / DEGREE),
+    "degrees per second? then call the column yaw_rate_deg_s": ("yaw_rate_rad_s", DEGREE),
     "degrees per minute in yaw_rate_rad_s": ("yaw_rate_rad_s", DEGREE / 60.0),
     "per minute in yaw_rate_rad_s": ("yaw_rate_rad_s", 1.0 / 60.0),
     "milliseconds in time_s": ("time_s", 1e-3),
@@ -84,15 +84,18 @@ class PlausibilityWarning(UserWarning):
     """A record is usable, but something about it is doubtful."""
 
 
-def check_plausible(records: Sequence[Record], model: Model) -> list[str]:
+def check_plausible(records: Sequence[Record], model: Model, may_repeat: bool = False) -> list[str]:
     """Refuse records that hold the same run twice, or whose numbers cannot be what their columns say; the doubts that
     are left, one sentence each.
+
+    may_repeat : whether a run may be given twice.
 
     Raises
     ------
     BadInput : naming record, row and column where there are any, and the unit that the numbers are likely in.
     """
-    check_no_copies(records)
+    if not may_repeat:
+        check_no_copies(records)
     found = [doubt for record in records for doubt in doubts(record, model)]
     for doubt in found:
         if doubt.fatal:
@@ -102,11 +105,13 @@ def check_plausible(records: Sequence[Record], model: Model) -> list[str]:
 
 def doubts(record: Record, model: Model | None = None) -> list[Doubt]:
     """All that is doubtful about a record, on its own and as a record of the model's ship."""
-    own = (_rudder, _alive, _turned, _way)
-    found = list(_vessel(record, model)) if model is not None else []
-    sizes = [*_speed(record, model), *_rate(record, model)]
-    scale = list(_scale(record, model)) if model is not None and not any(d.fatal for d in found) else []
-    return [*found, *(sizes or scale), *(doubt for check in own for doubt in check(record))]
+    units = [*_rudder(record), *_turned(record), *_way(record)]
+    known = [doubt for doubt in units if doubt.fatal and doubt.column is not None]
+    others = [doubt for doubt in units if doubt not in known]
+    ship = list(_vessel(record, model)) if model is not None else []
+    sizes = [] if known else [*_speed(record, model), *_rate(record, model)]
+    scale = list(_scale(record, model)) if model is not None and not (known or ship or sizes) else []
+    return [*ship, *known, *_alive(record), *sizes, *scale, *others]
 
 
 def check_no_copies(records: Sequence[Record], others: Sequence[Record] | None = None) -> None:
@@ -253,31 +258,35 @@ def _alive(record: Record) -> Iterator[Doubt]:
 
 def _turned(record: Record) -> Iterator[Doubt]:
     """Compare the heading's changes with the yaw rate's integral."""
-    if record.has("heading_rad", "yaw_rate_rad_s"):
-        turned = changes(record, record.column("heading_rad"))
-        integral = changes(record, integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s))
-        yield from _ratio(record, turned, integral, TURN_UNITS, ("headings", "heading, yaw rate and time"))
+    yield from _ratio(record, _turn_ratio(record), TURN_UNITS, ("headings", "heading, yaw rate and time"))
+
+
+def _turn_ratio(record: Record) -> float | None:
+    """Median ratio of the heading's changes to those that the yaw rate and the time give."""
+    if not record.has("heading_rad", "yaw_rate_rad_s"):
+        return None
+    turned = changes(record, record.column("heading_rad"))
+    return median_ratio(turned, changes(record, integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s)))
 
 
 def _way(record: Record) -> Iterator[Doubt]:
-    """Compare the way made by the positions with that by the speeds."""
+    """Compare the way made by the positions with that by the speeds; the time is right where heading and yaw rate say
+    so."""
     if record.has("surge_m_s", "sway_m_s", "north_m", "east_m"):
         with np.errstate(all="ignore"):
             way = np.hypot(changes(record, record.column("north_m")), changes(record, record.column("east_m")))
             speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
         sailed = changes(record, integral_over_gaps(speed, record.time_s))
-        yield from _ratio(record, way, sailed, WAY_UNITS, ("positions", "positions, speeds and time"))
+        turn = _turn_ratio(record)
+        timed = turn is not None and abs(turn - 1.0) < NEAR
+        units = {unit: place for unit, place in WAY_UNITS.items() if not (timed and place[0] == "time_s")}
+        yield from _ratio(record, median_ratio(way, sailed), units, ("positions", "positions, speeds and time"))
 
 
 def _ratio(
-    record: Record,
-    first: np.ndarray,
-    second: np.ndarray,
-    units: Mapping[str, tuple[str, float]],
-    said: tuple[str, str],
+    record: Record, ratio: float | None, units: Mapping[str, tuple[str, float]], said: tuple[str, str]
 ) -> Iterator[Doubt]:
     """A ratio of changes that only another unit can make, or another direction."""
-    ratio = median_ratio(first, second)
     if ratio is None:
         return
     what, columns = said
@@ -288,7 +297,8 @@ def _ratio(
     message = f"{what} change {ratio:.4g} times as much as the rates of change and the time say"
     for unit, (column, factor) in units.items():
         if abs(ratio / factor - 1.0) < UNIT_SHARE:
-            yield Doubt(record.name, message, f"{unit}? name the column so, or convert it", column)
+            hint = unit if "?" in unit else f"{unit}? convert it; 'helmbench import' converts units"
+            yield Doubt(record.name, message, hint, column)
             return
     if not 1.0 / ODD < ratio < ODD:
         yield Doubt(record.name, message, f"check the units of {columns}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .plausibility import PlausibilityWarning
 from .record import Record, Side
 
 ONE_SIDE = 0.9
@@ -14,7 +15,7 @@ FEWEST = 20
 """Samples with rudder and yaw rate below which the sign is not judged."""
 
 
-class RudderSignWarning(UserWarning):
+class RudderSignWarning(PlausibilityWarning):
     """The yaw response of a record contradicts the side to which a positive rudder is said to steer."""
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..methods.registry import load_file
 from ..models.errors import BadInput
+from ..models.suggestions import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,7 +70,8 @@ def find(text: str) -> type[Diagnoser]:
         return _checked(getattr(load_file(path), name, None), text)
     known = diagnosers()
     if text not in known:
-        raise BadInput(f"unknown diagnoser {text!r}", hint=f"known: {', '.join(known)}; or path.py:Class")
+        hint = suggestion(text, known, f"known: {', '.join(known)}; or path.py:Class")
+        raise BadInput(f"unknown diagnoser {text!r}", hint=hint)
     return known[text]
 
 

@@ -123,6 +123,8 @@ class Diagnosis:
     """Threads that ran the filter; the results do not depend on them."""
     calibration: Calibration | None = None
     """What the base model's own numbers explain of free runs; None where effects of the bank explain the records."""
+    doubts: tuple[str, ...] = ()
+    """What is doubtful about the records, a sentence each."""
 
     def to_json(self) -> dict[str, Any]:
         """The document of schema version 2 (diagnosis.json), plain numbers only."""
@@ -144,6 +146,7 @@ class Diagnosis:
             "base_coefficients": None if self.calibration is None else plain(self.calibration.to_json()),
             "where": plain(self.where),
             "next_manoeuvre": self.next_manoeuvre,
+            "doubts": list(self.doubts),
             "wall_s": self.wall_s,
             "cpu_s": self.cpu_s,
         }

@@ -36,8 +36,10 @@ if TYPE_CHECKING:
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
     from .datasets.measured import fetch
+    from .datasets.plausibility import PlausibilityWarning
     from .datasets.record import Record, RecordMeta
     from .datasets.rudder_sign import RudderSignWarning
+    from .methods.options import method_options
     from .methods.registry import make as make_method
     from .methods.tuned import with_tuner
     from .models.errors import BadInput, CannotFit, FitFailed
@@ -59,6 +61,7 @@ __all__ = [
     "FitFailed",
     "Import",
     "Model",
+    "PlausibilityWarning",
     "Record",
     "RecordMeta",
     "Reproduction",
@@ -84,6 +87,7 @@ __all__ = [
     "list_vessels",
     "load_results",
     "make_method",
+    "method_options",
     "read_record",
     "reproduce",
     "resolve",
@@ -110,6 +114,7 @@ _HOME = {
     "FitFailed": ("models.errors", "FitFailed"),
     "Import": ("api.importing", "Import"),
     "Model": ("models.model", "Model"),
+    "PlausibilityWarning": ("datasets.plausibility", "PlausibilityWarning"),
     "Record": ("datasets.record", "Record"),
     "RecordMeta": ("datasets.record", "RecordMeta"),
     "Reproduction": ("api.reproduction", "Reproduction"),
@@ -134,6 +139,7 @@ _HOME = {
     "list_vessels": ("api.lists", "list_vessels"),
     "load_results": ("api.suites", "load_results"),
     "make_method": ("methods.registry", "make"),
+    "method_options": ("methods.options", "method_options"),
     "read_record": ("datasets.io", "read_record"),
     "reproduce": ("api.reproduction", "reproduce"),
     "resolve": ("models.model", "resolve"),

@@ -16,6 +16,7 @@ from ..estimation.recursive.recursion import PRIORS, prior_of, recursion
 from ..estimation.recursive.stream import Stream
 from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.suggestions import suggestion
 
 if TYPE_CHECKING:
     from ..estimation.recursive.recursion import UpdateRule
@@ -73,7 +74,7 @@ class Method:
         for name, value in options.items():
             own, _, inner = name.partition("__")
             if own not in self.option_names():
-                hint = f"known: {', '.join(self.option_names()) or 'none'}"
+                hint = suggestion(name, self.option_names())
                 raise BadInput(f"method {self.name} has no option {name!r}", hint=hint)
             if inner:
                 self.get_params(deep=False)[own].set_params(**{inner: value})

@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from ..models.errors import BadInput
+from ..models.suggestions import suggestion
 from .base import Method
 
 GROUP = "helmbench.methods"
@@ -96,7 +97,8 @@ def find(text: str) -> type[Method]:
     known = methods()
     if text not in known:
         others = ", ".join(f"{prefix}:NAME" for prefix in FAMILIES)
-        raise BadInput(f"unknown method {text!r}", hint=f"known: {', '.join(known)}; or {others}, path.py:Class")
+        hint = suggestion(text, known, f"known: {', '.join(known)}; or {others}, path.py:Class")
+        raise BadInput(f"unknown method {text!r}", hint=hint)
     return known[text]
 
 

@@ -6,7 +6,6 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import kernels as kernel_store
 from .errors import BadInput
 from .instruments import INSTRUMENTS, checked
+from .suggestions import suggestion
 from .vessel import read_vessel, vessel_files
 
 CHANNELS = {
@@ -248,8 +248,7 @@ def resolve(name: str | os.PathLike[str]) -> Model:
     if kernel_store.is_family(text):
         return _from_family(text)
     known = [*vessel_files(), *kernel_store.definitions()]
-    close = get_close_matches(text, known, 1)
-    hint = f"did you mean {close[0]}?" if close else f"vessels: {', '.join(vessel_files())}"
+    hint = suggestion(text, known, f"vessels: {', '.join(vessel_files())}")
     raise BadInput(f"unknown model {text!r}", hint=f"{hint} ('helmbench list models' shows all)")
 
 

@@ -52,6 +52,8 @@ MAGNITUDES: tuple[tuple[float, float, Form], ...] = (
     (5e17, 4e18, "epoch ns"),
 )
 DAY = 86400.0
+FEWEST_STAMPS = 10
+"""Different stamps from which on rows with equal ones are spread."""
 CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp][Mm])?\s*(?:UTC|Z|GMT|LT)?")
 ISO = re.compile(r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}([T ].*)?|\d{8}[T ]\d{4,6}.*")
 NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
@@ -197,13 +199,14 @@ def _parsed(column: RawColumn, form: Form) -> np.ndarray:
 def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
     """Times (N,) of a clock that shows full seconds only: rows with the same stamp are spread evenly; what was done.
 
-    Only where at least a third of the rows repeat the stamp before them; other repeated stamps stay.
+    Only where at least a third of the rows repeat the stamp before them, and about equally many share every stamp.
     """
     steps = np.diff(time)
     if steps.size < 3 or np.isnan(steps).any() or (steps < 0.0).any() or np.mean(steps == 0.0) < 1.0 / 3.0:
         return time, ""
     first = np.flatnonzero(np.concatenate([[True], steps > 0.0]))
-    if first.size < 3:
+    counts = np.diff(first)
+    if first.size < FEWEST_STAMPS or np.ptp(counts[1:]) > 1.0 + 0.2 * np.median(counts):
         return time, ""
     inner = first[1:]
     slope = (time[inner[-1]] - time[inner[0]]) / (inner[-1] - inner[0]) if inner.size > 1 else steps.mean()

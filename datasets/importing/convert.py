@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping as Dict
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,7 +36,11 @@ class Stream:
     quantities: Dict[str, np.ndarray]
     kept: np.ndarray
     offset_s: float | None = None
-    done: tuple[str, ...] = field(default=())
+    done: tuple[str, ...] = ()
+    shift_s: float = 0.0
+    """What was added to the times to set the clock."""
+    parts: tuple[str, ...] = ()
+    """Labels of streams that were joined to this one."""
 
     @property
     def step(self) -> float:

@@ -125,7 +125,7 @@ def _guess_column(column: RawColumn) -> ColumnGuess:
     if not known.any():
         if quantity in ("latitude", "longitude") and column.first(1):
             return ColumnGuess(column, quantity, unit_of("dms"), 1, confidence, f"{reason}, degrees and minutes")
-        return ColumnGuess(column, None, reason="no numbers in the column")
+        return ColumnGuess(column, quantity, reason="no numbers in the column")
     unit, share, why = _unit(column, quantity)
     return ColumnGuess(column, quantity, unit, 1, confidence * share, f"{reason}, {why}")
 

@@ -21,13 +21,14 @@ from .convert import Stream, stream_of
 from .derive import derive
 from .guess import SURE, ColumnGuess, TableGuess, guess_table
 from .mapping import Mapping, TableMap
-from .merge import merge
+from .merge import Merged, merge
 from .raw import RawTable
 from .report import ColumnRow, Fault, ImportReport, refuse_fatal, span
 from .sources import read_raw
 
 Aside: TypeAlias = "dict[str, dict[str, list[object]]]"
 """Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
+MAP_HINT = "name it in a mapping (--map), with its unit"
 SAME_RUN = 5.0
 """Steps after its end within which another file of the same columns goes on with a run."""
 
@@ -73,20 +74,22 @@ def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | No
         stream, found = stream_of(table, entry)
         faults += found
         streams += [(stream, table)] if stream is not None else []
-    faults += (
-        [] if any({"rudder", "rudder_command"} & s.quantities.keys() for s, _ in streams) else [_no_rudder(tables)]
-    )
+    if not any({"rudder", "rudder_command"} & s.quantities.keys() for s, _ in streams):
+        faults = _without_rudder(tables, faults)
     refuse_fatal(faults, rows)
     used = mapping or Mapping(tables=tuple(entry for _, entry in pairs))
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside = [], {}
     for name, run in runs([stream for stream, _ in streams]):
-        record, done, found = _record(name, run, merged_options)
+        merged, found = merge(run, merged_options.step_s)
+        faults += found
+        if merged is None:
+            continue
+        record, done, found = _record(name, merged, merged_options)
         steps += done
         faults += found
-        if record is not None:
-            records.append(record)
-            aside |= _aside(run, streams, {e.column for t in used.tables for e in t.columns})
+        records += [record] if record is not None else []
+        aside |= _aside(merged, streams, used)
     refuse_fatal(faults, rows)
     side = next((r.meta.positive_rudder for r in records), None)
     said = merged_options
@@ -100,9 +103,12 @@ def _read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
     tables, faults = [], []
     if len({Path(path).resolve() for path in paths}) < len(paths):
         raise BadInput("a file is given twice", hint="give every file once")
+    names = Counter(Path(path).name for path in paths)
     for path in paths:
         try:
-            tables += read_raw(path)
+            found = read_raw(path)
+            several = names[Path(path).name] > 1
+            tables += [replace(table, file=str(path)) for table in found] if several else found
         except BadInput as error:
             faults.append(
                 Fault(str(error.file or path), error.message, error.hint or "", error.row, error.column, True)
@@ -150,7 +156,7 @@ def _unused(guess: TableGuess, fatal: bool) -> Fault:
 
 
 def _unsure(table: RawTable, guess: ColumnGuess) -> Fault:
-    hint = "kept aside; name it in a mapping (--map), with its unit"
+    hint = f"kept aside; {MAP_HINT}"
     return Fault(table.label, f"{guess.quantity}? {guess.reason}", hint, column=guess.column.name)
 
 
@@ -214,12 +220,20 @@ def _mapped_rows(table: RawTable, entry: TableMap) -> list[ColumnRow]:
     return rows
 
 
+def _without_rudder(tables: Sequence[RawTable], faults: Sequence[Fault]) -> list[Fault]:
+    """The faults, with why no rudder is known as a fatal one."""
+    near = [fault for fault in faults if fault.message.startswith("rudder")]
+    if near or any(fault.fatal for fault in faults):
+        return [replace(f, fatal=f.fatal or f in near, hint=MAP_HINT if f in near else f.hint) for f in faults]
+    return [*faults, _no_rudder(tables)]
+
+
 def _no_rudder(tables: Sequence[RawTable]) -> Fault:
     names = ", ".join(column.name for table in tables for column in table.columns)
     return Fault(
         tables[0].label,
         f"no column is surely the rudder angle; columns: {names}",
-        "name it in a mapping (--map), with its unit",
+        MAP_HINT,
         fatal=True,
     )
 
@@ -260,7 +274,9 @@ def _joined(streams: Sequence[Stream]) -> list[Stream]:
         quantities = {k: np.concatenate([v, stream.quantities[k]]) for k, v in before.quantities.items()}
         time, kept = np.concatenate([before.time, stream.time]), np.concatenate([before.kept, stream.kept])
         done = (*before.done, *stream.done, f"{stream.label}: goes on with {before.label}, joined")
-        out[out.index(before)] = replace(before, time=time, quantities=quantities, kept=kept, done=done)
+        parts = (*before.parts, stream.label)
+        joined = replace(before, time=time, quantities=quantities, kept=kept, done=done, parts=parts)
+        out[out.index(before)] = joined
     return out
 
 
@@ -270,15 +286,11 @@ def _goes_on(first: Stream, second: Stream) -> bool:
     return same and 0.0 < gap < SAME_RUN * max(first.step, second.step)
 
 
-def _record(name: str, run: Sequence[Stream], options: Options) -> tuple[Record | None, list[str], list[Fault]]:
+def _record(name: str, merged: Merged, options: Options) -> tuple[Record | None, list[str], list[Fault]]:
     """The record of a run, what was done, and faults."""
-    merged, faults = merge(run, options.step_s)
-    if merged is None:
-        return None, [], faults
     made = derive(name, merged.time, merged.quantities, options.variation_deg)
-    faults += made.faults
     channels, constant = _living(name, made.found)
-    faults += constant
+    faults = [*made.faults, *constant]
     known = np.isfinite(np.array(list(channels.values()))).any(axis=0) if channels else np.zeros(0, dtype=bool)
     if known.sum() < MIN_SAMPLES:
         fault = Fault(name, f"{int(known.sum())} samples", f"a record needs {MIN_SAMPLES}", fatal=True)
@@ -324,15 +336,18 @@ def _signed(record: Record, given: Side | None) -> tuple[Record, list[str], list
     return record, [f"{record.name}: positive rudder turns the ship to {told[0]} (confidence {told[1]:.0%})"], []
 
 
-def _aside(run: Sequence[Stream], streams: Sequence[tuple[Stream, RawTable]], used: set[str]) -> Aside:
-    """Columns of the run's tables that are no channel."""
+def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], mapping: Mapping) -> Aside:
+    """Columns of the run's tables that are no channel, over the record's time; not where the time alone is left."""
     out: Aside = {}
-    start = run[0].time[0]
-    for stream, table in streams:
-        if not any(stream.label == own.label for own in run):
-            continue
-        rest = [c for c in table.columns if c.name not in used]
-        if rest:
-            own: dict[str, list[object]] = {c.name: [c.values[i] for i in stream.kept] for c in rest}
-            out[table.label] = {"time_s": [*(stream.time - start)], **own}
+    channels = {column.column for table in mapping.tables for column in table.columns}
+    times = {name for table in mapping.tables for name in table.time.columns}
+    for run in merged.streams:
+        for stream, table in tables:
+            if stream.label != run.label and stream.label not in run.parts:
+                continue
+            rest = [column for column in table.columns if column.name not in channels]
+            if any(column.name not in times for column in rest):
+                time = stream.time + run.shift_s - merged.time[0]
+                own = {column.name: [column.values[i] for i in stream.kept] for column in rest}
+                out[table.label] = {"time_s": time.tolist(), **own}
     return out

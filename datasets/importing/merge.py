@@ -91,7 +91,7 @@ def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Faul
         if not ready:
             break
         own, (seconds, told) = ready[0]
-        out += [replace(stream, time=stream.time + seconds, dated=out[0].dated) for stream in own]
+        out += [replace(s, time=s.time + seconds, shift_s=seconds, dated=out[0].dated) for s in own]
         done += [told] if told else []
         waiting.remove(own)
     for own in waiting:

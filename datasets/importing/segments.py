@@ -23,6 +23,8 @@ ALIKE = 0.3
 """Relative difference of the rudder angles of a zigzag."""
 LEAST_TURN_RAD = math.radians(90.0)
 REVERSALS = 2
+HELD, LEAVING = 0.8, 0.95
+"""Shares of the largest angle at which the rudder is held, and below which it has left for the other side."""
 
 
 @dataclass(frozen=True)
@@ -139,9 +141,9 @@ def _named(record: Record, rudder: np.ndarray, group: Sequence[_Stretch]) -> Seg
     return Segment("other", "", lead, stop)
 
 
-def _held(angle: np.ndarray) -> np.ndarray:
-    """Where the rudder is near its largest angle of a stretch."""
-    return np.abs(angle) > 0.8 * np.abs(angle).max()
+def _held(angle: np.ndarray, share: float = HELD) -> np.ndarray:
+    """Where the rudder has at least a share of its largest angle of a stretch."""
+    return np.abs(angle) > share * np.abs(angle).max()
 
 
 def _turned(record: Record, stretch: _Stretch) -> float:
@@ -166,6 +168,6 @@ def _heading_at_reversals(record: Record, group: Sequence[_Stretch]) -> int:
     rudder = _filled(record.rudder())
     if rudder is None or not np.isfinite(before).any():
         return 0
-    leaving = [s.start + int(np.flatnonzero(_held(rudder[s.start : s.stop]))[-1]) for s in group[:-1]]
+    leaving = [s.start + int(np.flatnonzero(_held(rudder[s.start : s.stop], LEAVING))[-1]) for s in group[:-1]]
     reached = np.abs(heading[leaving] - np.nanmean(before))
     return round(math.degrees(float(np.nanmedian(reached)))) if np.isfinite(reached).any() else 0

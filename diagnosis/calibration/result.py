@@ -106,6 +106,7 @@ class Calibration:
     before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
         second is None without held-out records.
     traces : measured against free runs before and after; after of a training record is by a fit without it.
+    doubts : what is doubtful about the records, a sentence each.
     worse : columns in which held-out records are predicted worse than 1.05 times the base model's error.
     """
 
@@ -126,6 +127,7 @@ class Calibration:
     next_runs: tuple[NextRun, ...]
     worse: tuple[str, ...]
     wall_s: float
+    doubts: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The calibration as plain data, without the models' equations."""

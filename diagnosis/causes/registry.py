@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...models.errors import BadInput
 from ...models.families.extensions import is_term
+from ...models.suggestions import suggestion
 from ._check import CheckCause
 from ._records import RecordCause
 from ._stage import StageCause
@@ -54,7 +55,7 @@ def cause(name: str) -> Cause:
     """The cause of an identifier; BadInput if there is none."""
     known = causes()
     if name not in known:
-        raise BadInput(f"unknown cause {name!r}", hint="'helmbench list causes' shows all")
+        raise BadInput(f"unknown cause {name!r}", hint=suggestion(name, known, "'helmbench list causes' shows all"))
     return known[name]
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from ...models.errors import BadInput
+from ...models.suggestions import near
 
 MODULES = (
     "linear_model", "svm", "ensemble", "gaussian_process", "neighbors", "neural_network", "kernel_ridge", "tree",
@@ -33,8 +33,8 @@ def _in_sklearn(name: str) -> Any:
             return found
     from sklearn.utils import all_estimators
 
-    close = get_close_matches(name, [known for known, _ in all_estimators(type_filter="regressor")], n=3, cutoff=0.5)
-    hint = f"did you mean {', '.join(close)}?" if close else "scikit-learn's user guide lists them"
+    known = [known for known, _ in all_estimators(type_filter="regressor")]
+    hint = near(name, known, most=3, cutoff=0.5) or "scikit-learn's user guide lists them"
     raise BadInput(f"scikit-learn has no regressor {name!r}", hint=hint)
 
 

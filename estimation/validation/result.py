@@ -103,7 +103,8 @@ class LeftOut:
 class Validation:
     """Models on records: scores, indices, free runs, and what was left out.
 
-    models : name -> model, the validated one first;  horizons_s : times ahead;  horizon_basis : how they were chosen.
+    models : name -> model, the validated one first;  horizons_s : times ahead;  horizon_basis : how they were chosen;
+    doubts : what is doubtful about the records, a sentence each.
     """
 
     models: Mapping[str, Model]
@@ -114,6 +115,7 @@ class Validation:
     indices: tuple[Index, ...]
     runs: tuple[Run, ...]
     left_out: tuple[LeftOut, ...]
+    doubts: tuple[str, ...] = ()
 
     def score(
         self, channel: str | None, model: str | None = None, record: str | None = None, horizon: str = FREE
@@ -153,4 +155,5 @@ class Validation:
                 for run in self.runs
             ],
             "left_out": [vars(one) for one in self.left_out],
+            "doubts": list(self.doubts),
         }

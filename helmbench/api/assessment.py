@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..estimation import assessment, comparison
 from ..models.errors import BadInput
+from .admission import admit
 from .documents import json_text, text_writer, write_result, write_together
 from .identification import AUTO, as_model, as_records, refuse_copies
 from .validation import runs_figure
@@ -190,8 +191,9 @@ def assess(
 
     others = as_records(validate, positive_rudder)
     refuse_copies(records, others)
-    doubts = [rudder_sign_doubt(record, estimate.model) for record in (*records, *others)]
-    return Assessment.of(assessment.assess(estimate, records, others, found, [doubt for doubt in doubts if doubt]))
+    signs = (rudder_sign_doubt(record, estimate.model) for record in (*records, *others))
+    doubts = [*admit(records, estimate.model), *admit(others, estimate.model), *filter(None, signs)]
+    return Assessment.of(assessment.assess(estimate, records, others, found, doubts))
 
 
 def compare(

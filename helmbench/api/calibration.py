@@ -114,7 +114,8 @@ def calibrate(
     from ..diagnosis.calibration.calibrate import calibrate as engine
 
     base = as_model(model)
-    found = engine(base, *training_and_held_out(base, train, held_out, positive_rudder))
+    records, others, doubts = training_and_held_out(base, train, held_out, positive_rudder)
+    found = engine(base, records, others)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    return Calibration.of(replace(found, records=tuple(names)))
+    return Calibration.of(replace(found, records=tuple(names), doubts=doubts))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from ..diagnosis import result
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
+from .admission import admit
 from .documents import write_result
 from .identification import as_model, as_records, labels
 from .traces import trace_figure, trace_of
@@ -141,12 +142,12 @@ def diagnose(
     only = None if causes is None else tuple(causes)
     options = Options(base_parameters, coefficient_sd, _columns(channels), max_effects, alpha, seed, only)
     options.checked(base)
-    given = training_and_held_out(base, train, held_out, positive_rudder)
+    *given, doubts = training_and_held_out(base, train, held_out, positive_rudder)
     records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
     found = engine.diagnose(base, records, others, options)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    return Diagnosis.of(replace(found, records=tuple(names)))
+    return Diagnosis.of(replace(found, records=tuple(names), doubts=doubts))
 
 
 def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:
@@ -166,18 +167,16 @@ def training_and_held_out(
     train: Record | FilePath | Sequence[Record | FilePath],
     held_out: Record | FilePath | Sequence[Record | FilePath],
     positive_rudder: str | None,
-) -> tuple[list[Record], list[Record]]:
-    """Records of both sides, read where they are paths.
+) -> tuple[list[Record], list[Record], tuple[str, ...]]:
+    """Records of both sides, read where they are paths, and what is doubtful about them.
 
     Raises
     ------
-    BadInput : a file cannot be used, a run is given twice or on both sides, or its numbers are in another unit than its
-        columns say.
+    BadInput : a file cannot be used, a run is given twice or on both sides, its numbers are in another unit than its
+        columns say, or it is of another ship or scale than the model.
     """
-    from ..datasets.plausibility import check_no_copies, check_plausible
+    from ..datasets.plausibility import check_no_copies
 
     records, others = as_records(train, positive_rudder), as_records(held_out, positive_rudder)
-    check_plausible(records, model)
-    check_plausible(others, model)
     check_no_copies(records, others)
-    return records, others
+    return records, others, (*admit(records, model), *admit(others, model))

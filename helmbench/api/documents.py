@@ -12,6 +12,7 @@ from ..models.errors import BadInput
 from ..models.plain import plain
 
 if TYPE_CHECKING:
+    from ..methods.options import Option
     from ..models.model import Model
 
 
@@ -57,6 +58,16 @@ def titles_text(titles: Mapping[str, str]) -> str:
     from ..reporting.tables import Cell, Table, console
 
     return console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in titles.items())))
+
+
+def options_text(options: Sequence[Option]) -> str:
+    """Options of a method with default, meaning and searched range, a block each."""
+    lines: list[str] = []
+    for option in options:
+        lines.append(f"{option.name}={option.default}")
+        lines += [f"    {option.meaning}"] if option.meaning else []
+        lines += [f"    tuning searches {option.searched}"] if option.searched else []
+    return "\n".join(lines) or "no options"
 
 
 def text_writer(text: str) -> Callable[[Path], object]:

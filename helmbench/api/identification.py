@@ -13,6 +13,7 @@ from ..datasets.record import Record
 from ..estimation import estimate as result
 from ..estimation.comparison import Comparison
 from ..models.errors import BadInput
+from .admission import admit, warn_of
 
 if TYPE_CHECKING:
     from ..methods.base import Method
@@ -155,16 +156,16 @@ def identify(
     Warns
     -----
     RudderSignWarning : the yaw response of a record contradicts its rudder sign.
+    PlausibilityWarning : something else about a record is doubtful.
 
     Raises
     ------
-    BadInput : a file, model or method cannot be used, a record is given twice, or its numbers are in another unit than
-        its columns say.
+    BadInput : a file, model or method cannot be used, a record is given twice, its numbers are in another unit than
+        its columns say, or it is of another ship or scale than the model.
     CannotFit : the method does not suit the model, or a record lacks what it needs.
     FitFailed : no finite estimate was found.
     """
     from ..datasets.instruments import hull_record
-    from ..datasets.plausibility import check_plausible
     from ..datasets.rudder_sign import RudderSignWarning, rudder_sign_doubt
     from ..estimation.estimate import published
     from ..methods.registry import make
@@ -173,7 +174,7 @@ def identify(
         return _chosen(records, method, validate, positive_rudder)
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
     read = as_records(records, positive_rudder)
-    check_plausible(read, structure)
+    warn_of(admit(read, structure))
     given = [hull_record(record, structure) for record in read]
     estimate = published(fitter.fit(given, structure))
     for doubt in filter(None, map(rudder_sign_doubt, given)):

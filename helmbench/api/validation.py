@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from html import escape
 from os import PathLike, fspath
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from ..estimation.validation import result
 from ..models.errors import BadInput
+from .admission import admit
 from .documents import json_text, text_writer, write_together
 from .identification import as_model, as_records, labels, listed, rudder_sign_doubt
 
@@ -149,14 +150,16 @@ def validate(
 
     Raises
     ------
-    BadInput : a file or model cannot be used, a model has no coefficients, or no record suits the model.
+    BadInput : a file or model cannot be used, a model has no coefficients, no record suits the model, or the numbers
+        of a record cannot be what they say.
     """
     from ..datasets.rudder_sign import RudderSignWarning
     from ..estimation.validation import validate as engine
 
     models = _named_models(model, compare)
     given = as_records(records, positive_rudder)
-    found = Validation.of(engine.validate(models, _named_records(records, given)))
+    doubts = admit(given, next(iter(models.values())), may_repeat=True)
+    found = Validation.of(replace(engine.validate(models, _named_records(records, given)), doubts=doubts))
     for doubt in filter(None, (rudder_sign_doubt(record, next(iter(models.values()))) for record in given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)
     return found

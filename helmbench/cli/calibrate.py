@@ -6,12 +6,24 @@ from pathlib import Path
 
 import click
 
-from ._shared import FAILED, MODEL, OK, TwoSets, check_folder, complain, output_options, show_written, two_sets_options
+from ._shared import (
+    FAILED,
+    MODEL,
+    OK,
+    TwoSets,
+    check_folder,
+    complain,
+    force_option,
+    output_options,
+    show_written,
+    two_sets_options,
+)
 
 
 @click.command(cls=TwoSets)
 @click.option("--model", required=True, type=MODEL, help="Vessel id or model.json, 3-DOF.")
 @two_sets_options("Records.", "Records that are scored at the end.")
+@force_option
 @output_options
 def calibrate(
     model: str,
@@ -19,6 +31,7 @@ def calibrate(
     held_out: tuple[Path, ...],
     positive_rudder: str | None,
     output: Path,
+    force: bool,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -28,7 +41,9 @@ def calibrate(
     """
     import helmbench
 
-    check_folder(output)
+    from ..api.calibration import FILES
+
+    check_folder(output, FILES, force)
     try:
         found = helmbench.calibrate(model, train, held_out, positive_rudder=positive_rudder)
     except helmbench.CannotFit as reason:

@@ -6,16 +6,17 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, check_folder, output_options, print_json
+from ._shared import FILE, SIDES, check_folder, force_option, output_options, print_json
 
 
 @click.command()
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="directory for check.json and check.html")
+@force_option
 @output_options
 def check(
-    records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, as_json: bool, quiet: bool
+    records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, force: bool, as_json: bool, quiet: bool
 ) -> None:
     """Show what sensors and files of records get wrong, without a model of the ship.
 
@@ -24,8 +25,10 @@ def check(
     """
     import helmbench
 
+    from ..api.check import FILES
+
     if output is not None:
-        check_folder(output)
+        check_folder(output, FILES, force)
     found = helmbench.check(records, positive_rudder=positive_rudder)
     paths = () if output is None else found.write(output)
     if as_json:

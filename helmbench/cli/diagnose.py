@@ -14,6 +14,7 @@ from ._shared import (
     TwoSets,
     check_folder,
     complain,
+    force_option,
     output_options,
     show_written,
     two_sets_options,
@@ -46,6 +47,7 @@ class Diagnose(TwoSets):
 )
 @click.option("--alpha", default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@force_option
 @output_options
 def diagnose(
     model: str,
@@ -60,6 +62,7 @@ def diagnose(
     seed: int,
     positive_rudder: str | None,
     output: Path,
+    force: bool,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -69,7 +72,9 @@ def diagnose(
     """
     import helmbench
 
-    check_folder(output)
+    from ..api.diagnosis import FILES
+
+    check_folder(output, FILES, force)
     try:
         found = helmbench.diagnose(
             model,

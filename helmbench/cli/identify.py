@@ -22,6 +22,7 @@ from ._shared import (
     check_file,
     check_folder,
     complain,
+    force_option,
     output_options,
     print_json,
     tuning_options,
@@ -67,6 +68,7 @@ class Request:
 @tuning_options
 @click.option("--page", type=FILE, help="Write the page to this HTML file.")
 @click.option("-o", "--output", required=True, type=FILE, help="model.json to write, or a directory for page and model")
+@force_option
 @output_options
 def identify(
     records: tuple[Path, ...],
@@ -80,6 +82,7 @@ def identify(
     storage: str | None,
     page: Path | None,
     output: Path,
+    force: bool,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -89,11 +92,12 @@ def identify(
     model.json.  --model auto takes the family whose free runs of left-out records are best.
     """
     from .. import with_tuner
+    from ..api.assessment import FILES
 
     into_file = output.suffix == ".json"
-    check_file(output) if into_file else check_folder(output)
+    check_file(output, force) if into_file else check_folder(output, FILES, force)
     if page is not None:
-        check_file(page)
+        check_file(page, force)
     methods = with_tuner((method, *compare), tuner, storage)
     with refusals(f"{methods[0]} failed on {model}", f"method {methods[0]} cannot fit {model}") as failed:
         found = _identified(Request(records, model, tuple(methods), validate, positive_rudder))
@@ -140,7 +144,7 @@ def _identified(asked: Request) -> Assessment:
                      for side in (asked.records, asked.validate))  # fmt: skip
     refuse_copies(train, others)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", helmbench.RudderSignWarning)  # the assessment tells of all records
+        warnings.simplefilter("ignore", helmbench.PlausibilityWarning)  # the assessment tells of all records
         if structure != AUTO:
             estimate = helmbench.identify(train, structure, fitters[0])
             if len(fitters) > 1:

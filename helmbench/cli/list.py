@@ -11,11 +11,23 @@ KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "
 
 @click.command("list")
 @click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
+@click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
-def list_command(kind: str, as_json: bool) -> None:
-    """List what there is: identifier and title."""
+def list_command(kind: str, name: str | None, as_json: bool) -> None:
+    """List what there is: identifier and title; `list methods NAME` lists the options of a method."""
+    from .. import BadInput, method_options
     from ..api import lists
-    from ..api.documents import titles_text
+    from ..api.documents import options_text, titles_text
+
+    if name is not None:
+        if kind != "methods":
+            raise BadInput(f"list {kind} takes no name", hint="'list methods NAME' lists the options of a method")
+        options = method_options(name)
+        if as_json:
+            print_json([vars(option) for option in options])
+        else:
+            click.echo(options_text(options))
+        return
 
     found: dict[str, str] = getattr(lists, f"list_{kind}")()
     if as_json:

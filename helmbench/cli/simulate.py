@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, VESSEL, check_file, output_options, print_json
+from ._shared import FILE, SIDES, VESSEL, check_file, force_option, output_options, print_json
 
 
 @click.command()
@@ -21,6 +21,7 @@ from ._shared import FILE, SIDES, VESSEL, check_file, output_options, print_json
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
 @click.option("-o", "--output", required=True, type=FILE, help="record.csv or record.parquet")
+@force_option
 @output_options
 def simulate(
     vessel: str,
@@ -32,13 +33,14 @@ def simulate(
     seed: int,
     positive_rudder: str | None,
     output: Path,
+    force: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
     """Simulate a manoeuvre and write it as a record with its sidecar."""
     import helmbench
 
-    check_file(output)
+    check_file(output, force)
     record = helmbench.simulate(
         vessel, manoeuvre, noise=noise, disturbance=disturbance, seed=seed, duration_s=duration_s, dt_s=dt_s
     )

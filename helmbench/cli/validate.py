@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, MODEL, SIDES, Greedy, check_folder, output_options, print_json
+from ._shared import FILE, MODEL, SIDES, Greedy, check_folder, force_option, output_options, print_json
 
 
 class Validate(Greedy):
@@ -24,6 +24,7 @@ class Validate(Greedy):
 )
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
+@force_option
 @output_options
 def validate(
     model: str,
@@ -31,6 +32,7 @@ def validate(
     compare: tuple[str, ...],
     positive_rudder: str | None,
     output: Path | None,
+    force: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -41,8 +43,10 @@ def validate(
     """
     import helmbench
 
+    from ..api.validation import FILES
+
     if output is not None:
-        check_folder(output)
+        check_folder(output, FILES, force)
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", helmbench.RudderSignWarning)
         found = helmbench.validate(model, records, compare, positive_rudder=positive_rudder)

@@ -25,7 +25,8 @@ BASE = "base model"
 
 def terminal(found: Calibration) -> str:
     """The calibration in a few lines."""
-    lines = [f"{found.model.id}: {found.verdict.replace('_', ' ')}. {verdict(found)}", found.reason]
+    lines = [f"doubtful: {doubt}" for doubt in found.doubts]
+    lines += [f"{found.model.id}: {found.verdict.replace('_', ' ')}. {verdict(found)}", found.reason]
     lines += ["", console(moved_table(found), "  ")] if found.moved else []
     lines += ["", "free-run errors, step by step:", console(steps_table(found), "  ")]
     lines += [worse(found)] if found.worse else []

@@ -152,7 +152,8 @@ def terminal(found: Diagnosis) -> str:
     """The verdict, the causes with their sizes, and the gain, in plain text."""
     from .tables import gain_table
 
-    lines = [f"{found.verdict}: {verdict(found)}", *([found.reason] if found.reason else [])]
+    lines = [f"doubtful: {doubt}" for doubt in found.doubts]
+    lines += [f"{found.verdict}: {verdict(found)}", *([found.reason] if found.reason else [])]
     for finding in found.causes:
         lines.append(f"  {tie(finding)}  (stage {finding.stage}, adjusted p {p_value(finding.p_adjusted)})")
         lines += [f"    {size(item)}" for item in finding.sizes]

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 def terminal(found: Validation) -> str:
     """Errors of free runs and ahead, indices, and what was left out."""
-    parts = [f"free runs of {', '.join(found.models)} along {count(found)}", console(free_table(found), "  ")]
+    parts = [f"doubtful: {doubt}" for doubt in found.doubts]
+    parts += [f"free runs of {', '.join(found.models)} along {count(found)}", console(free_table(found), "  ")]
     parts += [f"{run.model} along {run.record}: {run.told}" for run in found.runs if run.told]
     parts += [f"root mean square errors ahead; {found.horizon_basis}", console(horizon_table(found), "  ")]
     if found.indices:

@@ -21,7 +21,7 @@ MEMBERS = (
         "RecordMeta",
         "Reproduction",
     ),
-    *("SuiteResults", "Validation"),
+    *("Import", "SuiteResults", "Validation"),
 )
 """Classes whose methods and properties are public, too."""
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....models.errors import BadInput
+from ....models.suggestions import suggestion
 
 if TYPE_CHECKING:
     from ...suites import Suite
@@ -135,7 +136,8 @@ def _check_vessels(suite: Suite, selection: Selection) -> None:
     known = {vessel for entry in suite.entries for vessel in entry.vessels or VESSELS}
     for vessel in selection.vessels:
         if vessel not in known:
-            raise BadInput(f"suite {suite.name} has no vessel {vessel!r}", hint=f"it has {', '.join(sorted(known))}")
+            hint = suggestion(vessel, known, f"it has {', '.join(sorted(known))}")
+            raise BadInput(f"suite {suite.name} has no vessel {vessel!r}", hint=hint)
 
 
 def _name_of(maker: str) -> str:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ....models.errors import BadInput
 from ....models.model import list_vessels, resolve
+from ....models.suggestions import suggestion
 from ..base import Selection
 from .problems import Task
 
@@ -167,4 +168,5 @@ def _check_vessels(suite: Suite, selection: Selection) -> None:
     known = {vessel for entry in suite.entries for vessel in _entry_vessels(entry)}
     for vessel in selection.vessels:
         if vessel not in known:
-            raise BadInput(f"suite {suite.name} has no vessel {vessel!r}", hint=f"it has {', '.join(sorted(known))}")
+            hint = suggestion(vessel, known, f"it has {', '.join(sorted(known))}")
+            raise BadInput(f"suite {suite.name} has no vessel {vessel!r}", hint=hint)

@@ -140,4 +140,6 @@ def test_simulate_identify_and_diagnose_take_an_extended_model(tmp_path, capsys)
     given = ["--train", *records[:2], "--held-out", records[2], "-o", tmp_path / "out", "--json"]
     told = json.loads(call("diagnose", "--model", tmp_path / "truth.json", *given))
     assert told["verdict"] == "adequate" and told["causes"] == []
-    call("simulate", tmp_path / "out" / "extended_model.json", "--manoeuvre", "zigzag:20/20", *duration, *out)
+    call(
+        "simulate", tmp_path / "out" / "extended_model.json", "--manoeuvre", "zigzag:20/20", *duration, *out, "--force"
+    )

@@ -24,6 +24,7 @@ def call(tmp_path, capsys):
             method,
             "-o",
             tmp_path / "m.json",
+            "--force",
         ]
         status = status_of([str(a).format(tmp_path) for a in (*arguments, *more)])
         return status, *capsys.readouterr()

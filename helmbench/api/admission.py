@@ -1,0 +1,47 @@
+"""Which records a command takes: refused where their numbers cannot be what they say, else with their doubts."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+
+FILE_FAULTS = ("frozen_samples", "splice")
+"""Faults of a file, as `check` finds them, that every command tells: a channel stands still, or jumps."""
+
+
+def admit(records: Sequence[Record], model: Model, may_repeat: bool = False) -> tuple[str, ...]:
+    """What is doubtful about records of the model's ship, one sentence each.
+
+    may_repeat : whether a run may be given twice.
+
+    Raises
+    ------
+    BadInput : records hold a run twice, their numbers are in another unit than their columns say, or they are of
+        another ship or scale than the model.
+    """
+    from ..datasets.plausibility import check_plausible
+
+    return (
+        *check_plausible(records, model, may_repeat),
+        *(told for record in records for told in _file_doubts(record)),
+    )
+
+
+def warn_of(doubts: Sequence[str]) -> None:
+    """Issue a PlausibilityWarning for every doubt."""
+    from ..datasets.plausibility import PlausibilityWarning
+
+    for doubt in doubts:
+        warnings.warn(doubt, PlausibilityWarning, stacklevel=3)
+
+
+def _file_doubts(record: Record) -> list[str]:
+    from ..diagnosis.kinematics.check import check_file
+
+    found, _, _, _ = check_file(record)
+    return [f"{record.name}: {f.evidence}" for f in found if f.cause in FILE_FAULTS and f.material]

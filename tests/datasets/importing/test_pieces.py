@@ -1,0 +1,156 @@
+"""The parts of an import: times, cells, names, clocks, positions, manoeuvres."""
+
+import re
+
+import numpy as np
+import pytest
+
+import helmbench
+from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.importing.clock import guess_form, seconds, spread
+from helmbench.datasets.importing.convert import Stream
+from helmbench.datasets.importing.geodesy import body_velocities, on_plane
+from helmbench.datasets.importing.names import match, split_unit
+from helmbench.datasets.importing.offsets import estimate_offset
+from helmbench.datasets.importing.raw import RawColumn, parse_numbers
+from helmbench.datasets.importing.segments import cut, find_segments
+from helmbench.datasets.record import Record
+
+NOON = 1773489600.0  # 2026-03-14 12:00 UTC
+
+TIMES = {
+    "iso": ["2026-03-14T12:00:00Z", "2026-03-14T12:00:00.500Z", "2026-03-14T12:00:01Z"],
+    "iso with a zone": ["2026-03-14T13:00:00+01:00", "2026-03-14T13:00:00.5+01:00", "2026-03-14T13:00:01+01:00"],
+    "day first": ["14.03.2026 12:00:00", "14.03.2026 12:00:00,5", "14.03.2026 12:00:01"],
+    "month first": ["03/14/2026 12:00:00 PM", "03/14/2026 12:00:00.5 PM", "03/14/2026 12:00:01 PM"],
+    "excel": ["46095.5", "46095.500005787", "46095.500011574"],
+    "datenum": ["740055.5", "740055.500005787", "740055.500011574"],
+    "epoch s": ["1773489600", "1773489600.5", "1773489601"],
+    "epoch ms": ["1773489600000", "1773489600500", "1773489601000"],
+}
+
+
+@pytest.mark.parametrize("said", TIMES)
+def test_times_with_a_date(said):
+    column = RawColumn("time", "", tuple(TIMES[said]))
+    form = guess_form(column, "")
+    assert form is not None and form.form == " ".join(said.split()[: 1 if said.startswith("iso") else 2])
+    assert seconds([column], form.form) - NOON == pytest.approx([0.0, 0.5, 1.0], abs=2e-3)
+
+
+def test_a_clock_goes_on_after_midnight():
+    clock = RawColumn("time", "", ("23:59:59", "23:59:59.5", "00:00:00", "0:00:01"))
+    assert guess_form(clock, "").form == "clock"
+    assert np.diff(seconds([clock], "clock")) == pytest.approx([0.5, 0.5, 1.0])
+    date = RawColumn("date", "", ("14.03.2026",) * 4)
+    assert np.diff(seconds([date, clock], "day first")) == pytest.approx([0.5, 0.5, 1.0])
+    digits = RawColumn("utc", "", np.array([235958.0, 235959.0, 0.0, 1.0]))
+    assert np.diff(seconds([digits], "hhmmss")) == pytest.approx([1.0, 1.0, 1.0])
+
+
+def test_stamps_of_full_seconds_are_spread_and_others_are_not():
+    coarse = np.floor(np.arange(0.3, 30.0, 0.25))
+    even, told = spread(coarse)
+    assert np.diff(even) == pytest.approx(np.full(coarse.size - 1, 0.25)) and "0.25 s apart" in told
+    repeated = np.array([0.0, 1.0, 1.0, 2.0, 3.0])
+    assert spread(repeated)[0] is repeated
+
+
+def test_numbers_with_commas_and_thousands():
+    assert parse_numbers(["1,5", "-2,25", "3"]).tolist() == [1.5, -2.25, 3.0]
+    assert parse_numbers(["1.234,5", "-2,25", "0,0"]).tolist() == [1234.5, -2.25, 0.0]
+    assert np.isnan(parse_numbers(["1.5", "2.5", "1,234,567"])[2])
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "unit"),
+    [
+        ("sog_kn", "speed_over_ground", "kn"),
+        ("rot_deg_min", "yaw_rate", "deg/min"),
+        ("Ruderlage", "rudder", None),
+        ("Kurs über Grund", "course_over_ground", None),
+        ("RudderOrder", "rudder_command", None),
+        ("heading_setpoint", None, None),
+        ("Apparent wind speed", None, None),
+        ("HDOP", None, None),
+    ],
+)
+def test_names_of_columns(name, quantity, unit):
+    assert match(name)[0] == quantity
+    found = split_unit(name)[1]
+    assert (found.name if found else None) == unit
+
+
+def test_a_stated_unit_that_the_heading_contradicts_is_kept_aside(tmp_path):
+    run = generate(Case("kvlcc2-l7", "zigzag:20/20", duration_s=100.0, dt_s=0.5))
+    psi, rate = np.degrees(run.heading_unwrapped()), 60.0 * np.degrees(run.column("yaw_rate_rad_s"))
+    rows = zip(run.time_s, psi % 360.0, rate, np.degrees(run.rudder()), strict=True)
+    text = "\n".join(
+        ["t [s],heading [deg],rot [deg/s],rudder [deg]", *(",".join(f"{x:.5f}" for x in row) for row in rows)]
+    )
+    (tmp_path / "log.csv").write_text(text, "utf-8")
+    found = helmbench.import_log(tmp_path / "log.csv")
+    assert not found.record.has("yaw_rate_rad_s")
+    assert any("deg/min?" in str(fault) for fault in found.report.faults)
+    assert "deg/min?" in found.summary() and "<table" in found._repr_html_()
+    assert found.aside["log.csv"].keys() == {"time_s", "t", "rot"}
+
+
+def wavy(time):
+    return 0.5 * np.sin(0.11 * time) + 0.3 * np.sin(0.031 * time + 1.0)
+
+
+def test_clock_offsets_are_found_to_their_standard_error(rng):
+    errors = []
+    for _ in range(12):
+        true = rng.uniform(-20.0, 20.0)
+        t1, t2 = np.arange(0.0, 400.0, 0.5), np.arange(0.0, 400.0, 0.2)
+        first = Stream("a", "a", True, t1, {"heading": wavy(t1) + rng.normal(0.0, 2e-3, t1.size)}, t1)
+        second = Stream("b", "b", True, t2, {"heading": wavy(t2 + true) + rng.normal(0.0, 2e-3, t2.size)}, t2)
+        found = estimate_offset([first], [second])
+        assert found is not None and found.quantity == "turn" and found.correlation > 0.999
+        errors.append((found.seconds - true) / found.stderr)
+    assert 0.3 < np.sqrt(np.mean(np.square(errors))) < 2.5
+
+
+def test_positions_on_the_plane_keep_their_distances():
+    lat, lon = np.radians([54.0, 54.1, np.nan, 54.0]), np.radians([10.0, 10.0, 10.0, 10.2])
+    north, east, plane = on_plane(lat, lon)
+    assert north[1] == pytest.approx(11132.0, rel=2e-3) and east[1] == pytest.approx(0.0, abs=1e-6)
+    assert np.isnan(north[2]) and east[3] == pytest.approx(13110.0, rel=2e-3)
+    assert plane.scale_error < 1e-5 and 0.0 < plane.convergence_rad < 0.01
+
+
+def test_velocities_in_body_axes():
+    surge, sway = body_velocities(np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([0.0, 0.0]))
+    assert (surge.tolist(), sway.tolist()) == ([1.0, 0.0], [0.0, 1.0])
+
+
+def joined(*runs):
+    """One long record of runs, each after half a minute of straight course."""
+    parts = {name: [] for name in ("rudder_rad", "heading_rad", "yaw_rate_rad_s")}
+    for run in runs:
+        straight = {"rudder_rad": 0.0, "yaw_rate_rad_s": 0.0}
+        last = parts["heading_rad"][-1][-1] if parts["heading_rad"] else 0.0
+        for name, series in parts.items():
+            shift = last if name == "heading_rad" else 0.0
+            lead = np.full(60, straight.get(name, shift))
+            series += [lead, run.column(name) + shift]
+    channels = {name: np.concatenate(series) for name, series in parts.items()}
+    meta = runs[0].meta
+    return Record(0.5 * np.arange(channels["rudder_rad"].size), channels, "long", meta)
+
+
+def test_manoeuvres_are_found_from_the_rudder():
+    texts = ("zigzag:20/20", "turn:35:port", "zigzag:10/10:port")
+    runs = [generate(Case("kvlcc2-l7", text, duration_s=120.0, dt_s=0.5)) for text in texts]
+    found = find_segments(joined(*runs))
+    assert [s.kind for s in found if s.kind != "straight"] == ["zigzag", "turn", "zigzag"]
+    shown = [re.findall(r"\d+", s.text) for s in found if s.kind != "straight"]
+    sailed = [re.findall(r"\d+", text) for text in texts]
+    assert [len(numbers) for numbers in shown] == [len(numbers) for numbers in sailed]
+    assert all(abs(int(a) - int(b)) <= 1 for x, y in zip(shown, sailed, strict=True) for a, b in zip(x, y, strict=True))
+    assert [":port" in s.text for s in found if s.kind != "straight"] == [":port" in text for text in texts]
+    parts = cut(joined(*runs))
+    assert all(part.time_s[0] == 0.0 and part.meta.manoeuvre == segment.text for segment, part in parts)
+    assert len({part.name for _, part in parts}) == len(parts)
