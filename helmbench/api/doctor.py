@@ -1,5 +1,7 @@
 """Whether helmbench can work here: versions, compiled code, data, threads, disk and permissions."""
 
+# threadpoolctl ships no types:
+# pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
 import os
@@ -101,7 +103,8 @@ def _python() -> Iterator[Finding]:
 
 def _packages() -> Iterator[Finding]:
     """Every declared dependency is there, in a version that suits."""
-    bad, good = [], 0
+    bad: list[Finding] = []
+    good = 0
     for text in requires("helmbench") or ():
         found = REQUIREMENT.match(text)
         if found is None:
@@ -199,7 +202,7 @@ def _threads() -> Iterator[Finding]:
     from ..bench.environment import THREAD_VARIABLES, cpu_count
 
     cpus = cpu_count()
-    pools: list[dict[str, Any]] = threadpool_info()
+    pools: Any = threadpool_info()
     told = ", ".join(f"{one['internal_api']} {one['num_threads']}" for one in pools) or "none"
     most = max((int(one["num_threads"]) for one in pools), default=1)
     given = {name: value for name in THREAD_VARIABLES if (value := os.environ.get(name))}
