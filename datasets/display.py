@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..models.display import html_table
 from ..models.errors import BadInput
 from .columns import CANONICAL, UNITS, in_order
 
@@ -99,10 +100,3 @@ def _channel_row(name: str, values: np.ndarray) -> tuple[str, ...]:
     known = factor * continuous(name, values)[np.isfinite(values)]
     numbers = (known.min(), known.mean(), known.max()) if known.size else (math.nan,) * 3
     return (shown_name(name), unit, *(f"{number:.4g}" for number in numbers), str(values.size - known.size))
-
-
-def html_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A plain HTML table of texts."""
-    head = "".join(f"<th>{escape(text)}</th>" for text in header)
-    body = "".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in rows)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

@@ -96,6 +96,13 @@ def _fetch_file(source: Dataset, run: Run) -> Path:
     return place
 
 
+def missing_files(name: str) -> list[Path]:
+    """Files of a measured set that are not there or not as published; BadInput for an unknown set."""
+    source = dataset(name)
+    places = [(data_dir() / source.folder / run.file, run) for run in source.runs.values()]
+    return [place for place, run in places if not (place.is_file() and _is_stored(read_bytes(place), run))]
+
+
 def _is_stored(content: bytes, run: Run) -> bool:
     return hashlib.sha256(content).hexdigest() == run.sha256
 

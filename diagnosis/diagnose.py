@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -33,9 +33,18 @@ if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
 
+CHECKS, BASE_MODEL = "checks of sensors and files", "identification of the base model"
+CAUSES_BESIDE, FREE_RUNS = "causes beside an uncertain base model", "free runs of left-out records"
+CAUSES = "causes and gain"
+"""Stages of a diagnosis; not every diagnosis has all of them."""
+
 
 def diagnose(
-    model: Model, train: Sequence[Record], held_out: Sequence[Record] = (), options: Options | None = None
+    model: Model,
+    train: Sequence[Record],
+    held_out: Sequence[Record] = (),
+    options: Options | None = None,
+    watch: Callable[[str], object] = lambda stage: None,
 ) -> Diagnosis:
     """Show what the model gets wrong about training records, name the cause, and measure the gain on held-out ones.
 
@@ -43,6 +52,7 @@ def diagnose(
     ----------
     model : base model; with coefficients unless they are to be identified.
     train, held_out : records in SI units; held-out records take no part in naming or fitting.
+    watch : is called with the name of each stage when it begins.
 
     Raises
     ------
@@ -51,28 +61,41 @@ def diagnose(
     FitFailed : the model cannot be run with the records, or the arithmetic fails outside the fit of a single cause.
     """
     with arithmetic_guard():
-        return _diagnosed(model, train, held_out, (options or Options()).checked(model))
+        return _diagnosed(model, train, held_out, (options or Options()).checked(model), watch)
 
 
-def _diagnosed(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Diagnosis:
+def _diagnosed(
+    model: Model,
+    train: Sequence[Record],
+    held_out: Sequence[Record],
+    options: Options,
+    watch: Callable[[str], object],
+) -> Diagnosis:
     if not train:
         raise BadInput("no training record", hint="give at least one")
     started = time.perf_counter(), time.process_time()
+    watch(CHECKS)
     given = corrected_records(model, train, held_out, options)
     if options.base_parameters == "identify":
+        watch(BASE_MODEL)
         model = identified(model, given.train)
-    found = _found(model, given, options)
+    found = _found(model, given, options, watch)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
     return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
 
 
-def _found(model: Model, given: Prepared, options: Options) -> Diagnosis:
+def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str], object]) -> Diagnosis:
     """The diagnosis with the base model's numbers uncertain, or as they are where that gains nothing or is asked."""
     if options.base_parameters == "file" and options.coefficient_sd is None:
+        watch(CAUSES_BESIDE)
         beside = of_uncertain_base(model, given, options)
+        if beside is not None and for_free_runs(beside[0]):
+            watch(FREE_RUNS)
+            return by_free_runs(*beside)
         if beside is not None:
-            return by_free_runs(*beside) if for_free_runs(beside[0]) else beside[0]
+            return beside[0]
+    watch(CAUSES)
     return by_residuals(model, given, options)
 
 

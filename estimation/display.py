@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..datasets.display import Curve, continuous, html_table, time_figure
+from ..datasets.display import Curve, continuous, time_figure
+from ..models.display import html_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..datasets.record import Record
     from .estimate import Estimate
+    from .identifiability import Identifiability
 
 
 def estimate_figure(estimate: Estimate, record: Record) -> Figure:
@@ -45,3 +47,33 @@ def _error(value: float) -> str:
     if np.isinf(value):
         return "not identified"
     return "" if np.isnan(value) else f"{value:.2g}" if value else "fixed"
+
+
+def identifiability_html(found: Identifiability) -> str:
+    """How well records determine parameters: a table, and the sentences."""
+    rows = [(one.name, f"{one.value:.5g}", one.unit, _share(one.relative)) for one in found.parameters]
+    table = html_table(("parameter", "value", "unit", "smallest relative standard deviation"), rows)
+    return f"{table}<pre>{escape(chr(10).join(found.lines()))}</pre>"
+
+
+def _share(relative: float) -> str:
+    return "not determined" if np.isinf(relative) else "" if np.isnan(relative) else f"{100.0 * relative:.2g} %"
+
+
+def identifiability_figure(found: Identifiability) -> Figure:
+    """Smallest relative standard deviations by parameter, on a logarithmic axis; those not determined have no point."""
+    from matplotlib.figure import Figure
+
+    from .identifiability import PRECISE, ROUGH
+
+    names = [one.name for one in found.parameters]
+    values = [one.relative if np.isfinite(one.relative) else np.nan for one in found.parameters]
+    figure = Figure(figsize=(7.5, 1.2 + 0.22 * len(names)), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(values, range(len(names)), "o", color="#1b6ca8", markersize=4)
+    for edge in (PRECISE, ROUGH):
+        axes.axvline(edge, color="#5b6b7b", linewidth=0.8, linestyle="--")
+    axes.set_yticks(range(len(names)), names)
+    axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), xlabel="smallest relative standard deviation")
+    axes.grid(True, linewidth=0.3)
+    return figure

@@ -22,6 +22,8 @@ from .regression import factors
 from .series import MEASURED, samples, sensor_sd
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ..datasets.record import Record
     from ..models.model import Model
 
@@ -66,7 +68,7 @@ class CandidateManoeuvre(NamedTuple):
     information: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Identifiability:
     """The report; `noise_sd` by channel, candidates sorted by their information, the largest first."""
 
@@ -136,6 +138,23 @@ class Identifiability:
         if by_worst.manoeuvre != best.manoeuvre:
             lines.append(f"for the worst parameter: {by_worst.manoeuvre} (worst bound -> {_percent(by_worst.worst)})")
         return lines
+
+    def plot(self) -> Figure:
+        """Draw the smallest relative standard deviation of every parameter; a matplotlib figure, not of pyplot."""
+        from .display import identifiability_figure
+
+        return identifiability_figure(self)
+
+    def __repr__(self) -> str:
+        counts = ", ".join(
+            f"{n} {name}" for n, name in zip(self.counts, ("within 10 %", "within 50 %", "not determined"), strict=True)
+        )
+        return f"<Identifiability of {self.model}: {counts}>"
+
+    def _repr_html_(self) -> str:
+        from .display import identifiability_html
+
+        return identifiability_html(self)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .api.calibration import Calibration, calibrate
     from .api.check import Check, check
     from .api.diagnosis import Diagnosis, diagnose
+    from .api.doctor import Health, doctor
     from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
     from .api.importing import Import, import_log
     from .api.lists import (
@@ -59,6 +60,7 @@ __all__ = [
     "Diagnosis",
     "Estimate",
     "FitFailed",
+    "Health",
     "Import",
     "Model",
     "PlausibilityWarning",
@@ -73,6 +75,7 @@ __all__ = [
     "check",
     "compare",
     "diagnose",
+    "doctor",
     "fetch",
     "generate",
     "identify",
@@ -112,6 +115,7 @@ _HOME = {
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
     "Estimate": ("api.identification", "Estimate"),
     "FitFailed": ("models.errors", "FitFailed"),
+    "Health": ("api.doctor", "Health"),
     "Import": ("api.importing", "Import"),
     "Model": ("models.model", "Model"),
     "PlausibilityWarning": ("datasets.plausibility", "PlausibilityWarning"),
@@ -125,6 +129,7 @@ _HOME = {
     "check": ("api.check", "check"),
     "compare": ("api.assessment", "compare"),
     "diagnose": ("api.diagnosis", "diagnose"),
+    "doctor": ("api.doctor", "doctor"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),
     "identify": ("api.identification", "identify"),

@@ -51,7 +51,7 @@ class HeadingController:
     kd: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Model:
     """A family of equations with coefficients and constants.
 
@@ -148,6 +148,15 @@ class Model:
     def starboard(self) -> int:
         """Sign of the rudder angle that turns the ship to starboard."""
         return 1 if self.positive_rudder == "starboard" else -1
+
+    def __repr__(self) -> str:
+        state = f"{len(self.parameter_names)} parameters" if self.known else "without coefficients"
+        return f"<Model {self.id!r}: {self.title or self.family}; {state}>"
+
+    def _repr_html_(self) -> str:
+        from .display import model_html
+
+        return model_html(self)
 
     def with_coefficients(self, coefficients: ArrayLike) -> Model:
         """The same model with other coefficients (p,)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,10 @@ class Report:
     paths: tuple[Path, ...]
     complete: bool
     standings: tuple[dict[str, Any], ...]
+
+    def _repr_html_(self) -> str:
+        files = "".join(f"<li>{escape(str(path))}</li>" for path in self.paths)
+        return f"<pre>{escape(self.markdown)}</pre><ul>{files}</ul>"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for `--json`."""

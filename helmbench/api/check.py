@@ -14,6 +14,8 @@ from .documents import json_text, text_writer, write_together
 from .identification import listed
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ..datasets.lenient import Repairs
     from ..datasets.record import Record
     from ..diagnosis.kinematics.check_result import CheckFinding
@@ -44,6 +46,21 @@ class Check(check_result.CheckResult):
         from ..reporting.check.page import html
 
         return html(self)
+
+    def plot(self) -> Figure:
+        """Draw the sizes of the findings with their intervals, over all records and in each.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot: save it with `savefig`.
+
+        Raises
+        ------
+        BadInput : no finding has a size.
+        """
+        from ..reporting.check.figure import figure_of
+
+        return figure_of(self)
 
     def write(self, folder: FilePath) -> tuple[Path, ...]:
         """Write check.json and check.html into a folder: both or none.

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from html import escape
 from pathlib import Path
@@ -107,6 +109,7 @@ def diagnose(
     seed: int = 0,
     causes: Sequence[str] | None = None,
     positive_rudder: str | None = None,
+    progress: bool = False,
 ) -> Diagnosis:
     """Find what a model gets wrong about records, name the cause, extend the model and measure the gain.
 
@@ -127,6 +130,7 @@ def diagnose(
     seed : of the random numbers of bootstraps.
     causes : the only causes to test (`list_causes`); None: all.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+    progress : show on standard error which stage the diagnosis is in.
 
     Raises
     ------
@@ -144,10 +148,21 @@ def diagnose(
     options.checked(base)
     *given, doubts = training_and_held_out(base, train, held_out, positive_rudder)
     records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
-    found = engine.diagnose(base, records, others, options)
+    with _shown_stages(progress) as watch:
+        found = engine.diagnose(base, records, others, options, watch)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
     return Diagnosis.of(replace(found, records=tuple(names), doubts=doubts))
+
+
+@contextmanager
+def _shown_stages(progress: bool) -> Generator[Callable[[str], object]]:
+    """A function that shows the stage of a diagnosis on standard error, and how long it has taken, where asked."""
+    from tqdm import tqdm
+
+    shape = "diagnosis: {desc} [{elapsed}]"
+    with tqdm(disable=not progress, file=sys.stderr, leave=False, bar_format=shape) as bar:
+        yield bar.set_description_str
 
 
 def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from ..reproduction.runner import Run
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Reproduction:
     """Published against computed values."""
 
@@ -29,6 +30,16 @@ class Reproduction:
     """Paper -> how many claims it has and how they ended, in words."""
     failures: tuple[str, ...]
     """Runs that failed, in words."""
+
+    def __repr__(self) -> str:
+        return f"<Reproduction of {len(self.rows)} claims, {len(self.failures)} failed runs>"
+
+    def _repr_html_(self) -> str:
+        from ..models.display import html_table
+
+        columns = ("paper", "item", "quantity", "verdict", "reason")
+        counts = "".join(f"<li>paper {escape(paper)}: {escape(told)}</li>" for paper, told in self.counts.items())
+        return f"<ul>{counts}</ul>" + html_table(columns, [[str(row[name]) for name in columns] for row in self.rows])
 
 
 def reproduce(

@@ -86,7 +86,8 @@ class SuiteResults:
         return f"<SuiteResults {self.suite!r}: {len(self.rows)}{state} runs, {counts}; {self.directory}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{escape(repr(self)[1:-1])}</p>"
+        told = "".join(f"<li>{escape(text)} ({number})</li>" for text, number in self.failure_texts.items())
+        return f"<p>{escape(repr(self)[1:-1])}</p>{f'<ul>{told}</ul>' if told else ''}"
 
 
 def run_suite(

@@ -17,6 +17,7 @@ from .calibrate import calibrate
 from .check import check
 from .completion import completion
 from .diagnose import diagnose
+from .doctor import doctor
 from .fetch import fetch
 from .identify import identify
 from .import_ import import_command
@@ -36,7 +37,7 @@ def cli() -> None:
 
 COMMANDS = (
     *(list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
-    *(run, report, reproduce, fetch, completion),
+    *(run, report, reproduce, fetch, doctor, completion),
 )
 for command in COMMANDS:
     cli.add_command(command)

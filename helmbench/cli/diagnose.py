@@ -17,6 +17,7 @@ from ._shared import (
     force_option,
     output_options,
     show_written,
+    shows_progress,
     two_sets_options,
 )
 
@@ -88,6 +89,7 @@ def diagnose(
             seed=seed,
             causes=causes or None,
             positive_rudder=positive_rudder,
+            progress=shows_progress(quiet or as_json),
         )
     except helmbench.CannotFit as reason:
         raise helmbench.BadInput(f"{model} cannot be diagnosed: {reason}") from None

@@ -84,7 +84,7 @@ STANDING_COLUMNS = [
 ]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Leaderboard:
     """Aggregated results; every table is a pandas frame.
 
@@ -102,6 +102,22 @@ class Leaderboard:
         import pandas as pd
 
         return pd.concat([self.overall, *self.by.values()], ignore_index=True)
+
+    def plot(self) -> Any:
+        """Draw the held-out prediction error of every method with its interval; a matplotlib figure, not of pyplot."""
+        from .charts import standings_figure
+
+        return standings_figure(self)
+
+    def __repr__(self) -> str:
+        methods = ", ".join(self.overall["method"])
+        return f"<Leaderboard of {len(self.overall)} methods, best first: {methods}>"
+
+    def _repr_html_(self) -> str:
+        from ..tables import html
+        from .tables import overall_table
+
+        return html(overall_table(self))
 
 
 def build(results: Frame, parameters: Frame) -> Leaderboard:

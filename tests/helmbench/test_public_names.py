@@ -17,6 +17,7 @@ MEMBERS = (
         "Comparison",
         "Diagnosis",
         "Estimate",
+        "Health",
         "Record",
         "RecordMeta",
         "Reproduction",

@@ -26,7 +26,8 @@ def asked(found, monkeypatch):
     """What was asked of the engine, which answers with the diagnosis made by hand."""
     calls = []
 
-    def answer(model, train, held_out, options):
+    def answer(model, train, held_out, options, watch):
+        watch("causes of today")
         calls.append((model, train, held_out, options))
         roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
         return replace(made_up("response-1", "rudder_offset"), records=tuple(roles))
@@ -44,6 +45,13 @@ def test_records_and_files_are_taken(record, asked, tmp_path):
     assert options.channels == ("heading_rad", "yaw_rate_rad_s") and options.only == ("wind",)
     assert isinstance(found, helmbench.Diagnosis)
     assert found.records == ((record.name, "train"), (str(path), "held_out"))
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_the_stage_is_shown_on_standard_error(record, asked, capsys, shown):
+    helmbench.diagnose("response-1", record, progress=shown)
+    out, err = capsys.readouterr()
+    assert out == "" and ("diagnosis: causes of today" in err) is shown
 
 
 def test_bad_input_is_found_before_anything_is_computed(record, asked, tmp_path):

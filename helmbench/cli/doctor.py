@@ -1,0 +1,26 @@
+"""`helmbench doctor`."""
+
+from __future__ import annotations
+
+import click
+
+from ._shared import FAILED, OK, output_options, print_json
+
+
+@click.command()
+@output_options
+def doctor(as_json: bool, quiet: bool) -> int:
+    """Look at what helmbench needs here: packages, compiled code, data, threads, disk, permissions.
+
+    Each line is ok, a warning or a fault, with what to do.  Exit status 1 where there is a fault.
+    """
+    import helmbench
+
+    found = helmbench.doctor()
+    if as_json:
+        print_json(found.to_json())
+    elif not quiet:
+        click.echo(found.summary())
+    elif faults := [one for one in found.findings if one.status == "fault"]:
+        click.echo("\n".join(f"{one.what}: {one.told}; {one.todo}" for one in faults), err=True)
+    return FAILED if found.status == "fault" else OK

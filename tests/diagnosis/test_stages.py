@@ -1,0 +1,29 @@
+"""The stages of a diagnosis are told as they begin."""
+
+import pytest
+
+import helmbench
+from helmbench.diagnosis import diagnose as engine
+
+
+@pytest.fixture
+def record():
+    return helmbench.simulate("response-1", "zigzag:20/20", noise="low", seed=1)
+
+
+@pytest.mark.parametrize(
+    ("uncertain", "by_runs", "stages"),
+    [
+        (False, False, [engine.CHECKS, engine.CAUSES_BESIDE, engine.CAUSES]),
+        (True, False, [engine.CHECKS, engine.CAUSES_BESIDE]),
+        (True, True, [engine.CHECKS, engine.CAUSES_BESIDE, engine.FREE_RUNS]),
+    ],
+)
+def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, by_runs, stages):
+    made, told = diagnosis_of(), []
+    monkeypatch.setattr(engine, "of_uncertain_base", lambda *_: (made, None) if uncertain else None)
+    monkeypatch.setattr(engine, "for_free_runs", lambda _: by_runs)
+    monkeypatch.setattr(engine, "by_free_runs", lambda *_: made)
+    monkeypatch.setattr(engine, "by_residuals", lambda *_: made)
+    engine.diagnose(helmbench.resolve("response-1"), [record], watch=told.append)
+    assert told == stages

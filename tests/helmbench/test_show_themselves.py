@@ -1,0 +1,122 @@
+"""Every object that the API gives shows itself: in one line, as HTML in a notebook, and as a figure."""
+
+import inspect
+import io
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import helmbench
+from helmbench.api.calibration import Calibration
+from helmbench.api.diagnosis import Diagnosis
+from helmbench.api.reproduction import Reproduction
+from helmbench.diagnosis.calibration.result import Calibration as Calibrated
+from helmbench.diagnosis.calibration.result import Moved
+from helmbench.diagnosis.result import Trace
+
+PLAIN = {"Case", "RecordMeta", "BadInput", "CannotFit", "FitFailed", "RudderSignWarning"}
+"""Facts that Python's own form shows, and errors."""
+
+
+@pytest.fixture(scope="module")
+def records():
+    return [helmbench.simulate("response-1", text, noise="low", seed=k)
+            for k, text in enumerate(("zigzag:20/20", "zigzag:10/10:port"))]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("suite")
+    (folder / "mine.yaml").write_text("entries: [{vessels: response-1, methods: [ls, rls], noise: low, seeds: 1}]")
+    return helmbench.run_suite(str(folder / "mine.yaml"), directory=folder / "out", jobs=1)
+
+
+@pytest.fixture(scope="module")
+def logged(tmp_path_factory, records):
+    path = tmp_path_factory.mktemp("log") / "raw.csv"
+    helmbench.write_record(records[0], path)
+    return helmbench.import_log(path)
+
+
+def trace():
+    time = np.arange(20.0)
+    runs = [{"yaw_rate_rad_s": np.sin(time + shift)} for shift in (0.0, 0.1, 0.2)]
+    return Trace("one", "train", time, np.zeros(20), *runs)
+
+
+@pytest.fixture(scope="module")
+def shown(records, results, logged):
+    """Name of the class -> an object of it."""
+    train, other = records
+    estimate = helmbench.identify(train, "nomoto-1-cubic", "ls")
+    biased = train.with_channels(yaw_rate_rad_s=train.column("yaw_rate_rad_s") + 0.005)
+    row = {"paper": "003", "item": "table 5", "quantity": "<K>", "verdict": "agrees", "reason": "within 1 %"}
+    return {
+        "Assessment": estimate.assess(other),
+        "Check": helmbench.check([biased, other]),
+        "Comparison": helmbench.compare(train, "nomoto-1-cubic", ["ls", "rls"], validate=other),
+        "Estimate": estimate,
+        "Health": helmbench.doctor(),
+        "Identifiability": estimate.identifiability(train),
+        "Import": logged,
+        "Leaderboard": helmbench.leaderboard(results),
+        "Model": helmbench.resolve("kvlcc2-l7"),
+        "Record": train,
+        "Report": helmbench.write_report(results.directory),
+        "Reproduction": Reproduction((row,), {"003": "1 claim"}, ()),
+        "SuiteResults": results,
+        "Validation": helmbench.validate("response-1", records),
+    }
+
+
+def checked(thing):
+    """Whether the line is short and tells the class, and the HTML is well formed and says something."""
+    name = type(thing).__name__
+    assert name == "Report" or (name in repr(thing) and len(repr(thing)) < 600)
+    text = thing._repr_html_().replace("&nbsp;", " ").replace("<br>", "<br/>")
+    tree = ElementTree.fromstring(f"<div>{text}</div>")
+    assert len(" ".join(tree.itertext()).split()) > 2
+
+
+def test_every_public_class_is_shown(shown):
+    classes = {name for name in helmbench.__all__ if inspect.isclass(getattr(helmbench, name))}
+    made = set(shown) | {"Diagnosis", "Calibration"}
+    assert classes - PLAIN - made == set()
+
+
+def test_each_shows_itself(shown):
+    for thing in shown.values():
+        checked(thing)
+
+
+def test_a_diagnosis_and_a_calibration_show_themselves(diagnosis_of):
+    found = Diagnosis.of(diagnosis_of())
+    checked(found)
+    model = helmbench.resolve("kvlcc2-l7")
+    moved = (Moved("R_0", "resistance", 0.02, 0.03, 0.025, 0.035, 50.0, 2.0),)
+    nothing = dict.fromkeys(("steps", "refused", "remaining", "runs", "next_runs", "worse"), ())
+    checked(Calibration.of(Calibrated(
+        model=model, calibrated=model, records=(("one", "train"),), verdict="named", reason="it does", moved=moved,
+        before={}, after={}, shares={}, traces=(trace(),), wall_s=1.0, **nothing)))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Assessment", "Check", "Comparison", "Estimate", "Identifiability", "Leaderboard", "Record", "Validation"],
+)
+def test_each_draws_itself(shown, records, name):
+    thing = shown[name]
+    figure = thing.plot(records[1]) if name == "Estimate" else thing.plot()
+    assert figure.axes and any(axes.lines or axes.collections for axes in figure.axes)
+    figure.savefig(io.BytesIO(), format="svg")
+
+
+def test_a_check_without_sizes_has_no_figure(records):
+    with pytest.raises(helmbench.BadInput, match="no finding"):
+        helmbench.check(records).plot()
+
+
+def test_what_is_shown_is_escaped():
+    text = Reproduction(({"paper": "1", "item": "2", "quantity": "<K>", "verdict": "", "reason": ""},), {}, ())
+    assert "&lt;K&gt;" in text._repr_html_()
