@@ -63,7 +63,7 @@ class Import:
         ------
         BadInput : a file exists, or cannot be written.
         """
-        from ..datasets.files import refuse_existing, replace_together
+        from ..models.files import refuse_existing, replace_together
         from ..datasets.importing.mapping import mapping_text
         from ..datasets.io import record_writers
         from .documents import text_writer
@@ -85,7 +85,7 @@ class Import:
 
     def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
         """Write the mapping alone, to be changed by hand; BadInput where it exists or cannot be written."""
-        from ..datasets.files import refuse_existing, replace_together
+        from ..models.files import refuse_existing, replace_together
         from ..datasets.importing.mapping import mapping_text
         from .documents import text_writer
 
