@@ -58,14 +58,6 @@ def load(path: str | Path) -> Any:
     return yaml_of(read_utf8(path, MOST_YAML_BYTES), path)[0]
 
 
-def load_mapping(path: str | Path, what: str) -> dict[Any, Any]:
-    """As `load`, for a file that must hold a mapping: it is not `what` otherwise."""
-    content = load(path)
-    if not isinstance(content, dict):
-        raise BadInput(f"is not {what}", file=path)
-    return content
-
-
 def json_of(data: bytes, file: object, row: int | None = None) -> Any:
     """The value of a JSON text; `row` is its line where it is one line of a larger file.  Raises as `load`."""
     try:

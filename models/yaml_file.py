@@ -57,14 +57,14 @@ def _groups(value: Any) -> Any:
     return value if grouped else [value]
 
 
-_TEXTS, _COUNT, _SHARE = "a text or a list of texts", "a whole number of at least 1", "shares above 0, at most 1"
+_TEXTS, _COUNT, _SHARE = "a text or a list of texts", "a whole number from 1 to 1000000", "shares above 0, at most 1"
 _One = BeforeValidator(_listed)
 _Some = Field(min_length=1)
 Text = Annotated[StrictStr, needs("a text")]
 Texts = Annotated[tuple[StrictStr, ...], _Some, _One, needs(_TEXTS)]
 TextGroups = Annotated[tuple[Texts, ...], BeforeValidator(_groups), needs(_TEXTS)]
 Flag = Annotated[StrictBool, needs("true or false")]
-Count = Annotated[int, Field(strict=True, ge=1), needs(_COUNT)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000), needs(_COUNT)]
 Counts = Annotated[tuple[Count, ...], _Some, _One, needs(_COUNT)]
 Positive = Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False), needs("a positive number")]
 Shares = Annotated[tuple[Annotated[float, Field(strict=True, gt=0.0, le=1.0)], ...], _Some, _One, needs(_SHARE)]

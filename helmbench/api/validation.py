@@ -149,13 +149,16 @@ def validate(
 
     Raises
     ------
-    BadInput : a file or model cannot be used, a model has no coefficients, or no record suits the model.
+    BadInput : a file or model cannot be used, a model has no coefficients, a record is given twice, or no record suits
+        the model.
     """
+    from ..datasets.plausibility import check_no_copies
     from ..datasets.rudder_sign import RudderSignWarning
     from ..estimation.validation import validate as engine
 
     models = _named_models(model, compare)
     given = as_records(records, positive_rudder)
+    check_no_copies(given)
     found = Validation.of(engine.validate(models, _named_records(records, given)))
     for doubt in filter(None, (rudder_sign_doubt(record, next(iter(models.values()))) for record in given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)

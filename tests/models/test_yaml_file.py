@@ -43,7 +43,7 @@ def test_one_value_or_a_list_is_read(content, read):
         ({"texts": [1]}, "a.yaml: texts: needs a text or a list of texts, not \\[1\\]"),
         ({"groups": [["a"], 2]}, "a.yaml: groups: needs a text"),
         ({"flag": "yes"}, "a.yaml: flag: needs true or false, not yes"),
-        ({"count": True}, "a.yaml: count: needs a whole number of at least 1, not true"),
+        ({"count": True}, "a.yaml: count: needs a whole number from 1 to 1000000, not true"),
         ({"count": 1.0}, "a.yaml: count: needs a whole number"),
         ({"positive": float("nan")}, "a.yaml: positive: needs a positive number, not nan"),
         ({"positive": "1e-3"}, "a.yaml: positive: needs a positive number, not 1e-3"),
