@@ -49,7 +49,7 @@ for command in COMMANDS:
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit status."""
     _stop_on_signals()
-    warnings.formatwarning = lambda message, *_, **__: f"helmbench: warning: {message}\n"
+    warnings.formatwarning = _warning
     sys.exit(status_of(arguments))
 
 
@@ -78,6 +78,11 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
             raise
         return complain(str(error), BAD_INPUT)
     return result if isinstance(result, int) else OK
+
+
+def _warning(message: Warning | str, *_: object, **__: object) -> str:
+    """A warning in one line, without the place in the code that it came from."""
+    return f"helmbench: warning: {message}\n"
 
 
 class _Stopped(KeyboardInterrupt):
