@@ -41,8 +41,8 @@ def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) 
 
 
 def one_line(message: object, most: int = 400) -> str:
-    """A message without line breaks, cut to a sensible length."""
-    text = " ".join(str(message).split())
+    """A message without line breaks and control characters, cut to a sensible length."""
+    text = "".join(letter if letter.isprintable() else "?" for letter in " ".join(str(message).split()))
     return text if len(text) <= most else text[: most - 3] + "..."
 
 

@@ -3,18 +3,21 @@
 Which tables and columns there are depends on the kind of suite (`kinds.base.Tables`).
 
 `runs.jsonl` is only ever appended to, one `write` per finished run, so that a killed process loses nothing that was
-finished; an incomplete last line is dropped when the store is opened again.  `environment.json` says what was run, and
-with what.
+finished; an incomplete last line is dropped when the store is opened again, a damaged line between is passed over, with
+a warning, and its run made again.  `environment.json` says what was run, and with what.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..models.data_file import json_of, load
 from ..models.errors import BadInput
 from ..models.plain import plain
 from .kinds import IDENTIFICATION, kind_names, kind_of
@@ -26,6 +29,10 @@ if TYPE_CHECKING:
 RUNS, MANIFEST = "runs.jsonl", "environment.json"
 TIMING = "timing.json"
 """Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
+
+
+class DamagedRunsWarning(UserWarning):
+    """Lines of a journal are not stored runs; the others are used."""
 
 
 def stored_kind(manifest: Mapping[str, Any]) -> Kind:
@@ -44,7 +51,7 @@ class Store:
         self.directory, self.manifest = directory, dict(manifest)
         self.kind = stored_kind(manifest)
         self._file: int | None = _open_for_append(directory / RUNS)
-        self._runs = {run["key"]: run for run in read_runs(directory / RUNS)[0]}
+        self._runs = {run["key"]: run for run in read_runs(directory / RUNS, self.kind.tables)[0]}
 
     @classmethod
     def create(cls, directory: str | Path, manifest: Mapping[str, Any]) -> Store:
@@ -52,8 +59,10 @@ class Store:
         directory = Path(directory)
         check_vacant(directory)
         directory.mkdir(parents=True, exist_ok=True)
-        write_atomic(directory / MANIFEST, _json(manifest, indent=1).encode() + b"\n")
-        return cls(directory, manifest)
+        with locked(directory):
+            check_vacant(directory)
+            write_atomic(directory / MANIFEST, _json(manifest, indent=1).encode() + b"\n")
+            return cls(directory, manifest)
 
     @classmethod
     def resume(cls, directory: str | Path) -> Store:
@@ -110,27 +119,38 @@ def check_vacant(directory: Path, manifest: str = MANIFEST) -> None:
 def read_manifest(directory: Path) -> dict[str, Any]:
     """`environment.json` of a run directory."""
     path = directory / MANIFEST
-    try:
-        manifest = json.loads(path.read_bytes())
-    except FileNotFoundError:
-        raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing") from None
-    except (ValueError, OSError) as error:
-        raise BadInput(f"cannot be read ({error})", file=path) from None
+    if not path.is_file():
+        raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing")
+    manifest = load(path)
     known = isinstance(manifest, dict) and {"suite", "version", "planned"} <= manifest.keys()
     if not known or manifest.get("kind", IDENTIFICATION) not in kind_names():
         raise BadInput("is not the manifest of a benchmark run", file=path)
     return manifest
 
 
-def read_runs(path: Path) -> tuple[list[dict[str, Any]], int]:
-    """Stored runs and the number of bytes that hold whole lines; a torn last line is left out.
+def read_runs(path: Path, form: Tables | None = None) -> tuple[list[dict[str, Any]], int]:
+    """Stored runs, the last one of each key, and the number of bytes that hold whole lines.
 
-    Raises `BadInput` with the line number where any other line is damaged.
+    form : of the tables that the runs' rows must fit.
+
+    A torn last line is left out, and any other line that is not a stored run, with a `DamagedRunsWarning`.
     """
     data = path.read_bytes() if path.exists() else b""
     whole = data.rfind(b"\n") + 1
-    lines = data[:whole].splitlines()
-    return [_run(line, path, number) for number, line in enumerate(lines, start=1) if line.strip()], whole
+    found: dict[str, dict[str, Any]] = {}
+    damaged: list[int] = []
+    for number, line in enumerate(data[:whole].split(b"\n"), start=1):
+        run = _run(line, path, number, form) if line.strip() else {}
+        if run is None:
+            damaged.append(number)
+        elif run:
+            found[run["key"]] = run
+    if damaged:
+        rows = f"row{'s' if len(damaged) > 1 else ''} {', '.join(map(str, damaged[:5]))}"
+        more = f" and {len(damaged) - 5} others" if len(damaged) > 5 else ""
+        hint = "the other runs are used; --resume makes the lost ones again"
+        warnings.warn(f"{path}: {rows}{more}: not a stored run; {hint}", DamagedRunsWarning, stacklevel=2)
+    return list(found.values()), whole
 
 
 def tables(
@@ -161,7 +181,7 @@ def read_tables(directory: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
             return pd.read_parquet(wide), pd.read_parquet(long)
         except (OSError, ValueError) as error:
             raise BadInput(f"cannot be read ({error})", file=wide) from None
-    return frames(read_runs(directory / RUNS)[0], form)
+    return frames(read_runs(directory / RUNS, form)[0], form)
 
 
 def frames(runs: Iterable[Mapping[str, Any]], form: Tables):
@@ -180,14 +200,44 @@ def write_atomic(path: Path, data: bytes) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _run(line: bytes, path: Path, number: int) -> dict[str, Any]:
+def _run(line: bytes, path: Path, number: int, form: Tables | None) -> dict[str, Any] | None:
+    """The run of a line; None where it is damaged."""
     try:
-        run = json.loads(line)
-    except ValueError:
-        run = None
-    if not isinstance(run, dict) or not {"key", "row", "parameters"} <= run.keys():
-        raise BadInput("is not a stored run", file=path, row=number, hint="the file was changed by something else")
-    return run
+        run = json_of(line, path, number)
+    except BadInput:
+        return None
+    if not (isinstance(run, dict) and isinstance(run.get("key"), str) and isinstance(run.get("row"), dict)):
+        return None
+    rows = run.get("parameters")
+    if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
+        return None
+    whole = form is None or (
+        _fits(run["row"], form.wide, form.keys)
+        and all(_fits(run["row"] | row, form.long, (*form.keys, *form.long_keys)) for row in rows)
+    )
+    return run if whole else None
+
+
+def _fits(row: Mapping[str, Any], columns: Mapping[str, str], keys: Iterable[str]) -> bool:
+    """Whether a row has all its keys, and values of its columns' types."""
+    types = {"string": str, "int": int, "bool": bool, "float": int | float}
+    known = all(row.get(name) is None or isinstance(row[name], types[kind]) for name, kind in columns.items())
+    return known and all(row.get(name) is not None for name in keys)
+
+
+@contextmanager
+def locked(directory: Path) -> Iterator[None]:
+    """Hold a directory for this process alone; `BadInput` where another process holds it."""
+    try:
+        file = os.open(directory, os.O_RDONLY)
+    except PermissionError:  # a platform on which a directory cannot be opened
+        yield
+        return
+    try:
+        _lock(file, directory / RUNS)
+        yield
+    finally:
+        os.close(file)
 
 
 def _open_for_append(path: Path) -> int:

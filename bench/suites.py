@@ -7,6 +7,7 @@ entry holds, and which further keys the file has, is said by the kind's module `
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,11 @@ class Suite:
         """The suite in a few words; the file's name where it has no title."""
         return self.head.title or self.name
 
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Every text that the file holds, such as those of methods."""
+        return tuple(_texts_in([part.model_dump() for part in (self.head, *self.entries)]))
+
 
 def suite_names() -> list[str]:
     """Names of the suites that ship with the package."""
@@ -49,11 +55,12 @@ def load_suite(name: str) -> Suite:
     """
     from ..models.yaml_file import checked, read_yaml
 
-    path = Path(name) if name.endswith((".yaml", ".yml")) else FOLDER / f"{name}.yaml"
-    if not path.is_file():
-        known = suite_names()
+    from_file = name.endswith((".yaml", ".yml"))
+    known = suite_names()
+    if not (Path(name).is_file() if from_file else name in known):
         hint = suggestion(name, known, f"known: {', '.join(known)}, or the path of a .yaml file")
         raise BadInput(f"unknown suite {name!r}", hint=hint)
+    path = Path(name) if from_file else FOLDER / f"{name}.yaml"
     content = read_yaml(path, "a suite, which has a title and entries")
     entries = content.pop("entries", None)
     if not isinstance(entries, list) or not entries:
@@ -64,3 +71,11 @@ def load_suite(name: str) -> Suite:
     head = checked(models.Head, content, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     return Suite(path.stem, digest, kind.name, head, rows)
+
+
+def _texts_in(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict | list | tuple):
+        for part in value.values() if isinstance(value, dict) else value:
+            yield from _texts_in(part)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..models.errors import BadInput
+from ..models.memory import SIMULATED_SAMPLE, require_memory
 from ..models.model import CHANNELS, Model, resolve
 from ..models.simulate import ClosedLoop, Run, closed_loop, initial_state
 from .disturbances import Disturbance, parse_disturbance
@@ -76,6 +77,7 @@ def record_run(
     sensors, disturbance = sensors or Sensors(), disturbance or Disturbance()
     check(model, disturbance, seed)
     dt, duration = sampling(model, duration_s, dt_s)
+    require_memory(SIMULATED_SAMPLE * steps(dt, duration), f"{steps(dt, duration)} samples of {manoeuvre.text!r}")
     run_name = (model.id, manoeuvre.text.removesuffix(EULER))
     control = manoeuvre.control(model, dt, duration, stream(seed, "manoeuvre", *run_name))
     weather = (*run_name, disturbance.text)

@@ -34,8 +34,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..models.errors import BadInput
+from ..models.files import read_bytes, read_utf8, replace_together
 from .columns import ACCEPTED, NUMBER, RUDDERS, check_header, in_order, to_canonical
-from .files import read_bytes, read_utf8, replace_together
 from .record import Record, is_side
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
 

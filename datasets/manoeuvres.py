@@ -44,6 +44,8 @@ TAPS = {
     17: (17, 14), 18: (18, 11), 19: (19, 6, 2, 1), 20: (20, 17),
 }  # fmt: skip
 SHORTEST_REGISTER = 7
+MOST_TICKS = 100
+"""Clock intervals within a sample."""
 
 
 class Series(NamedTuple):
@@ -271,7 +273,9 @@ def _after(s: Setting, time_s: float) -> np.ndarray:
 
 
 def _ticks(s: Setting, clock_s: float) -> np.ndarray:
-    """Number of the clock interval each sample lies in (n + 1,)."""
+    """Number of the clock interval each sample lies in (n + 1,); BadInput for a clock far shorter than a sample."""
+    if clock_s < s.dt / MOST_TICKS:
+        raise BadInput(f"the clock of {clock_s:g} s is too short for samples every {s.dt:g} s")
     return np.floor(s.time_s / clock_s + 1e-9).astype(np.intp)
 
 

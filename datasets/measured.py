@@ -13,8 +13,8 @@ import tempfile
 from pathlib import Path
 
 from ..models.errors import BadInput
+from ..models.files import read_bytes, replace_together
 from ..models.suggestions import suggestion
-from .files import read_bytes, replace_together
 from .measured_sets import DATASETS
 from .measured_sets.base import Dataset, Run
 from .record import Record

@@ -84,18 +84,15 @@ class PlausibilityWarning(UserWarning):
     """A record is usable, but something about it is doubtful."""
 
 
-def check_plausible(records: Sequence[Record], model: Model, may_repeat: bool = False) -> list[str]:
+def check_plausible(records: Sequence[Record], model: Model) -> list[str]:
     """Refuse records that hold the same run twice, or whose numbers cannot be what their columns say; the doubts that
     are left, one sentence each.
-
-    may_repeat : whether a run may be given twice.
 
     Raises
     ------
     BadInput : naming record, row and column where there are any, and the unit that the numbers are likely in.
     """
-    if not may_repeat:
-        check_no_copies(records)
+    check_no_copies(records)
     found = [doubt for record in records for doubt in doubts(record, model)]
     for doubt in found:
         if doubt.fatal:

@@ -6,14 +6,17 @@ import os
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..models.data_file import MOST_YAML_BYTES, yaml_of
 from ..models.errors import BadInput
-from .columns import CANONICAL
-from .files import read_utf8
-from .record import RecordMeta, is_side
+from ..models.files import read_utf8
+from .record import RecordMeta
+
+if TYPE_CHECKING:
+    from .sidecar_file import SidecarFile
 
 META_KEYS = tuple(f.name for f in fields(RecordMeta) if f.name != "extra")
 
@@ -28,68 +31,50 @@ def sidecar_path(path: str | os.PathLike[str]) -> Path:
 def read_sidecar(path: Path) -> tuple[RecordMeta, frozenset[str]]:
     """(metadata, channels declared constant), both empty where there is no such file.
 
-    Known keys are those of `RecordMeta` and ``constant`` (a channel name or a list of them); all others are kept in
-    `RecordMeta.extra`. BadInput: not YAML, not a mapping, a side or a channel that does not exist.
+    Known keys are those of `RecordMeta` and ``constant`` (a channel name or a list of them); whatever else is to be
+    kept stands below the key ``extra``. BadInput: not YAML, not a mapping, an unknown key, a side or a channel that
+    does not exist.
     """
     if not path.exists():
         return RecordMeta(), frozenset()
-    content, rows = _load_yaml(path)
-    known = {_key(key): value for key, value in content.items() if _key(key) in (*META_KEYS, "constant")}
-    extra = {str(key): value for key, value in content.items() if _key(key) not in known}
-    constant = _constant(known.pop("constant", None), path, rows.get("constant"))
-    texts: dict[str, Any] = {key: _text(value, key, path, rows.get(key)) for key, value in known.items()}
-    side = texts.get("positive_rudder")
-    if side is not None and not is_side(side):
-        row = rows["positive_rudder"]
-        raise BadInput(f"positive_rudder is {side!r}", file=path, row=row, hint="give port or starboard")
-    return RecordMeta(**texts, extra=extra), constant
+    content, rows = yaml_of(read_utf8(path, MOST_YAML_BYTES), path)
+    if content is None:
+        return RecordMeta(), frozenset()
+    if not isinstance(content, dict):
+        raise BadInput("metadata must be 'key: value' lines", file=path, row=1)
+    given = {_key(key): value for key, value in content.items()}
+    if len(given) < len(content):
+        raise BadInput("a key stands twice, in two spellings", file=path, row=max(rows.values()))
+    facts = _checked(given, path, {_key(key): row for key, row in rows.items()})
+    texts: dict[str, Any] = {key: getattr(facts, key) for key in META_KEYS}
+    return RecordMeta(**texts, extra=facts.extra or {}), frozenset(facts.constant)
+
+
+def _checked(given: dict[str, Any], path: Path, rows: Mapping[str, int]) -> SidecarFile:
+    """The content of a sidecar; BadInput names the row of the key that is wrong."""
+    from ..models.yaml_file import checked
+    from .sidecar_file import SidecarFile
+
+    for key, value in given.items():  # key by key, so that the message can name the row
+        try:
+            checked(SidecarFile, {key: value}, path)
+        except BadInput as error:
+            raise BadInput(error.message, file=path, row=rows.get(key), hint=error.hint) from None
+    return checked(SidecarFile, given, path)
 
 
 def sidecar_text(meta: RecordMeta, constant: list[str]) -> str:
-    """The sidecar's text: what is known, then the channels that are constant, then the extra keys."""
+    """The sidecar's text: what is known, then the channels that are constant, then what else is kept."""
     import yaml
 
     content = {key: getattr(meta, key) for key in META_KEYS if getattr(meta, key) is not None}
     content |= {"constant": constant} if constant else {}
-    content |= {key: value for key, value in meta.extra.items() if _key(key) not in (*META_KEYS, "constant")}
+    content |= {"extra": meta.extra} if meta.extra else {}
     return yaml.safe_dump(_plain(content), sort_keys=False, allow_unicode=True, width=110)
 
 
 def _key(key: object) -> str:
     return str(key).strip().lower().replace(" ", "_").replace("-", "_")
-
-
-def _load_yaml(path: Path) -> tuple[dict[Any, Any], dict[str, int]]:
-    """(the mapping, line of each key)."""
-    import yaml
-
-    data = read_utf8(path).decode()
-    try:
-        node = yaml.compose(data, Loader=yaml.SafeLoader)
-        content = yaml.safe_load(data)
-    except (yaml.YAMLError, ValueError) as error:
-        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-        reason = getattr(error, "problem", None) or str(error)
-        raise BadInput(f"not YAML ({reason})", file=path, row=mark.line + 1 if mark else None) from None
-    if content is None:
-        return {}, {}
-    if not isinstance(content, dict) or not isinstance(node, yaml.MappingNode):
-        raise BadInput("metadata must be 'key: value' lines", file=path, row=1)
-    return content, {_key(key.value): key.start_mark.line + 1 for key, _ in node.value}
-
-
-def _text(value: object, key: str, path: Path, row: int | None) -> str | None:
-    if isinstance(value, list | dict):
-        raise BadInput(f"{key} must be a text", file=path, row=row)
-    return None if value is None else str(value)
-
-
-def _constant(value: object, path: Path, row: int | None) -> frozenset[str]:
-    names = [] if value is None else [str(name) for name in (value if isinstance(value, list) else [value])]
-    for name in names:
-        if name not in CANONICAL:
-            raise BadInput(f"constant: {name!r} is not a channel", file=path, row=row, hint=", ".join(CANONICAL))
-    return frozenset(names)
 
 
 def _plain(value: Any) -> Any:

@@ -13,6 +13,7 @@ from ..datasets.instruments import corrected
 from ..estimation.filters.innovations.estimator import estimator
 from ..estimation.fit import arithmetic_guard
 from ..models.errors import BadInput
+from ..models.memory import require_memory
 from . import verdict
 from .causes.registry import terms_for
 from .discrepancy.diagnosed import of_uncertain_base
@@ -37,6 +38,10 @@ CHECKS, BASE_MODEL = "checks of sensors and files", "identification of the base 
 CAUSES_BESIDE, FREE_RUNS = "causes beside an uncertain base model", "free runs of left-out records"
 CAUSES = "causes and gain"
 """Stages of a diagnosis; not every diagnosis has all of them."""
+
+
+SAMPLE_BYTES, STATE_BYTES = 36_000, 12_000
+"""Memory of a sample and of each of its states, measured: 59 kB (two states) and 107 kB (six) a sample."""
 
 
 def diagnose(
@@ -103,6 +108,10 @@ def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
     """The diagnosis from the innovations of the filter: the base model is exact, or free as the options say."""
     rng = np.random.default_rng(options.seed)
     train, held_out = thinned(given.train, model), thinned(given.held_out, model)
+    samples = sum(record.n for record in (*train, *held_out))
+    needed = samples * (SAMPLE_BYTES + STATE_BYTES * len(model.states))
+    records = len(train) + len(held_out)
+    require_memory(needed, f"{samples} samples of {records} record{'s' if records > 1 else ''}")
     est = estimator(model, train, threads=options.threads, terms=terms_for(model))
     state, cannot = starting_state(est, options)
     poor = verdict.undecidable(est, state.start)

@@ -91,10 +91,10 @@ def _sd(stated: str | float, value: float) -> float:
 
 @lru_cache(maxsize=16)
 def _stated(family: str) -> dict[str, tuple[str, str | None, dict[str, str | float]]]:
-    import yaml
+    from .yaml_file import read_yaml
 
     for path in sorted(FOLDER.glob("*.yaml")):
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = read_yaml(path, "a file of coefficient groups")
         if family in content["families"]:
             return {
                 name: (entry["title"], entry.get("extension"), entry["numbers"])

@@ -33,7 +33,7 @@ class BadInput(ValueError):
         parts = [str(self.file)] if self.file is not None else []
         parts += [", ".join(place)] if place else []
         text = ": ".join([*parts, self.message]) + (f"; {self.hint}" if self.hint else "")
-        return " ".join(text.split())
+        return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in " ".join(text.split()))
 
     def __reduce__(self):
         state = {"file": self.file, "row": self.row, "column": self.column, "hint": self.hint}

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from .cache import VARIABLE, building, cache_folder, store, stored
 from .errors import BadInput, EnvironmentFault
+from .family_names import check_family_name
 
 if TYPE_CHECKING:
     from .definition import Definition
@@ -182,6 +183,7 @@ def load(name: str) -> Kernels:
     ------
     BadInput : if no family has this name, or no cache folder can be written.
     """
+    check_family_name(name)
     return Kernels(name)
 
 

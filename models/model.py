@@ -8,15 +8,30 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import kernels as kernel_store
 from .errors import BadInput
-from .instruments import INSTRUMENTS, checked
+from .family_names import check_family_name, is_family_name
+from .files import replace_together
+from .instruments import INSTRUMENTS
+from .stated_numbers import (
+    coefficients_of,
+    in_order,
+    in_si,
+    instruments_of,
+    parameters_of,
+    public_of,
+    stated_coefficients,
+)
 from .suggestions import suggestion
 from .vessel import read_vessel, vessel_files
+
+if TYPE_CHECKING:
+    from .model_file import ModelFile
 
 CHANNELS = {
     "u": "surge_m_s",
@@ -171,24 +186,15 @@ class Model:
 
     def to_parameters(self, coefficients: ArrayLike) -> NDArray[np.float64]:
         """Published parameters (q,) of coefficients (p,); nan where a map has no real value."""
-        return self._public(coefficients)[0]
+        return public_of(self.kernels, coefficients)[0]
 
     def parameters_jacobian(self, coefficients: ArrayLike) -> NDArray[np.float64]:
         """d parameters / d coefficients, (q, p)."""
-        return self._public(coefficients)[1]
-
-    def _public(self, coefficients: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        values = np.array(coefficients, float)
-        if not self.kernels.PUBLISHED:
-            return values, np.eye(values.size)
-        parameters = np.empty(len(self.parameter_names))
-        jacobian = np.zeros((parameters.size, values.size))
-        self.kernels.public(values, parameters, jacobian)
-        return parameters, jacobian
+        return public_of(self.kernels, coefficients)[1]
 
     def from_parameters(self, parameters: ArrayLike | Mapping[str, float]) -> NDArray[np.float64]:
         """Coefficients (p,) of published parameters, (q,) or by name."""
-        return _coefficients(self.kernels, parameters)
+        return coefficients_of(self.kernels, parameters)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -221,17 +227,6 @@ class Model:
         return numbers | dict(zip(self.constant_names, self.constants.tolist(), strict=True))
 
 
-def _coefficients(kernels: kernel_store.Kernels, parameters: ArrayLike | Mapping[str, float]) -> NDArray[np.float64]:
-    if isinstance(parameters, Mapping):
-        parameters = [parameters[name] for name in kernels.PARAMETERS]
-    values = np.array(parameters, float)
-    if not kernels.PUBLISHED:
-        return values
-    coefficients = np.empty(len(kernels.COEFFICIENTS))
-    kernels.private(values, coefficients)
-    return coefficients
-
-
 def list_families() -> dict[str, str]:
     """Family id -> title."""
     return {name: build().title for name, build in sorted(kernel_store.definitions().items())}
@@ -254,7 +249,7 @@ def resolve(name: str | os.PathLike[str]) -> Model:
         return _from_vessel(text)
     if text.endswith(".json") or os.sep in text:
         return model_from_json(text)
-    if kernel_store.is_family(text):
+    if is_family_name(text) and kernel_store.is_family(text):
         return _from_family(text)
     known = [*vessel_files(), *kernel_store.definitions()]
     hint = suggestion(text, known, f"vessels: {', '.join(vessel_files())}")
@@ -280,15 +275,14 @@ def _from_vessel(name: str) -> Model:
 
 def _from_facts(name: str, facts: Mapping, file: Path) -> Model:
     kernels = kernel_store.load(facts["family"])
-    parameters = _numbers(facts["parameters"], kernels.PARAMETERS, file, "parameter")
-    constants = _numbers(facts.get("constants") or {}, kernels.CONSTANTS, file, "constant")
+    stated = {name: (entry["value"], entry["unit"]) for name, entry in facts["parameters"].items()}
     gear, steering = facts.get("rudder") or {}, facts.get("controller")
     speed = facts.get("speed_m_s")
     return Model(
         id=name,
         family=facts["family"],
-        coefficients=_coefficients(kernels, parameters),
-        constants=constants,
+        coefficients=stated_coefficients(None, parameters_of(stated, kernels, file), kernels, file),
+        constants=in_order(in_si(facts.get("constants")), kernels.CONSTANTS, file, "constant"),
         positive_rudder=facts["positive_rudder"],
         vessel=name,
         title=facts["title"],
@@ -299,7 +293,7 @@ def _from_facts(name: str, facts: Mapping, file: Path) -> Model:
         rudder=_gear(gear),
         controller=HeadingController(float(steering["kp"]), float(steering.get("kd") or 0.0)) if steering else None,
         windage=_windage(facts.get("windage")),
-        particulars={key: float(entry["value"]) for key, entry in (facts.get("particulars") or {}).items()},
+        particulars=in_si(facts.get("particulars")),
         suite=facts.get("suite") or {},
     )
 
@@ -323,17 +317,13 @@ def _windage(facts: Mapping | None) -> dict[str, float] | None:
     return {**common, **form, "wind_cn": 0.0, "wind_kn": 0.18}
 
 
-def _numbers(entries: Mapping, names: Sequence[str], file: object, kind: str) -> NDArray[np.float64]:
-    missing = [name for name in names if name not in entries]
-    extra = [name for name in entries if name not in names]
-    if missing or extra:
-        said = f"{kind}s missing: {', '.join(missing)}" if missing else f"unknown {kind}s: {', '.join(extra)}"
-        raise BadInput(said, file=file, hint=f"the family has {', '.join(names)}")
-    return np.array([float(entries[name]["value"]) for name in names])
+def model_to_json(model: Model, path: str | os.PathLike[str]) -> None:
+    """Write a model that `resolve` reads back; replaces the file in one step.
 
-
-def model_to_json(model: Model, path: str | os.PathLike[str], extra: Mapping[str, object] | None = None) -> None:
-    """Write a model that `resolve` reads back; replaces the file in one step."""
+    Raises
+    ------
+    BadInput : the file cannot be written; nothing of it is left then.
+    """
     values = model.to_parameters(model.coefficients)
     facts = {
         "schema": FILE_SCHEMA,
@@ -359,12 +349,9 @@ def model_to_json(model: Model, path: str | os.PathLike[str], extra: Mapping[str
         "instruments": {
             name: {"value": float(value), "unit": INSTRUMENTS[name]} for name, value in model.instruments.items()
         },
-        **(extra or {}),
     }
-    target = Path(path)
-    temporary = target.with_name(target.name + ".tmp")
-    temporary.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
-    os.replace(temporary, target)
+    text = json.dumps(facts, indent=1) + "\n"
+    replace_together({Path(path): lambda place: place.write_text(text, encoding="utf-8")})
 
 
 def _plain(value: float) -> float | None:
@@ -380,48 +367,39 @@ def model_from_json(path: str | os.PathLike[str]) -> Model:
 
     Raises
     ------
-    BadInput : if the file is missing, is not JSON, or lacks what a model needs.
+    BadInput : if the file is missing or not JSON, lacks what a model needs, holds an unknown key or a number in a unit
+        that it cannot be in, or states parameters that its coefficients do not give.
     """
-    try:
-        facts = json.loads(Path(path).read_text(encoding="utf-8"))
-        if not isinstance(facts, dict) or facts.get("schema") != FILE_SCHEMA:
-            raise BadInput(f"not a model file of schema {FILE_SCHEMA}", file=path)
-        return _from_json(facts, Path(path))
-    except OSError as error:
-        raise BadInput(f"cannot be read: {error.strerror}", file=path) from error
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise BadInput(f"not a JSON file: {error}", file=path) from error
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        if isinstance(error, BadInput):
-            raise
-        raise BadInput(f"not a usable model file: {type(error).__name__} {error}", file=path) from error
+    from .model_file import ModelFile
+    from .yaml_file import checked, read_yaml
+
+    file = Path(path)
+    return _from_file(checked(ModelFile, read_yaml(file, "a model file"), path), file)
 
 
-def _from_json(facts: Mapping, path: Path) -> Model:
-    kernels = kernel_store.load(facts["family"])
-    coefficients = {name: {"value": _number(value)} for name, value in facts["coefficients"].items()}
-    constants = {name: {"value": _number(value)} for name, value in facts["constants"].items()}
-    gear = {key: np.inf if value is None else value for key, value in facts["rudder"].items()}
+def _from_file(facts: ModelFile, path: Path) -> Model:
+    check_family_name(facts.family, path)
+    if not kernel_store.is_family(facts.family):
+        raise BadInput(f"unknown model family {facts.family!r}", file=path, hint="'helmbench list models' shows them")
+    kernels = kernel_store.load(facts.family)
+    stated = {name: (entry.value, entry.unit) for name, entry in facts.parameters.items()}
+    parameters = parameters_of(stated, kernels, path)
     return Model(
         id=path.stem,
-        family=facts["family"],
-        coefficients=_numbers(coefficients, kernels.COEFFICIENTS, path, "coefficient"),
-        constants=_numbers(constants, kernels.CONSTANTS, path, "constant"),
-        positive_rudder=facts["positive_rudder"],
-        vessel=facts["vessel"],
-        title=facts["title"],
-        source=facts["source"],
-        speed_m_s=_number(facts["speed_m_s"]),
-        n0_rps=facts["n0_rps"],
-        max_step_s=float(facts["max_step_s"]),
-        rudder=RudderGear(**gear),
-        controller=HeadingController(**facts["controller"]) if facts["controller"] else None,
-        windage=facts["windage"],
-        particulars=facts["particulars"],
-        suite=read_vessel(vessel_files()[facts["vessel"]])["suite"] if facts["vessel"] in vessel_files() else {},
-        instruments=checked({name: entry["value"] for name, entry in facts.get("instruments", {}).items()}, path),
+        family=facts.family,
+        coefficients=stated_coefficients(facts.coefficients, parameters, kernels, path),
+        constants=in_order(facts.constants, kernels.CONSTANTS, path, "constant"),
+        positive_rudder=facts.positive_rudder,
+        vessel=facts.vessel,
+        title=facts.title,
+        source=facts.source,
+        speed_m_s=np.nan if facts.speed_m_s is None else facts.speed_m_s,
+        n0_rps=facts.n0_rps,
+        max_step_s=facts.max_step_s,
+        rudder=RudderGear(**{key: np.inf if value is None else value for key, value in facts.rudder}),
+        controller=HeadingController(**dict(facts.controller)) if facts.controller else None,
+        windage=dict(facts.windage) if facts.windage else None,
+        particulars=facts.particulars,
+        suite=read_vessel(vessel_files()[facts.vessel])["suite"] if facts.vessel in vessel_files() else {},
+        instruments=instruments_of({n: (entry.value, entry.unit) for n, entry in facts.instruments.items()}, path),
     )
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)

@@ -20,6 +20,8 @@ from .model import Model, RudderGear
 
 ENVIRONMENT_INPUTS = 7
 KINDS = ("series", "zigzag", "heading")
+MOST_SUBSTEPS = 10_000
+"""Integration steps within a sample beyond which a simulation is refused: it would not end."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +63,12 @@ class Run:
 
 
 def substeps(model: Model, dt: float) -> int:
-    """Integration steps per sample of dt seconds."""
-    return max(1, ceil(dt / model.max_step_s - 1e-9))
+    """Integration steps per sample of dt seconds; BadInput where there are more than any ship needs."""
+    count = dt / model.max_step_s
+    if not count <= MOST_SUBSTEPS:
+        message = f"{model.id}: a largest step of {model.max_step_s:g} s makes {count:.3g} steps a sample of {dt:g} s"
+        raise BadInput(message, hint=f"at most {MOST_SUBSTEPS} are taken: raise max_step_s or sample faster")
+    return max(1, ceil(count - 1e-9))
 
 
 def initial_state(model: Model) -> NDArray[np.float64]:

@@ -2,40 +2,91 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import StrictFloat, StrictInt
+from pydantic import Field, model_validator
 
-from .yaml_file import FileContent, Positive, Text, needs
+from .yaml_file import FileContent, Positive, Real, Side, Text, Texts, needs
 
-Real = Annotated[StrictInt | StrictFloat, needs("a number")]
+NotNegative = Annotated[float, Field(strict=True, ge=0.0, allow_inf_nan=False), needs("a number of at least 0")]
+Degrees = Annotated[float, Field(strict=True, gt=0.0, le=180.0), needs("an angle above 0, at most 180 degrees")]
 
 
 class _Number(FileContent):
-    value: StrictInt | StrictFloat
+    value: Real
     unit: Text
     source: Text
 
 
-_WORDS = "value, unit and source, and nothing else; the value is a number (1.0e-3, not 1e-3)"
+_WORDS = "value, unit and source, and nothing else; the value is a number"
 Numbers = dict[str, Annotated[_Number, needs(_WORDS)]]
 
 
+class _Gear(FileContent):
+    """Steering gear; null: without that limit."""
+
+    max_deg: Degrees | None = None
+    rate_deg_s: Positive | None = None
+    lag_s: NotNegative | None = None
+    source: Text = ""
+
+
+class _Controller(FileContent):
+    kp: Real
+    kd: Real | None = None
+    source: Text = ""
+
+
+class _Windage(FileContent):
+    """Areas above water and coefficients of one of two forms of the wind force."""
+
+    form: Literal["sinusoidal", "blendermann"]
+    rho_air: Positive
+    A_F_m2: Positive
+    A_L_m2: Positive
+    cx: Real | None = None
+    cy: Real | None = None
+    cn: Real | None = None
+    CDt: Real | None = None
+    CDl_AF: Real | None = None
+    delta: Real | None = None
+    source: Text = ""
+
+    @model_validator(mode="after")
+    def _has_its_coefficients(self) -> _Windage:
+        needed = ("cx", "cy", "cn") if self.form == "sinusoidal" else ("CDt", "CDl_AF", "delta")
+        missing = [name for name in needed if getattr(self, name) is None]
+        if missing:
+            raise ValueError(f"the form {self.form} needs {', '.join(missing)}")
+        return self
+
+
+class _Suggested(FileContent):
+    """What the benchmark trains on and predicts."""
+
+    dt_s: Positive
+    duration_s: Positive
+    execute_s: NotNegative | None = None
+    train: Texts
+    held_out: Texts
+    note: Text = ""
+
+
 class VesselFile(FileContent):
-    """Keys of a vessel file; what `rudder`, `controller`, `windage` and `suite` hold is checked where it is used."""
+    """Keys of a vessel file."""
 
     id: Text
     title: Text
     family: Text
     source: Text
-    positive_rudder: Annotated[Literal["port", "starboard"], needs("port or starboard")]
+    positive_rudder: Side
     max_step_s: Positive
     parameters: Numbers
-    speed_m_s: Real | None = None
+    speed_m_s: Annotated[float, Field(strict=True, ge=0.0, le=200.0), needs("a number from 0 to 200")] | None = None
     n0_rps: Real | None = None
     particulars: Numbers | None = None
     constants: Numbers | None = None
-    rudder: dict[str, Any] | None = None
-    controller: dict[str, Any] | None = None
-    windage: dict[str, Any] | None = None
-    suite: dict[str, Any] | None = None
+    rudder: _Gear | None = None
+    controller: _Controller | None = None
+    windage: _Windage | None = None
+    suite: _Suggested | None = None

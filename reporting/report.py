@@ -11,6 +11,7 @@ from typing import Any
 
 from ..bench.kinds import DIAGNOSIS, IDENTIFICATION
 from ..bench.store import read_manifest, write_atomic
+from .tables import in_markdown
 
 PAGES = {IDENTIFICATION: ".leaderboard.page", DIAGNOSIS: ".diagnosis_suite.page"}
 """Kind of suite -> the module that writes its report."""
@@ -73,4 +74,4 @@ def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def listed(rows: Sequence[tuple[str, str]]) -> str:
     """Pairs of name and text as a Markdown list."""
-    return "\n".join(f"- {name}: {text}" for name, text in rows)
+    return "\n".join(f"- {name}: {in_markdown(text)}" for name, text in rows)

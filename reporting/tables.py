@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv as csv_format
 import io
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from html import escape
@@ -17,6 +18,8 @@ from .numbers import MISSING, is_missing
 
 WIDEST_PADDED = 40
 """Markdown cells are padded to the width of their column, but not beyond this many characters."""
+FORMULA = ("=", "+", "-", "@")
+"""What a text begins with that a spreadsheet takes for a formula; CSV has an apostrophe before it."""
 LONG = 48
 """HTML cells with more characters may be broken into lines."""
 
@@ -166,9 +169,14 @@ def _padded(row: Sequence[str], widths: Sequence[int], right: Sequence[bool]) ->
     ]
 
 
+def in_markdown(text: object) -> str:
+    """A text that is foreign to a Markdown page, such as a suite's name: one line that is neither markup nor a link."""
+    return re.sub(r"([\\`*_{}\[\]<>#|!])", r"\\\1", " ".join(str(text).split()))
+
+
 def _markdown_cell(cell: Cell) -> str:
-    """One line in which a bar does not end the cell."""
-    text = escape(cell.text, quote=False) if cell.markdown is None else cell.markdown
+    """One line in which a bar does not end the cell, and a text is no link."""
+    text = escape(cell.text, quote=False).replace("](", "]\\(") if cell.markdown is None else cell.markdown
     text = " ".join(text.split()).replace("|", "\\|")
     return f"**{text}**" if cell.best else text
 
@@ -176,7 +184,18 @@ def _markdown_cell(cell: Cell) -> str:
 def _csv_value(cell: Cell) -> Any:
     value: Any = cell.text if cell.value is None else cell.value
     value = value.item() if hasattr(value, "item") else value
+    if isinstance(value, str):
+        value = value.replace("\r", " ")
+        return f"'{value}" if value.lstrip().startswith(FORMULA) and not _is_number(value) else value
     return "" if is_missing(value) else value
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _says_something(cell: Cell) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..bench.store import write_atomic
+from ..models.data_file import load
 from ..models.errors import BadInput
 from ..models.plain import plain
 from .claims.claim import Claim, Paper, Reference
@@ -76,7 +77,7 @@ def read(paper: str, directory: Path) -> Results:
     """The stored results of a paper; raises `BadInput` where there are none, or the file is damaged."""
     path = directory / FOLDER / f"{paper}.json"
     try:
-        data = json.loads(path.read_bytes())
+        data = load(path)
         values = {study: spread.from_json(found) for study, found in data["values"].items()}
         return Results(data["paper"], values, data["failures"], data["figures"])
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -6,15 +6,18 @@ import io
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 import numpy as np
 
 from ..bench.environment import code_version, environment
 from ..bench.execution import one_line, quiet
-from ..bench.store import check_vacant, write_atomic
+from ..bench.store import check_vacant, locked, write_atomic
+from ..models.data_file import load
 from ..models.errors import BadInput, EnvironmentFault
 from ..models.plain import plain
 from .claims.claim import Paper
@@ -64,21 +67,26 @@ def plan(papers: Sequence[Paper]) -> list[Job]:
     return sorted(found, key=lambda job: job.index)
 
 
-def open_directory(directory: Path, resume: bool) -> None:
-    """Make a directory of runs, or check that a started one was made by this version.
+@contextmanager
+def open_directory(directory: Path, resume: bool) -> Iterator[None]:
+    """Make a directory of runs, or check that a started one was made by this version, and hold it for this process.
 
-    Raises `BadInput` where it is not vacant, or not to be resumed.
+    Raises `BadInput` where it is not vacant, not to be resumed, or held by another process.
     """
     path = directory / MANIFEST
-    if not resume or not path.exists():
+    resume = resume and path.exists()
+    if not resume:
         check_vacant(directory, MANIFEST)
         directory.mkdir(parents=True, exist_ok=True)
-        text = json.dumps({"version": code_version(), **environment()}, indent=1)
-        write_atomic(path, text.encode() + b"\n")
-        return
-    if _manifest(path).get("version") != code_version():
-        hint = "start again in a new directory"
-        raise BadInput("cannot be resumed: version differs from the one it was started with", file=path, hint=hint)
+    with locked(directory):
+        if not resume:
+            check_vacant(directory, MANIFEST)
+            text = json.dumps({"version": code_version(), **environment()}, indent=1)
+            write_atomic(path, text.encode() + b"\n")
+        elif _manifest(path).get("version") != code_version():
+            hint = "start again in a new directory"
+            raise BadInput("cannot be resumed: version differs from the one it was started with", file=path, hint=hint)
+        yield
 
 
 def compute(
@@ -86,11 +94,11 @@ def compute(
 ) -> None:
     """Execute the runs that the directory lacks and store each when it ends.
 
-    `watch` is called with every run, with None for one that was stored before.  Failed runs are repeated.
+    `watch` is called with every run, with None for one that was stored before.  Failed and damaged runs are repeated.
     """
     todo = []
     for job in jobs:
-        stored = read_run(job, directory)
+        stored = _undamaged(job, directory)
         if stored is None or stored.error:
             todo.append(job)
         else:
@@ -147,12 +155,19 @@ def read_run(job: Job, directory: Path) -> Run | None:
     if not path.exists():
         return None
     try:
-        data = json.loads(path.read_bytes())
+        data = load(path)
         series = path.with_suffix(".npz")
         arrays = dict(np.load(series)) if series.exists() else {}
         return Run(job, data["values"], arrays, data["error"], data["cpu_s"])
-    except (ValueError, KeyError, TypeError, OSError) as error:
+    except (ValueError, KeyError, TypeError, OSError, BadZipFile) as error:
         raise BadInput(f"cannot be read ({one_line(error)})", file=path) from None
+
+
+def _undamaged(job: Job, directory: Path) -> Run | None:
+    try:
+        return read_run(job, directory)
+    except BadInput:
+        return None
 
 
 def stored_runs(jobs: Sequence[Job], directory: Path) -> Iterator[Run]:
@@ -174,8 +189,5 @@ def _lost(job: Job, error: BaseException) -> Run:
 
 
 def _manifest(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_bytes())
-    except (ValueError, OSError) as error:
-        raise BadInput(f"cannot be read ({one_line(error)})", file=path) from None
+    data = load(path)
     return data if isinstance(data, dict) else {}

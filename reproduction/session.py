@@ -40,17 +40,17 @@ def reproduce(
     """Compute the runs that the directory lacks.  Its folder `pages` gets results, figures and Markdown pages, its
     folder `interactive` HTML pages with search and zoom.
 
-    Raises `BadInput` if the directory has other contents.
+    Raises `BadInput` if the directory has other contents, or another process computes there.
     """
     jobs = runner.plan(chosen)
-    runner.open_directory(directory, resume)
-    runner.compute(jobs, directory, pool, watch)
-    runs = list(runner.stored_runs(jobs, directory))
-    found = [(paper, _drawn(paper, results.of_runs(paper, runs), runs, directory / PAGES)) for paper in chosen]
-    for _, one in found:
-        results.write(one, directory / PAGES)
-    markdown.write(chosen, directory / PAGES)
-    html.write(found, directory / PAGES, directory / INTERACTIVE)
+    with runner.open_directory(directory, resume):
+        runner.compute(jobs, directory, pool, watch)
+        runs = list(runner.stored_runs(jobs, directory))
+        found = [(paper, _drawn(paper, results.of_runs(paper, runs), runs, directory / PAGES)) for paper in chosen]
+        for _, one in found:
+            results.write(one, directory / PAGES)
+        markdown.write(chosen, directory / PAGES)
+        html.write(found, directory / PAGES, directory / INTERACTIVE)
     return found
 
 

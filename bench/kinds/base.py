@@ -6,13 +6,31 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from itertools import islice
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
+
+from ...models.errors import BadInput
 
 if TYPE_CHECKING:
     from ..suites import Suite
 
 TIMES = {"wall_s": "float", "cpu_s": "float", "peak_memory_mib": "float"}
 """The last columns of a table of runs, and the only ones in which two equal runs may differ."""
+
+
+MOST_RUNS = 100_000
+"""Runs of a suite beyond which it is refused: it would not end."""
+
+Planned = TypeVar("Planned")
+
+
+def limited(specs: Iterable[Planned], suite: str) -> list[Planned]:
+    """The planned runs as a list; BadInput where there are too many."""
+    found = list(islice(specs, MOST_RUNS + 1))
+    if len(found) > MOST_RUNS:
+        hint = "take fewer seeds, methods or conditions"
+        raise BadInput(f"plans more than {MOST_RUNS} runs", file=f"suite {suite}", hint=hint)
+    return found
 
 
 class Spec(Protocol):

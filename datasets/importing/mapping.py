@@ -84,7 +84,7 @@ class Mapping(FileContent):
 
 def read_mapping(path: Path) -> Mapping:
     """The mapping of a YAML file; BadInput names file and key of whatever is wrong."""
-    from ..files import read_utf8
+    from ...models.files import read_utf8
 
     read_utf8(path)
     return checked(Mapping, read_yaml(path, "a mapping of columns"), path)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...models.errors import BadInput
-from ..files import read_bytes
+from ...models.files import read_bytes
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
 from .text import decoded, read_text

@@ -55,11 +55,13 @@ def make_regressor(cls: Any, name: str, **options: Any) -> Any:
     """
     from sklearn.base import is_regressor
 
+    if not (isinstance(cls, type) and all(hasattr(cls, name) for name in ("fit", "predict", "get_params"))):
+        raise BadInput(f"{name} is not a regressor that keeps scikit-learn's contract")  # before it is called
     try:
         made = cls(**options)
     except TypeError as error:
         raise BadInput(f"{name} cannot be made from an option text: {error}") from error
-    if not (hasattr(made, "get_params") and is_regressor(made)):
+    if not is_regressor(made):
         raise BadInput(f"{name} is not a regressor that keeps scikit-learn's contract")
     return made
 

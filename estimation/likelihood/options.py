@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from ...models.data_file import load
 from ...models.errors import BadInput
+from ...models.units import factor
 from .unknowns import Unknowns
 
 if TYPE_CHECKING:
     from ...models.model import Model
+    from .prior_file import BoundsEntry, FixedEntry, PriorEntry
+
+Entry = TypeVar("Entry", "PriorEntry", "BoundsEntry", "FixedEntry")
 
 FILES = (".yaml", ".yml", ".json")
 
@@ -23,50 +28,43 @@ def read(option: str, value: Any) -> Any:
 
     Raises
     ------
-    BadInput : the file cannot be read.
+    BadInput : the file cannot be read, or is neither YAML nor JSON.
     """
     if not isinstance(value, str | Path) or Path(value).suffix.lower() not in FILES:
         return value
-    import yaml
-
-    try:
-        return yaml.safe_load(Path(value).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"{option} cannot be read: {error.strerror}", file=value) from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise BadInput(f"{option} is not a YAML or JSON file: {error}", file=value) from error
+    return load(value)
 
 
-def pairs(option: str, value: Any, unit: tuple[str, str]) -> dict[str, tuple[float, float]]:
-    """Name -> two numbers, from a mapping or a file; None in a pair is nan.
+def entries(option: str, value: Any, kind: Callable[[], type[Entry]]) -> dict[str, Entry]:
+    """Parameter -> what a mapping or a file says of it.
+
+    kind : gives the model of an entry; called when there is something to read, so that pydantic is not imported before.
 
     Raises
     ------
-    BadInput : naming the option and the parameter.
+    BadInput : naming the file or the option, and the parameter.
     """
-    hint = f"{option} takes a mapping NAME: [{unit[0]}, {unit[1]}], or the path of a YAML or JSON file with one"
-    given = read(option, value)
+    from ...models.yaml_file import checked, shortened
+    from .prior_file import SHORT, written_out
+
+    model, given = kind(), read(option, value)
+    short = ", ".join(SHORT[model])
+    hint = f"{option} takes a mapping NAME: {f'[{short}]' if ',' in short else short}, or the path of a file with one"
     if not isinstance(given, Mapping):
-        raise BadInput(f"{option} is {value!r}, which is no mapping", hint=hint)
-    found = {}
-    for name, pair in given.items():
-        if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
-            raise BadInput(f"{option} of {name} is {pair!r}, not a pair of numbers", hint=hint)
-        found[str(name)] = (_number(option, name, pair[0]), _number(option, name, pair[1]))
+        raise BadInput(f"{option} is {shortened(value)!r}, which is no mapping", hint=hint)
+    found, place = {}, f"{value}: " if given is not value else ""
+    for name, entry in given.items():
+        try:
+            found[str(name)] = checked(model, written_out(model, entry), f"{place}{option} of {shortened(name, 40)}")
+        except ValueError as error:
+            if isinstance(error, BadInput):
+                raise
+            raise BadInput(f"{place}{option} of {shortened(name, 40)} is {shortened(error)}", hint=hint) from None
     return found
 
 
-def _number(option: str, name: Any, value: Any) -> float:
-    if value is None:
-        return float("nan")
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise BadInput(f"{option} of {name} is {value!r}, not a number") from None
-
-
-def priors(value: Any) -> float | dict[str, tuple[float, float]]:
-    """A relative standard deviation about the given model's parameters, or name -> (mean, standard deviation).
+def priors(value: Any) -> float | dict[str, PriorEntry]:
+    """A relative standard deviation about the given model's parameters, or name -> mean and standard deviation.
 
     Raises
     ------
@@ -76,30 +74,20 @@ def priors(value: Any) -> float | dict[str, tuple[float, float]]:
         if not 0.0 < value < np.inf:
             raise BadInput(f"prior is {value!r}, a positive share is needed", hint="prior=0.3: 30 % standard deviation")
         return float(value)
-    found = pairs("prior", value, ("mean", "sd"))
-    for name, (mean, sd) in found.items():
-        if not (np.isfinite(mean) and 0.0 < sd < np.inf):
-            raise BadInput(f"prior of {name} is {mean!r}, {sd!r}: a mean and a positive standard deviation are needed")
-    return found
+    return entries("prior", value, lambda: _models().PriorEntry)
 
 
-def limits(value: Any) -> dict[str, tuple[float, float]]:
-    """Name -> (low, high), infinite where there is no bound.
+def limits(value: Any) -> dict[str, BoundsEntry]:
+    """Name -> low and high, infinite where there is no bound.
 
     Raises
     ------
     BadInput : low is not below high.
     """
-    found = {}
-    for name, (low, high) in pairs("bounds", value, ("low", "high")).items():
-        low, high = (-np.inf if np.isnan(low) else low), (np.inf if np.isnan(high) else high)
-        if not low < high:
-            raise BadInput(f"bounds of {name} are {low!r} and {high!r}: the first must be below the second")
-        found[name] = (low, high)
-    return found
+    return entries("bounds", value, lambda: _models().BoundsEntry)
 
 
-def fixings(value: Any) -> dict[str, float | None]:
+def fixings(value: Any) -> dict[str, FixedEntry | None]:
     """Name -> value, None for the given model's own value.
 
     Raises
@@ -107,9 +95,31 @@ def fixings(value: Any) -> dict[str, float | None]:
     BadInput : the value is neither a mapping nor names.
     """
     given = read("fixed", value)
-    if isinstance(given, Mapping):
-        return {str(name): None if number is None else _number("fixed", name, number) for name, number in given.items()}
-    return dict.fromkeys(names("fixed", given))
+    if not isinstance(given, Mapping):
+        return dict.fromkeys(names("fixed", given))
+    own = dict.fromkeys(str(name) for name, entry in given.items() if entry is None)
+    stated = {name: entry for name, entry in given.items() if entry is not None}
+    return own | entries("fixed", stated, lambda: _models().FixedEntry)
+
+
+def _models() -> Any:
+    from . import prior_file
+
+    return prior_file
+
+
+def in_units(option: str, model: Model, name: str, unit: str | None) -> tuple[int, float]:
+    """Index of a published parameter, and the factor that converts a number in `unit` to the parameter's.
+
+    Raises
+    ------
+    BadInput : the model has no parameter of that name, or not in such a unit.
+    """
+    (i,) = indices(option, [name], model)
+    try:
+        return i, 1.0 if unit is None else factor(unit, model.parameter_units[i])
+    except ValueError as error:
+        raise BadInput(f"{option} of {name}: {error}") from None
 
 
 def names(option: str, value: Any) -> list[str]:
@@ -169,27 +179,27 @@ def unknowns_of(model: Model, prior: Any, bounds: Any, fixed: Any) -> Unknowns |
     mean, sd = _prior_of(model, None if prior is None else priors(prior))
     values[sd == 0.0] = 0.0
     sd = np.where(sd > 0.0, sd, np.inf)
-    for name, value in (fixings(fixed) if fixed is not None else {}).items():
-        (i,) = indices("fixed", [name], model)
-        values[i] = _own(model, f"fixed={name}")[i] if value is None else value
-    for name, (least, most) in (limits(bounds) if bounds is not None else {}).items():
-        (i,) = indices("bounds", [name], model)
-        low[i], high[i] = least, most
-        if values[i] < least or values[i] > most:
-            raise BadInput(f"{name} is fixed at {values[i]:g}, outside its bounds {least:g} and {most:g}")
+    for name, entry in (fixings(fixed) if fixed is not None else {}).items():
+        i, gain = in_units("fixed", model, name, entry.unit if entry else None)
+        values[i] = _own(model, f"fixed={name}")[i] if entry is None else gain * entry.value
+    for name, limit in (limits(bounds) if bounds is not None else {}).items():
+        i, gain = in_units("bounds", model, name, limit.unit)
+        low[i], high[i] = (gain * bound for bound in limit.pair)
+        if values[i] < low[i] or values[i] > high[i]:
+            raise BadInput(f"{name} is fixed at {values[i]:g}, outside its bounds {low[i]:g} and {high[i]:g}")
     if not np.isnan(values).any():
         raise BadInput("every parameter is fixed: nothing is left to identify")
     return replace(found, values=values, low=low, high=high, mean=mean, sd=sd)
 
 
-def _prior_of(model: Model, prior: float | dict[str, tuple[float, float]] | None) -> tuple[np.ndarray, np.ndarray]:
+def _prior_of(model: Model, prior: float | dict[str, PriorEntry] | None) -> tuple[np.ndarray, np.ndarray]:
     if isinstance(prior, float):
         own = _own(model, f"prior={prior:g}")
         return own, prior * np.abs(own)
     mean, sd = np.full(len(model.parameter_names), np.nan), np.full(len(model.parameter_names), np.inf)
-    given = prior if isinstance(prior, dict) else {}
-    for i, pair in zip(indices("prior", list(given), model), given.values(), strict=True):
-        mean[i], sd[i] = pair
+    for name, entry in prior.items() if isinstance(prior, dict) else ():
+        i, gain = in_units("prior", model, name, entry.unit)
+        mean[i], sd[i] = gain * entry.mean, gain * entry.sd
     return mean, sd
 
 

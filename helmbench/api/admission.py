@@ -14,10 +14,8 @@ FILE_FAULTS = ("frozen_samples", "splice")
 """Faults of a file, as `check` finds them, that every command tells: a channel stands still, or jumps."""
 
 
-def admit(records: Sequence[Record], model: Model, may_repeat: bool = False) -> tuple[str, ...]:
+def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
     """What is doubtful about records of the model's ship, one sentence each.
-
-    may_repeat : whether a run may be given twice.
 
     Raises
     ------
@@ -27,7 +25,7 @@ def admit(records: Sequence[Record], model: Model, may_repeat: bool = False) -> 
     from ..datasets.plausibility import check_plausible
 
     return (
-        *check_plausible(records, model, may_repeat),
+        *check_plausible(records, model),
         *(told for record in records for told in _file_doubts(record)),
     )
 

@@ -30,7 +30,7 @@ def write_together(folder: Path, writers: Mapping[str, Callable[[Path], object]]
     ------
     BadInput : the folder cannot be made or written to.
     """
-    from ..datasets.files import replace_together
+    from ..models.files import replace_together
 
     created = not folder.exists()
     try:
@@ -48,7 +48,7 @@ def write_together(folder: Path, writers: Mapping[str, Callable[[Path], object]]
 
 def refuse_existing(paths: Iterable[Path]) -> None:
     """BadInput if one of the files exists."""
-    from ..datasets.files import refuse_existing as refuse
+    from ..models.files import refuse_existing as refuse
 
     refuse(paths)
 

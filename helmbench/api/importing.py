@@ -63,9 +63,9 @@ class Import:
         ------
         BadInput : a file exists, or cannot be written.
         """
-        from ..datasets.files import refuse_existing, replace_together
         from ..datasets.importing.mapping import mapping_text
         from ..datasets.io import record_writers
+        from ..models.files import refuse_existing, replace_together
         from .documents import text_writer
 
         path = Path(path)
@@ -85,8 +85,8 @@ class Import:
 
     def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
         """Write the mapping alone, to be changed by hand; BadInput where it exists or cannot be written."""
-        from ..datasets.files import refuse_existing, replace_together
         from ..datasets.importing.mapping import mapping_text
+        from ..models.files import refuse_existing, replace_together
         from .documents import text_writer
 
         if not force:

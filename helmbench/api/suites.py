@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..bench.kinds.base import Kind, Selection
     from ..bench.limits import Limits
     from ..bench.store import Store
+    from ..bench.trust import Trust
     from ..reporting.leaderboard.standings import Leaderboard
 
 STATUSES = ("ok", "failed", "not_applicable")
@@ -103,6 +104,7 @@ def run_suite(
     timeout_s: float | None = None,
     memory_gib: float | None = None,
     resume: bool = False,
+    trust: Trust = False,
     progress: bool = False,
     message: Callable[[str], object] | None = None,
 ) -> SuiteResults:
@@ -121,6 +123,8 @@ def run_suite(
     timeout_s : seconds after which a run is ended and kept as a failed one; compiling kernels does not count.
     memory_gib : memory that the process of a run may allocate, GiB; Linux only.
     resume : continue a run that was interrupted, or start it where nothing was started.
+    trust : whether code may run that the suite file or, with `resume`, the directory names; or a function that answers
+        a question in words.  What `methods` names is trusted.
     progress : show a progress bar on standard error.
     message : is called with a line of text about a seed that was drawn or a number of workers, before anything runs.
 
@@ -132,11 +136,13 @@ def run_suite(
     ------
     BadInput : an unknown suite, method or vessel, missing measured data, a limit or a directory that cannot be used;
         found before anything is written.  Later, where the machine is at fault (a full disk, a lost cluster): what is
-        finished is kept, and `resume` goes on.
+        finished is kept, and `resume` goes on.  Also code that is not trusted.
     """
     from ..bench.kinds.base import Selection
     from ..bench.limits import UNLIMITED, Limits
     from ..bench.pool import worker_count
+    from ..bench.store import MANIFEST
+    from ..bench.trust import check_trust
 
     folder = Path(directory)
     given = Selection(suite or "quick", tuple(methods), tuple(vessels), seeds, seed)
@@ -145,6 +151,7 @@ def run_suite(
         stored = _stored_selection(folder)
         asked = (suite, given.methods, given.vessels, seeds) != (None, (), (), None)
         given = replace(given if asked else stored, seed=stored.seed if seed is None else seed)
+        check_trust([name for name in given.methods if name not in methods], folder / MANIFEST, trust)
     limits = Limits(timeout_s, memory_gib)
     limits.check()
     if limits != UNLIMITED and scheduler:
@@ -152,7 +159,7 @@ def run_suite(
         raise BadInput("--timeout and --memory are for worker processes of this machine", hint=hint)
     if message is not None and not scheduler and (jobs or 0) > worker_count(jobs):
         message(f"{jobs} workers asked for, {worker_count(jobs)} processors here: {worker_count(jobs)} workers")
-    store = _execute(folder, given, resume, jobs, scheduler, progress, message, limits)
+    store = _execute(folder, given, resume, trust, jobs, scheduler, progress, message, limits)
     return SuiteResults(store.directory, store.manifest, tuple(run["row"] for run in store.runs))
 
 
@@ -168,7 +175,7 @@ def load_results(directory: str | PathLike[str]) -> SuiteResults:
     folder = Path(directory)
     manifest = read_manifest(folder)
     form = stored_kind(manifest).tables
-    _, rows = tables(read_runs(folder / RUNS)[0], form)[form.wide_file]
+    _, rows = tables(read_runs(folder / RUNS, form)[0], form)[form.wide_file]
     return SuiteResults(folder, manifest, tuple(rows))
 
 
@@ -218,6 +225,7 @@ def _execute(
     directory: Path,
     selection: Selection,
     resume: bool,
+    trust: Trust,
     jobs: int | None,
     scheduler: str | None,
     progress: bool,
@@ -232,10 +240,12 @@ def _execute(
     from ..bench.pool import cluster, processes
     from ..bench.store import check_vacant
     from ..bench.suites import load_suite
+    from ..bench.trust import check_trust
 
     if not resume:
         check_vacant(directory)
     suite = load_suite(selection.suite)
+    check_trust(suite.texts, selection.suite, trust)
     kind = kind_of(suite.kind)
     selection = kind.with_seed(suite, selection)
     specs = kind.plan(suite, selection)

@@ -150,15 +150,15 @@ def validate(
 
     Raises
     ------
-    BadInput : a file or model cannot be used, a model has no coefficients, no record suits the model, or the numbers
-        of a record cannot be what they say.
+    BadInput : a file or model cannot be used, a model has no coefficients, a record is given twice, no record suits the
+        model, or the numbers of a record cannot be what they say.
     """
     from ..datasets.rudder_sign import RudderSignWarning
     from ..estimation.validation import validate as engine
 
     models = _named_models(model, compare)
     given = as_records(records, positive_rudder)
-    doubts = admit(given, next(iter(models.values())), may_repeat=True)
+    doubts = admit(given, next(iter(models.values())))
     found = Validation.of(replace(engine.validate(models, _named_records(records, given)), doubts=doubts))
     for doubt in filter(None, (rudder_sign_doubt(record, next(iter(models.values()))) for record in given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)

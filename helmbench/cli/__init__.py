@@ -6,7 +6,9 @@ listed), 2 bad input (one line, nothing written).
 
 from __future__ import annotations
 
+import signal
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import NoReturn
 
@@ -39,37 +41,82 @@ COMMANDS = (
     *(list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
     *(run, report, reproduce, fetch, doctor, completion),
 )
+RESUMED = ("run", "reproduce")
+"""Commands that go on with --resume after an interruption."""
 for command in COMMANDS:
     cli.add_command(command)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit status."""
+    _stop_on_signals()
+    warnings.formatwarning = _warning
     sys.exit(status_of(arguments))
 
 
 def status_of(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; bad input becomes one line on standard error and status 2."""
+    given = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
-        result: object = cli.main(args=arguments, prog_name="helmbench", standalone_mode=False)
+        result: object = cli.main(args=given, prog_name="helmbench", standalone_mode=False)
     except click.exceptions.Exit as leave:
         return leave.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        return complain("interrupted (a run is continued with --resume)", INTERRUPTED)
+    except (click.Abort, KeyboardInterrupt) as stop:
+        return complain(_interruption(given), _status(stop))
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
         return BAD_INPUT
     except click.ClickException as error:
         return complain(error.format_message(), BAD_INPUT)
-    except (ValueError, OSError) as error:
-        if not _is_bad_input(error):
+    except MemoryError as error:
+        return complain(f"not enough memory ({error or 'the machine refused more'})", BAD_INPUT)
+    except OSError as error:
+        return complain(_refusal(error), BAD_INPUT)
+    except ValueError as error:
+        from .. import BadInput
+
+        if not isinstance(error, BadInput):
             raise
         return complain(str(error), BAD_INPUT)
     return result if isinstance(result, int) else OK
 
 
-def _is_bad_input(error: Exception) -> bool:
-    """Whether the user's input is at fault: the code says so, or the system refuses a file."""
-    from .. import BadInput
+def _warning(message: Warning | str, *_: object, **__: object) -> str:
+    """A warning in one line, without the place in the code that it came from."""
+    return f"helmbench: warning: {message}\n"
 
-    return isinstance(error, BadInput) or (isinstance(error, OSError) and error.filename is not None)
+
+class _Stopped(KeyboardInterrupt):
+    """The system asked this process to end."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+
+def _stop_on_signals() -> None:
+    """Let SIGTERM and SIGHUP end the command as Ctrl-C does; a signal that is ignored stays so (nohup)."""
+
+    def stop(number: int, _: object) -> None:
+        raise _Stopped(number)
+
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, stop)
+
+
+def _interruption(arguments: Sequence[str]) -> str:
+    resumable = arguments and arguments[0] in RESUMED
+    return "interrupted (a run is continued with --resume)" if resumable else "interrupted"
+
+
+def _status(stop: BaseException) -> int:
+    """130 for Ctrl-C, for another signal 128 and its number."""
+    cause = stop.__cause__ if isinstance(stop, click.Abort) else stop
+    return 128 + cause.number if isinstance(cause, _Stopped) else INTERRUPTED
+
+
+def _refusal(error: OSError) -> str:
+    """What the system refused, in one line."""
+    names = [str(name) for name in (error.filename, error.filename2) if name is not None]
+    return ": ".join([*names[:1], error.strerror or str(error)])

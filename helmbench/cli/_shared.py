@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -16,7 +17,21 @@ R = TypeVar("R")
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SIDES = click.Choice(["port", "starboard"])
 TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
-FILE = click.Path(path_type=Path)
+
+
+class _FilePath(click.Path):
+    """A path whose name is UTF-8 text; another could not be named in any result."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        path = super().convert(value, param, ctx)
+        try:
+            str(path).encode()
+        except UnicodeEncodeError:
+            self.fail(f"{str(path)!a}: the name is not UTF-8 text; rename the file", param, ctx)
+        return path
+
+
+FILE = _FilePath(path_type=Path)
 
 
 class Writable(Protocol):
@@ -116,8 +131,14 @@ def output_options(function: Callable[P, R]) -> Callable[P, R]:
 
 def complain(message: str, status: int) -> int:
     """Print one line on standard error; returns the status."""
-    click.echo(f"helmbench: {' '.join(message.split())}", err=True)
+    text = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in " ".join(message.split()))
+    click.echo(f"helmbench: {text}", err=True)
     return status
+
+
+def confirmed(question: str) -> bool:
+    """Whether the user says yes, on a terminal."""
+    return click.confirm(question, err=True)
 
 
 def print_json(value: Any) -> None:
@@ -158,6 +179,10 @@ def check_file(output: Path, force: bool = False) -> None:
         raise BadInput("no such directory", file=output.parent)
     if not force:
         refuse_existing([output])
+    if output.exists() and not output.is_file():
+        raise BadInput("is a device or a pipe", file=output, hint="give the name of a file with -o")
+    if not os.access(output.resolve().parent, os.W_OK):
+        raise BadInput("cannot be written to", file=output.parent, hint="give another place with -o")
 
 
 def check_folder(output: Path, names: Iterable[str] = (), force: bool = False) -> None:
@@ -169,5 +194,7 @@ def check_folder(output: Path, names: Iterable[str] = (), force: bool = False) -
         raise BadInput("is a file", file=output, hint="give a directory with -o")
     if not output.exists() and not output.resolve().parent.is_dir():
         raise BadInput("no such directory", file=output.parent)
+    if not os.access(output if output.exists() else output.resolve().parent, os.W_OK):
+        raise BadInput("cannot be written to", file=output, hint="give another place with -o")
     if not force:
         refuse_existing(output / name for name in names)

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from ._shared import FAILED, FILE, METHOD, OK, SUITE, VESSEL, output_options, print_json, shows_progress, tuning_options
+from ._shared import (
+    FAILED,
+    FILE,
+    METHOD,
+    OK,
+    SUITE,
+    VESSEL,
+    confirmed,
+    output_options,
+    print_json,
+    shows_progress,
+    tuning_options,
+)
 
 if TYPE_CHECKING:
     from .. import SuiteResults
@@ -21,7 +34,7 @@ if TYPE_CHECKING:
     "--method", "methods", multiple=True, type=METHOD, help="Only these methods (repeatable); also path.py:Class."
 )
 @click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
-@click.option("--seeds", type=click.IntRange(min=1), help="Number of seeds or rounds; default: the suite's.")
+@click.option("--seeds", type=click.IntRange(1, 1_000_000), help="Number of seeds or rounds; default: the suite's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default and most: one for each processor.")
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
@@ -29,6 +42,7 @@ if TYPE_CHECKING:
 @click.option("--memory", type=float, help="GiB of memory that a run may allocate (Linux).")
 @tuning_options
 @click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
+@click.option("--trust", is_flag=True, help="Run code that the suite file, or the directory to resume, names.")
 @click.option("-o", "--output", required=True, type=FILE, help="directory of the results")
 @output_options
 def run(
@@ -44,6 +58,7 @@ def run(
     tuner: str | None,
     storage: str | None,
     resume: bool,
+    trust: bool,
     output: Path,
     as_json: bool,
     quiet: bool,
@@ -64,6 +79,7 @@ def run(
         timeout_s=timeout,
         memory_gib=memory,
         resume=resume,
+        trust=trust or (confirmed if sys.stdin.isatty() and sys.stderr.isatty() else False),
         progress=shows_progress(hidden),
         message=None if hidden else lambda text: click.echo(text, err=True),
     )

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def write_markdown(found: Diagnosis, folder: str | Path, name: str, title: str, note: str = "") -> tuple[Path, ...]:
     """Write `name`.md and its figures `name`-*.svg into a folder, all of them or none; the paths."""
-    from ...datasets.files import replace_together
+    from ...models.files import replace_together
 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

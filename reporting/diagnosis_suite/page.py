@@ -81,7 +81,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
 
 def markdown(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
     """The report as Markdown text."""
-    parts = [f"# Diagnosis: suite {manifest['suite']}", headline(manifest, cases)]
+    parts = [f"# Diagnosis: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, cases)]
     shown = [rate_table(board), *part_tables(board)[:1], said_table(board), power_table(board), size_table(board)]
     for table in [*shown, failure_table(board)]:
         if table.rows:

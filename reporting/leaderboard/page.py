@@ -63,7 +63,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
 
 def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict]) -> str:
     """The report as Markdown text; cells are listed where no true parameters are known, as in measured sets."""
-    parts = [f"# Leaderboard: suite {manifest['suite']}", headline(manifest, results)]
+    parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
     unknown = board.detail["rel_error"].isna().groupby(board.detail["vessel"]).transform("all")
     details = detail_tables(board.detail[unknown])
     tail = [failure_table(board.failures), timing_table(timings)]

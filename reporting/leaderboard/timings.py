@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ...models.data_file import load
 from ...models.errors import BadInput
 from ..numbers import duration
 from ..tables import Column, Table, field, make_table
@@ -34,7 +34,7 @@ def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
     if not path.exists() and not required:
         return []
     try:
-        found = json.loads(path.read_bytes())["benchmarks"]
+        found = load(path)["benchmarks"]
         pick = ("median", "q1", "q3", "rounds")
         return sorted(
             ({"name": entry["name"], **{key: entry["stats"][key] for key in pick}} for entry in found),

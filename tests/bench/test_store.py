@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from helmbench.bench import store as stores
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.kinds.identification.columns import PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
-from helmbench.bench.store import MANIFEST, RUNS, Store, frames, read_runs, read_tables
+from helmbench.bench.store import MANIFEST, RUNS, DamagedRunsWarning, Store, frames, locked, read_runs, read_tables
 from helmbench.models.errors import BadInput
 
 KEYS = ["suite", "method", "variant", "vessel", "model", "train", "held_out"]
@@ -100,13 +100,41 @@ def test_numbers_that_are_not_finite_are_null():
     assert json.loads(stores._json({"x": [float("nan"), float("inf"), 1.0]})) == {"x": [None, None, 1.0]}
 
 
-def test_a_damaged_line_is_named(tmp_path, manifest, run_of):
+@pytest.mark.parametrize(
+    "damage",
+    [
+        b"not a run", b"\xff\xfe", b"{}", b"[" * 5000, b'{"key": "a", "row": 3, "parameters": []}',
+        b'{"key": "a", "row": {}, "parameters": []}', b'{"key": "a", "row": {"wall_s": "long"}, "parameters": [1]}',
+    ],
+)  # fmt: skip
+def test_a_damaged_line_is_named_and_the_others_are_used(tmp_path, manifest, run_of, damage):
+    folder = tmp_path / "out"
+    first, second = run_of(error=0.1, seed=0), run_of(error=0.2, seed=1)
+    with Store.create(folder, manifest(2)) as store:
+        store.append(first)
+        store.append(second)
+    lines = (folder / RUNS).read_bytes().splitlines()
+    (folder / RUNS).write_bytes(b"\n".join([lines[0], damage, lines[1], b""]))
+    with pytest.warns(DamagedRunsWarning, match=r"runs\.jsonl: row 2: not a stored run"):
+        store = Store.resume(folder)
+    with store:
+        assert store.finished == {first["key"], second["key"]}
+    with pytest.warns(DamagedRunsWarning):
+        assert len(read_tables(folder)[0]) == 2
+
+
+def test_a_run_that_is_stored_twice_counts_once(tmp_path, manifest, run_of):
     folder = tmp_path / "out"
     with Store.create(folder, manifest(2)) as store:
         store.append(run_of(error=0.1))
-    (folder / RUNS).write_bytes(b"not a run\n" + (folder / RUNS).read_bytes())
-    with pytest.raises(BadInput, match=r"runs\.jsonl: row 1"):
-        Store.resume(folder)
+        store.append(run_of(error=0.1))
+    assert len(read_tables(folder)[0]) == 1
+
+
+def test_a_directory_is_held_by_one_process(tmp_path, manifest):
+    with locked(tmp_path), pytest.raises(BadInput, match="another run is writing here"):
+        Store.create(tmp_path, manifest(1))
+    assert files(tmp_path) == []
 
 
 def test_a_directory_that_holds_something_is_refused_and_left_alone(tmp_path, manifest):

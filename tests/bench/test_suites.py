@@ -59,7 +59,7 @@ def test_the_digest_changes_with_the_content(tmp_path):
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("entries: [", "is not YAML"),
+        ("entries: [", "not YAML"),
         ("- 1", "is not a suite"),
         ("title: x", "has no list of entries"),
         ("entries: [1]", "entry 1: is not a mapping"),

@@ -414,7 +414,7 @@ def sidecar(trial: Path, table, text: str) -> Path:
 def test_sidecar_is_read(trial, table):
     text = (
         "vessel: kvlcc2-l7\nreference point: midship\nsource: Prüfstand 2006\nlicence: null\npositive_rudder: port\n"
-        "manoeuvre: zigzag:20/20\nnotes: 5\noperator: {name: A}\nruns: [1, 2]\n"
+        "manoeuvre: zigzag:20/20\nnotes: 5\nextra: {operator: {name: A}, runs: [1, 2]}\n"
     )
     meta = read_record(sidecar(trial, table, text)).meta
     assert meta == RecordMeta(
@@ -438,17 +438,25 @@ def test_sidecar_may_be_empty_or_end_in_yml(trial, table):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("vessel: x\npositive_rudder: left\n", "trial.yaml: row 2: positive_rudder is 'left'; give port or starboard"),
-        ("positive_rudder: yes\n", "trial.yaml: row 1: positive_rudder is 'True'"),
-        ("vessel: [a, b]\n", "trial.yaml: row 1: vessel must be a text"),
-        ("vessel: x\nnotes: {a: 1}\n", "trial.yaml: row 2: notes must be a text"),
+        ("vessel: x\npositive_rudder: left\n", "trial.yaml: row 2: positive_rudder: needs port or starboard, not left"),
+        ("positive_rudder: Starboard\n", "trial.yaml: row 1: positive_rudder: needs port or starboard, not Starboard"),
+        ("positive_rudder: 7\n", "trial.yaml: row 1: positive_rudder: needs port or starboard, not 7"),
+        (
+            "vessel: x\npositive_ruder: port\n",
+            "trial.yaml: row 2: unknown key 'positive_ruder'; did you mean positive",
+        ),
+        ("vessel: x\nvessel: y\n", "trial.yaml: row 2: the key 'vessel' stands twice"),
+        ("reference point: x\nreference_point: y\n", "trial.yaml: row 2: a key stands twice, in two spellings"),
+        ("positive_rudder: yes\n", "trial.yaml: row 1: positive_rudder: needs port or starboard, not true"),
+        ("vessel: [a, b]\n", "trial.yaml: row 1: vessel: needs a text, not ['a', 'b']"),
+        ("vessel: x\nnotes: {a: 1}\n", "trial.yaml: row 2: notes: needs a text, not {'a': 1}"),
         ("vessel: x\nsource: 'open\n", "trial.yaml: row "),
         ("a: b: c\n", "trial.yaml: row 1: not YAML ("),
         ("- a\n- b\n", "trial.yaml: row 1: metadata must be 'key: value' lines"),
         ("just words\n", "trial.yaml: row 1: metadata must be 'key: value' lines"),
         ("constant: [heading]\n", "trial.yaml: row 1: constant: 'heading' is not a channel; time_s"),
         ("vessel: !!python/object:os.system x\n", "trial.yaml: row 1: not YAML ("),
-        ("notes: 2021-13-45\n", "trial.yaml: not YAML ("),
+        ("notes: !!timestamp 2021-13-45\n", "trial.yaml: row 1: not YAML (the tag tag:yaml.org,2002:timestamp"),
     ],
 )
 def test_bad_sidecars(trial, table, text, message):
@@ -577,7 +585,7 @@ def test_written_csv_is_the_interface(tmp_path):
     lines = (tmp_path / "trial.csv").read_text().splitlines()
     assert lines[0] == "time_s,rudder_rad,heading_rad"
     assert lines[3] == "1,0.35,"
-    assert yaml.safe_load((tmp_path / "trial.yaml").read_text()) == {"source": "test", "sd": 0.5}
+    assert yaml.safe_load((tmp_path / "trial.yaml").read_text()) == {"source": "test", "extra": {"sd": 0.5}}
 
 
 def test_writing_replaces_record_and_sidecar(tmp_path, rng):

@@ -75,7 +75,9 @@ def test_a_run_of_a_suite_is_scored_on_predictions_only():
         ("sklearn:SVR,scheme=best", "unknown difference scheme"),
         ("sklearn:SVR,rows=0", "rows is 0"),
         ("sklearn:no_such_package.Regressor", "no regressor"),
-        ("sklearn:numpy.random.Generator", "cannot be made"),
+        ("sklearn:numpy.random.Generator", "is not a regressor"),
+        ("sklearn:sklearn.multioutput.MultiOutputRegressor", "cannot be made"),
+        ("sklearn:subprocess.Popen,args=true", "is not a regressor"),
     ],
 )
 def test_bad_texts_are_one_line(text, words):

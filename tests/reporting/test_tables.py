@@ -84,3 +84,19 @@ def test_the_least_value_of_a_column_is_set_off():
     found = with_least_marked(make_table(columns, rows), lambda cell: cell.text != "0.5")
     assert [(i, j) for i, row in enumerate(found.rows) for j, cell in enumerate(row) if cell.best] == [(0, 2), (1, 1)]
     assert "**0.1**" in tables.markdown(found) and tables.html(found).count("best") == 2
+
+
+@pytest.mark.parametrize("text", ["=1+2", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", "\r=1"])
+def test_a_text_is_no_formula_in_csv(text):
+    found = tables.csv(Table(("a", "b"), ((Cell(text), Cell("x", text)),)))
+    assert list(csv.reader(io.StringIO(found)))[1] == ["'" + text.replace("\r", " ")] * 2
+
+
+@pytest.mark.parametrize(("cell", "value"), [(Cell("-1.5"), "-1.5"), (Cell("x", -1.5), "-1.5"), (Cell("-inf"), "-inf")])
+def test_numbers_stay_numbers_in_csv(cell, value):
+    assert tables.csv(Table(("a",), ((cell,),))).splitlines()[1] == value
+
+
+def test_foreign_texts_are_no_markup_in_markdown():
+    assert tables.in_markdown("a\n# b [c](d) <i> `e` *f*") == r"a \# b \[c\](d) \<i\> \`e\` \*f\*"
+    assert "](" not in tables.markdown(Table(("a",), ((Cell("[x](javascript:y)"),),)))

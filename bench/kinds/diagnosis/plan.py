@@ -13,6 +13,7 @@ import numpy as np
 
 from ....models.errors import BadInput
 from ....models.suggestions import suggestion
+from ..base import limited
 
 if TYPE_CHECKING:
     from ...suites import Suite
@@ -76,20 +77,26 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
     once = [] if selection.methods else [(_name_of(maker), maker) for maker in suite.head.compare]
     selection = with_seed(selection)
     _check_vessels(suite, selection)
-    specs = []
+    specs = limited(_specs(suite, selection, makers, once), suite.name)
+    if not specs:
+        raise BadInput("nothing to run", file=f"suite {suite.name}", hint="the filters leave no case of it")
+    return specs
+
+
+def _specs(
+    suite: Suite, selection: Selection, makers: Sequence[tuple[str, str]], once: Sequence[tuple[str, str]]
+) -> Iterator[CaseSpec]:
+    """Cases in order; `once` are diagnosers (name, maker) of the first round only."""
     for turn in range(selection.seeds or suite.head.seeds):
         for number, entry in enumerate(suite.entries):
             rng = np.random.default_rng([selection.seed or 0, turn, number])
             for case in draw_cases(suite.name, entry, rng):
                 if selection.vessels and case.vessel not in selection.vessels:
                     continue
-                specs += [
-                    replace(case, method=name, maker=maker) for name, maker in (makers if turn else [*makers, *once])
-                ]
-                specs += [replace(case, method=ORACLE)] if entry.oracle else []
-    if not specs:
-        raise BadInput("nothing to run", file=f"suite {suite.name}", hint="the filters leave no case of it")
-    return specs
+                for name, maker in makers if turn else [*makers, *once]:
+                    yield replace(case, method=name, maker=maker)
+                if entry.oracle:
+                    yield replace(case, method=ORACLE)
 
 
 def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[CaseSpec]:

@@ -12,9 +12,10 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from ....models.errors import BadInput
+from ....models.memory import SIMULATED_SAMPLE, require_memory
 from ....models.model import list_vessels, resolve
 from ....models.suggestions import suggestion
-from ..base import Selection
+from ..base import Selection, limited
 from .problems import Task
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
     """
     selection = selection or Selection(suite.name)
     _check_vessels(suite, selection)
-    specs = [spec for entry in suite.entries for spec in _entry_specs(suite.name, entry, selection)]
+    specs = limited((s for entry in suite.entries for s in _entry_specs(suite.name, entry, selection)), suite.name)
     if not specs:
         raise BadInput("nothing to run", file=f"suite {suite.name}", hint="the filters leave no row of it")
     specs = list(dict.fromkeys(specs))
@@ -129,6 +130,9 @@ def _tasks(entry: Entry, selection: Selection) -> Iterator[Task]:
 
 def _task(entry: Entry, vessel: str, model: str, train: tuple[str, ...], held_out: tuple[str, ...]) -> Task:
     """A task of an entry, in calm water, without noise and of the first seed."""
+    from ....datasets.generator import sampling
+    from ....datasets.manoeuvres import steps
+
     source = vessel if model == "own" else model
     suggested = {} if entry.dataset else resolve(vessel).suite
     train = train or tuple(suggested.get("train", ()))
@@ -140,6 +144,9 @@ def _task(entry: Entry, vessel: str, model: str, train: tuple[str, ...], held_ou
         from ....datasets.manoeuvres import EULER
 
         train = tuple(text if text.endswith(EULER) else text + EULER for text in train)
+    if not entry.dataset:
+        dt, duration = sampling(resolve(vessel), entry.duration_s, entry.dt_s)
+        require_memory(SIMULATED_SAMPLE * steps(dt, duration), f"{steps(dt, duration)} samples of {vessel}")
     return Task(
         vessel=vessel,
         source=source,

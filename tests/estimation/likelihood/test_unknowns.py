@@ -96,18 +96,37 @@ def test_files_say_the_same_as_mappings(suite, tmp_path):
     assert read == direct.parameters and read["alpha"] == model.parameters["alpha"]
 
 
+def test_units_of_priors_bounds_and_fixed_values_are_converted(tmp_path):
+    model = resolve("response-1")
+    (tmp_path / "prior.yaml").write_text("T: {mean: 0.25, sd: 0.05, unit: min}\n")
+    unknowns = options.unknowns_of(
+        model,
+        str(tmp_path / "prior.yaml"),
+        {"T": {"low": 1000, "high": None, "unit": "ms"}},
+        {"K": {"value": 12.0, "unit": "rpm"}},
+    )
+    assert unknowns is not None
+    names = list(model.parameter_names)
+    t, k = names.index("T"), names.index("K")
+    assert (unknowns.mean[t], unknowns.sd[t]) == (15.0, 3.0)
+    assert (unknowns.low[t], unknowns.high[t]) == (1.0, np.inf)
+    assert unknowns.values[k] == pytest.approx(0.2)
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [
         ({"prior": -0.3}, "positive share"),
         ({"prior": {"T": 3.0}}, "pair of numbers"),
-        ({"prior": {"T": (3.0, 0.0)}}, "positive standard deviation"),
-        ({"prior": "nothing.yaml"}, "cannot be read"),
+        ({"prior": {"T": (3.0, 0.0)}}, "prior of T: sd: needs a positive number, not 0.0"),
+        ({"prior": {"T": {"mean": 3.0, "std": 0.1}}}, "unknown key 'std'; did you mean sd"),
+        ({"prior": {"T": {"mean": 3.0, "sd": float("inf")}}}, "needs a positive number"),
+        ({"prior": "nothing.yaml"}, "no such file"),
         ({"prior": "T"}, "no mapping"),
         ({"bounds": {"T": (3.0, 1.0)}}, "must be below"),
-        ({"bounds": {"T": ("low", 1.0)}}, "not a number"),
+        ({"bounds": {"T": ("low", 1.0)}}, "low: needs a number, not low"),
         ({"fixed": 3}, "names are needed"),
-        ({"fixed": {"T": "long"}}, "not a number"),
+        ({"fixed": {"T": "long"}}, "value: needs a finite number, not long"),
         ({"loss": "hubert"}, "unknown loss"),
         ({"tuning": 2.0}, "robust loss"),
         ({"loss": "huber", "tuning": -1.0}, "positive number"),
@@ -129,6 +148,7 @@ def test_impossible_options(suite, given, message):
         ({"fixed": {"Q": 1.0}}, "no parameter 'Q'"),
         ({"profile": "Q"}, "no parameter 'Q'"),
         ({"prior": 0.3}, "has none"),
+        ({"prior": {"T": {"mean": 14.0, "sd": 1.0, "unit": "m"}}}, "prior of T: the unit is 'm' where 's'"),
         ({"fixed": "K"}, "has none"),
         ({"fixed": {"K": 2.0}, "bounds": {"K": (0.0, 1.0)}}, "outside its bounds"),
         ({"fixed": {"T": 2.0, "K": 2.0, "alpha": 2.0}}, "nothing is left"),

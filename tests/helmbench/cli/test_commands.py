@@ -422,4 +422,4 @@ def test_what_the_file_system_refuses_is_one_line(refused, monkeypatch):
         raise PermissionError(13, "Permission denied", "r.csv")
 
     monkeypatch.setattr("helmbench.write_record", denied)
-    assert "Permission denied: 'r.csv'" in refused("simulate", "remus-kt", "--manoeuvre", "turn:5", "-o", "r.csv")
+    assert "r.csv: Permission denied" in refused("simulate", "remus-kt", "--manoeuvre", "turn:5", "-o", "r.csv")

@@ -1,0 +1,116 @@
+"""File access that readers and writers share: whole files are read, and complete files are written."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import stat
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+from .errors import BadInput
+
+MOST_BYTES = 2**30
+"""Largest file that is read, 1 GiB: a record of about ten million samples."""
+
+
+def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
+    """The whole file of at most `most` bytes; BadInput where it is missing, larger or cannot be read."""
+    refuse_undecodable(path)
+    try:
+        with path.open("rb") as file:
+            if not _is_readable(os.fstat(file.fileno()).st_mode):
+                raise BadInput("is not a file of data", file=path)
+            data = file.read(most + 1)
+    except FileNotFoundError:
+        raise BadInput("no such file", file=path) from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, BadInput):
+            raise
+        raise BadInput(f"cannot be read ({reason_of(error)})", file=path) from None
+    if len(data) > most:
+        raise BadInput(f"is larger than {most // 2**10} KiB, the most that is read", file=path)
+    return data
+
+
+def read_utf8(path: Path, most: int = MOST_BYTES) -> bytes:
+    """The whole file without a byte order mark; BadInput with the row where it is not UTF-8 text."""
+    data = read_bytes(path, most).removeprefix(b"\xef\xbb\xbf")
+    wrong = _first_wrong_byte(data)
+    if wrong is not None:
+        message = f"wrong encoding: byte 0x{data[wrong]:02x} is not UTF-8 text"
+        raise BadInput(message, file=path, row=_line_of(data, wrong), hint="save the file as UTF-8 text")
+    return data
+
+
+def refuse_undecodable(path: Path) -> None:
+    """Refuse a file whose name is not UTF-8 text: it could not be named in any result."""
+    if not os.fspath(path).isascii():
+        try:
+            os.fspath(path).encode()
+        except UnicodeEncodeError:
+            raise BadInput("the name of the file is not UTF-8 text", file=path, hint="rename the file") from None
+
+
+def reason_of(error: Exception) -> str:
+    """Why the system refused a file, in words."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+def _is_readable(mode: int) -> bool:
+    """Whether reading ends: a regular file or a pipe, not a folder or a device."""
+    return stat.S_ISREG(mode) or stat.S_ISFIFO(mode)
+
+
+def _first_wrong_byte(data: bytes) -> int | None:
+    try:
+        if not data.isascii():
+            data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        return error.start
+    zero = data.find(0)
+    return zero if zero >= 0 else None
+
+
+def _line_of(data: bytes, position: int) -> int:
+    before = data[:position]
+    return before.count(b"\n") + before.count(b"\r") - before.count(b"\r\n") + 1
+
+
+def refuse_existing(paths: Iterable[Path]) -> None:
+    """BadInput if one of the files exists."""
+    for path in paths:
+        if path.exists():
+            raise BadInput(
+                "exists already", file=path, hint="give another place, or --force (force=True) to replace it"
+            )
+
+
+def replace_together(writers: Mapping[Path, Callable[[Path], object]]) -> None:
+    """Write every file under a temporary name beside its place, then move each there in one step.
+
+    `writers` maps a place to a function that writes the file under the name it is given. On any failure nothing
+    remains of the temporary files; BadInput where a place cannot be written to.
+    """
+    temporary = {path: path.with_name(f".{secrets.token_hex(8)}.tmp") for path in writers}
+    current = next(iter(writers))
+    try:
+        for current, write in writers.items():
+            refuse_place(current)
+            write(temporary[current])
+        for current in writers:
+            os.replace(temporary[current], current)
+    except OSError as error:
+        raise BadInput(f"cannot be written ({reason_of(error)})", file=current) from None
+    finally:
+        for path in temporary.values():
+            path.unlink(missing_ok=True)
+
+
+def refuse_place(path: Path) -> None:
+    """Refuse to replace what is not a file: a folder, a device, a pipe; and a name that is not UTF-8 text."""
+    refuse_undecodable(path)
+    if path.is_dir():
+        raise BadInput("cannot be written (is a directory)", file=path, hint="give the name of a file")
+    if path.exists() and not path.is_file():
+        raise BadInput("cannot be written (it is a device or a pipe)", file=path, hint="give the name of a file")
