@@ -127,8 +127,8 @@ def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
 
 
 def test_the_truth_shares_no_code_with_the_kernels() -> None:
-    """Of the models and datasets only errors, vessel files, records, the text of manoeuvres and the decorator that keeps
-    compiled functions are used."""
+    """Of the models and datasets only errors, vessel files, records, the text of manoeuvres and the compiler's decorator
+    are used."""
     folder = Path(faults.__file__).parent
     text = "\n".join(path.read_text() for path in folder.rglob("*.py"))
     rooms = set(re.findall(r"^\s*from \.{3,4}((?:models|datasets|estimation|diagnosis)\S*)", text, re.MULTILINE))
