@@ -127,7 +127,7 @@ def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
 
 
 def test_the_truth_shares_no_code_with_the_kernels() -> None:
-    """Of the models and datasets only errors, vessel files, records, the text of manoeuvres and the compiler's decorator
+    """Of the models and datasets only errors, vessel files, records, texts of manoeuvres and the compiler's decorator
     are used."""
     folder = Path(faults.__file__).parent
     text = "\n".join(path.read_text() for path in folder.rglob("*.py"))
