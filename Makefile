@@ -10,6 +10,7 @@ REPRODUCTION := out/reproduction
 TIMES := out/timing.json
 STAMP := .venv/installed-at
 TYPES := build/types/helmbench
+TOOLS := build/tools
 ROOMS := models datasets estimation methods diagnosis bench reporting reproduction
 
 # An environment holds absolute paths: when the checkout has moved, build it again.
@@ -17,7 +18,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench docs reproduce diagnosis-reports test lint types format rates ugly timing clean
+.PHONY: help env bench docs reproduce diagnosis-reports test lint types format rates ugly timing clean hashes audit
 .DELETE_ON_ERROR:
 
 help:
@@ -29,10 +30,12 @@ help:
 	@echo "make ugly     give identify, diagnose and calibrate 300 ugly records: each ends in a result or in one line"
 	@echo "make timing   time simulation, fits, a suite row, record files and other implementations; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
+	@echo "make hashes   write hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
 
 env: $(STAMP)
 
+# shipmmg, which the tests compare with, wants a Pillow of 2024: it is installed without what it wants.
 $(STAMP): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "helmbench needs Python 3.11 or newer with venv (Debian: apt-get install python3-venv)" >&2; exit 1; }
 	@test ! -e $(STAMP) || test "$$(cat $(STAMP))" = "$$(pwd -P)" || rm -rf .venv
@@ -41,6 +44,7 @@ $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt setuptools wheel
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --no-deps "shipmmg; python_version < '3.14'"
 	@pwd -P > $(STAMP)
 
 # Status 1 of `run` means that some runs failed: the report lists them, and the status stays.
@@ -89,6 +93,18 @@ ugly: env
 timing: env
 	@mkdir -p $(dir $(TIMES))
 	$(BIN)/pytest tests/timing --benchmark-json=$(TIMES)
+
+hashes: $(TOOLS)/installed
+	$(TOOLS)/bin/uv pip compile constraints.txt --quiet --generate-hashes --no-deps --no-annotate --no-header \
+		--python-version 3.11.7 --output-file hashes.txt
+
+audit: $(TOOLS)/installed
+	@$(TOOLS)/bin/python .ci/audit.py $(TOOLS)/bin/pip-audit hashes.txt
+
+$(TOOLS)/installed:
+	$(PYTHON) -m venv $(TOOLS)
+	$(TOOLS)/bin/python -m pip install --quiet uv==0.13.9 pip-audit==2.10.1
+	@touch $@
 
 diagnosis-reports: env
 	$(BIN)/python -m helmbench.reporting.diagnosis.measured reports/diagnosis

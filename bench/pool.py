@@ -1,4 +1,4 @@
-"""Executors: local processes by loky or a dask cluster, behind the `concurrent.futures` interface.
+"""Executors: worker processes of this machine, behind the `concurrent.futures` interface.
 
 Only a few tasks are handed over at a time.  When a worker dies, the tasks that were in its pool are repeated one by
 one, so that only the task that kills its worker fails.
@@ -14,24 +14,28 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any, TypeVar
 
 from ..models.cache import cache_folder
-from ..models.errors import BadInput, EnvironmentFault
+from ..models.errors import EnvironmentFault
 from .environment import THREAD_VARIABLES, cpu_count
 
 Item = TypeVar("Item")
 IDLE_S = 60
 QUEUED_PER_WORKER = 2
+CHECKED_EVERY_S = 5.0
 
 
 @dataclass(frozen=True)
 class Pool:
-    """`connect()` gives a working executor, a fresh one after a breakdown; `width` tasks are in flight at a time."""
+    """`connect()` gives a working executor, a fresh one after a breakdown; `width` tasks are in flight at a time.
+
+    `check()` is called every `CHECKED_EVERY_S` while tasks run and raises `EnvironmentFault` when they cannot end.
+    """
 
     connect: Callable[[], Executor]
     width: int
+    check: Callable[[], object] = lambda: None
 
     def outcomes(self, function: Callable[[Item], Any], items: Iterable[Item]) -> Iterator[tuple[Item, Future]]:
         """Each item with its finished future, in the order of completion.
@@ -44,7 +48,7 @@ class Pool:
             while queue and len(pending) < self.width:
                 item = queue.popleft()
                 pending[self._submit(function, item)] = item
-            done, _ = wait(pending, return_when=FIRST_COMPLETED)
+            done = self._wait(pending)
             if any(_broken(future) for future in done):
                 yield from self._one_by_one(function, pending)
                 pending = {}
@@ -56,12 +60,20 @@ class Pool:
         self, function: Callable[[Item], Any], pending: dict[Future, Item]
     ) -> Iterator[tuple[Item, Future]]:
         """Results of the tasks of a broken pool; those that it took down with it are run again, each alone."""
-        wait(pending)
+        while not all(future.done() for future in pending):
+            self._wait([future for future in pending if not future.done()])
         for future, item in pending.items():
             if _broken(future):
                 future = self._submit(function, item)
-                wait([future])
+                self._wait([future])
             yield item, _checked(future)
+
+    def _wait(self, pending: Iterable[Future]) -> set[Future]:
+        """The futures that have ended, as soon as one has."""
+        pending = set(pending)
+        while not (done := wait(pending, CHECKED_EVERY_S, FIRST_COMPLETED).done):
+            self.check()
+        return done
 
     def _submit(self, function: Callable[[Item], Any], item: Item) -> Future:
         """A future for one call; a pool that broke before it took the task counts as one that broke with it."""
@@ -113,29 +125,6 @@ def processes(jobs: int | None = None) -> Iterator[Pool]:
         connect().shutdown(wait=True, kill_workers=True)
         raise
     connect().shutdown(wait=True)
-
-
-@contextmanager
-def cluster(address: str) -> Iterator[Pool]:
-    """Workers of a dask scheduler, `tcp://host:port`.
-
-    Raises `BadInput` where dask.distributed is not installed or no scheduler answers.
-    """
-    try:
-        client_class = import_module("distributed").Client
-    except ImportError:
-        hint = "install it with: pip install 'helmbench[distributed]'"
-        raise BadInput("--scheduler needs dask.distributed", hint=hint) from None
-    try:
-        client = client_class(address, timeout=10)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise BadInput(f"no dask scheduler at {address} ({error})") from None
-    try:
-        executor = client.get_executor(pure=False)
-        threads = sum(client.nthreads().values())
-        yield Pool(lambda: executor, max(1, threads) * QUEUED_PER_WORKER)
-    finally:
-        client.close()
 
 
 def _end_with(parent: int) -> None:

@@ -51,6 +51,8 @@ class Store:
         self.directory, self.manifest = directory, dict(manifest)
         self.kind = stored_kind(manifest)
         self._file: int | None = _open_for_append(directory / RUNS)
+        for torn in _leftovers(directory):
+            torn.unlink(missing_ok=True)
         self._runs = {run["key"]: run for run in read_runs(directory / RUNS, self.kind.tables)[0]}
 
     @classmethod
@@ -111,7 +113,7 @@ def check_vacant(directory: Path, manifest: str = MANIFEST) -> None:
     """Refuse a path that is no directory, or one that holds anything; a started run has a manifest."""
     if directory.exists() and not directory.is_dir():
         raise BadInput("is not a directory", file=directory, hint="give a new directory with -o")
-    if directory.is_dir() and any(directory.iterdir()):
+    if directory.is_dir() and set(directory.iterdir()) - set(_leftovers(directory)):
         hint = "continue it with --resume or give a new directory with -o" if (directory / manifest).exists() else None
         raise BadInput("directory is not empty", file=directory, hint=hint or "give a new directory with -o")
 
@@ -188,6 +190,11 @@ def frames(runs: Iterable[Mapping[str, Any]], form: Tables):
     """Both tables of runs as two pandas frames with the columns and types of the stored tables."""
     wide, long = (_table(columns, rows).to_pandas() for columns, rows in tables(runs, form).values())
     return wide, long
+
+
+def _leftovers(directory: Path) -> list[Path]:
+    """Files that `write_atomic` was writing when its process was killed."""
+    return list(directory.glob(".*.tmp"))
 
 
 def write_atomic(path: Path, data: bytes) -> None:

@@ -298,6 +298,32 @@ def test_constraints_pin_all_that_is_installed() -> None:
     assert {Requirement(text).name for text in project["optional-dependencies"]["distributed"]} <= set(names)
 
 
+def test_every_pin_has_the_digests_of_its_files_and_no_address() -> None:
+    text = (ROOT / "hashes.txt").read_text(encoding="utf-8")
+    blocks = re.findall(r"^(\S+==\S+) \\\n((?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n)+)", text, re.MULTILINE)
+    assert "".join(f"{pin} \\\n{digests}" for pin, digests in blocks) == text  # nothing else is in the file
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    assert [pin for pin, _ in blocks] == [line for line in lines if not line.startswith("#")]
+
+
+def test_the_audit_says_what_it_could_not_look_up(tmp_path: Path) -> None:
+    def audited(answer: str) -> tuple[int, str]:
+        program = tmp_path / "pip-audit"
+        program.write_text(f"#!/bin/sh\nprintf '%s' '{answer}'\n")
+        program.chmod(0o755)
+        command = [sys.executable, ROOT / ".ci" / "audit.py", program, "hashes.txt"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout + done.stderr
+
+    bad = {"name": "one", "version": "1.0", "vulns": [{"id": "CVE-1", "fix_versions": ["1.1"]}]}
+    skipped = {"name": "two", "skip_reason": "not found"}
+    assert audited("")[0] == 0 and "nothing was audited" in audited("")[1]
+    assert "nothing was audited" in audited(json.dumps({"dependencies": [skipped]}))[1]
+    status, said = audited(json.dumps({"dependencies": [bad, skipped]}))
+    assert status == 1 and "one 1.0: CVE-1, mended in 1.1" in said and "1 of 2 packages audited" in said
+    assert audited(json.dumps({"dependencies": [bad | {"vulns": []}]}))[0] == 0
+
+
 def test_continuous_integration_calls_the_documented_command() -> None:
     last = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()[-1]
     assert last == "make test"

@@ -236,8 +236,9 @@ def _execute(
     from tqdm import tqdm
 
     from ..bench import runner
+    from ..bench.cluster import cluster
     from ..bench.kinds import kind_of
-    from ..bench.pool import cluster, processes
+    from ..bench.pool import processes
     from ..bench.store import check_vacant
     from ..bench.suites import load_suite
     from ..bench.trust import check_trust

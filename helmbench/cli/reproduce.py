@@ -12,7 +12,7 @@ from ._shared import FAILED, FILE, OK, output_options, print_json, shows_progres
 @click.command()
 @click.argument("seed", required=False, metavar="[SEED]")
 @click.option("--table", type=click.IntRange(min=1), help="Only the claims of this table.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default: one for each processor.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default and most: one for each processor.")
 @click.option("--resume", is_flag=True, help="Continue a computation that was interrupted.")
 @click.option("-o", "--output", type=FILE, help="Keep runs, results and pages in this directory.")
 @output_options

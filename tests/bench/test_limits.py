@@ -9,11 +9,13 @@ import helmbench
 from helmbench.bench import runner
 from helmbench.bench.environment import cpu_count
 from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.identification import execute
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.limits import Limits
 from helmbench.bench.pool import processes
-from helmbench.models.errors import BadInput
+from helmbench.models.errors import BadInput, EnvironmentFault
 
+from ..inline_pool import inline
 from ..made_up_suites import suite_file
 
 METHODS = """
@@ -121,3 +123,16 @@ def test_limits_on_a_cluster_are_refused_before_anything_is_written(tmp_path):
     with pytest.raises(BadInput, match="dask has its own"):
         helmbench.run_suite(directory=tmp_path / "out", scheduler="tcp://127.0.0.1:1", timeout_s=5.0)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_fault_of_the_machine_ends_the_run_and_is_no_row(tmp_path, monkeypatch):
+    def full(*_):
+        raise EnvironmentFault("no space left", hint="free some")
+
+    monkeypatch.setattr(execute, "_fit_and_score", full)
+    suite = suite_of_one_run(tmp_path)
+    specs = plan(suite, Selection("mine"))
+    with inline() as pool, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:
+        with pytest.raises(EnvironmentFault, match="no space left; free some"):
+            runner.run(specs, store, pool)
+        assert store.runs == []

@@ -5,14 +5,10 @@ import signal
 import subprocess
 import sys
 import time
-import types
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
-
-import pytest
 
 from helmbench.bench import pool as pools
 from helmbench.bench.environment import THREAD_VARIABLES
-from helmbench.models.errors import BadInput
 
 from ..inline_pool import inline
 
@@ -104,43 +100,3 @@ def _alive(pid):
         return False
     with open(f"/proc/{pid}/stat") as stat:
         return stat.read().rpartition(")")[2].split()[0] != "Z"
-
-
-def test_a_missing_dask_is_told_in_one_line(monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(BadInput, match=r"helmbench\[distributed\]"), pools.cluster("tcp://127.0.0.1:8786"):
-        pass
-
-
-class FakeClient:
-    """What `pool.cluster` uses of a dask client."""
-
-    closed = False
-
-    def __init__(self, address, timeout):
-        if "nowhere" in address:
-            raise OSError("timed out")
-
-    def get_executor(self, pure):
-        assert pure is False
-        return ThreadPoolExecutor(1)
-
-    def nthreads(self):
-        return {"tcp://a": 2, "tcp://b": 2}
-
-    def close(self):
-        FakeClient.closed = True
-
-
-def test_a_dask_cluster_runs_the_items(monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", types.SimpleNamespace(Client=FakeClient))
-    with pools.cluster("tcp://127.0.0.1:8786") as pool:
-        assert pool.width == 4 * pools.QUEUED_PER_WORKER
-        assert collect(pool, float, ["1"])["1"].result() == 1.0
-    assert FakeClient.closed
-
-
-def test_a_scheduler_out_of_reach_is_told_in_one_line(monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", types.SimpleNamespace(Client=FakeClient))
-    with pytest.raises(BadInput, match="no dask scheduler at tcp://nowhere:1"), pools.cluster("tcp://nowhere:1"):
-        pass

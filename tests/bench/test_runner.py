@@ -1,8 +1,6 @@
 """Running: a kill changes nothing, and the manifest says what was run."""
 
 import json
-import signal
-import subprocess
 import sys
 import time
 
@@ -116,26 +114,3 @@ def test_the_manifest_says_what_was_run_with_what(tmp_path):
     assert {"python", "platform", "cpu", "cpus", "packages", "version"} <= manifest.keys()
     assert json.loads((tmp_path / "out" / store.MANIFEST).read_text()) == json.loads(json.dumps(manifest))
     assert sys.prefix not in json.dumps(manifest)
-
-
-def test_a_killed_run_resumed_gives_the_tables_of_an_unbroken_one(tmp_path):
-    suite = tmp_path / "mine.yaml"
-    suite.write_text(
-        "entries:\n"
-        "  - {vessels: [response-1, response-2, remus-kt], methods: [ls, ekf, output-error], noise: low, seeds: 2}\n"
-    )
-    command = [sys.executable, "-m", "helmbench", "run", "--suite", str(suite), "--jobs", "2", "--quiet", "-o"]
-    whole, broken = tmp_path / "whole", tmp_path / "broken"
-    assert subprocess.run([*command, str(whole)], timeout=600).returncode == 0
-    process = subprocess.Popen([*command, str(broken)])
-    log = broken / store.RUNS
-    end = time.monotonic() + 300
-    while time.monotonic() < end and not (log.exists() and log.read_bytes().count(b"\n") >= 3):
-        time.sleep(0.005)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    finished = log.read_bytes().count(b"\n")
-    assert 3 <= finished < 18 and not (broken / RESULTS).exists()
-    assert subprocess.run([*command, str(broken), "--resume"], timeout=600).returncode == 0
-    assert log.read_bytes().count(b"\n") == 18
-    assert_same_tables(whole, broken)
