@@ -348,6 +348,6 @@ def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], mapping: M
             rest = [column for column in table.columns if column.name not in channels]
             if any(column.name not in times for column in rest):
                 time = stream.time + run.shift_s - merged.time[0]
-                own = {column.name: [column.values[i] for i in stream.kept] for column in rest}
+                own: dict[str, list[object]] = {c.name: [c.values[i] for i in stream.kept] for c in rest}
                 out[table.label] = {"time_s": time.tolist(), **own}
     return out

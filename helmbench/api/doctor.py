@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from html import escape
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from ..models.errors import BadInput
 
@@ -202,7 +202,7 @@ def _threads() -> Iterator[Finding]:
     from ..bench.environment import THREAD_VARIABLES, cpu_count
 
     cpus = cpu_count()
-    pools: Any = threadpool_info()
+    pools = cast("list[dict[str, Any]]", threadpool_info())
     told = ", ".join(f"{one['internal_api']} {one['num_threads']}" for one in pools) or "none"
     most = max((int(one["num_threads"]) for one in pools), default=1)
     given = {name: value for name in THREAD_VARIABLES if (value := os.environ.get(name))}
