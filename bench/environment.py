@@ -44,6 +44,13 @@ def cpu_count() -> int:
         return os.cpu_count() or 1
 
 
+def thread_pools() -> list[tuple[str, int]]:
+    """Libraries of linear algebra that are loaded, and how many threads each uses."""
+    from threadpoolctl import threadpool_info
+
+    return [(str(pool["internal_api"]), int(pool["num_threads"])) for pool in threadpool_info()]
+
+
 def cpu_name() -> str:
     """The processor's model name where the system gives it."""
     try:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..estimation import assessment, comparison
 from ..models.errors import BadInput
-from .admission import admit
+from .admission import admit, warn_of
 from .documents import json_text, text_writer, write_result, write_together
 from .identification import AUTO, as_model, as_records, refuse_copies
 from .validation import runs_figure
@@ -219,6 +219,10 @@ def compare(
     validate : records that were held out, likewise.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
 
+    Warns
+    -----
+    PlausibilityWarning : something about a record is doubtful.
+
     Raises
     ------
     BadInput : a file, model or method cannot be used, a record is given twice, its numbers are in another unit than its
@@ -252,11 +256,12 @@ def candidate_models(models: Model | FilePath | Sequence[Model | FilePath], reco
 
 
 def _check(train: Sequence[Record], others: Sequence[Record], models: Sequence[Model]) -> None:
+    """Refuse records that cannot be what they say; warn of those that are doubtful."""
     from ..datasets.plausibility import check_plausible
 
     if not train:
         raise BadInput("no record to fit", hint="give at least one")
-    for model in models:
-        check_plausible(train, model)
-        check_plausible(others, model)
+    doubts = [*admit(train, models[0]), *admit(others, models[0])]
+    doubts += [told for model in models[1:] for side in (train, others) for told in check_plausible(side, model)]
     refuse_copies(train, others)
+    warn_of(list(dict.fromkeys(doubts)))

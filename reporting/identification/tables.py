@@ -187,7 +187,7 @@ def _channel_columns(channel: str) -> Sequence[Column]:
 def _parameters_text(one: Candidate) -> str:
     values = {} if one.estimate is None else one.estimate.parameters
     shown = [f"{name} {number(value)}" for name, value in values.items()]
-    return ", ".join(shown if len(shown) <= 2 * SHOWN else [*shown[: 2 * SHOWN], "..."])
+    return ", ".join(shown if len(shown) <= 5 else [*shown[:4], "..."])
 
 
 def comparison_note(found: Comparison) -> str:

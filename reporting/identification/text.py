@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ...estimation.assessment import Assessment
     from ...estimation.comparison import Comparison
     from ...estimation.correlation import ChannelResiduals
+    from ...estimation.validation.result import Validation
 
 HEADLINES = {
     EXPLAINS: "The model explains the records.",
@@ -46,9 +47,11 @@ def statement(found: Assessment) -> list[str]:
 def _misfit(found: Assessment) -> str:
     if found.diverged:
         return f"Its free run diverges along {_listed(list(dict.fromkeys(found.diverged)))}."
-    together = found.judged.score(None)
-    side = "training" if found.held_out is None else "held-out"
-    told = f"Free runs of the {side} records have R² {r_squared(np.nan if together is None else together.r2)}."
+    told = f"Free runs of the training records have R² {_together(found.train)}."
+    if found.held_out is not None:
+        told = (
+            f"Free runs have R² {_together(found.held_out)} on held-out, {_together(found.train)} on training records."
+        )
     if found.exceeding:
         sizes = ", ".join(_size(one) for one in _worst(found.exceeding))
         return f"{told} Their residuals exceed the sensors' noise: {sizes}."
@@ -58,6 +61,12 @@ def _misfit(found: Assessment) -> str:
     name, ratio = shown_name(largest.channel), number(largest.ratio, 2)
     limit = f"up to {ADEQUATE:g} times counts as explained"
     return f"{told} Their residuals are at most {ratio} times the sensors' noise ({name}; {limit})."
+
+
+def _together(found: Validation) -> str:
+    """R^2 of all channels together."""
+    score = found.score(None)
+    return r_squared(np.nan if score is None else score.r2)
 
 
 def _worst(found: Sequence[ChannelResiduals]) -> list[ChannelResiduals]:
@@ -80,7 +89,7 @@ def _held_out(found: Assessment) -> list[str]:
     grown = []
     for channel in dict.fromkeys(score.channel for score in found.held_out.scores if score.channel):
         here, there = found.held_out.score(channel), found.train.score(channel)
-        if here is not None and there is not None and here.rmse > GROWS * there.rmse > 0.0:
+        if here is not None and there is not None and not found.diverged and here.rmse > GROWS * there.rmse > 0.0:
             grown.append(f"{shown_name(channel)} {number(here.rmse / there.rmse, 2)} times")
     lines = [f"Errors on held-out records are larger than on training records: {', '.join(grown)}."] if grown else []
     if found.comparison is not None and found.comparison.basis == "held out" and len(found.comparison.candidates) > 1:

@@ -84,3 +84,11 @@ def test_what_cannot_be_compared_is_said(records):
         helmbench.compare([], "nomoto-1", "ls")
     with pytest.raises(helmbench.CannotFit, match="surge_m_s"):
         helmbench.compare(records, "kvlcc2-l7", "ls")
+
+
+def test_doubtful_records_are_told(records):
+    held = records[0].column("heading_rad").copy()
+    held[40:140] = held[40]
+    frozen = records[0].with_channels(heading_rad=held)
+    with pytest.warns(helmbench.PlausibilityWarning, match="heading"):
+        helmbench.compare(frozen, "nomoto-1-cubic", "ls", validate=records[1])

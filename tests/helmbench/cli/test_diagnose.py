@@ -35,7 +35,7 @@ def asked(found, monkeypatch):
     """What the command asked of the engine, which answers with the diagnosis made by hand."""
     calls = []
 
-    def answer(model, train, held_out, options):
+    def answer(model, train, held_out, options, watch):
         calls.append((model, train, held_out, options))
         roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
         return replace(found, records=tuple(roles))
@@ -69,7 +69,7 @@ def test_json_and_quiet(files, asked, tmp_path, capsys):
     arguments = ["diagnose", "--model", "response-1", "--train", str(files / "train.csv"), "-o", str(tmp_path / "out")]
     assert status_of([*arguments, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["causes"][0]["cause"] == "rudder_offset"
-    assert status_of([*arguments, "--quiet"]) == 0
+    assert status_of([*arguments, "--quiet", "--force"]) == 0
     assert capsys.readouterr() == ("", "")
 
 
