@@ -33,7 +33,8 @@ class BadInput(ValueError):
     def _line(self) -> str:
         place = [f"row {self.row}"] if self.row is not None else []
         place += [f"column {self.column[:MOST_LETTERS]}"] if self.column is not None else []
-        parts = [str(self.file)] if self.file is not None else []
+        file = "" if self.file is None else str(self.file)
+        parts = [file if len(file) <= 2 * MOST_LETTERS else f"...{file[3 - 2 * MOST_LETTERS :]}"] if file else []
         parts += [", ".join(place)] if place else []
         said = self.message if len(self.message) <= MOST_LETTERS else f"{self.message[: MOST_LETTERS - 3]}..."
         text = ": ".join([*parts, said]) + (f"; {self.hint}" if self.hint else "")
