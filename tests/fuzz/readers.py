@@ -64,6 +64,14 @@ def _model_files(scratch: Path) -> tuple[bytes, ...]:
     return (*found, json.dumps(facts, indent=1).encode())
 
 
+def _parquet_files(scratch: Path) -> tuple[bytes, ...]:
+    from helmbench.datasets.io import read_record, write_record
+
+    (scratch / "seed.csv").write_text(CSV)
+    write_record(read_record(scratch / "seed.csv"), scratch / "seed.parquet")
+    return ((scratch / "seed.parquet").read_bytes(),)
+
+
 def _record(path: Path) -> None:
     from helmbench.datasets.io import read_record
 
@@ -173,6 +181,7 @@ def readers(scratch: Path) -> dict[str, Reader]:
     """Name -> reader; `scratch` is a folder for the making of seeds."""
     return {
         "record": Reader((CSV.encode(), CSV.replace(",", ";").encode()), "r.csv", _record),
+        "parquet": Reader(_parquet_files(scratch), "r.parquet", _record),
         "sidecar": Reader((SIDECAR.encode(),), "r.yaml", _sidecar),
         "model": Reader(_model_files(scratch), "m.json", _model),
         "suite": Reader(

@@ -11,17 +11,8 @@ from .run import CORPUS
 from .worker import Worker
 
 READERS = (
-    "record",
-    "sidecar",
-    "model",
-    "suite",
-    "vessel",
-    "prior",
-    "bounds",
-    "fixed",
-    "journal",
-    "manifest",
-    "mapping",
+    *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
+    *("journal", "manifest", "mapping"),
 )
 NEW_INPUTS = 40
 
