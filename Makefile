@@ -1,8 +1,9 @@
-# make bench | test | docs | reproduce | diagnosis-reports | rates | ugly | timing | lint | types | format | env | clean
+# make bench | test | docs | reproduce | diagnosis-reports | rates | ugly | fuzz | timing | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 WORKERS ?= 2
+FUZZ_SECONDS ?= 600
 
 BIN := .venv/bin
 RESULTS := out/quick
@@ -18,7 +19,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench docs reproduce diagnosis-reports test lint types format rates ugly timing clean hashes audit
+.PHONY: help env bench docs reproduce diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit
 .DELETE_ON_ERROR:
 
 help:
@@ -28,6 +29,7 @@ help:
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
 	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised"
 	@echo "make ugly     give identify, diagnose and calibrate 300 ugly records: each ends in a result or in one line"
+	@echo "make fuzz     change valid files of every reader at random, FUZZ_SECONDS=600 each: none may crash, hang or run code"
 	@echo "make timing   time simulation, fits, a suite row, record files and other implementations; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make hashes   write hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
@@ -86,6 +88,9 @@ docs: env
 
 rates: env
 	$(BIN)/pytest tests/rates -n $(WORKERS) -rP
+
+fuzz: env
+	FUZZ_SECONDS=$(FUZZ_SECONDS) $(BIN)/python -m tests.fuzz.run
 
 ugly: env
 	$(BIN)/pytest tests/robustness -n $(WORKERS) -rP

@@ -120,13 +120,17 @@ def check_vacant(directory: Path, manifest: str = MANIFEST) -> None:
 
 def read_manifest(directory: Path) -> dict[str, Any]:
     """`environment.json` of a run directory."""
+    from ..models.yaml_file import checked
+    from .manifest_file import ManifestFile
+
     path = directory / MANIFEST
     if not path.is_file():
         raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing")
     manifest = load(path)
-    known = isinstance(manifest, dict) and {"suite", "version", "planned"} <= manifest.keys()
-    if not known or manifest.get("kind", IDENTIFICATION) not in kind_names():
+    if not isinstance(manifest, dict) or not {"suite", "version", "planned"} <= manifest.keys():
         raise BadInput("is not the manifest of a benchmark run", file=path)
+    if checked(ManifestFile, manifest, path).kind not in kind_names():
+        raise BadInput(f"unknown kind {manifest['kind']!r}", file=path, hint=f"known: {', '.join(kind_names())}")
     return manifest
 
 
@@ -227,8 +231,8 @@ def _run(line: bytes, path: Path, number: int, form: Tables | None) -> dict[str,
 
 def _fits(row: Mapping[str, Any], columns: Mapping[str, str], keys: Iterable[str]) -> bool:
     """Whether a row has all its keys, and values of its columns' types."""
-    types = {"string": str, "int": int, "bool": bool, "float": int | float}
-    known = all(row.get(name) is None or isinstance(row[name], types[kind]) for name, kind in columns.items())
+    types: dict[str, tuple[type, ...]] = {"string": (str,), "int": (int,), "bool": (bool,), "float": (int, float)}
+    known = all(row.get(name) is None or type(row[name]) in types[kind] for name, kind in columns.items())
     return known and all(row.get(name) is not None for name in keys)
 
 

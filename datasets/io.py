@@ -35,6 +35,7 @@ import numpy as np
 
 from ..models.errors import BadInput
 from ..models.files import read_bytes, read_utf8, replace_together
+from ..models.memory import require_memory
 from .columns import ACCEPTED, NUMBER, RUDDERS, check_header, in_order, to_canonical
 from .record import Record, is_side
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
@@ -43,6 +44,8 @@ MIN_SAMPLES = 10
 SWING_RAD = math.radians(5.0)
 PARQUET = (".parquet", ".pq")
 DELIMITERS = ",;\t"
+CELL_BYTES = 32
+"""Memory of a cell of a Parquet file while it is read and converted."""
 MAY_BE_CONSTANT = ("propeller_rps", "wind_speed_m_s", "wind_direction_rad")
 GAP = re.compile(r"[+-]?nan", re.IGNORECASE)
 
@@ -192,11 +195,15 @@ def _read_parquet(path: Path) -> _Table:
     if not data:
         raise BadInput("the file is empty", file=path)
     try:
-        table = parquet.read_table(pyarrow.BufferReader(data))
-    except (pyarrow.ArrowException, OSError):
+        file = parquet.ParquetFile(pyarrow.BufferReader(data))
+        cells = file.metadata.num_rows * file.metadata.num_columns
+        require_memory(CELL_BYTES * cells, f"{path}: {file.metadata.num_rows} rows")
+        table = file.read()
+        names = [str(name) for name in table.column_names]
+    except (pyarrow.ArrowException, OSError, UnicodeDecodeError):
         raise BadInput("not a Parquet file", file=path, hint="it may be damaged, or CSV under a wrong suffix") from None
-    check_header(table.column_names, path)
-    return _Table({name: _parquet_column(table, name, path) for name in table.column_names}, lambda i: i + 1)
+    check_header(names, path)
+    return _Table({name: _parquet_column(table, name, path) for name in names}, lambda i: i + 1)
 
 
 def _parquet_column(table: Any, name: str, path: Path) -> np.ndarray:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+MOST_LETTERS = 500
+"""Letters of a message and of a column's name beyond which they are cut in the line that is shown."""
+
 
 class BadInput(ValueError):
     """Input that cannot be used; `str()` is one line that says where and what to do.
@@ -29,10 +32,12 @@ class BadInput(ValueError):
 
     def _line(self) -> str:
         place = [f"row {self.row}"] if self.row is not None else []
-        place += [f"column {self.column}"] if self.column is not None else []
-        parts = [str(self.file)] if self.file is not None else []
+        place += [f"column {self.column[:MOST_LETTERS]}"] if self.column is not None else []
+        file = "" if self.file is None else str(self.file)
+        parts = [file if len(file) <= 2 * MOST_LETTERS else f"...{file[3 - 2 * MOST_LETTERS :]}"] if file else []
         parts += [", ".join(place)] if place else []
-        text = ": ".join([*parts, self.message]) + (f"; {self.hint}" if self.hint else "")
+        said = self.message if len(self.message) <= MOST_LETTERS else f"{self.message[: MOST_LETTERS - 3]}..."
+        text = ": ".join([*parts, said]) + (f"; {self.hint}" if self.hint else "")
         return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in " ".join(text.split()))
 
     def __reduce__(self):

@@ -56,6 +56,7 @@ def stated_coefficients(
     values = in_order(coefficients, kernels.COEFFICIENTS, file, "coefficient")
     if parameters:
         stated, own = in_order(parameters, kernels.PARAMETERS, file, "parameter"), public_of(kernels, values)[0]
+        own = np.where(np.isfinite(own), own, np.nan)  # what has no finite value is stated as null
         differs = ~np.isclose(stated, own, rtol=1e-6, atol=0.0, equal_nan=True)
         if differs.any():
             i = int(differs.argmax())

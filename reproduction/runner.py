@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import time
+import zlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -156,10 +157,11 @@ def read_run(job: Job, directory: Path) -> Run | None:
         return None
     try:
         data = load(path)
+        values, error = dict(data["values"]), data["error"]
         series = path.with_suffix(".npz")
         arrays = dict(np.load(series)) if series.exists() else {}
-        return Run(job, data["values"], arrays, data["error"], data["cpu_s"])
-    except (ValueError, KeyError, TypeError, OSError, BadZipFile) as error:
+        return Run(job, values, arrays, None if error is None else str(error), float(data["cpu_s"]))
+    except (ValueError, KeyError, TypeError, OSError, EOFError, BadZipFile, zlib.error) as error:
         raise BadInput(f"cannot be read ({one_line(error)})", file=path) from None
 
 

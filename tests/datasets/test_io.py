@@ -642,3 +642,10 @@ def test_a_failure_while_writing_keeps_the_old_record(tmp_path, monkeypatch, rng
     monkeypatch.undo()
     assert read_record(path).equals(old)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["trial.csv", "trial.yaml"]
+
+
+def test_a_parquet_file_that_would_not_fit_into_memory_is_refused(tmp_path, monkeypatch, rng):
+    write_record(any_record(rng, "trial"), tmp_path / "trial.parquet")
+    monkeypatch.setattr("helmbench.models.memory.available_bytes", lambda: 100.0)
+    with pytest.raises(BadInput, match="of memory are needed"):
+        read_record(tmp_path / "trial.parquet")

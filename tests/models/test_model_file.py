@@ -89,6 +89,13 @@ def test_an_edited_parameter_is_refused_or_honoured(facts):
     assert read(parameters=minutes, coefficients=None).parameters["T"] == pytest.approx(30.0)
 
 
+@pytest.mark.parametrize("coefficients", [[-0.0, 0.1, 0.0], [-1.0, 0.0, 1.0], [1e-300, 1e300, 1.0], [np.nan, 0.1, 0.0]])
+def test_a_model_without_finite_parameters_is_read_back(coefficients, tmp_path):
+    model = resolve("response-1").with_coefficients(coefficients)
+    model_to_json(model, tmp_path / "m.json")
+    np.testing.assert_array_equal(resolve(tmp_path / "m.json").coefficients, model.coefficients)
+
+
 def test_a_model_file_is_written_whole_or_not_at_all(tmp_path):
     model = resolve("response-1")
     with pytest.raises(BadInput, match="cannot be written"):

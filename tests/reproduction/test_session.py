@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from helmbench import cli
+from helmbench.bench.store import locked
 from helmbench.models.errors import BadInput
 from helmbench.reproduction import results, runner, session
 from helmbench.reproduction.claims import files
@@ -129,6 +130,22 @@ def test_resuming_runs_only_what_is_missing(made, tmp_path):
     assert {path: data for path, data in after.items() if "runs" not in path.parts} == {
         path: data for path, data in before.items() if "runs" not in path.parts
     }
+
+
+@pytest.mark.parametrize("damage", [b"", b"{", b"[]", b'{"values": [1], "error": null, "cpu_s": 0}', b"\x00" * 50])
+@pytest.mark.parametrize("suffix", [".json", ".npz"])
+def test_a_damaged_run_is_made_again(made, tmp_path, damage, suffix):
+    reproduce(tmp_path / "out")
+    before = stored(tmp_path / "out/pages")
+    runner.Job("999", "noise", 0).path(tmp_path / "out").with_suffix(suffix).write_bytes(damage)
+    reproduce(tmp_path / "out", resume=True)
+    assert made.calls == 7 and stored(tmp_path / "out/pages") == before
+
+
+def test_two_processes_cannot_compute_in_one_directory(made, tmp_path):
+    reproduce(tmp_path / "out")
+    with locked(tmp_path / "out"), pytest.raises(BadInput, match="another run is writing here"):
+        reproduce(tmp_path / "out", resume=True)
 
 
 def test_a_failed_run_is_told_and_repeated(made, tmp_path):

@@ -34,18 +34,24 @@ def test_the_outcome_shows_itself(found, record):
 
 def test_models_and_records_of_any_kind_are_taken(record, tmp_path):
     estimate = helmbench.identify(record, "nomoto-1", "ls")
-    for folder in ("a", "b"):
+    for number, folder in enumerate(("a", "b"), start=1):
         (tmp_path / folder).mkdir()
-        helmbench.write_record(record, tmp_path / folder / "run.csv")
+        helmbench.write_record(record.slice(0, -number), tmp_path / folder / "run.csv")
         estimate.save(tmp_path / folder / "model.json")
     paths = [tmp_path / folder / "run.csv" for folder in ("a", "b")]
     models = [tmp_path / folder / "model.json" for folder in ("a", "b")]
-    found = helmbench.validate(models[0], [*paths, record, record], compare=[models[1], estimate.model])
+    found = helmbench.validate(models[0], [*paths, record, record.slice(0, -3)], compare=[models[1], estimate.model])
     assert list(found.models)[:2] == [str(path) for path in models]
     names = [one.name for one in found.records]
     assert names == [str(paths[0]), str(paths[1]), record.name, f"{record.name} (2)"]
-    rmse = {found.score("heading_rad", model, name).rmse for model in found.models for name in names}
-    assert max(rmse) == pytest.approx(min(rmse), rel=1e-6)
+    for name in names:
+        rmse = {found.score("heading_rad", model, name).rmse for model in found.models}
+        assert max(rmse) == pytest.approx(min(rmse), rel=1e-6)
+
+
+def test_a_record_given_twice_is_refused(record):
+    with pytest.raises(helmbench.BadInput, match="same samples"):
+        helmbench.validate("response-1", [record, record])
 
 
 def test_an_extended_model_is_validated_in_the_recorded_channels(record):

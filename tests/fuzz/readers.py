@@ -1,0 +1,197 @@
+"""Readers under test: a valid file to start from, the name it is read under, and the call that reads it."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from helmbench.bench.store import MANIFEST, RUNS, DamagedRunsWarning
+from helmbench.models.model import model_to_json, resolve
+
+CSV = "\n".join(
+    ["time_s,rudder_deg,heading_deg,yaw_rate_deg_s,surge_kn"]
+    + [f"{k / 2},{10 if k % 20 < 10 else -10},{(7 * k) % 360},{0.1 * (k % 7)},{6 + 0.01 * (k % 5)}" for k in range(40)]
+)
+SIDECAR = "vessel: mariner\npositive_rudder: port\nnotes: 5\nconstant: [surge_m_s]\nextra: {a: 1, b: [x, 2.5e-3]}\n"
+SUITE = """title: mine
+entries:
+  - vessels: [response-1, response-2]
+    methods: [ls, "ls,scheme=midpoint"]
+    train: [["zigzag:20/20"], ["sine:20deg/120s+10deg/40s"]]
+    held_out: ["turn:35:port"]
+    noise: [low, "yaw_rate=0.05deg_s"]
+    thinning: [1, 2]
+    length: [0.5, 1.0]
+    seeds: 2
+    duration_s: 200
+    dt_s: 0.5
+"""
+DIAGNOSIS_SUITE = b"kind: diagnosis\nmethods: innovations\nentries: [{inject: none}]\n"
+VESSEL = """id: fuzzed
+title: a ship
+family: nomoto-1-cubic
+source: "trial"
+positive_rudder: starboard
+speed_m_s: null
+max_step_s: 0.1
+parameters:
+  T: {value: 21.0, unit: "s", source: &t "table 3"}
+  K: {value: 0.11, unit: "1/s", source: *t}
+  alpha: {value: 140.0, unit: "s2/rad2", source: *t}
+rudder: {max_deg: 35, rate_deg_s: 2.5, lag_s: 0.0, source: "spec"}
+controller: {kp: 1.0, kd: 2.0}
+windage: {form: sinusoidal, rho_air: 1.2, A_F_m2: 3.0, A_L_m2: 9.0, cx: 0.8, cy: 0.9, cn: 0.1}
+suite: {dt_s: 0.5, duration_s: 300, execute_s: 10, train: ["zigzag:20/20"], held_out: ["turn:35"]}
+"""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """seeds : valid files.  name : of the file.  read : takes the path; `PLAIN` errors of it are refusals."""
+
+    seeds: tuple[bytes, ...]
+    name: str
+    read: Callable[[Path], object]
+
+
+def _model_files(scratch: Path) -> tuple[bytes, ...]:
+    found = []
+    for name in ("response-1", "cargo", "kvlcc2-l7"):
+        model_to_json(resolve(name), scratch / "seed.json")
+        found.append((scratch / "seed.json").read_bytes())
+    facts = json.loads(found[0])
+    facts["instruments"] = {"rudder_offset": {"value": 2, "unit": "deg"}, "yaw_rate_delay": {"value": 1, "unit": "s"}}
+    return (*found, json.dumps(facts, indent=1).encode())
+
+
+def _parquet_files(scratch: Path) -> tuple[bytes, ...]:
+    from helmbench.datasets.io import read_record, write_record
+
+    (scratch / "seed.csv").write_text(CSV)
+    write_record(read_record(scratch / "seed.csv"), scratch / "seed.parquet")
+    return ((scratch / "seed.parquet").read_bytes(),)
+
+
+def _record(path: Path) -> None:
+    from helmbench.datasets.io import read_record
+
+    path.with_suffix(".yaml").unlink(missing_ok=True)
+    read_record(path)
+
+
+def _sidecar(path: Path) -> None:
+    from helmbench.datasets.io import read_record
+
+    path.with_suffix(".csv").write_text(CSV)
+    read_record(path.with_suffix(".csv"))
+
+
+def _model(path: Path) -> None:
+    resolve(path)
+
+
+def _suite(path: Path) -> None:
+    """As `run` does before anything is computed: load, ask for trust, plan."""
+    from helmbench.bench.kinds import kind_of
+    from helmbench.bench.kinds.base import Selection
+    from helmbench.bench.suites import load_suite
+    from helmbench.bench.trust import check_trust
+
+    suite = load_suite(str(path))
+    check_trust(suite.texts, path, False)
+    kind = kind_of(suite.kind)
+    kind.plan(suite, kind.with_seed(suite, Selection(str(path))))
+
+
+def _vessel(path: Path) -> None:
+    from helmbench.models.model import _from_facts
+    from helmbench.models.vessel import read_vessel
+
+    read_vessel.cache_clear()
+    _from_facts("fuzzed", read_vessel(path), path)
+
+
+def _option(name: str) -> Callable[[Path], None]:
+    def read(path: Path) -> None:
+        from helmbench.estimation.likelihood.options import unknowns_of
+
+        given = dict.fromkeys(("prior", "bounds", "fixed")) | {name: str(path)}
+        unknowns_of(resolve("response-1"), **given)
+
+    return read
+
+
+def _journal(path: Path) -> None:
+    import warnings
+
+    from helmbench.api.suites import load_results
+
+    (path.parent / MANIFEST).write_bytes(MANIFEST_TEXT)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DamagedRunsWarning)
+        found = load_results(path.parent)
+        found.counts, found.failure_texts, found.runs()
+
+
+def _manifest(path: Path) -> None:
+    from helmbench.api.suites import _stored_selection, load_results
+
+    (path.parent / RUNS).write_bytes(JOURNAL)
+    found = load_results(path.parent)
+    found.complete, found.counts, _stored_selection(path.parent)
+
+
+def _mapping(path: Path) -> None:
+    from helmbench.datasets.importing.mapping import read_mapping
+
+    read_mapping(path)
+
+
+MANIFEST_TEXT = json.dumps(
+    {"kind": "identification", "suite": "mine", "title": "t", "version": "0", "planned": 2, "suite_digest": "0",
+     "plan_digest": "0", "selection": {"suite": "mine", "methods": ["ls"], "vessels": [], "seeds": 1, "seed": None}}
+).encode()  # fmt: skip
+ROW = {
+    "suite": "mine", "method": "ls", "variant": "corrected", "vessel": "response-1", "model": "nomoto-1-cubic",
+    "train": "zigzag:20/20", "held_out": "turn:35", "noise": "low", "disturbance": "none", "thinning": 1, "length": 1.0,
+    "seed": 0, "status": "ok", "error": None, "diverged": False, "n_samples": 100, "wall_s": 0.1,
+}  # fmt: skip
+JOURNAL = b"".join(
+    json.dumps(
+        {"key": f"k{i}", "row": ROW | {"seed": i}, "parameters": [{"parameter": "T", "unit": "s", "estimate": 1.5}]}
+    ).encode()
+    + b"\n"
+    for i in range(3)
+)
+MAPPING = b"""version: 1
+vessel: mariner
+tables:
+  - file: log.csv
+    time: {columns: [t], form: seconds}
+    clock_offset_s: 0.5
+    columns:
+      - {column: rudder, to: rudder, unit: deg, sign: -1}
+      - {column: hdg, to: heading, unit: deg}
+"""
+PRIOR = (b"T: [14, 1e-1]\nK: {mean: 0.2, sd: 0.05, unit: 1/s}\n", b"T: {mean: 0.25, sd: 0.05, unit: min}\n")
+BOUNDS = (b"T: [1, null]\nK: {low: 0.0, high: .inf}\n", b"alpha: [-.inf, 400]\n")
+
+
+def readers(scratch: Path) -> dict[str, Reader]:
+    """Name -> reader; `scratch` is a folder for the making of seeds."""
+    return {
+        "record": Reader((CSV.encode(), CSV.replace(",", ";").encode()), "r.csv", _record),
+        "parquet": Reader(_parquet_files(scratch), "r.parquet", _record),
+        "sidecar": Reader((SIDECAR.encode(),), "r.yaml", _sidecar),
+        "model": Reader(_model_files(scratch), "m.json", _model),
+        "suite": Reader(
+            (SUITE.encode(), b"kind: diagnosis\nmethods: innovations\nentries: [{inject: none}]\n"), "s.yaml", _suite
+        ),
+        "vessel": Reader((VESSEL.encode(),), "fuzzed.yaml", _vessel),
+        "prior": Reader(PRIOR, "prior.yaml", _option("prior")),
+        "bounds": Reader(BOUNDS, "bounds.yaml", _option("bounds")),
+        "fixed": Reader((b"[alpha, K]\n", b"{T: 3.0, K: {value: 12, unit: rpm}}\n"), "fixed.yaml", _option("fixed")),
+        "journal": Reader((JOURNAL,), RUNS, _journal),
+        "manifest": Reader((MANIFEST_TEXT,), MANIFEST, _manifest),
+        "mapping": Reader((MAPPING,), "log.map.yaml", _mapping),
+    }

@@ -1,0 +1,55 @@
+"""Inputs that a reader once failed on, and some new ones: each ends in a value or in one line, and runs no code."""
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from .mutate import mutated
+from .readers import readers
+from .run import CORPUS
+from .worker import Worker
+
+READERS = (
+    *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
+    *("journal", "manifest", "mapping"),
+)
+NEW_INPUTS = 40
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_what_failed_once_and_new_inputs_are_read_or_refused(name, tmp_path, seed):
+    reader, rng = readers(tmp_path)[name], random.Random(seed)
+    kept = [path.read_bytes() for path in sorted((CORPUS / name).glob("*"))]
+    new = [mutated(rng.choice(reader.seeds), rng.choice(reader.seeds), rng) for _ in range(NEW_INPUTS)]
+    worker = Worker(reader, tmp_path / "folder")
+    try:
+        assert [worker.outcome(valid).state for valid in reader.seeds] == ["accepted"] * len(reader.seeds)
+        assert [(data, found) for data in (*kept, *new) if (found := worker.outcome(data)).failed] == []
+    finally:
+        worker.close()
+
+
+def test_every_reader_is_tested(tmp_path):
+    assert tuple(readers(tmp_path)) == READERS
+
+
+def test_the_watch_sees_code_crashes_and_memory(tmp_path):
+    reader = replace(readers(tmp_path)["prior"], seeds=(b"ok",))
+
+    def read(path):
+        text = path.read_text()
+        if text == "code":
+            exec(compile((path.parent / "trap.py").read_text(), str(path.parent / "trap.py"), "exec"), {})
+        if text == "memory":
+            bytearray(3 * 2**30)
+        if text == "crash":
+            raise KeyError("x")
+
+    worker = Worker(replace(reader, read=read), tmp_path / "folder")
+    try:
+        for text in ("code", "memory", "crash"):
+            assert worker.outcome(text.encode()).state == text
+        assert worker.outcome(b"fine").state == "accepted"
+    finally:
+        worker.close()

@@ -1,0 +1,138 @@
+"""Reading one input after the other in a process of its own, with limits of time and memory, and a watch for code."""
+
+import multiprocessing
+import resource
+import signal
+import sys
+import time
+import traceback
+import warnings
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from helmbench.models.errors import BadInput, CannotFit
+
+from .readers import Reader
+
+CPU_S, WALL_S = 10.0, 60.0
+MEMORY = 2 * 2**30
+"""Limits of one input: processor time, wall time (another load of the machine counts there), bytes beyond the start."""
+FORBIDDEN = ("os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "subprocess.Popen")
+LONGEST_LINE = 2000
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """accepted, refused, crash, hang, memory or code; what was said; seconds."""
+
+    state: str
+    said: str = ""
+    wall_s: float = 0.0
+
+    @property
+    def failed(self) -> bool:
+        return self.state not in ("accepted", "refused")
+
+
+class _Hang(BaseException):
+    pass
+
+
+class Worker:
+    """A process that reads inputs for one reader; a new one takes its place where it dies."""
+
+    def __init__(self, reader: Reader, folder: Path) -> None:
+        self.reader, self.folder = reader, folder
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._pipe: Connection | None = None
+
+    def outcome(self, data: bytes) -> Outcome:
+        """What reading the bytes comes to."""
+        if self._process is None:
+            self._start()
+        assert self._pipe is not None and self._process is not None
+        self._pipe.send_bytes(data)
+        if not self._pipe.poll(WALL_S):
+            self.close()
+            return Outcome("hang", f"no answer after {WALL_S:.0f} s", WALL_S)
+        try:
+            return self._pipe.recv()
+        except EOFError:
+            self._process.join()
+            code = self._process.exitcode
+            self.close()
+            return Outcome("crash", f"the process ended with status {code}")
+
+    def close(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+        self._process = None
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("fork")
+        self._pipe, child = context.Pipe()
+        self._process = context.Process(target=_serve, args=(child, self.reader, self.folder), daemon=True)
+        self._process.start()
+        child.close()
+
+
+def _serve(pipe: Connection, reader: Reader, folder: Path) -> None:
+    warnings.simplefilter("ignore")
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "trap.py").write_text(f"open({str(folder / 'canary')!r}, 'w').close()\nclass Mine: pass\n")
+    path, ran = folder / reader.name, []
+    for seed in reader.seeds:  # compiled and imported before limits and watch begin
+        path.write_bytes(seed)
+        _called(reader, path)
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
+    sys.addaudithook(lambda event, given: ran.append(event) if _is_code(event, given, folder) else None)
+    signal.signal(signal.SIGPROF, _stop)
+    while True:
+        try:
+            data = pipe.recv_bytes()
+        except EOFError:
+            return
+        path.write_bytes(data)
+        ran.clear()
+        started = time.perf_counter()
+        signal.setitimer(signal.ITIMER_PROF, CPU_S)
+        try:
+            found = _called(reader, path)
+        except _Hang:
+            found = Outcome("hang", f"more than {CPU_S:.0f} s")
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        if ran or (folder / "canary").exists():
+            found = Outcome("code", f"{ran[:1]} ran; {found.said}")
+            (folder / "canary").unlink(missing_ok=True)
+        pipe.send(Outcome(found.state, found.said, time.perf_counter() - started))
+
+
+def _called(reader: Reader, path: Path) -> Outcome:
+    try:
+        reader.read(path)
+    except (BadInput, CannotFit) as refused:
+        said = str(refused)
+        if not said.isprintable() or len(said) > LONGEST_LINE:
+            return Outcome("crash", f"not one short line: {said[:300]!r}")
+        return Outcome("refused", said)
+    except MemoryError as error:
+        return Outcome("memory", str(error))
+    except Exception as error:
+        frames = traceback.extract_tb(error.__traceback__)[-3:]
+        places = " > ".join(f"{Path(frame.filename).name}:{frame.lineno}" for frame in frames)
+        return Outcome("crash", f"{type(error).__name__}: {str(error)[:200]} at {places}")
+    return Outcome("accepted")
+
+
+def _is_code(event: str, given: tuple, folder: Path) -> bool:
+    """Whether an audit event is a program that starts, or code of the folder that is executed."""
+    if event == "exec":
+        return str(folder) in str(getattr(given[0], "co_filename", ""))
+    return event.startswith(FORBIDDEN)
+
+
+def _stop(*_: object) -> None:
+    raise _Hang
