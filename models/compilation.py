@@ -6,7 +6,7 @@ import hashlib
 import pickle
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import CodeType
@@ -41,7 +41,7 @@ def njit(*signatures: Any, cache: bool = False, **options: Any) -> Callable[[Cal
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher: Any = numba.njit(**options)(function)
         if cache:
-            dispatcher._cache = KernelCache(function)
+            dispatcher._cache = KernelCache(function, options)
             dispatcher.compile = dispatcher._cache.guarding(dispatcher.compile)
         for signature in signatures:
             dispatcher.compile(signature)
@@ -54,8 +54,9 @@ def njit(*signatures: Any, cache: bool = False, **options: Any) -> Callable[[Cal
 
 def callback(signature: Any, function: Callable[..., Any]) -> Any:
     """`numba.cfunc` with division as numpy's, kept like the functions of `njit`."""
-    compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"})
-    compiled._cache = KernelCache(function)
+    options = {"error_model": "numpy"}
+    compiled: Any = CFunc(function, normalize_signature(signature), {}, options)
+    compiled._cache = KernelCache(function, {**options, "kind": "callback"})
     compiled._cache.guarding(lambda _: compiled.compile())(signature)
     return compiled
 
@@ -72,13 +73,14 @@ class _Form(CompileResultCacheImpl):
 
 
 class KernelCache(NullCache):
-    """numba's cache of one function: a file for each signature, processor and version of all sources it is made from.
+    """numba's cache of one function: a file for each signature, processor, set of options and version of its sources.
 
     Damaged files are compiled again.  Of several processes that need the same function one compiles, the others wait.
     """
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
         self._function, self._form, self._locks = function, _Form(function), dict[Path, Any]()
+        self._options = sorted((name, str(sorted(v) if isinstance(v, set) else v)) for name, v in options.items())
 
     @property
     def cache_path(self) -> str:
@@ -120,8 +122,8 @@ class KernelCache(NullCache):
     def _path(self, sig: Any, codegen: Any) -> Path | None:
         """File of a signature; None for one that holds an address, which no other process has."""
         function = self._function
-        made_from = (numba.__version__, sys.version_info[:2], codegen.magic_tuple(), _sources(function), str(sig))
-        text = repr((*made_from, function.__module__, function.__qualname__))
+        made_by = (numba.__version__, sys.version_info[:2], codegen.magic_tuple(), self._options)
+        text = repr((*made_by, _sources(function), str(sig), function.__module__, function.__qualname__))
         if " at 0x" in text:
             return None
         return cache_folder() / f"{function.__name__}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.nbc"

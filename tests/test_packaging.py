@@ -303,7 +303,7 @@ def test_every_pin_has_the_digests_of_its_files_and_no_address() -> None:
     blocks = re.findall(r"^(\S+==\S+) \\\n((?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n)+)", text, re.MULTILINE)
     assert "".join(f"{pin} \\\n{digests}" for pin, digests in blocks) == text  # nothing else is in the file
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    assert [pin for pin, _ in blocks] == [line for line in lines if not line.startswith("#")]
+    assert [pin for pin, _ in blocks] == [line for line in lines if not line.startswith("#")], "run `make hashes`"
 
 
 def test_the_audit_says_what_it_could_not_look_up(tmp_path: Path) -> None:
