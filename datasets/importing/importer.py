@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from .raw import RawTable
 from .report import ColumnRow, Fault, ImportReport, refuse_fatal, span
 from .sources import read_raw
 
-Aside: TypeAlias = "dict[str, dict[str, list[object]]]"
+Aside: TypeAlias = "dict[str, dict[str, Any]]"
 """Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
 MAP_HINT = "name it in a mapping (--map), with its unit"
 SAME_RUN = 5.0
@@ -66,8 +66,10 @@ def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | No
     ImportFault : whatever keeps the logs from being records, all faults at once.
     """
     tables = _read_all(paths)
-    pairs, rows, faults = _matched(tables, mapping) if mapping else _guessed(tables)
-    refuse_fatal(faults, rows)
+    guesses = [] if mapping else [guess_table(table) for table in tables]
+    draft = _draft(guesses)
+    pairs, rows, faults = _matched(tables, mapping) if mapping else _guessed(guesses)
+    refuse_fatal(faults, rows, draft)
     merged_options = _options(mapping, options)
     streams: list[tuple[Stream, RawTable]] = []
     for table, entry in pairs:
@@ -76,7 +78,7 @@ def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | No
         streams += [(stream, table)] if stream is not None else []
     if not any({"rudder", "rudder_command"} & s.quantities.keys() for s, _ in streams):
         faults = _without_rudder(tables, faults)
-    refuse_fatal(faults, rows)
+    refuse_fatal(faults, rows, draft)
     used = mapping or Mapping(tables=tuple(entry for _, entry in pairs))
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside = [], {}
@@ -90,7 +92,7 @@ def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | No
         faults += found
         records += [record] if record is not None else []
         aside |= _aside(merged, streams, used)
-    refuse_fatal(faults, rows)
+    refuse_fatal(faults, rows, draft)
     side = next((r.meta.positive_rudder for r in records), None)
     said = merged_options
     facts = {"vessel": said.vessel, "step_s": said.step_s, "magnetic_variation_deg": said.variation_deg}
@@ -134,9 +136,16 @@ def _options(mapping: Mapping | None, given: Options) -> Options:
 # ------------------------------------------------------------------------------------------------ columns
 
 
-def _guessed(tables: Sequence[RawTable]) -> tuple[list[tuple[RawTable, TableMap]], list[ColumnRow], list[Fault]]:
+def _draft(guesses: Sequence[TableGuess]) -> Mapping | None:
+    """A mapping with every guess however unsure, to be changed by hand."""
+    entries = [entry for guess in guesses if (entry := guess.mapping(least=0.0)) is not None]
+    return Mapping(tables=tuple(entries)) if entries else None
+
+
+def _guessed(
+    guesses: Sequence[TableGuess],
+) -> tuple[list[tuple[RawTable, TableMap]], list[ColumnRow], list[Fault]]:
     """Tables with their guessed mappings, a row a column, and tables that cannot be used."""
-    guesses = [guess_table(table) for table in tables]
     rows = [row for guess in guesses for row in _guess_rows(guess)]
     pairs = [(guess.table, entry) for guess in guesses if (entry := guess.mapping()) is not None]
     faults = [_unused(guess, fatal=not pairs) for guess in guesses if guess.mapping() is None]

@@ -69,7 +69,7 @@ def test_json_and_quiet(files, asked, tmp_path, capsys):
     arguments = ["diagnose", "--model", "response-1", "--train", str(files / "train.csv"), "-o", str(tmp_path / "out")]
     assert status_of([*arguments, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["causes"][0]["cause"] == "rudder_offset"
-    assert status_of([*arguments, "--quiet"]) == 0
+    assert status_of([*arguments, "--quiet", "--force"]) == 0
     assert capsys.readouterr() == ("", "")
 
 
