@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...models.errors import BadInput
+from ..columns import RUDDERS
 from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side
@@ -311,21 +312,25 @@ def _record(name: str, merged: Merged, options: Options) -> tuple[Record | None,
         meta.extra["start_utc"] = stamp
     record = Record(merged.time - start, channels, name, meta)
     record, told, more = _signed(record, options.positive_rudder)
-    found = [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
-    return record, [*merged.steps, *made.steps, *told], [*faults, *more, *found]
+    more += [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
+    notes = "; ".join(map(str, [*faults, *more])) or None
+    record = replace(record, meta=replace(record.meta, notes=notes))
+    return record, [*merged.steps, *made.steps, *told], [*faults, *more]
 
 
 def _living(name: str, found: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Fault]]:
-    """Channels without those that never change or have no value: dead sensors."""
+    """Channels without those that never change or have no value, dead sensors; a rudder may be held, which is told."""
     kept, faults = {}, []
     for channel, values in found.items():
         known = values[np.isfinite(values)]
         dead = known.size == 0 or (np.ptp(known) == 0.0 and channel not in MAY_BE_CONSTANT)
-        if dead and channel != "rudder_rad":
-            said = f"{known[0]:.4g} in every row" if known.size else "no value"
+        said = f"{known[0]:.4g} in every row" if known.size else "no value"
+        if dead and channel not in RUDDERS:
             faults.append(Fault(name, said, "a dead sensor? the channel is left out", column=channel))
-        else:
-            kept[channel] = values
+            continue
+        if dead:
+            faults.append(Fault(name, said, "was the rudder held, or is its sensor dead?", column=channel))
+        kept[channel] = values
     return kept, faults
 
 

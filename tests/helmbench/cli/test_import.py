@@ -114,3 +114,13 @@ def test_a_log_that_is_not_understood_leaves_a_mapping_to_change(log, capsys):
     assert "rudder? name, no unit stated" in capsys.readouterr().err and "to: rudder" in mapping.read_text("utf-8")
     assert status_of(command) == 0
     assert read_record(out).rudder().max() == pytest.approx(0.3)
+
+
+def test_a_rudder_that_never_moves_is_told_and_kept_in_the_notes(log, capsys):
+    lines = log.read_text("utf-8").splitlines()
+    still = [lines[0], *(",".join([*line.split(",")[:3], "0.0", "remark"]) for line in lines[1:])]
+    log.write_text("\n".join(still), "utf-8")
+    out = log.with_name("out.csv")
+    assert status_of(["import", str(log), "--yes", "-o", str(out)]) == 0
+    assert "was the rudder held, or is its sensor dead?" in capsys.readouterr().out
+    assert "was the rudder held" in out.with_suffix(".yaml").read_text("utf-8")
