@@ -124,4 +124,4 @@ def _as_in_a_log(name: str) -> str:
 
     quantity, _, _ = match(name)
     said = f"{quantity.replace('_', ' ')}? " if quantity else ""
-    return f"{said}'helmbench import' reads raw logs; accepted: {', '.join(CANONICAL)}"
+    return f"{said}accepted: {', '.join(CANONICAL)}; 'helmbench import' reads raw logs"

@@ -239,7 +239,7 @@ def test_dependencies_are_what_is_imported() -> None:
     imported.add("cmaes")  # by optuna, for us
     optional = {Requirement(text).name for text in PROJECT["project"]["optional-dependencies"]["distributed"]}
     declared = {Requirement(text).name for text in PROJECT["project"]["dependencies"]}
-    assert imported - optional == declared - {"psutil"}  # joblib ends worker processes with psutil where it is there
+    assert imported - optional == declared
 
 
 def test_no_init_at_the_root() -> None:

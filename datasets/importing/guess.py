@@ -45,9 +45,9 @@ class TableGuess:
     time: TimeGuess | None
     columns: tuple[ColumnGuess, ...]
 
-    def mapping(self) -> TableMap | None:
-        """What is sure enough, as a mapping; None without a time or without a column."""
-        used = [guess for guess in self.columns if guess.quantity and guess.unit and guess.confidence >= SURE]
+    def mapping(self, least: float = SURE) -> TableMap | None:
+        """What is at least so sure, as a mapping; None without a time or without a column."""
+        used = [guess for guess in self.columns if guess.quantity and guess.unit and guess.confidence >= least]
         if self.time is None or not used:
             return None
         columns = tuple(

@@ -8,11 +8,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ...models.errors import BadInput
+from ..columns import RUDDERS
 from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side
@@ -26,7 +27,7 @@ from .raw import RawTable
 from .report import ColumnRow, Fault, ImportReport, refuse_fatal, span
 from .sources import read_raw
 
-Aside: TypeAlias = "dict[str, dict[str, list[object]]]"
+Aside: TypeAlias = "dict[str, dict[str, Any]]"
 """Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
 MAP_HINT = "name it in a mapping (--map), with its unit"
 SAME_RUN = 5.0
@@ -66,8 +67,10 @@ def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | No
     ImportFault : whatever keeps the logs from being records, all faults at once.
     """
     tables = _read_all(paths)
-    pairs, rows, faults = _matched(tables, mapping) if mapping else _guessed(tables)
-    refuse_fatal(faults, rows)
+    guesses = [] if mapping else [guess_table(table) for table in tables]
+    draft = _draft(guesses)
+    pairs, rows, faults = _matched(tables, mapping) if mapping else _guessed(guesses)
+    refuse_fatal(faults, rows, draft)
     merged_options = _options(mapping, options)
     streams: list[tuple[Stream, RawTable]] = []
     for table, entry in pairs:
@@ -76,7 +79,7 @@ def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | No
         streams += [(stream, table)] if stream is not None else []
     if not any({"rudder", "rudder_command"} & s.quantities.keys() for s, _ in streams):
         faults = _without_rudder(tables, faults)
-    refuse_fatal(faults, rows)
+    refuse_fatal(faults, rows, draft)
     used = mapping or Mapping(tables=tuple(entry for _, entry in pairs))
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside = [], {}
@@ -90,7 +93,7 @@ def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | No
         faults += found
         records += [record] if record is not None else []
         aside |= _aside(merged, streams, used)
-    refuse_fatal(faults, rows)
+    refuse_fatal(faults, rows, draft)
     side = next((r.meta.positive_rudder for r in records), None)
     said = merged_options
     facts = {"vessel": said.vessel, "step_s": said.step_s, "magnetic_variation_deg": said.variation_deg}
@@ -134,9 +137,16 @@ def _options(mapping: Mapping | None, given: Options) -> Options:
 # ------------------------------------------------------------------------------------------------ columns
 
 
-def _guessed(tables: Sequence[RawTable]) -> tuple[list[tuple[RawTable, TableMap]], list[ColumnRow], list[Fault]]:
+def _draft(guesses: Sequence[TableGuess]) -> Mapping | None:
+    """A mapping with every guess however unsure, to be changed by hand."""
+    entries = [entry for guess in guesses if (entry := guess.mapping(least=0.0)) is not None]
+    return Mapping(tables=tuple(entries)) if entries else None
+
+
+def _guessed(
+    guesses: Sequence[TableGuess],
+) -> tuple[list[tuple[RawTable, TableMap]], list[ColumnRow], list[Fault]]:
     """Tables with their guessed mappings, a row a column, and tables that cannot be used."""
-    guesses = [guess_table(table) for table in tables]
     rows = [row for guess in guesses for row in _guess_rows(guess)]
     pairs = [(guess.table, entry) for guess in guesses if (entry := guess.mapping()) is not None]
     faults = [_unused(guess, fatal=not pairs) for guess in guesses if guess.mapping() is None]
@@ -302,21 +312,25 @@ def _record(name: str, merged: Merged, options: Options) -> tuple[Record | None,
         meta.extra["start_utc"] = stamp
     record = Record(merged.time - start, channels, name, meta)
     record, told, more = _signed(record, options.positive_rudder)
-    found = [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
-    return record, [*merged.steps, *made.steps, *told], [*faults, *more, *found]
+    more += [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
+    notes = "; ".join(map(str, [*faults, *more])) or None
+    record = replace(record, meta=replace(record.meta, notes=notes))
+    return record, [*merged.steps, *made.steps, *told], [*faults, *more]
 
 
 def _living(name: str, found: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Fault]]:
-    """Channels without those that never change or have no value: dead sensors."""
+    """Channels without those that never change or have no value, dead sensors; a rudder may be held, which is told."""
     kept, faults = {}, []
     for channel, values in found.items():
         known = values[np.isfinite(values)]
         dead = known.size == 0 or (np.ptp(known) == 0.0 and channel not in MAY_BE_CONSTANT)
-        if dead and channel != "rudder_rad":
-            said = f"{known[0]:.4g} in every row" if known.size else "no value"
+        said = f"{known[0]:.4g} in every row" if known.size else "no value"
+        if dead and channel not in RUDDERS:
             faults.append(Fault(name, said, "a dead sensor? the channel is left out", column=channel))
-        else:
-            kept[channel] = values
+            continue
+        if dead:
+            faults.append(Fault(name, said, "was the rudder held, or is its sensor dead?", column=channel))
+        kept[channel] = values
     return kept, faults
 
 

@@ -12,7 +12,10 @@ import numpy as np
 from .raw import GAPS, RawColumn, RawTable, is_number
 from .units import is_unit, tidy
 
-TIME_LIKE = re.compile(r"[\"']?\d{1,4}([-./:]\d{1,2}){1,2}[ T]?.*|\d{1,2}:\d{2}.*|\d{8}T?\d*.*")
+TAIL = r"[-+\d:.,TZ ]*(?:[AaPp][Mm]|UTC|GMT|LT)?"
+TIME_LIKE = re.compile(
+    rf"\d{{1,4}}([-./:]\d{{1,2}}){{1,2}}{TAIL}|\d{{8}}T?\d*{TAIL}|\d{{1,2}}[- ][A-Za-z]{{3}}[- ]\d{{2,4}}{TAIL}"
+)
 POSITION = re.compile(r"\d{1,3}[°\s]\s*\d{1,2}.*[NSEW]?\s*")
 IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[({](?P<unit>[^\])}]*)[\])}]\s*$")
 NUMBERED = re.compile(
@@ -181,7 +184,8 @@ def _sorted_out(body: Sequence[Line], layout: Layout) -> tuple[list[Line], list[
 
 
 def _is_header_again(cells: Sequence[str], layout: Layout) -> bool:
+    if any(map(is_number, cells)):
+        return False
     names = [_name_and_unit(cell)[0] for cell in cells]
-    return sum(a == b for a, b in zip(names, layout.names, strict=True)) > 0.5 * layout.width or (
-        not any(is_number(cell) for cell in cells) and _units_row(cells, layout.width)
-    )
+    same = sum(a == b for a, b in zip(names, layout.names, strict=True)) > 0.5 * layout.width
+    return same or _units_row(cells, layout.width)

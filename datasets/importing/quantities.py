@@ -192,7 +192,7 @@ QUANTITIES: dict[str, Quantity] = {
     "wind_direction": Quantity(
         "angle",
         "deg",
-        names("wind direction | true wind direction | twd | windrichtung | winddirection"),
+        names("wind direction | wind dir | true wind direction | twd | windrichtung | winddirection"),
         (),
         True,
     ),

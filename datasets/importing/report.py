@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.errors import BadInput
+
+if TYPE_CHECKING:
+    from .mapping import Mapping
 
 MOST_TOLD = 4
 """Faults that the one line of an error repeats."""
@@ -54,11 +58,14 @@ class ImportReport:
 
 
 class ImportFault(BadInput):
-    """A log cannot be imported; `columns` and `faults` hold all that is known and all that is wrong."""
+    """A log cannot be imported; `columns` and `faults` hold all that is known and all that is wrong, `draft` a mapping
+    with every guess however unsure (None where there is none)."""
 
-    def __init__(self, faults: Sequence[Fault], columns: Sequence[ColumnRow] = ()) -> None:
+    def __init__(
+        self, faults: Sequence[Fault], columns: Sequence[ColumnRow] = (), draft: Mapping | None = None
+    ) -> None:
         fatal = [fault for fault in faults if fault.fatal]
-        self.faults, self.columns = tuple(faults), tuple(columns)
+        self.faults, self.columns, self.draft = tuple(faults), tuple(columns), draft
         if len(fatal) == 1:
             f = fatal[0]
             super().__init__(f.message, file=f.table, row=f.row, column=f.column, hint=f.hint or None)
@@ -68,14 +75,14 @@ class ImportFault(BadInput):
         super().__init__(f"{len(fatal)} faults: {told}{more}")
 
     def __reduce__(self):
-        return ImportFault, (self.faults, self.columns)
+        return ImportFault, (self.faults, self.columns, self.draft)
 
 
-def refuse_fatal(faults: Iterable[Fault], columns: Sequence[ColumnRow] = ()) -> None:
+def refuse_fatal(faults: Iterable[Fault], columns: Sequence[ColumnRow] = (), draft: Mapping | None = None) -> None:
     """Raise ImportFault, with all faults, if one of them is fatal."""
     found = list(faults)
     if any(fault.fatal for fault in found):
-        raise ImportFault(found, columns)
+        raise ImportFault(found, columns, draft)
 
 
 def span(numbers: np.ndarray) -> tuple[float, float]:

@@ -15,6 +15,8 @@ from .raw import RawTable
 MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
 COMMENT = re.compile(r"^\s*(#|%|//|!|\*|;(?=\s*[A-Za-z#]))+\s?")
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
+SPACES = 0.8
+"""Weight of spaces: dates with times of day hold some, too."""
 UNQUOTED = re.compile(r"-?\d+,\d+(,-?\d+,\d+)+")
 
 
@@ -81,7 +83,8 @@ def _score(lines: Sequence[str], separator: str) -> float:
     cells = [cell for row in rows if len(row) == width for cell in row]
     values = sum(map(is_value, cells)) / len(cells)
     filled = sum(bool(cell.strip()) for cell in cells) / len(cells)
-    return often / max(len(rows), 1) * values * (0.5 + 0.5 * filled)
+    weight = SPACES if separator == " " else 1.0
+    return weight * often / max(len(rows), 1) * values * (0.5 + 0.5 * filled)
 
 
 def _cells(line: str, separator: str) -> list[str]:

@@ -69,7 +69,7 @@ class Import:
         from .documents import text_writer
 
         path = Path(path)
-        places = self.places(path)
+        places = self._places(path)
         writers: dict[Path, Callable[[Path], object]] = {}
         for place, record in zip(places, self.records, strict=True):
             writers |= record_writers(record, place)
@@ -85,15 +85,9 @@ class Import:
 
     def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
         """Write the mapping alone, to be changed by hand; BadInput where it exists or cannot be written."""
-        from ..datasets.importing.mapping import mapping_text
-        from ..models.files import refuse_existing, replace_together
-        from .documents import text_writer
+        write_mapping(self.mapping, path, force)
 
-        if not force:
-            refuse_existing([Path(path)])
-        replace_together({Path(path): text_writer(mapping_text(self.mapping))})
-
-    def places(self, path: Path) -> list[Path]:
+    def _places(self, path: Path) -> list[Path]:
         """Where each record is written."""
         if len(self.records) == 1:
             return [path]
@@ -156,6 +150,17 @@ def import_log(
     if segment:
         records = tuple(part for record in records for _, part in cut(record)) or records
     return Import(records, found.mapping, found.report, found.aside)
+
+
+def write_mapping(mapping: ColumnMapping, path: FilePath, force: bool = False) -> None:
+    """Write a mapping as YAML; BadInput where the file exists or cannot be written."""
+    from ..datasets.importing.mapping import mapping_text
+    from ..models.files import refuse_existing, replace_together
+    from .documents import text_writer
+
+    if not force:
+        refuse_existing([Path(path)])
+    replace_together({Path(path): text_writer(mapping_text(mapping))})
 
 
 def _aside_writer(table: Mapping[str, Sequence[object]]) -> Callable[[Path], object]:

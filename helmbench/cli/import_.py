@@ -65,6 +65,8 @@ def import_command(
         )
     except helmbench.BadInput as error:
         _show_faults(error)
+        if mapping is not None and known is None:
+            _write_draft(error, mapping)
         raise
     if not (quiet or as_json):
         click.echo(found.summary())
@@ -98,6 +100,16 @@ def _show_faults(error: Exception) -> None:
     columns = getattr(error, "columns", ())
     if len(faults) > 1 or columns:
         click.echo(faults_text(columns, faults), err=True)
+
+
+def _write_draft(error: Exception, mapping: Path) -> None:
+    """Write all that was guessed of a log that cannot be imported so, to be changed by hand."""
+    from ..api.importing import write_mapping
+
+    draft = getattr(error, "draft", None)
+    if draft is not None:
+        write_mapping(draft, mapping)
+        click.echo(f"wrote {mapping} with every guess: change it, then repeat the command", err=True)
 
 
 def _as_dict(found: Import) -> dict[str, object]:

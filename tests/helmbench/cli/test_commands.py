@@ -186,9 +186,9 @@ def test_identify_prints_parameters_and_validation_and_writes_a_model(call, reco
     assert status == 0 and err == ""
     assert "alpha" in out and "+-" in out and "heading" in out and "R²" in out
     assert resolve(str(path)).parameters == pytest.approx(resolve("response-1").parameters, rel=0.02)
-    told = json.loads(call(*arguments, "-o", path, "--json")[1])
+    told = json.loads(call(*arguments, "-o", path, "--json", "--force")[1])
     assert told["validation"]["r2_free_heading_rad"] > 0.999 and told["output"] == str(path)
-    assert call(*arguments, "-o", path, "--quiet")[1] == ""
+    assert call(*arguments, "-o", path, "--quiet", "--force")[1] == ""
 
 
 def test_identify_takes_several_records_to_train_and_to_validate(call, record, tmp_path):
@@ -212,7 +212,7 @@ def test_an_identified_model_can_be_simulated_and_identified_again(call, record,
 def test_a_contradicting_rudder_sign_is_told_first(call, record, tmp_path):
     path = record("train")
     side = "port" if resolve("response-1").positive_rudder == "starboard" else "starboard"
-    arguments = ("identify", path, "--model", "nomoto-1", "--method", "ls", "-o", tmp_path / "m.json")
+    arguments = ("identify", path, "--model", "nomoto-1", "--method", "ls", "--force", "-o", tmp_path / "m.json")
     assert call(*arguments)[2] == ""
     status, _, err = call(*arguments, "--positive-rudder", side)
     assert status == 0 and "rudder_sign" in err and err.count("\n") == 1

@@ -35,7 +35,7 @@ def asked(found, monkeypatch):
     """What the command asked of the engine, which answers with the diagnosis made by hand."""
     calls = []
 
-    def answer(model, train, held_out, options, watch):
+    def answer(model, train, held_out, options, _watch=None):
         calls.append((model, train, held_out, options))
         roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
         return replace(found, records=tuple(roles))

@@ -106,8 +106,8 @@ def test_the_same_run_is_refused_twice_and_on_both_sides(run, tmp_path, capsys):
 
 
 HEADERS = {
-    "sog_kn": "column sog_kn: unknown column; speed over ground? 'helmbench import' reads raw logs",
-    "rot_deg_min": "column rot_deg_min: unknown column; yaw rate? 'helmbench import' reads raw logs",
+    "sog_kn": "column sog_kn: unknown column; speed over ground? accepted: time_s",
+    "rot_deg_min": "column rot_deg_min: unknown column; yaw rate? accepted: time_s",
     "cog_deg": "column cog_deg: unknown column; course over ground?",
     "heading_grad": "unknown unit 'grad'",
     "headng_deg": "did you mean heading_deg?",
