@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 OWN_CAUSE = {"neutral_rudder_angle": RudderOffset.id}
 """Groups that are causes of the bank under a name of their own."""
 STAGE = "free runs"
+WORSE = 1.05
+"""Ratio of the errors of left-out records, in any channel, from which the numbers that moved are not taken over."""
 UNITS = {"rudder_offset": "rad"}
 
 
@@ -46,7 +48,7 @@ def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
             base = calibrate_on(found.model, given.train, given.held_out)
     except (BadInput, CannotFit, FitFailed):
         return found
-    if not base.moved or base.verdict == "unexplained":
+    if not base.moved or base.verdict == "unexplained" or _worse(base):
         return replace(found, calibration=base)
     before = [f for f in found.causes if f.stage == "kinematics" or f.cause in OWN_CAUSE.values()]
     named = {f.cause for f in before}
@@ -65,6 +67,12 @@ def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
         next_manoeuvre=", ".join(run.manoeuvre for run in base.next_runs),
         calibration=base,
     )
+
+
+def _worse(base: Calibration) -> bool:
+    """Whether training records that were left out are predicted worse in some channel."""
+    pairs = ((base.before[c][0], new) for c, (new, _) in base.after.items())
+    return any(new > WORSE * old for old, new in pairs)
 
 
 def _findings(base: Calibration) -> list[Finding]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ..statistics.score_tests import log_tail
-from .fit import Base, Fitted, fit
+from .fit import Base, Fitted, fit, with_forces
 from .quadratic import START
 from .screen import GRID, Lead, screen
 
@@ -101,7 +101,7 @@ def _leads(final: Fitted, bank: Mapping[Cause, Sequence[Variant]], threshold: fl
     found = screen(base, final.setting, final.now, final.x, final.variant, final.variances, bank)
     if not untouched:
         return found
-    s, now = fit_noise(base.est, base.origin, 6)
+    s, now = fit_noise(base.est, with_forces(base.origin), 6)
     raw = screen(base, s, now, np.zeros(final.x.size), final.variant, START, bank)
     return _in_turn(found, raw, threshold)
 
