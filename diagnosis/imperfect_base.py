@@ -50,7 +50,8 @@ def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base):
         return replace(found, calibration=base)
-    before = [f for f in found.causes if f.stage == "kinematics" or f.cause in OWN_CAUSE.values()]
+    before = [f for f in found.causes if f.stage != "dynamics" and f.cause != BaseCoefficients.id]
+    before += [f for f in given.tracks.findings if f.cause not in {b.cause for b in before}]
     named = {f.cause for f in before}
     causes = (*before, *(f for f in _findings(base) if f.cause not in named))
     instruments = combined(base.calibrated.instruments, given.instruments)

@@ -101,9 +101,10 @@ RATES = (
 class Board:
     """Aggregated results, each a pandas frame.
 
-    rates: method, scope, group, rate, title, n, hits, value, low, high, target, met; scope `all` or one of SCOPES.  figures: method, figure, title, n, value, low, high, target, met.  confusion: counts of
-    (method, injected, named).  power: method, gusts, low, high (of the non-centrality), middle, n, hits, value.
-    sizes: coverage by method and cause.  failures: what failed or did not apply.
+    rates: method, scope, group, rate, title, n, hits, value, low, high, target, met; scope `all` or one of SCOPES.
+    figures: method, figure, title, n, value, low, high, target, met. confusion: counts of (method, injected,
+    named). power: method, gusts, low, high (of the non-centrality), middle, n, hits, value. sizes: coverage by
+    method and cause. failures: what failed or did not apply.
     """
 
     rates: Frame
