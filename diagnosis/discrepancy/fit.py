@@ -131,14 +131,15 @@ def fit(
     start: np.ndarray | None = None,
     variances: np.ndarray | None = None,
     rounds: int = ROUNDS,
+    terms: np.ndarray | None = None,
 ) -> Fitted:
     """Noise, discrepancy and parameters of causes of largest marginal likelihood.
 
-    s : its noise is where the noise's fit starts.  start : values of the causes' parameters, zero unless given; the
-    discrepancy starts at zero.
+    s : its noise is where the noise's fit starts.  start, terms : values of the causes' parameters and of the
+    discrepancy's, zero unless given.
     """
     est, free = base.est, len(base.terms.parameters)
-    x = np.concatenate([np.zeros(free), np.zeros(len(variant)) if start is None else start])
+    x = np.concatenate([np.zeros(free) if terms is None else terms, np.zeros(len(variant)) if start is None else start])
     s, now = fit_noise(est, base.at(x, variant, with_forces(s)), 4, ROUGH)
     causes = np.arange(free, x.size)
     variances = START if variances is None else variances
