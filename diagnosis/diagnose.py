@@ -94,14 +94,26 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
     """The diagnosis with the base model's numbers uncertain, or as they are where that gains nothing or is asked."""
     if options.base_parameters == "file" and options.coefficient_sd is None:
         watch(CAUSES_BESIDE)
-        beside = of_uncertain_base(model, given, options)
-        if beside is not None and for_free_runs(beside[0]):
-            watch(FREE_RUNS)
-            return by_free_runs(*beside)
-        if beside is not None:
-            return beside[0]
+        beside, cleaned = of_uncertain_base(model, given, options)
+        if beside is None:
+            watch(CAUSES)
+            found = by_residuals(model, given, options)
+            if found.verdict != "unexplained":
+                return found
+            beside = _by_sensors(found, cleaned)
+        elif not for_free_runs(beside):
+            return beside
+        watch(FREE_RUNS)
+        return by_free_runs(beside, cleaned)
     watch(CAUSES)
     return by_residuals(model, given, options)
+
+
+def _by_sensors(found: Diagnosis, cleaned: Prepared) -> Diagnosis:
+    """Findings with what the sensors show of each other in the place of what residuals say of them."""
+    own = [f for f in cleaned.tracks.findings if f.stage == "kinematics"]
+    names = {f.cause for f in own}
+    return replace(found, causes=(*own, *(f for f in found.causes if f.cause not in names)))
 
 
 def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:

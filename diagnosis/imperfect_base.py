@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 OWN_CAUSE = {"neutral_rudder_angle": RudderOffset.id}
 """Groups that are causes of the bank under a name of their own."""
 STAGE = "free runs"
+WORSE = 1.05
+"""Ratio of the errors of left-out records, in any channel, from which the numbers that moved are not taken over."""
 UNITS = {"rudder_offset": "rad"}
 
 
@@ -46,9 +48,10 @@ def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
             base = calibrate_on(found.model, given.train, given.held_out)
     except (BadInput, CannotFit, FitFailed):
         return found
-    if not base.moved or base.verdict == "unexplained":
+    if not base.moved or base.verdict == "unexplained" or _worse(base):
         return replace(found, calibration=base)
-    before = [f for f in found.causes if f.stage == "kinematics" or f.cause in OWN_CAUSE.values()]
+    before = [f for f in found.causes if f.stage != "dynamics" and f.cause != BaseCoefficients.id]
+    before += [f for f in given.tracks.findings if f.cause not in {b.cause for b in before}]
     named = {f.cause for f in before}
     causes = (*before, *(f for f in _findings(base) if f.cause not in named))
     instruments = combined(base.calibrated.instruments, given.instruments)
@@ -65,6 +68,12 @@ def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
         next_manoeuvre=", ".join(run.manoeuvre for run in base.next_runs),
         calibration=base,
     )
+
+
+def _worse(base: Calibration) -> bool:
+    """Whether training records that were left out are predicted worse in some channel."""
+    pairs = ((base.before[c][0], new) for c, (new, _) in base.after.items())
+    return any(new > WORSE * old for old, new in pairs)
 
 
 def _findings(base: Calibration) -> list[Finding]:

@@ -21,7 +21,7 @@ def make_diagnosis(*findings, verdict=None, sizes=(), ratio=1.0):
 
 DEFAULTS = {
     "suite": "made-up", "method": "innovations", "group": "injected", "vessel": "mariner", "injected": "rudder_offset",
-    "strength": "faint", "gusts": "none", "seed": 0,
+    "strength": "faint", "gusts": "none", "seed": 0, "base": "exact", "records": "plain",
 }  # fmt: skip
 
 

@@ -37,6 +37,8 @@ class Case:
     duration_s, dt_s : of each record (default 600 s at 0.5 s, a fifth of it or so for a model).
     noise : factor on the sensors' noise; gaps : share of samples lost; channels : which are kept (default: all).
     command : the records hold the rudder's command instead of its angle.
+    noise_time_s : correlation time of the sensors' noise, s of a 160 m ship (0: white).
+    spread : relative standard deviation of an effect's size between records.
     """
 
     vessel: str = "mariner"
@@ -54,6 +56,8 @@ class Case:
     channels: tuple[str, ...] = ()
     command: bool = False
     wrap: bool = True
+    noise_time_s: float = 0.0
+    spread: float = 0.0
 
     def __post_init__(self) -> None:
         for cause in [*self.causes, *(effect.cause for effect in self.effects)]:
@@ -112,7 +116,7 @@ def inject(case: Case, rng: np.random.Generator) -> Injected:
     gusts = draw_gusts(case, rng)
     frames = Frames.draw(case, rng)
     drawn = [draw_effect(case, cause, frames, gusts, rng) for cause in case.causes]
-    found = (*case.effects, *(effect for effect, _ in drawn))
+    found = (*case.effects, *(effect.spread(case.spread, frames.count, rng) for effect, _ in drawn))
     power = min((power for _, power in drawn if not np.isnan(power)), default=float("nan"))
     runs = [frames.run(case, found, i, gusts) for i in range(frames.count)]
     records = [frames.record(case, found, i, run, rng) for i, run in enumerate(runs)]

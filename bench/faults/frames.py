@@ -74,4 +74,5 @@ class Frames:
             run, plan_of(case.ship, effects, i), case.dt_s or 0.0, rng, sd, case.channels,
             gaps=case.gaps if noise else 0.0, command=case.command, name=f"{role}-{i + 1}",
             manoeuvre=self.manoeuvres[i], wrap=case.wrap and noise,
+            noise_time_s=case.noise_time_s * case.ship.clock,
         )  # fmt: skip

@@ -47,6 +47,7 @@ def observe(
     name: str = "record",
     manoeuvre: str | None = None,
     wrap: bool = True,
+    noise_time_s: float = 0.0,
 ) -> Record:
     """The record of a run, sampled every dt_s seconds.
 
@@ -62,7 +63,7 @@ def observe(
     for kind, p in effects[:before]:
         kind.apply(rows, time, p, noise, rng)
     for channel in rows:
-        rows[channel] = rows[channel] + noise.get(channel, 0.0) * rng.standard_normal(time.size)
+        rows[channel] = rows[channel] + noise.get(channel, 0.0) * coloured(rng, time.size, dt_s, noise_time_s)
     for kind, p in effects[before:]:
         kind.apply(rows, time, p, noise, rng)
     if wrap:
@@ -74,6 +75,18 @@ def observe(
     side = "port" if plan.ship.starboard < 0 else "starboard"
     meta = RecordMeta(vessel=plan.ship.id, positive_rudder=side, manoeuvre=manoeuvre, source="truth simulator")
     return Record(time, {"rudder_command_rad" if command else "rudder_rad": rudder, **kept}, name, meta)
+
+
+def coloured(rng: np.random.Generator, size: int, dt_s: float, time_s: float) -> np.ndarray:
+    """Noise (size,) of unit variance with an exponential memory of time_s; white for 0."""
+    white = rng.standard_normal(size)
+    if time_s <= 0.0:
+        return white
+    from scipy.signal import lfilter
+
+    keep = float(np.exp(-dt_s / time_s))
+    fresh = np.sqrt(1.0 - keep**2)
+    return lfilter([fresh], [1.0, -keep], white, zi=[keep * white[0]])[0]
 
 
 def sampled(run: Run, channel: str, at: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from .. import verdict
 from ..causes.base import NORMAL_90, Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes, terms_for
+from ..causes.rudder_effectiveness import RudderEffectiveness
 from ..findings import noise_of
 from ..gain.extension import extended_model
 from ..gain.measured import gain_of
@@ -49,6 +50,8 @@ WORSE = 1.05
 NAMED, PARTLY = 0.8, 0.2
 SHOWN, MOVED = 8, 2.0
 """Numbers that are told at most, and posterior standard deviations from which they count as moved."""
+GAINS = ("b", "b1")
+"""Turning gains of response models: a rudder of another effectiveness is nothing else."""
 HULL = "a description of the hull, which wrong numbers of the base model cannot be told from"
 
 
@@ -62,9 +65,10 @@ class Conclusion:
     shares: Shares
 
 
-def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[Diagnosis, Prepared] | None:
-    """The diagnosis with the base model's own numbers uncertain, and the records with the sensors' errors removed; None
-    where the numbers are exact, or the records cannot decide.
+def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[Diagnosis | None, Prepared]:
+    """The diagnosis with the base model's own numbers uncertain, and the records with the sensors' errors removed.
+
+    It is None where the likelihood shows no error of the numbers beside causes and gusts, or the records cannot decide.
 
     Raises
     ------
@@ -75,14 +79,14 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[
     sensors = sensors_of(given.train, given.held_out, options.causes())
     state, cannot = starting_state(_estimator(model, sensors.train, options), options)
     if verdict.undecidable(state.est, state.start) is not None:
-        return None
+        return None, given
     if state.now.diverged:
         raise FitFailed(f"model {model.id} cannot be run with the records: its filter is not finite")
     base = Base(state.est, terms_of(state.est, state.now), state.start)
     bank = {c: v for c, v in state.bank.items() if c.id not in LEFT_OUT}
     found = search(state, base, bank, options.max_effects, rng)
     if _exact(found):
-        return None
+        return None, _prepared(given, sensors)
     done = _concluded(found, bank, rng)
     raw = state if sensors.train is given.train else starting_state(_estimator(model, given.train, options), options)[0]
     return _told(done, raw, sensors, given, options, cannot, rng), _prepared(given, sensors)
@@ -229,8 +233,17 @@ def _of_numbers(done: Conclusion) -> Finding | None:
         f"take off {100.0 * part.value:.0f} % [{100.0 * part.low:.0f}, {100.0 * part.high:.0f}] of the squared error "
         "of free runs of records that were left out"
     )
+    gain = not est.model.is_3dof and any(size.parameter in GAINS for size in sizes)
     return Finding(
-        BaseCoefficients.id, (), STAGE, float(np.sum(z**2)), 0.0, tuple(sizes), details=details, evidence=said
+        BaseCoefficients.id,
+        (RudderEffectiveness.id,) if gain else (),
+        STAGE,
+        float(np.sum(z**2)),
+        0.0,
+        tuple(sizes),
+        details=details,
+        evidence=said,
+        separate_by=RudderEffectiveness.separate_by if gain else None,
     )
 
 
@@ -279,13 +292,13 @@ def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:
     if not findings:
         return "unexplained", "no cause stands beside the base model's own numbers, and these explain nothing"
     if explained >= NAMED:
-        ties = any(f.tied_with for f in findings if f.cause != BaseCoefficients.id and not _tied_to_numbers(f))
+        ties = any(f.tied_with for f in findings if not _of_numbers_alone(f))
         return ("tied" if ties else "named"), said
     return ("partly_named" if explained >= PARTLY or not channels else "unexplained"), said
 
 
-def _tied_to_numbers(f: Finding) -> bool:
-    return f.tied_with == (BaseCoefficients.id,)
+def _of_numbers_alone(f: Finding) -> bool:
+    return f.cause == BaseCoefficients.id or f.tied_with == (BaseCoefficients.id,)
 
 
 def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, str]) -> tuple[Entry, ...]:

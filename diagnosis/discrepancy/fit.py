@@ -24,6 +24,9 @@ BLOCK_S = 50.0
 ROUNDS, ENOUGH = 6, 0.3
 """Most rounds of a fit, and the rise of the marginal likelihood (nats) below which it ends."""
 HALVINGS = 5
+FORCE = 3e-5
+"""Random forces, in force units, at which the fit of the noise starts: without any, it ends far from the best where the
+base model is far off."""
 ROUGH = 0.2
 """Nats per step at which the noise counts as fitted within a round."""
 
@@ -128,15 +131,16 @@ def fit(
     start: np.ndarray | None = None,
     variances: np.ndarray | None = None,
     rounds: int = ROUNDS,
+    terms: np.ndarray | None = None,
 ) -> Fitted:
     """Noise, discrepancy and parameters of causes of largest marginal likelihood.
 
-    s : its noise is where the noise's fit starts.  start : values of the causes' parameters, zero unless given; the
-    discrepancy starts at zero.
+    s : its noise is where the noise's fit starts.  start, terms : values of the causes' parameters and of the
+    discrepancy's, zero unless given.
     """
     est, free = base.est, len(base.terms.parameters)
-    x = np.concatenate([np.zeros(free), np.zeros(len(variant)) if start is None else start])
-    s, now = fit_noise(est, base.at(x, variant, s), 4, ROUGH)
+    x = np.concatenate([np.zeros(free) if terms is None else terms, np.zeros(len(variant)) if start is None else start])
+    s, now = fit_noise(est, base.at(x, variant, with_forces(s)), 4, ROUGH)
     causes = np.arange(free, x.size)
     variances = START if variances is None else variances
     evidence, before = -np.inf, -np.inf
@@ -155,6 +159,12 @@ def fit(
     if not np.isfinite(evidence):
         evidence = _evidence(expanded(base, s, now, x, variant), x, variances, now.log_likelihood)
     return Fitted(base, variant, s, now, x, variances, evidence)
+
+
+def with_forces(s: Setting) -> Setting:
+    """A setting with random forces in every axis."""
+    noise = s.noise
+    return s if noise.has_forces else replace(s, noise=replace(noise, force_sd=np.full(noise.force_sd.size, FORCE)))
 
 
 def _stepped(

@@ -129,11 +129,6 @@ def _updated(q: Quadratic, at: Mode, variances: np.ndarray) -> np.ndarray:
     return new
 
 
-def exact(variances: np.ndarray) -> np.ndarray:
-    """Variances of a discrepancy that is absent."""
-    return np.minimum(variances, LEAST)
-
-
 def influence(q: Quadratic, at: Mode, places: np.ndarray) -> np.ndarray:
     """(B, k) what each block moves the estimates at `places` (positions among the active ones) by."""
     left = q.slope[:, at.active] - q.gram[:, at.active][:, :, at.active] @ at.x[at.active]

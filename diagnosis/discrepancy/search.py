@@ -15,7 +15,7 @@ import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ..statistics.score_tests import log_tail
-from .fit import Base, Fitted, fit
+from .fit import Base, Fitted, fit, with_forces
 from .quadratic import START
 from .screen import GRID, Lead, screen
 
@@ -29,6 +29,8 @@ FIRST, LATER, TESTS = 0.5, 0.2, 25.0
 PROMISING, FAR, LEADERS = 0.6, 0.05, 4
 """Shares of the threshold and of the best log p-value that a screened cause must reach to be refitted, and how many
 are."""
+KEPT = 0.5
+"""Share of its screened statistic below which a fit is tried again from the discrepancy as it is."""
 TIE = 4.6
 """Log p-values, times the inflation, within which causes are tied."""
 MOST_TIED = 2
@@ -101,7 +103,7 @@ def _leads(final: Fitted, bank: Mapping[Cause, Sequence[Variant]], threshold: fl
     found = screen(base, final.setting, final.now, final.x, final.variant, final.variances, bank)
     if not untouched:
         return found
-    s, now = fit_noise(base.est, base.origin, 6)
+    s, now = fit_noise(base.est, with_forces(base.origin), 6)
     raw = screen(base, s, now, np.zeros(final.x.size), final.variant, START, bank)
     return _in_turn(found, raw, threshold)
 
@@ -138,6 +140,10 @@ def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> Accepted:
     base, variant = now.base, lead.variant
     start = np.concatenate([now.sizes, _start(base, lead)])
     fitted = fit(base, base.origin, (*now.variant, *variant), start)
+    if 2.0 * (fitted.evidence - now.evidence) < KEPT * lead.statistic:  # lost on its way from no discrepancy
+        held = len(base.terms.parameters)
+        other = fit(base, now.setting, (*now.variant, *variant), start, now.variances, terms=now.x[:held])
+        fitted = max(fitted, other, key=lambda f: f.evidence)
     return _accepted(now, lead, variant, fitted, float(len([x for x in leads if x.cause == lead.cause])))
 
 

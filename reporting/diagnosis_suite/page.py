@@ -182,6 +182,7 @@ def _target(row: Mapping[str, Any]) -> str:
 def part_tables(board: Board) -> list[Table]:
     """Every rate in parts: one table a scope, rates as columns."""
     titles = {"injected": "By injected cause", "vessel": "By vessel", "gusts": "By gusts", "strength": "By strength"}
+    titles |= {"base": "By base model", "records": "By how the records are made"}
     return [_part_table(board.rates, scope, title) for scope, title in titles.items()]
 
 

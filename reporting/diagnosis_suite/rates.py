@@ -19,7 +19,10 @@ LEVEL = 0.95
 GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 """Channels whose errors make the gain; positions drift and are stored only."""
 CASE = ["group", "vessel", "injected", "strength", "gusts", "seed"]
+SCOPES = ("vessel", "gusts", "strength", "injected", "base", "records")
 FOUND = ("alone", "tie")
+WORSE = 1.05
+"""Ratio of errors that an extended model may not exceed."""
 POWER_EDGES = (1.0, 3.0, 10.0, 30.0, 60.0, 120.0, 400.0, 800.0, 4e3, 1e4)
 """Non-centralities between which the power curves count."""
 
@@ -64,6 +67,20 @@ def _of(group: str, calm: bool) -> Callable[[Frame], Frame]:
     return lambda frame: (frame["group"] == group) & ((frame["gusts"] == "none") == calm)
 
 
+def _effects(frame: Frame) -> Frame:
+    return frame["group"].isin(["injected", "pair"])
+
+
+def _further(frame: Frame) -> Frame:
+    """Also cases of stores that do not count them: none."""
+    return frame.get("extra_names", frame["tie_size"] * 0).fillna(0) > 0
+
+
+def _worse(frame: Frame) -> Frame:
+    ratios = [frame[f"rmse_after_{channel}"] / frame[f"rmse_before_{channel}"] for channel in GAIN_CHANNELS]
+    return np.logical_or.reduce([ratio > WORSE for ratio in ratios])
+
+
 RATES = (
     Rate("named", "true cause first or in its tie (detectable)", _detectable, _named, 0.97),
     Rate("alone", "... by itself", _detectable, lambda f: f["outcome"] == "alone", 0.0),
@@ -74,6 +91,8 @@ RATES = (
     Rate("anticipated_clean", "anticipated unknowns unexplained, clean", _of("anticipated", True), _unexplained, 0.95),
     Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", _of("anticipated", False), _unexplained, 0.70),
     Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", _of("unforeseen", True), _unexplained, 0.70),
+    Rate("extra", "runs with a further name that is none of the hull's", _effects, _further, 0.05, False),
+    Rate("worse", "held-out error above 1.05 of the base in some channel", _effects, _worse, 0.0, False),
     Rate("both", "both causes of a pair named", lambda f: f["group"] == "pair", lambda f: f["outcome"] == "both", 0.90),
 )
 
@@ -82,10 +101,10 @@ RATES = (
 class Board:
     """Aggregated results, each a pandas frame.
 
-    rates: method, scope, group, rate, title, n, hits, value, low, high, target, met; scope `all`, `vessel`, `gusts`,
-    `strength` or `injected`.  figures: method, figure, title, n, value, low, high, target, met.  confusion: counts of
-    (method, injected, named).  power: method, gusts, low, high (of the non-centrality), middle, n, hits, value.
-    sizes: coverage by method and cause.  failures: what failed or did not apply.
+    rates: method, scope, group, rate, title, n, hits, value, low, high, target, met; scope `all` or one of SCOPES.
+    figures: method, figure, title, n, value, low, high, target, met. confusion: counts of (method, injected,
+    named). power: method, gusts, low, high (of the non-centrality), middle, n, hits, value. sizes: coverage by
+    method and cause. failures: what failed or did not apply.
     """
 
     rates: Frame
@@ -142,7 +161,7 @@ def rate_table(cases: Frame) -> Frame:
         for rate in RATES:
             chosen = own[rate.cases(own)]
             rows.append(_rate_row(method, "all", "all", rate, chosen))
-            for scope in ("vessel", "gusts", "strength", "injected"):
+            for scope in (scope for scope in SCOPES if scope in chosen):
                 for group, part in chosen.groupby(scope, sort=True):
                     rows.append(_rate_row(method, scope, group, rate, part))
     return pd.DataFrame([row for row in rows if row["n"]], columns=RATE_COLUMNS)

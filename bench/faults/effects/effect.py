@@ -37,6 +37,17 @@ class Effect:
 
         return Effect(self.cause, {k: grown(v) if k in kind.sized else v for k, v in self.parameters.items()})
 
+    def spread(self, share: float, records: int, rng: np.random.Generator) -> Effect:
+        """The effect with a size of its own in each record, of this relative standard deviation about the common one;
+        itself where it has none, or sizes by record already."""
+        kind = self.kind
+        shared = [k for k in kind.sized if isinstance(self.parameters.get(k), float) and k not in kind.whole]
+        if not share or not shared:
+            return self
+        factors = 1.0 + share * np.clip(rng.standard_normal(records), -2.0, 2.0)
+        own = {k: tuple(float(self.parameters[k] * f) for f in factors) for k in shared}
+        return Effect(self.cause, {**self.parameters, **own})
+
     def at(self, record: int) -> dict[str, Any]:
         """The parameters in one record."""
         whole = self.kind.whole

@@ -14,6 +14,8 @@ KEYS = {
     "strength": "string",
     "gusts": "string",
     "seed": "int",
+    "base": "string",
+    "records": "string",
 }
 """`injected`: causes joined by +, empty for a clean record; `seed` is the case's own: with it the truth simulator makes
 the same records again."""
@@ -30,6 +32,7 @@ CASE_COLUMNS = {
     "false_alarm": "bool",
     "confident_wrong": "bool",
     "tie_size": "int",
+    "extra_names": "int",
     **{f"rmse_{when}_{channel}": "float" for when in ("before", "after") for channel in CHANNELS},
     **TIMES,
 }

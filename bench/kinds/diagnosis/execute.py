@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...execution import attempt, guarded, measured_cost
+from .bases import EXACT, base_model
 from .judge import KNOWN, detectable, gain, judge, size_rows
 from .plan import ORACLE, CaseSpec
+from .records import RECORDS
 
 if TYPE_CHECKING:
+    from ....models.model import Model
     from ...faults import Injected
 
 WARM_SAMPLES = 120
@@ -22,7 +25,13 @@ def injected_of(spec: CaseSpec) -> Injected:
     from ...faults import Case, inject
 
     strength = spec.strength if spec.injected else "medium"
-    return inject(Case(spec.vessel, spec.injected, strength, gusts=spec.gusts), np.random.default_rng(spec.seed))
+    case = Case(spec.vessel, spec.injected, strength, gusts=spec.gusts, **RECORDS[spec.records])
+    return inject(case, np.random.default_rng(spec.seed))
+
+
+def base_of(spec: CaseSpec) -> Model:
+    """The base model of a case, the same at every call."""
+    return base_model(spec.base, spec.vessel, np.random.default_rng([spec.seed, 1]))
 
 
 def execute(spec: CaseSpec) -> dict[str, Any]:
@@ -53,24 +62,24 @@ def _warm_up(spec: CaseSpec) -> None:
 def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
     """Fill in the row; returns the rows of the sizes."""
     from ....diagnosis.registry import find
-    from ....models.model import resolve
 
     _warm_up(spec)
     case = injected_of(spec)
     row |= {"noncentrality": case.noncentrality, "detectable": detectable(case) if spec.injected else None}
     diagnoser = find("innovations" if spec.method == ORACLE else spec.maker)()
-    model, options = resolve(spec.vessel), _options(spec)
+    model, options = base_of(spec), _options(spec)
     with measured_cost(row):
         found = diagnoser.diagnose(model, case.train, case.held_out, options)
-    row |= judge(found, spec.group, spec.injected) | gain(found)
+    row |= judge(found, spec.group, spec.injected, spec.base == EXACT) | gain(found)
     return size_rows(found, case) if spec.group in KNOWN and spec.method != ORACLE else []
 
 
 def _options(spec: CaseSpec) -> Any:
-    """Defaults of the command for a base model that is exact, seeded by the case; the oracle is given the true causes
-    that have parameters."""
+    """Coefficients that are known where the base model is exact, else the defaults of the command, seeded by the case;
+    the oracle is given the true causes that have parameters."""
     from ....diagnosis.causes.registry import bank
     from ....diagnosis.options import Options
 
     given = tuple(cause for cause in spec.injected if cause in {c.id for c in bank()})
-    return Options(coefficient_sd=0.0, seed=spec.seed % 2**32, only=given if spec.method == ORACLE else None)
+    sd = 0.0 if spec.base == EXACT else None
+    return Options(coefficient_sd=sd, seed=spec.seed % 2**32, only=given if spec.method == ORACLE else None)

@@ -30,9 +30,19 @@ POWER, LEVEL = 0.99, 0.001
 """An effect is detectable where the best test of this level has this power."""
 
 
-def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str]) -> dict[str, Any]:
-    """The scored columns of one case: verdict, what was named, outcome, false alarm, wrong name, size of the tie."""
+def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], exact: bool = True) -> dict[str, Any]:
+    """The scored columns of one case: verdict, what was named, outcome, false alarm, wrong name, size of the tie, and
+    how many further names are none of the hull's.
+
+    exact : whether the base model is; else names of the hull's own numbers are right, and count only where such an
+    effect is injected.
+    """
     findings = [frozenset((f.cause, *f.tied_with)) for f in diagnosis.causes]
+    extra = [f for f, held in zip(diagnosis.causes, findings, strict=True) if not held & set(injected)]
+    extra = [f for f in extra if not _of_hull(f.cause)]
+    if not exact:
+        named = zip(diagnosis.causes, findings, strict=True)
+        findings = [held for f, held in named if not _of_hull(f.cause) or held & set(injected)]
     holding = [found for found in findings if found & set(injected)]
     outcome = _outcome(diagnosis, group, injected, findings)
     confident = diagnosis.verdict in ("named", "tied")
@@ -43,7 +53,17 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str]) -> dict[str
         "false_alarm": outcome == "false_alarm" if group == "null" else None,
         "confident_wrong": confident and any(len(found) == 1 and not found & set(injected) for found in findings),
         "tie_size": max(map(len, holding)) if holding else None,
+        "extra_names": len(extra),
     }
+
+
+def _of_hull(name: str) -> bool:
+    """Whether a name says something of the base model's own numbers."""
+    from ....diagnosis.causes.registry import all_causes
+    from ....diagnosis.discrepancy.diagnosed import of_hull
+
+    known = all_causes()
+    return name in known and of_hull(known[name])
 
 
 def _outcome(diagnosis: Diagnosis, group: str, injected: Sequence[str], findings: Sequence[frozenset[str]]) -> str:
@@ -99,15 +119,20 @@ def size_rows(diagnosis: Diagnosis, case: Injected) -> list[dict[str, Any]]:
     for finding in diagnosis.causes:
         for effect in case.effects:
             if effect.cause == finding.cause:
-                rows += _rows_of(finding, effect, case.case.ship, names)
+                rows += _rows_of(finding, effect, case.case.ship, names, len(case.train))
     return rows
 
 
-def _rows_of(finding: Finding, effect: Effect, ship: Ship, records: Mapping[str, int]) -> list[dict[str, Any]]:
+def _rows_of(
+    finding: Finding, effect: Effect, ship: Ship, records: Mapping[str, int], training: int
+) -> list[dict[str, Any]]:
+    """A size of all records is compared with the mean over the training records."""
     rows = []
     for size in finding.sizes:
-        p = effect.at(records.get(size.record or "", 0))
-        truth = effect.kind.truths(p, ship, finding.details).get(size.parameter)
+        which = range(training) if size.record is None else [records.get(size.record, 0)]
+        each = [effect.kind.truths(effect.at(i), ship, finding.details).get(size.parameter) for i in which]
+        known = [float(x) for x in each if x is not None]
+        truth = sum(known) / len(known) if known else None
         if truth is not None:
             circular = size.parameter in effect.kind.directions
             rows.append({"cause": finding.cause} | compare(size, truth, circular))

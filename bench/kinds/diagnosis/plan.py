@@ -14,13 +14,14 @@ import numpy as np
 from ....models.errors import BadInput
 from ....models.suggestions import suggestion
 from ..base import limited
+from .bases import EXACT, carried
 
 if TYPE_CHECKING:
     from ...suites import Suite
     from ..base import Selection
     from .suite import Entry
 
-NOTHING = "none"
+NOTHING, PLAIN = "none", "plain"
 ORACLE = "oracle"
 """Name in the tables of the diagnosis that is given the true causes: a bound on the gain, not a competitor."""
 DIGITS = 2**53
@@ -32,6 +33,7 @@ class CaseSpec:
     """One case for one diagnoser; `maker` is what `diagnosis.registry.make` takes.
 
     With `seed` and the other fields the truth simulator makes the same records again (`faults.inject`).
+    base : what is wrong with the base model itself (`bases.BASES`).  records : how they are made (`records.RECORDS`).
     """
 
     suite: str
@@ -43,6 +45,8 @@ class CaseSpec:
     strength: str
     gusts: str
     seed: int
+    base: str = EXACT
+    records: str = PLAIN
 
     @property
     def key(self) -> str:
@@ -58,6 +62,8 @@ class CaseSpec:
             "strength": self.strength,
             "gusts": self.gusts,
             "seed": self.seed,
+            "base": self.base,
+            "records": self.records,
         }
 
 
@@ -102,18 +108,23 @@ def _specs(
 def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[CaseSpec]:
     """One round of an entry: each text of `inject` `each` times, with stratified draws of the rest."""
     strengths, gusts = stratified(entry.strength, rng), stratified(entry.gusts, rng)
+    bases, records = stratified(entry.base, rng), stratified(entry.records, rng)
     for text in _texts(entry.inject):
         injected = () if text == NOTHING else tuple(text.split("+"))
-        vessels = stratified(_carriers(entry, injected), rng)
+        carriers = _carriers(entry, injected)
+        vessels = {base: stratified([v for v in carriers if carried(base, v)], rng) for base in entry.base}
         for _ in range(entry.each):
+            base = next(bases)
             strength = next(strengths) if injected else NOTHING
             seed = int(rng.integers(DIGITS))
-            yield CaseSpec(suite, "", "", entry.group, next(vessels), injected, strength, next(gusts), seed)
+            vessel, weather = next(vessels[base], carriers[0]), next(gusts)
+            kind = next(records)
+            yield CaseSpec(suite, "", "", entry.group, vessel, injected, strength, weather, seed, base, kind)
 
 
 def stratified(values: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
     """Values without end, in random order; each comes once before any comes again."""
-    for _ in cycle([None]):
+    for _ in cycle([None] if len(values) else []):
         yield from (values[int(i)] for i in rng.permutation(len(values)))
 
 

@@ -15,6 +15,12 @@ Group = Annotated[
     needs("injected, null, anticipated, unforeseen or pair"),
 ]
 
+Base = Annotated[
+    Literal["exact", "off-5", "off-10", "off-20", "dropped", "particulars", "other-family"],
+    needs("exact, off-5, off-10, off-20, dropped, particulars or other-family"),
+]
+Made = Annotated[Literal["plain", "coloured", "spread", "closed-loop"], needs("plain, coloured, spread or closed-loop")]
+
 
 class Head(FileContent):
     """Keys of the file beside its entries.
@@ -40,6 +46,7 @@ class Entry(FileContent):
     strength : names of `faults.STRENGTHS` or `faults.SIZED`; gusts : names of `faults.GUSTS`.
     each : cases of each text in a round.
     oracle : the true causes are refitted as well, to compare the gain with.
+    base : what is wrong with the base model itself; records : how they are made.
     """
 
     group: Group = "injected"
@@ -49,3 +56,5 @@ class Entry(FileContent):
     gusts: Texts = ("none",)
     each: Count = 1
     oracle: Flag = False
+    base: tuple[Base, ...] = ("exact",)
+    records: tuple[Made, ...] = ("plain",)

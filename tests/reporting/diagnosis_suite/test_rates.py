@@ -61,7 +61,7 @@ def test_rates_count_what_they_say(runs):
     told = {name: (rate(board, name)["hits"], rate(board, name)["n"]) for name in board.rates["rate"].unique()}
     assert told == {
         "named": (2, 5), "alone": (1, 5), "false_clean": (1, 3), "false_slow": (0, 1), "wrong": (1, 8),
-        "unforeseen_clean": (1, 2), "both": (1, 2),
+        "unforeseen_clean": (1, 2), "both": (1, 2), "extra": (0, 8), "worse": (0, 8),
     }  # fmt: skip
     assert (rate(board, "named", "naive")["hits"], rate(board, "false_clean", "naive")["hits"]) == (0, 1)
     assert rate(board, "named", scope="gusts", group="slow")["value"] == 1.0

@@ -1,0 +1,15 @@
+"""How the records of a case are made: a dimension of diagnosis suites."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+RECORDS: Mapping[str, Mapping[str, Any]] = {
+    "plain": {},
+    "coloured": {"noise_time_s": 5.0},
+    "spread": {"spread": 0.3},
+    "closed-loop": {"train": ("zigzag:10/10", "zigzag:20/20:port", "zigzag:20/10")},
+}
+"""Name -> what differs from a plain case: sensors' noise with a memory (s, of a 160 m ship), sizes that differ between
+records (relative standard deviation), runs in which heading orders the rudder."""

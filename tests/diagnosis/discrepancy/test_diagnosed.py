@@ -1,0 +1,69 @@
+"""Base models whose own numbers are off: causes are still named, and nothing else is."""
+
+import numpy as np
+import pytest
+
+from helmbench.bench.kinds.diagnosis.bases import base_model
+from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
+from helmbench.diagnosis.causes.registry import causes
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.discrepancy.diagnosed import of_hull
+from helmbench.models.model import model_to_json, resolve
+
+from ...injections import injected
+
+FIXED = {
+    "offset": ("mariner", "rudder_offset", "off-5"),
+    "delay": ("response-1", "rudder_delay", "off-20"),
+}
+DRAWN = ("rudder_offset", "rudder_delay", "yaw_rate_bias", "heading_delay")
+
+
+def strangers(found):
+    """Names that are none of the hull's."""
+    known = causes()
+    return [f.cause for f in found.causes if not of_hull(known[f.cause])]
+
+
+@pytest.fixture(scope="module", params=FIXED)
+def fixed(request):
+    vessel, cause, base = FIXED[request.param]
+    rng = np.random.default_rng(11)
+    case = injected(vessel, (cause,), rng)
+    found = diagnose(base_model(base, vessel, rng), case.train, case.held_out[:1])
+    print(case.truth, found.verdict, found.causes, found.gain)
+    return cause, case, found
+
+
+def test_the_cause_is_named_beside_the_base_models_numbers(fixed):
+    cause, case, found = fixed
+    assert strangers(found) == [cause]
+    assert BaseCoefficients.id in {f.cause for f in found.causes}
+    (size,) = next(f for f in found.causes if f.cause == cause).sizes
+    truth = next(iter(case.truth[0]["parameters"].values()))
+    assert abs(size.value - truth) < 2.0 * (size.high - size.low)
+
+
+def test_the_extended_model_predicts_held_out_records_better(fixed, tmp_path):
+    _, _, found = fixed
+    gain = found.gain["heading_rad"]
+    assert gain.rmse_after < 0.8 * gain.rmse_before
+    model_to_json(found.extended, tmp_path / "extended.json")
+    assert resolve(tmp_path / "extended.json").family == found.extended.family
+
+
+def test_a_drawn_cause_on_a_drawn_base(rng):
+    cause, vessel = str(rng.choice(DRAWN)), str(rng.choice(["mariner", "cargo"]))
+    base = str(rng.choice(["off-5", "off-10"]))
+    case = injected(vessel, (cause,), rng)
+    found = diagnose(base_model(base, vessel, rng), case.train)
+    print(vessel, base, case.truth, found.verdict, found.causes)
+    assert [c for c in strangers(found) if c != cause] == []
+
+
+def test_nothing_is_named_where_only_the_base_is_wrong(rng):
+    vessel = str(rng.choice(["mariner", "response-1"]))
+    case = injected(vessel, (), rng)
+    found = diagnose(base_model("off-10", vessel, rng), case.train)
+    print(vessel, found.verdict, found.causes)
+    assert strangers(found) == []

@@ -1,0 +1,33 @@
+"""The sensors' stage of a diagnosis: no hull model takes part."""
+
+import numpy as np
+import pytest
+
+from helmbench.diagnosis.causes.registry import cause
+from helmbench.diagnosis.kinematics.stage import sensors_of
+
+from ...injections import injected
+
+
+def test_a_bias_is_found_and_removed_from_all_records(rng):
+    case = injected("mariner", ("yaw_rate_bias",), rng)
+    found = sensors_of(case.train, case.held_out)
+    truth = case.truth[0]["parameters"]["b"]
+    print(truth, found.findings)
+    assert [f.cause for f in found.findings] == ["yaw_rate_bias"]
+    assert found.instruments["yaw_rate_bias"] == pytest.approx(truth, rel=0.2)
+    for before, after in zip((*case.train, *case.held_out), (*found.train, *found.held_out), strict=True):
+        moved = before.column("yaw_rate_rad_s") - after.column("yaw_rate_rad_s")
+        assert np.nanmean(moved) == pytest.approx(truth, rel=0.4)
+
+
+def test_sound_sensors_leave_the_records_as_they_are(rng):
+    case = injected("mariner", (), rng)
+    found = sensors_of(case.train, case.held_out)
+    assert found.findings == () and found.instruments == {}
+    assert all(a.column("heading_rad") is b.column("heading_rad") for a, b in zip(case.train, found.train, strict=True))
+
+
+def test_only_chosen_causes_are_looked_for(rng):
+    case = injected("mariner", ("yaw_rate_bias",), rng)
+    assert sensors_of(case.train, [], {cause("rudder_offset")}).findings == ()
