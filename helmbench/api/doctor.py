@@ -1,7 +1,5 @@
 """Whether helmbench can work here: versions, compiled code, data, threads, disk and permissions."""
 
-# threadpoolctl ships no types:
-# pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
 import os
@@ -15,7 +13,7 @@ from dataclasses import dataclass
 from html import escape
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from ..models.errors import BadInput
 
@@ -197,14 +195,12 @@ def _data() -> Iterator[Finding]:
 
 
 def _threads() -> Iterator[Finding]:
-    from threadpoolctl import threadpool_info
-
-    from ..bench.environment import THREAD_VARIABLES, cpu_count
+    from ..bench.environment import THREAD_VARIABLES, cpu_count, thread_pools
 
     cpus = cpu_count()
-    pools = cast("list[dict[str, Any]]", threadpool_info())
-    told = ", ".join(f"{one['internal_api']} {one['num_threads']}" for one in pools) or "none"
-    most = max((int(one["num_threads"]) for one in pools), default=1)
+    pools = thread_pools()
+    told = ", ".join(f"{library} {threads}" for library, threads in pools) or "none"
+    most = max((threads for _, threads in pools), default=1)
     given = {name: value for name in THREAD_VARIABLES if (value := os.environ.get(name))}
     wrong = [name for name, value in given.items() if not value.isdigit() or int(value) < 1]
     if wrong:
