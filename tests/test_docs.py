@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import helmbench
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 from helmbench.methods.registry import methods
@@ -51,6 +52,12 @@ def test_the_example_suite_is_one(tmp_path):
 def test_the_mathematics_of_every_method_is_told():
     text = (DOCS / "mathematics" / "methods.md").read_text(encoding="utf-8")
     assert set(re.findall(r"^### (\S+)$", text, re.MULTILINE)) == set(methods())
+
+
+def test_the_reference_holds_every_public_name():
+    text = (DOCS / "reference" / "api.md").read_text(encoding="utf-8")
+    told = re.findall(r"^\.\. auto(?:function|class|exception):: (\w+)$", text, re.MULTILINE)
+    assert sorted([*told, "__version__"]) == sorted(helmbench.__all__)
 
 
 def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tmp_path):

@@ -43,6 +43,18 @@ def test_the_example_gives_what_it_says(ran):
     assert names["results"].complete
 
 
+def test_the_five_minutes_are_those_of_the_tour():
+    """The commands of the tour are run by the test of the documentation."""
+    block = re.compile(r"^```bash\n(.*?)^```", re.DOTALL | re.MULTILINE)
+    tour = (ROOT / "docs" / "tour.md").read_text(encoding="utf-8")
+    assert block.findall(TEXT) == ["".join(block.findall(tour))]
+
+
+def test_links_within_the_repository_lead_to_files():
+    links = re.findall(r"\]\(([^)#:]+)\)", TEXT)
+    assert len(links) > 10 and [link for link in links if not (ROOT / link).exists()] == []
+
+
 def test_every_public_name_is_in_the_table():
     section = TEXT[TEXT.index("## From Python") : TEXT.index("## Command line")]
     named = set(re.findall(r"\w+", section))
