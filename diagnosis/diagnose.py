@@ -94,7 +94,7 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
     """The diagnosis with the base model's numbers uncertain, or as they are where that gains nothing or is asked."""
     if options.base_parameters == "file" and options.coefficient_sd is None:
         watch(CAUSES_BESIDE)
-        beside, cleaned = of_uncertain_base(model, given, options)
+        beside, cleaned, explained = of_uncertain_base(model, given, options)
         if beside is None:
             watch(CAUSES)
             found = by_residuals(model, given, options)
@@ -104,7 +104,7 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
         elif not for_free_runs(beside):
             return beside
         watch(FREE_RUNS)
-        return by_free_runs(beside, cleaned)
+        return by_free_runs(beside, cleaned, explained)
     watch(CAUSES)
     return by_residuals(model, given, options)
 

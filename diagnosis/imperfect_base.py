@@ -32,23 +32,28 @@ UNITS = {"rudder_offset": "rad"}
 
 
 def for_free_runs(found: Diagnosis) -> bool:
-    """Whether all that is named beside the base model's own numbers is the sensors', or a rudder offset, which its
-    groups hold: else free runs would give to the numbers what is the causes'."""
+    """Whether all that shows beside the base model's own numbers is the sensors', or a rudder offset, which its groups
+    hold: else free runs would give to the numbers what is the causes'."""
+    if any(entry.status == "explained_by" for entry in found.bank):
+        return False
     held = {BaseCoefficients.id, *OWN_CAUSE.values()}
     return all(
         f.stage == "kinematics" or f.cause in held or f.tied_with == (BaseCoefficients.id,) for f in found.causes
     )
 
 
-def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
+def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0) -> Diagnosis:
     """The diagnosis with what the base model's numbers explain of free runs; as it was where they explain little, or
-    where the family states no groups."""
+    where the family states no groups.
+
+    least : share of the squared error of left-out records that is explained already.
+    """
     try:
         with arithmetic_guard():
             base = calibrate_on(found.model, given.train, given.held_out)
     except (BadInput, CannotFit, FitFailed):
         return found
-    if not base.moved or base.verdict == "unexplained" or _worse(base):
+    if not base.moved or base.verdict == "unexplained" or _worse(base) or _share(base) < least:
         return replace(found, calibration=base)
     before = [f for f in found.causes if f.stage != "dynamics" and f.cause != BaseCoefficients.id]
     before += [f for f in given.tracks.findings if f.cause not in {b.cause for b in before}]
@@ -68,6 +73,12 @@ def by_free_runs(found: Diagnosis, given: Prepared) -> Diagnosis:
         next_manoeuvre=", ".join(run.manoeuvre for run in base.next_runs),
         calibration=base,
     )
+
+
+def _share(base: Calibration) -> float:
+    """Share of the squared free-run error of left-out records that the numbers take off, mean over channels."""
+    ratios = [new / max(base.before[c][0], 1e-300) for c, (new, _) in base.after.items()]
+    return float(np.mean([1.0 - ratio**2 for ratio in ratios]))
 
 
 def _worse(base: Calibration) -> bool:

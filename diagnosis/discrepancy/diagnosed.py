@@ -65,8 +65,9 @@ class Conclusion:
     shares: Shares
 
 
-def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[Diagnosis | None, Prepared]:
-    """The diagnosis with the base model's own numbers uncertain, and the records with the sensors' errors removed.
+def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[Diagnosis | None, Prepared, float]:
+    """The diagnosis with the base model's own numbers uncertain, the records with the sensors' errors removed, and the
+    share of the squared free-run error, left-out records, that is explained.
 
     It is None where the likelihood shows no error of the numbers beside causes and gusts, or the records cannot decide.
 
@@ -79,17 +80,18 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[
     sensors = sensors_of(given.train, given.held_out, options.causes())
     state, cannot = starting_state(_estimator(model, sensors.train, options), options)
     if verdict.undecidable(state.est, state.start) is not None:
-        return None, given
+        return None, given, 0.0
     if state.now.diverged:
         raise FitFailed(f"model {model.id} cannot be run with the records: its filter is not finite")
     base = Base(state.est, terms_of(state.est, state.now), state.start)
     bank = {c: v for c, v in state.bank.items() if c.id not in LEFT_OUT}
     found = search(state, base, bank, options.max_effects, rng)
     if _exact(found):
-        return None, _prepared(given, sensors)
+        return None, _prepared(given, sensors), 0.0
     done = _concluded(found, bank, rng)
     raw = state if sensors.train is given.train else starting_state(_estimator(model, given.train, options), options)[0]
-    return _told(done, raw, sensors, given, options, cannot, rng), _prepared(given, sensors)
+    told = _told(done, raw, sensors, given, options, cannot, rng)
+    return told, _prepared(given, sensors), done.shares.both.value
 
 
 def _estimator(model: Model, records: Sequence[Record], options: Options) -> Estimator:
@@ -128,7 +130,7 @@ def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.ra
         places.append(np.arange(at, at + len(a.variant)))
         at += len(a.variant)
     parts = shares(found.null, found.final, places, rng)
-    matter = [_matters(found.final, one, drop.low) for one, drop in zip(every, parts.drops, strict=True)]
+    matter = [_matters(found.final, one, felt) for one, felt in zip(every, parts.felt, strict=True)]
     chosen = list(enumerate(every))
     return Conclusion(
         found,
@@ -138,11 +140,11 @@ def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.ra
     )
 
 
-def _matters(final: Fitted, one: Sized, lowest_drop: float) -> bool:
+def _matters(final: Fitted, one: Sized, felt: bool) -> bool:
     cause = one.accepted.cause
     if not one.variant:
         return True  # waves: a random motion that no free run has
-    return cause.matters(final.base.est, one.variant, one.values) and one.clear and lowest_drop > 0.0
+    return cause.matters(final.base.est, one.variant, one.values) and one.clear and felt
 
 
 def of_hull(cause: Cause) -> bool:
@@ -267,6 +269,7 @@ def _built_in(done: Conclusion, est: Estimator, instruments: Mapping[str, float]
     ratios = done.shares.channels.values()
     least = 1.0 - WORSE**2
     with_numbers = all(both > least for _, _, both, _ in ratios) and done.shares.both.value >= done.shares.causes.value
+    with_numbers = with_numbers and done.shares.both.low > 0.0
     alone = all(causes > least for causes, _, _, _ in ratios)
     if not with_numbers and not alone:
         named = []

@@ -1,7 +1,7 @@
 """What causes and the model's numbers take off the error of free runs, in records that were left out.
 
-A record is simulated with the discrepancy that the other records give, and with the causes of all: quantities that
-belong to a record are those of its first part.  No random force acts after release.
+A record is simulated with the discrepancy and the causes that the other records give; quantities that belong to a
+record, such as a current, are its own.  No random force acts after release.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from ...estimation.filters.innovations.vector import CHANNELS, SYMBOLS
 from ...models.model import CHANNELS as COLUMNS
-from ..gain.free_runs import FIRST_PART, START_S
+from ..gain.free_runs import START_S
 from .fit import Fitted
 from .quadratic import Quadratic, mode
 from .terms import FORCES
@@ -22,8 +22,10 @@ from .terms import FORCES
 BLOCKS = 12
 """Blocks a record is cut into for the bootstrap."""
 DRAWS = 300
-LOST = 10.0
-"""Error (SI) that a run which is lost counts with."""
+LOST = np.array([10.0, 10.0, 10.0, 10.0, 1e4, 1e4])
+"""Largest error (SI) of each channel; a run that is lost counts with it."""
+CERTAIN = 0.01
+"""Probability that a cause takes nothing off a channel, below which it matters there."""
 TOLD = 0.5
 """Squared error over that of the sensor from which a channel counts."""
 
@@ -41,7 +43,7 @@ class Shares:
     """Shares of the base model's squared free-run error, mean over the channels that tell.
 
     causes: taken off by the causes alone; numbers: by the model's own numbers alone; both.
-    drops: by each cause beside the numbers and the other causes.
+    drops: by each cause beside the numbers and the other causes; felt: whether it surely takes something off a channel.
     channels: column -> the same, (causes, numbers, both, sensors).
     """
 
@@ -49,6 +51,7 @@ class Shares:
     numbers: Share
     both: Share
     drops: tuple[Share, ...]
+    felt: tuple[bool, ...]
     channels: Mapping[str, tuple[float, float, float, float]]
 
 
@@ -92,18 +95,17 @@ def _numbers(null: Fitted, x: np.ndarray, final: Fitted) -> np.ndarray:
 
 
 def _left_out(q: Quadratic, found: Fitted, record: int) -> np.ndarray:
-    """Parameters by the other records; with quantities of a record also by its first part."""
+    """Parameters by the other records; those that belong to a record are its own."""
     variances = found.variances.copy()
     if not found.base.est.model.is_3dof:
         variances[FORCES:] = 0.0  # they cannot simulate
     use = q.record != record
-    mine = np.flatnonzero(~use)
-    if any(p.record is not None for p in found.variant):
-        use = use.copy()
-        use[mine[: max(1, int(FIRST_PART * mine.size))]] = True
     if not use.any():
         return _simulating(found, found.x)
-    x = mode(q, variances, found.free, use).x
+    told = [place for place, p in zip(found.free, found.variant, strict=True) if p.record != record]
+    x = mode(q, variances, told, use).x
+    own = [place for place, p in zip(found.free, found.variant, strict=True) if p.record == record]
+    x[own] = found.x[own]
     return _simulating(found, found.base.bounded(x, found.variant))
 
 
@@ -124,7 +126,7 @@ def _error(found: Fitted, x: np.ndarray, segment: int) -> np.ndarray:
     free = max(int(np.searchsorted(d.time, min(START_S * est.clock, 0.2 * d.time[-1]))), 2)
     e = d.measured - est.free_run(s, segment, free)
     e[:, 0] = np.mod(e[:, 0] + np.pi, 2.0 * np.pi) - np.pi
-    e[~np.isfinite(e) & np.isfinite(d.measured)] = LOST
+    e = np.clip(np.where(np.isfinite(e) | ~np.isfinite(d.measured), e, LOST), -LOST, LOST)
     e[:free] = np.nan
     return e
 
@@ -146,7 +148,7 @@ def _shares(
     told = channels & (base.square.sum(axis=0) > TOLD * sd**2 * np.maximum(base.count.sum(axis=0), 1))
     if not told.any():
         nothing = Share(0.0, 0.0, 0.0)
-        return Shares(nothing, nothing, nothing, (nothing,) * n_causes, {})
+        return Shares(nothing, nothing, nothing, (nothing,) * n_causes, (False,) * n_causes, {})
 
     def ratios(pick: np.ndarray) -> np.ndarray:
         """(3 + causes, channels) shares over some blocks."""
@@ -158,8 +160,9 @@ def _shares(
 
     count = len(base.square)
     middle = ratios(np.arange(count))
-    draws = np.array([ratios(rng.integers(0, count, count)).mean(axis=1) for _ in range(DRAWS)])
-    low, high = np.quantile(draws, [0.05, 0.95], axis=0)
+    draws = np.array([ratios(rng.integers(0, count, count)) for _ in range(DRAWS)])
+    low, high = np.quantile(draws.mean(axis=2), [0.05, 0.95], axis=0)
+    felt = tuple((np.quantile(draws[:, 3:], CERTAIN, axis=0) > 0.0).any(axis=1).tolist())
     found = [Share(*map(float, one)) for one in zip(middle.mean(axis=1), low, high, strict=True)]
     names = [COLUMNS[SYMBOLS[c]] for c in range(CHANNELS) if told[c]]
     noise = (sd**2 * base.count.sum(axis=0))[told] / np.maximum(base.square.sum(axis=0)[told], 1e-300)
@@ -168,4 +171,4 @@ def _shares(
         name: (float(middle[0, j]), float(middle[1, j]), float(middle[2, j]), float(noise[j]))
         for j, name in enumerate(names)
     }
-    return Shares(found[0], found[1], found[2], tuple(found[3:]), by_channel)
+    return Shares(found[0], found[1], found[2], tuple(found[3:]), felt, by_channel)

@@ -13,6 +13,7 @@ from ..result import Finding, Size
 from ..statistics.random_effects import random_effects_mean
 from .fit import expanded
 from .quadratic import by_record, mode, robust_covariance
+from .search import AROUND_S
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Setting
@@ -69,6 +70,8 @@ def sized(found: Found, bank: Mapping[Cause, Sequence[Variant]]) -> list[Sized]:
             own = (*own, times[j][1])
         values = np.concatenate([final.x, [t.time_s or 0.0 for t, _ in times]])[places] if len(places) else np.zeros(0)
         covariance = _covariance(q, at_mode, places)
+        if a.time_s is not None:
+            covariance[-1, -1] += (0.5 * AROUND_S[-1] * final.base.est.clock / NORMAL_90) ** 2
         between, p_equal = 0.0, None
         if len(own) and own[0].record is None and a.time_s is None and final.base.est.n_records > 1:
             between, p_equal = _between(q, final.variances, places)
