@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 OWN_CAUSE = {"neutral_rudder_angle": RudderOffset.id}
 """Groups that are causes of the bank under a name of their own."""
+OF_RECORDS = ("current", "wind")
+"""Causes that a record has of its own: where they show at all, the numbers of free runs would take them up."""
 STAGE = "free runs"
 WORSE = 1.05
 """Ratio of the errors of left-out records, in any channel, from which the numbers that moved are not taken over."""
@@ -34,7 +36,7 @@ UNITS = {"rudder_offset": "rad"}
 def for_free_runs(found: Diagnosis) -> bool:
     """Whether all that shows beside the base model's own numbers is the sensors', or a rudder offset, which its groups
     hold: else free runs would give to the numbers what is the causes'."""
-    if any(entry.status == "explained_by" for entry in found.bank):
+    if any(entry.status == "explained_by" and entry.cause in OF_RECORDS for entry in found.bank):
         return False
     held = {BaseCoefficients.id, *OWN_CAUSE.values()}
     return all(

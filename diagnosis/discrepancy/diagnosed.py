@@ -26,10 +26,10 @@ from ..result import Diagnosis, Entry, Finding, Size
 from ..starting import starting_state, thinned
 from ..state import Candidate, State
 from .fit import Base, Fitted
-from .quadratic import mode
+from .quadratic import MOST, mode
 from .search import Found, search
 from .shares import Shares, shares
-from .terms import terms_of
+from .terms import NUMBERS, terms_of
 from .told import STAGE, Sized, finding, sized
 
 if TYPE_CHECKING:
@@ -47,6 +47,9 @@ EXACT = 3.0
 """Nats of marginal likelihood below which the base model's own numbers count as exact."""
 WORSE = 1.05
 """Ratio of free-run errors, left-out records, that the extended model may not exceed in any channel."""
+BOUND = 0.98
+"""Share of the largest variance of the model's numbers from which they are further off than their priors hold: no cause
+can be told beside them, and free runs have to say more."""
 NAMED, PARTLY = 0.8, 0.2
 SHOWN, MOVED = 8, 2.0
 """Numbers that are told at most, and posterior standard deviations from which they count as moved."""
@@ -130,7 +133,8 @@ def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.ra
         places.append(np.arange(at, at + len(a.variant)))
         at += len(a.variant)
     parts = shares(found.null, found.final, places, rng)
-    matter = [_matters(found.final, one, felt) for one, felt in zip(every, parts.felt, strict=True)]
+    held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS]
+    matter = [held and _matters(found.final, one, felt) for one, felt in zip(every, parts.felt, strict=True)]
     chosen = list(enumerate(every))
     return Conclusion(
         found,

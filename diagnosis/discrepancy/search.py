@@ -81,7 +81,9 @@ def search(
         threshold = float(np.log(state.alpha * (FIRST if step == 0 else LATER) / TESTS))
         leads = _leads(final, left, threshold, step == 0)
         first = first or {lead.cause: lead for lead in reversed(leads)}
-        tried = [_tried(final, lead, leads) for lead in _leaders(leads, threshold)]
+        leaders = _leaders(leads, threshold)
+        tried = [_tried(final, lead, leads) for lead in leaders]
+        tried += _from_far(final, [x for x in leads if x.cause not in [y.cause for y in leaders]]) if step == 0 else []
         tried += _scanned(state, final, left, rng)
         tried.sort(key=lambda c: c.log_p)
         if not tried or tried[0].log_p > threshold:
@@ -145,6 +147,24 @@ def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> Accepted:
         other = fit(base, now.setting, (*now.variant, *variant), start, now.variances, terms=now.x[:held])
         fitted = max(fitted, other, key=lambda f: f.evidence)
     return _accepted(now, lead, variant, fitted, float(len([x for x in leads if x.cause == lead.cause])))
+
+
+def _from_far(now: Fitted, leads: Sequence[Lead]) -> list[Accepted]:
+    """Causes of a response model that a screen at zero overlooks, such as a long delay, which lags imitate: tried from
+    the likeliest of the values of their search."""
+    base, out, seen = now.base, [], set()
+    for lead in leads:
+        if base.est.model.is_3dof or lead.cause in seen or not (lead.cause.search.steady and lead.cause.search.scored):
+            continue
+        seen.add(lead.cause)
+        options = list(lead.cause.search.starts(base.est, with_forces(base.origin), lead.variant))[1:]
+        if not options:
+            continue
+        likeliest = options[int(np.argmax([n.log_likelihood for n in base.est.many(options)]))]
+        sizes = [base.est.value(likeliest, p) - base.est.value(base.origin, p) for p in lead.variant]
+        fitted = fit(base, base.origin, (*now.variant, *lead.variant), np.concatenate([now.sizes, sizes]))
+        out.append(_accepted(now, lead, lead.variant, fitted, float(len(options))))
+    return out
 
 
 def _start(base: Base, lead: Lead) -> np.ndarray:
