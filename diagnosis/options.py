@@ -21,8 +21,8 @@ class Options:
 
     base_parameters : 'file' takes the model's coefficients as known, 'identify' estimates them along; None: 'file'
         where the model carries coefficients.
-    coefficient_sd : relative uncertainty of known coefficients, as a Gaussian prior; 0: they are exact; None: they are
-        taken as exact first, and where effects stay unexplained they move within the priors that the family states.
+    coefficient_sd : relative uncertainty of known coefficients, as a Gaussian prior; 0: they are exact; None: the
+        family's priors hold, scaled by the records themselves, and causes are named beside them.
     channels : record channels to use, None for all.
     max_effects : most causes that are named together.
     alpha : family-wise level of the whole run.
