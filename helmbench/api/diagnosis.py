@@ -120,9 +120,8 @@ def diagnose(
     held_out : likewise; the gain is measured with these, and they take no part in naming or fitting.
     base_parameters : 'file' takes the model's coefficients as known, 'identify' estimates them with the causes; None:
         'file' where the model has coefficients.
-    coefficient_sd : relative standard deviation of known coefficients; 0: they are exact; None: they are taken as exact
-        first, and where that leaves effects unexplained they move within the priors that the family states, as far as
-        free runs of left-out records gain by it.
+    coefficient_sd : relative standard deviation of known coefficients; 0: they are exact; None: the family's priors
+        hold, scaled by the records themselves, and causes are named beside them.
     channels : the channels to use: 'heading', 'yaw_rate', 'surge', 'sway', 'north', 'east', or names of record columns;
         None: all.
     max_effects : largest number of causes that are named together.
