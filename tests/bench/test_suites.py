@@ -84,7 +84,9 @@ def test_a_broken_file_is_refused_with_the_place(tmp_path, text, complaint):
     assert complaint in str(caught.value) and "mine.yaml" in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["quik", "no/such/suite.yaml"])
-def test_an_unknown_suite_lists_the_known_ones(name):
-    with pytest.raises(BadInput, match=r"default, .*quick"):
+@pytest.mark.parametrize(
+    ("name", "hint"), [("quik", r"did you mean quick\?"), ("no/such/suite.yaml", "default, .*quick")]
+)
+def test_an_unknown_suite_names_the_nearest_or_all(name, hint):
+    with pytest.raises(BadInput, match=hint):
         load_suite(name)

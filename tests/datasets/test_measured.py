@@ -118,7 +118,7 @@ def test_data_dir(monkeypatch, tmp_path):
 
 def test_unknown_names_and_missing_files(monkeypatch, tmp_path):
     monkeypatch.setenv("HELMBENCH_DATA", str(tmp_path))
-    with pytest.raises(BadInput, match="no measured set is called 'other'; there are kvlcc2-hsva"):
+    with pytest.raises(BadInput, match="no measured set is called 'other'; known: kvlcc2-hsva"):
         measured.load("other", "Z_15_05")
     with pytest.raises(BadInput, match="no run of kvlcc2-hsva is called 'Z_99_99'; there are Z_05_01"):
         measured.load("kvlcc2-hsva", "Z_99_99")

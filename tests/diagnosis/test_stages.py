@@ -21,7 +21,7 @@ def record():
 )
 def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, by_runs, stages):
     made, told = diagnosis_of(), []
-    monkeypatch.setattr(engine, "of_uncertain_base", lambda *_: (made, None) if uncertain else None)
+    monkeypatch.setattr(engine, "of_uncertain_base", lambda model, given, _: (made if uncertain else None, given, 0.5))
     monkeypatch.setattr(engine, "for_free_runs", lambda _: by_runs)
     monkeypatch.setattr(engine, "by_free_runs", lambda *_: made)
     monkeypatch.setattr(engine, "by_residuals", lambda *_: made)

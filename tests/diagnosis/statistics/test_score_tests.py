@@ -78,7 +78,8 @@ def test_equal_causes_count_once_and_different_ones_each(rng):
 
 def test_scores_count_as_many_tests_as_they_are_independent_tests(rng):
     apart = rng.standard_normal((20, 2000))
-    assert independent_tests(rng, np.repeat(apart[:1], 20, axis=0)) == pytest.approx(1.0, abs=0.3)
+    same = [independent_tests(rng, np.repeat(apart[:1], 20, axis=0)) for _ in range(9)]  # 10 % sd each
+    assert np.mean(same) == pytest.approx(1.0, abs=0.2)
     assert independent_tests(rng, apart) == pytest.approx(20.0, rel=0.4)
     assert independent_tests(rng, apart, sided=True) == pytest.approx(10.0, rel=0.4)
     assert independent_tests(rng, apart[:0]) == 1.0

@@ -88,7 +88,8 @@ def test_only_what_can_be_resumed_says_so(command, said, folder, capsys, monkeyp
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_a_command_as_an_interrupt_does(number):
     code = (
-        "import time, click\nfrom helmbench import cli\n"
+        "import signal, time, click\nfrom helmbench import cli\n"
+        f"signal.signal({int(number)}, signal.SIG_DFL)\n"  # a test that runs under nohup inherits that it is ignored
         "@click.command()\ndef wait():\n    print('on', flush=True)\n    time.sleep(60)\n"
         "cli.cli.add_command(wait)\ncli.RESUMED = ('wait',)\ncli.main(['wait'])\n"
     )

@@ -73,7 +73,7 @@ def test_a_killed_run_is_continued_with_the_same_cases(suite, guess, tmp_path, c
     assert status_of([*arguments, "-o", str(out)]) == 0
     lines = (out / RUNS).read_bytes().splitlines(keepends=True)
     (out / RUNS).write_bytes(lines[0] + lines[1][:-9])
-    assert status_of(["run", "--resume", "--jobs", "1", "-o", str(out)]) == 0
+    assert status_of(["run", "--resume", "--trust", "--jobs", "1", "-o", str(out)]) == 0
     seed = json.loads((out / "environment.json").read_text())["selection"]["seed"]
     assert f"--seed {seed}" in capsys.readouterr().err
     assert status_of([*arguments, "--seed", str(seed), "-o", str(whole)]) == 0
