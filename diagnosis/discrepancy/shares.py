@@ -163,7 +163,7 @@ def _shares(
     draws = np.array([ratios(rng.integers(0, count, count)) for _ in range(DRAWS)])
     low, high = np.quantile(draws.mean(axis=2), [0.05, 0.95], axis=0)
     certain = np.asarray(np.quantile(draws[:, 3:], CERTAIN, axis=0)) > 0.0
-    felt = tuple(bool(one) for one in certain.any(axis=1))
+    felt = tuple(bool(np.any(row)) for row in certain)
     found = [Share(*map(float, one)) for one in zip(middle.mean(axis=1), low, high, strict=True)]
     names = [COLUMNS[SYMBOLS[c]] for c in range(CHANNELS) if told[c]]
     noise = (sd**2 * base.count.sum(axis=0))[told] / np.maximum(base.square.sum(axis=0)[told], 1e-300)
