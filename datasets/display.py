@@ -13,6 +13,7 @@ import numpy as np
 from ..models.display import html_table
 from ..models.errors import BadInput
 from .columns import CANONICAL, UNITS, in_order
+from .geometry import unwrapped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,11 +78,7 @@ def time_figure(panels: Mapping[str, Iterable[Curve]], title: str) -> Figure:
 
 def continuous(channel: str, values: np.ndarray) -> np.ndarray:
     """The samples (N,) of a channel; a heading without jumps of a full turn."""
-    if channel != "heading_rad":
-        return values
-    out, known = values.copy(), np.isfinite(values)
-    out[known] = np.unwrap(values[known])
-    return out
+    return unwrapped(values) if channel == "heading_rad" else values
 
 
 def record_html(record: Record, extent: str) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..models.errors import BadInput
 from .columns import CANONICAL, RUDDERS, check_header, in_order, to_canonical
+from .geometry import unwrapped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -184,10 +185,7 @@ class Record:
 
     def heading_unwrapped(self) -> np.ndarray:
         """Heading (N,), rad, without jumps of a full turn; gaps stay nan and are bridged by the shorter way round."""
-        heading = self.column("heading_rad").copy()
-        known = np.isfinite(heading)
-        heading[known] = np.unwrap(heading[known])
-        return heading
+        return unwrapped(self.column("heading_rad"))
 
     def between(self, start_s: float | None = None, stop_s: float | None = None) -> Record:
         """The samples with start_s <= time <= stop_s as a record; None leaves that end open.

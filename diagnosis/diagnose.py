@@ -84,6 +84,7 @@ def _diagnosed(
     if options.base_parameters == "identify":
         watch(BASE_MODEL)
         model = identified(model, given.train)
+    _require_memory(model, given)
     found = _found(model, given, options, watch)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
@@ -109,6 +110,14 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
     return by_residuals(model, given, options)
 
 
+def _require_memory(model: Model, given: Prepared) -> None:
+    """Refuse records whose filter needs more memory than is free, before anything of size is computed."""
+    records = thinned([*given.train, *given.held_out], model)
+    samples = sum(record.n for record in records)
+    needed = samples * (SAMPLE_BYTES + STATE_BYTES * len(model.states))
+    require_memory(needed, f"{samples} samples of {len(records)} record{'s' if len(records) > 1 else ''}")
+
+
 def _by_sensors(found: Diagnosis, cleaned: Prepared) -> Diagnosis:
     """Findings with what the sensors show of each other in the place of what residuals say of them."""
     own = [f for f in cleaned.tracks.findings if f.stage == "kinematics"]
@@ -120,10 +129,6 @@ def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
     """The diagnosis from the innovations of the filter: the base model is exact, or free as the options say."""
     rng = np.random.default_rng(options.seed)
     train, held_out = thinned(given.train, model), thinned(given.held_out, model)
-    samples = sum(record.n for record in (*train, *held_out))
-    needed = samples * (SAMPLE_BYTES + STATE_BYTES * len(model.states))
-    records = len(train) + len(held_out)
-    require_memory(needed, f"{samples} samples of {records} record{'s' if records > 1 else ''}")
     est = estimator(model, train, threads=options.threads, terms=terms_for(model))
     state, cannot = starting_state(est, options)
     poor = verdict.undecidable(est, state.start)

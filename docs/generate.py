@@ -14,19 +14,19 @@ from typing import Any
 import click
 
 import helmbench
-from helmbench.bench.suites import load_suite, suite_names
 from helmbench.cli import cli
 from helmbench.datasets.columns import CANONICAL, QUANTITIES
 from helmbench.datasets.sensors import CHANNELS, NOISE
 from helmbench.datasets.sidecar import META_KEYS
 from helmbench.diagnosis.causes._check import CheckCause
+from helmbench.diagnosis.causes.base import WHERE
 from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.methods.registry import methods
-from helmbench.models.model import Model, list_families, resolve
+from helmbench.models.model import Model, resolve
 from helmbench.models.vessel import read_vessel, vessel_files
 from helmbench.reporting.equations import equations
 
-WHERE = {
+HEADINGS = {
     "rudder": "Rudder and steering gear",
     "hull": "Hull and propeller",
     "environment": "Wind, current, waves",
@@ -95,8 +95,8 @@ def method_page() -> Iterator[str]:
 
 def cause_page() -> Iterator[str]:
     yield from ("# Causes", "", "What `diagnose` tests, and what `check` looks for without a model.")
-    for where, heading in WHERE.items():
-        yield from (f"## {heading}", "")
+    for where in WHERE:
+        yield from (f"## {HEADINGS[where]}", "")
         for name, cause in all_causes().items():
             if cause.where != where:
                 continue
@@ -136,7 +136,7 @@ def _quantities(title: str, quantities: Mapping[str, Mapping[str, Any]]) -> Iter
 def family_page() -> Iterator[str]:
     yield from ("# Families of equations", "", "Made from the symbolic definitions that the kernels are made of.")
     vessels = {read_vessel(path)["family"]: name for name, path in reversed(vessel_files().items())}
-    for name, title in list_families().items():
+    for name, title in helmbench.list_models().items():
         yield from (f"## {name}", "", f"{title[0].upper()}{title[1:]}.", "")
         model = _any_model(name, vessels.get(name))
         if model is None:
@@ -200,7 +200,7 @@ def suite_page() -> Iterator[str]:
         "",
         "`helmbench run --suite NAME -o DIR`; a suite of your own is a YAML file of the same form.",
     )
-    yield from table(("suite", "what it runs"), ((code(n), load_suite(n).title) for n in suite_names()))
+    yield from table(("suite", "what it runs"), ((code(n), title) for n, title in helmbench.list_suites().items()))
 
 
 def command_page() -> Iterator[str]:

@@ -158,11 +158,11 @@ def building(path: Path) -> Iterator[None]:
 
 def lock_of(path: Path):
     """The taken lock of a file; None where the file system has none or another process holds it for too long."""
-    from filelock import FileLock, Timeout
+    from filelock import FileLock
 
     lock = FileLock(f"{path}.lock", timeout=LOCK_WAIT_S, mode=0o600)
     try:
         lock.acquire()
-    except (OSError, NotImplementedError, Timeout):
+    except (OSError, NotImplementedError):  # waiting for too long is an OSError too
         return None
     return lock

@@ -6,7 +6,6 @@ pydantic.
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
@@ -25,6 +24,7 @@ from pydantic import (
 
 from .data_file import load
 from .errors import BadInput
+from .suggestions import near
 
 Content = TypeVar("Content", bound="FileContent")
 
@@ -115,8 +115,7 @@ def shortened(value: object, most: int = 80) -> str:
 
 
 def _known(keys: list[str], given: str = "") -> str:
-    close = get_close_matches(given.lower(), keys, 1)
-    return (f"did you mean {close[0]}? " if close else "") + f"known: {', '.join(keys)}"
+    return f"{near(given, keys)} known: {', '.join(keys)}".lstrip()
 
 
 def _keys_at(model: Any, location: tuple[int | str, ...]) -> list[str]:

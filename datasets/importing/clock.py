@@ -56,6 +56,7 @@ FEWEST_STAMPS = 10
 """Different stamps from which on rows with equal ones are spread."""
 CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp][Mm])?\s*(?:UTC|Z|GMT|LT)?")
 ISO = re.compile(r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}([T ].*)?|\d{8}[T ]\d{4,6}.*")
+FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("iso", ISO))
 NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
 
@@ -73,12 +74,12 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     """The form of a column as a time; None where it can be none."""
     if column.numeric:
         return _guess_number(column.numbers, unit.lower())
-    texts = [text for text in column.first(200)]
+    texts = column.first(200)
     if not texts:
         return None
-    for form, pattern in (("clock", CLOCK), ("iso", ISO)):
+    for form, pattern in FORM_OF_TEXTS:
         if all(pattern.fullmatch(text) for text in texts):
-            return TimeGuess(form, 0.95, "form of the texts")  # type: ignore[arg-type]
+            return TimeGuess(form, 0.95, "form of the texts")
     if all(NAMED_DATE.fullmatch(text) for text in texts):
         return TimeGuess("day first", 0.95, "form of the texts")
     dates = [NUMERIC_DATE.fullmatch(text) for text in texts]

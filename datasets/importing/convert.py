@@ -152,10 +152,3 @@ def _one_angle(text: str) -> float:
     minutes, rest = (float((part or "0").replace(",", ".")) for part in (match[3], match[4]))
     sign = -1.0 if {match[1], match[5]} & {"S", "W", "-"} else 1.0
     return sign * (float(match[2]) + minutes / 60.0 + rest / 3600.0)
-
-
-def wrapped_apart(values: np.ndarray) -> np.ndarray:
-    """Angles (N,) without jumps of a full turn; gaps stay nan."""
-    out, known = values.copy(), np.isfinite(values)
-    out[known] = np.unwrap(values[known])
-    return out

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .geodesy import body_velocities, headings_of_track, on_plane
+from ..geometry import body_velocities
+from .geodesy import headings_of_track, on_plane
 from .report import Fault
 
 DIRECT = {

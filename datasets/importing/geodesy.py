@@ -1,4 +1,4 @@
-"""Positions on a plane, and speeds in body axes."""
+"""Positions on a plane, and the course of a track."""
 
 from __future__ import annotations
 
@@ -40,14 +40,6 @@ def on_plane(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, n
     factors = project.get_factors(np.degrees(longitude[far]), np.degrees(latitude[far]))
     scale = max(abs(factors.tissot_semimajor - 1.0), abs(factors.tissot_semiminor - 1.0))
     return north, east, Plane(*origin, scale, abs(float(np.radians(factors.meridian_convergence))))
-
-
-def body_velocities(
-    speed_north: np.ndarray, speed_east: np.ndarray, heading: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Surge and sway (N,) over ground, m/s, from velocities to north and east and the heading (N,), rad."""
-    cos, sin = np.cos(heading), np.sin(heading)
-    return speed_north * cos + speed_east * sin, speed_east * cos - speed_north * sin
 
 
 def headings_of_track(north: np.ndarray, east: np.ndarray, time: np.ndarray, least_m_s: float) -> np.ndarray:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..grammar import DEGREE
 from .clock import DATED, TimeGuess, guess_form, seconds, spread
 from .mapping import ColumnMap, TableMap, TimeMap
 from .names import date_confidence, match, split_unit, time_confidence
 from .quantities import NOT_USED, QUANTITIES
 from .raw import RawColumn, RawTable
-from .units import DEG, Unit, candidates, unit_of
+from .units import Unit, candidates, unit_of
 
 SURE = 0.5
 """Confidence from which on a guess is used."""
@@ -241,7 +242,7 @@ def rate_ratio(angle: np.ndarray, rate: np.ndarray, time: np.ndarray) -> float |
     window = max(1, min(known.sum() // 10, 50))
     change, sum_ = angle[window:] - angle[:-window], integral[window:] - integral[:-window]
     power = float(np.sum(sum_**2))
-    if power <= 0.0 or float(np.std(change)) < 0.1 * DEG:
+    if power <= 0.0 or float(np.std(change)) < 0.1 * DEGREE:
         return None
     correlation = float(np.sum(change * sum_) / math.sqrt(power * np.sum(change**2)))
     return float(np.sum(change**2) / np.sum(change * sum_)) if abs(correlation) > 0.9 else None

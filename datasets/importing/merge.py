@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .convert import Stream, wrapped_apart
+from ..geometry import unwrapped
+from .convert import Stream
 from .offsets import estimate_offset
 from .quantities import QUANTITIES
 from .report import Fault
@@ -137,7 +138,7 @@ def _resampled(stream: Stream, grid: np.ndarray, step: float) -> tuple[dict[str,
     told = f"{stream.label}: {stream.time.size} samples every {stream.step:.4g} s, {how} to every {step:.4g} s"
     values = {}
     for name, series in stream.quantities.items():
-        series = wrapped_apart(series) if name in QUANTITIES and QUANTITIES[name].wraps else series
+        series = unwrapped(series) if name in QUANTITIES and QUANTITIES[name].wraps else series
         known = np.isfinite(series)
         place = _averaged if averaged else _interpolated
         values[name] = place(stream.time[known], series[known], grid, step, stream.step)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .convert import Stream, wrapped_apart
+from ..geometry import unwrapped
+from .convert import Stream
 
 NEAR_S = 120.0
 """Offset that is searched between clocks that both show the date."""
@@ -49,7 +50,7 @@ def _series(streams: Sequence[Stream]) -> dict[str, tuple[np.ndarray, np.ndarray
         q = stream.quantities
         for name in ("heading", "heading_magnetic"):
             if name in q:
-                out.setdefault("turn", _known(stream.time, wrapped_apart(q[name])))
+                out.setdefault("turn", _known(stream.time, unwrapped(q[name])))
         if "yaw_rate" in q:
             time, rate = _known(stream.time, q["yaw_rate"])
             turned = np.concatenate([[0.0], np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2.0)])

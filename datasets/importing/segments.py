@@ -11,7 +11,6 @@ import numpy as np
 
 from ..io import MIN_SAMPLES
 from ..record import Record
-from .convert import wrapped_apart
 
 LEAST_RAD, SHARE = math.radians(2.0), 0.15
 """Rudder angle above which the rudder is laid: this, or that share of the largest angle."""
@@ -150,7 +149,7 @@ def _turned(record: Record, stretch: _Stretch) -> float:
     """Change of heading, rad; of the integral of the yaw rate where no heading is recorded."""
     part = record.slice(stretch.start, stretch.stop)
     if part.has("heading_rad"):
-        heading = wrapped_apart(part.column("heading_rad"))
+        heading = part.heading_unwrapped()
         known = heading[np.isfinite(heading)]
         return float(np.ptp(known)) if known.size else 0.0
     if part.has("yaw_rate_rad_s"):
@@ -163,7 +162,7 @@ def _heading_at_reversals(record: Record, group: Sequence[_Stretch]) -> int:
     """Median change of heading, whole deg, at which the rudder leaves one side for the other; 0 without a heading."""
     if not record.has("heading_rad"):
         return 0
-    heading = wrapped_apart(record.column("heading_rad"))
+    heading = record.heading_unwrapped()
     before = heading[max(group[0].start - 5, 0) : group[0].start + 1]
     rudder = _filled(record.rudder())
     if rudder is None or not np.isfinite(before).any():

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 
-DEG = math.pi / 180.0
+from ..grammar import DEGREE, KNOT
 
 
 @dataclass(frozen=True)
@@ -21,18 +20,20 @@ class Unit:
 
 _ALL = (
     Unit("rad", "angle", 1.0, ("rad", "radian", "radians", "radiant")),
-    Unit("deg", "angle", DEG, ("deg", "degs", "degree", "degrees", "grad", "°", "degt", "degm", "°t", "°m", "degtrue")),
-    Unit("deg min", "angle", DEG, ("ddmm.mmm", "dd°mm.mmm'", "dms")),
+    Unit(
+        "deg", "angle", DEGREE, ("deg", "degs", "degree", "degrees", "grad", "°", "degt", "degm", "°t", "°m", "degtrue")
+    ),
+    Unit("deg min", "angle", DEGREE, ("ddmm.mmm", "dd°mm.mmm'", "dms")),
     Unit("rad/s", "angular rate", 1.0, ("rad/s", "rads/s", "rads", "radpers", "radiansps", "rad/sec", "1/s")),
-    Unit("deg/s", "angular rate", DEG, ("deg/s", "degs/s", "°/s", "deg/sec", "degps", "dps", "°/sec", "grad/s")),
+    Unit("deg/s", "angular rate", DEGREE, ("deg/s", "degs/s", "°/s", "deg/sec", "degps", "dps", "°/sec", "grad/s")),
     Unit(
         "deg/min",
         "angular rate",
-        DEG / 60.0,
+        DEGREE / 60.0,
         ("deg/min", "degs/min", "°/min", "degpmin", "degmin", "dpm", "grad/min", "°/m", "degreesperminute"),
     ),
     Unit("m/s", "speed", 1.0, ("m/s", "m/sec", "ms", "mps", "ms-1", "m/s.", "meter/s")),
-    Unit("kn", "speed", 1852.0 / 3600.0, ("kn", "kt", "kts", "knot", "knots", "knoten", "kns", "sm/h")),
+    Unit("kn", "speed", KNOT, ("kn", "kt", "kts", "knot", "knots", "knoten", "kns", "sm/h")),
     Unit("km/h", "speed", 1.0 / 3.6, ("km/h", "kmh", "kph", "kmph")),
     Unit("cm/s", "speed", 0.01, ("cm/s", "cm/sec")),
     Unit("mm/s", "speed", 0.001, ("mm/s", "mm/sec")),

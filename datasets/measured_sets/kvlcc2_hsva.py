@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry import body_velocities
 from ..record import Record, RecordMeta
 from .base import Dataset, Run
 
@@ -20,13 +21,14 @@ def _read_hsva(content: bytes, name: str, manoeuvre: str) -> Record:
     lines = content.decode("cp1252").splitlines()[HSVA_HEADER_LINES:]
     time, north, east, psi, north_rate, east_rate, yaw_rate, roll, rudder, propeller, thrust = np.loadtxt(lines).T[:11]
     psi, yaw_rate, roll, rudder = np.deg2rad([psi, yaw_rate, roll, rudder])
+    surge, sway = body_velocities(north_rate, east_rate, psi)
     channels = {
         "rudder_rad": rudder,
         "propeller_rps": propeller,
         "heading_rad": psi,
         "yaw_rate_rad_s": yaw_rate,
-        "surge_m_s": north_rate * np.cos(psi) + east_rate * np.sin(psi),
-        "sway_m_s": -north_rate * np.sin(psi) + east_rate * np.cos(psi),
+        "surge_m_s": surge,
+        "sway_m_s": sway,
         "north_m": north,
         "east_m": east,
         "roll_rad": roll,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry import body_velocities
 from ..record import Record, RecordMeta
 from .base import Dataset, Run
 
@@ -26,13 +27,14 @@ def _read(content: bytes, name: str, manoeuvre: str) -> Record:
     root = np.sqrt(SCALE)
     psi, roll, rudder = np.deg2rad(heading), np.deg2rad(roll), np.deg2rad(rudder)
     north_rate, east_rate = north_rate / root, east_rate / root
+    surge, sway = body_velocities(north_rate, east_rate, psi)
     channels = {
         "rudder_rad": rudder,
         "propeller_rps": turns * root / 60.0,
         "heading_rad": psi,
         "yaw_rate_rad_s": np.deg2rad(yaw_rate) * root,
-        "surge_m_s": north_rate * np.cos(psi) + east_rate * np.sin(psi),
-        "sway_m_s": -north_rate * np.sin(psi) + east_rate * np.cos(psi),
+        "surge_m_s": surge,
+        "sway_m_s": sway,
         "north_m": north / SCALE,
         "east_m": east / SCALE,
         "roll_rad": roll,

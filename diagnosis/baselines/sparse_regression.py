@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.geometry import body_velocities
 from ..causes.registry import cause as cause_of
 from ..causes.registry import testable
 from ..diagnose import prepared
@@ -199,8 +200,7 @@ def _force_equations(model: Model, record: Record, pairs: dict, terms: dict) -> 
 def _track_equations(pairs: dict) -> list[tuple]:
     """Velocity of the track in body axes, less that of the log."""
     (psi, _), (_, north), (_, east) = pairs["psi"], pairs["x"], pairs["y"]
-    along = north * np.cos(psi) + east * np.sin(psi)
-    across = -north * np.sin(psi) + east * np.cos(psi)
+    along, across = body_velocities(north, east, psi)
     (u, u_dot), (v, v_dot) = pairs["u"], pairs["v"]
     surge = {"surge: surge": u, "surge: surge rate": u_dot}
     sway = {"sway: 1": np.ones_like(v), "sway: surge": u, "sway: sway rate": v_dot}

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.geometry import body_velocities
+
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
@@ -33,7 +35,7 @@ def exchanged(first: str, second: str) -> Reread:
 def to_body(record: Record) -> Record:
     """Velocities along north and east turned into body axes."""
     psi, north, east = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
-    surge, sway = north * np.cos(psi) + east * np.sin(psi), -north * np.sin(psi) + east * np.cos(psi)
+    surge, sway = body_velocities(north, east, psi)
     return record.with_channels(surge_m_s=surge, sway_m_s=sway)
 
 

@@ -148,14 +148,40 @@ def print_json(value: Any) -> None:
     click.echo(json_text(value))
 
 
-def show_written(found: Writable, output: Path, as_json: bool, quiet: bool) -> None:
-    """Write a result into a directory, then print it as JSON or as a summary with the files written."""
+def show_files(paths: Iterable[Path]) -> None:
+    """Say on standard error which files were written."""
+    for path in paths:
+        click.echo(f"wrote {path}", err=True)
+
+
+def find_and_write(find: Callable[[], Writable], refused: str, output: Path, as_json: bool, quiet: bool) -> int:
+    """Find a result, write it into a directory, and print it as JSON or as a summary with the files written.
+
+    refused : what is said, before the reason, of records or a model that do not allow a result.
+
+    Returns
+    -------
+    The exit status.
+
+    Raises
+    ------
+    BadInput : the records lack what is needed, or the directory cannot be written to.
+    """
+    from .. import BadInput, CannotFit, FitFailed
+
+    try:
+        found = find()
+    except CannotFit as reason:
+        raise BadInput(f"{refused}: {reason}") from None
+    except FitFailed as reason:
+        return complain(f"{refused}: {reason}", FAILED)
     paths = found.write(output)
     if as_json:
         print_json(found.to_json())
     elif not quiet:
         click.echo(found.summary())
-        click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+        show_files(paths)
+    return OK
 
 
 def shows_progress(hidden: bool) -> bool:

@@ -7,15 +7,12 @@ from pathlib import Path
 import click
 
 from ._shared import (
-    FAILED,
     MODEL,
-    OK,
     TwoSets,
     check_folder,
-    complain,
+    find_and_write,
     force_option,
     output_options,
-    show_written,
     two_sets_options,
 )
 
@@ -44,11 +41,10 @@ def calibrate(
     from ..api.calibration import FILES
 
     check_folder(output, FILES, force)
-    try:
-        found = helmbench.calibrate(model, train, held_out, positive_rudder=positive_rudder)
-    except helmbench.CannotFit as reason:
-        raise helmbench.BadInput(f"{model} cannot be calibrated: {reason}") from None
-    except helmbench.FitFailed as reason:
-        return complain(f"{model} cannot be calibrated: {reason}", FAILED)
-    show_written(found, output, as_json, quiet)
-    return OK
+    return find_and_write(
+        lambda: helmbench.calibrate(model, train, held_out, positive_rudder=positive_rudder),
+        f"{model} cannot be calibrated",
+        output,
+        as_json,
+        quiet,
+    )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, check_folder, force_option, output_options, print_json
+from ._shared import FILE, SIDES, check_folder, force_option, output_options, print_json, show_files
 
 
 @click.command()
@@ -35,5 +35,4 @@ def check(
         print_json(found.to_json())
     elif not quiet:
         click.echo(found.summary())
-        if paths:
-            click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+        show_files(paths)

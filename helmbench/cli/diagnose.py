@@ -8,15 +8,12 @@ import click
 
 from ._shared import (
     CAUSE,
-    FAILED,
     MODEL,
-    OK,
     TwoSets,
     check_folder,
-    complain,
+    find_and_write,
     force_option,
     output_options,
-    show_written,
     shows_progress,
     two_sets_options,
 )
@@ -39,7 +36,7 @@ class Diagnose(TwoSets):
 @click.option(
     "--coefficient-sd",
     type=click.FloatRange(min=0.0),
-    help="Relative uncertainty of known coefficients; 0: exact.  [default: exact, then within the family's priors]",
+    help="Relative uncertainty of known coefficients; 0: exact.  [default: the family's priors]",
 )
 @click.option("--channels", help="Use only these: heading,yaw_rate,surge,sway,north,east.  [default: all]")
 @click.option("--causes", multiple=True, metavar="CAUSE...", type=CAUSE, help="Test only these causes.  [default: all]")
@@ -76,8 +73,9 @@ def diagnose(
     from ..api.diagnosis import FILES
 
     check_folder(output, FILES, force)
-    try:
-        found = helmbench.diagnose(
+
+    def find() -> helmbench.Diagnosis:
+        return helmbench.diagnose(
             model,
             train,
             held_out,
@@ -91,9 +89,5 @@ def diagnose(
             positive_rudder=positive_rudder,
             progress=shows_progress(quiet or as_json),
         )
-    except helmbench.CannotFit as reason:
-        raise helmbench.BadInput(f"{model} cannot be diagnosed: {reason}") from None
-    except helmbench.FitFailed as reason:
-        return complain(f"{model} cannot be diagnosed: {reason}", FAILED)
-    show_written(found, output, as_json, quiet)
-    return OK
+
+    return find_and_write(find, f"{model} cannot be diagnosed", output, as_json, quiet)

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ._shared import BAD_INPUT, FILE, OK, SIDES, check_file, complain, force_option, output_options, print_json
+from ._shared import (
+    BAD_INPUT,
+    FILE,
+    OK,
+    SIDES,
+    check_file,
+    complain,
+    confirmed,
+    force_option,
+    output_options,
+    print_json,
+    show_files,
+)
 
 if TYPE_CHECKING:
     from .. import Import
@@ -79,7 +91,7 @@ def import_command(
     if as_json:
         print_json(_as_dict(found) | {"files": [str(path) for path in paths]})
     elif not quiet:
-        click.echo("\n".join(f"wrote {path}" for path in paths), err=True)
+        show_files(paths)
     return OK
 
 
@@ -89,7 +101,7 @@ def _confirmed(found: Import, mapping: Path | None, hidden: bool) -> bool:
         found.write_mapping(mapping)
         click.echo(f"wrote {mapping}: look at it, then repeat the command; nothing imported yet", err=True)
         return False
-    return not hidden and sys.stdin.isatty() and click.confirm("import the log with this mapping?", err=True)
+    return not hidden and sys.stdin.isatty() and confirmed("import the log with this mapping?")
 
 
 def _show_faults(error: Exception) -> None:

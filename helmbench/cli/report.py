@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, output_options, print_json
+from ._shared import FILE, output_options, print_json, show_files
 
 
 @click.command()
@@ -22,4 +22,4 @@ def report(directory: Path, timing: Path | None, as_json: bool, quiet: bool) -> 
         print_json(written.as_dict())
     elif not quiet:
         click.echo(written.markdown)
-        click.echo("\n".join(f"wrote {path}" for path in written.paths), err=True)
+        show_files(written.paths)

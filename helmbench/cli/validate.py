@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, MODEL, SIDES, Greedy, check_folder, force_option, output_options, print_json
+from ._shared import FILE, MODEL, SIDES, Greedy, check_folder, force_option, output_options, print_json, show_files
 
 
 class Validate(Greedy):
@@ -57,5 +57,4 @@ def validate(
         print_json(found.to_json())
     elif not quiet:
         click.echo(found.summary())
-        for path in paths:
-            click.echo(f"wrote {path}", err=True)
+        show_files(paths)

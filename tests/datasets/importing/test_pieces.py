@@ -7,9 +7,10 @@ import pytest
 
 import helmbench
 from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.geometry import body_velocities
 from helmbench.datasets.importing.clock import guess_form, seconds, spread
 from helmbench.datasets.importing.convert import Stream
-from helmbench.datasets.importing.geodesy import body_velocities, on_plane
+from helmbench.datasets.importing.geodesy import on_plane
 from helmbench.datasets.importing.names import match, split_unit
 from helmbench.datasets.importing.offsets import estimate_offset
 from helmbench.datasets.importing.raw import RawColumn, parse_numbers
