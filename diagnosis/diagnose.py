@@ -16,12 +16,13 @@ from ..models.errors import BadInput
 from ..models.memory import require_memory
 from . import verdict
 from .causes.registry import terms_for
-from .discrepancy.diagnosed import of_uncertain_base
+from .discrepancy.diagnosed import behind_sensors, of_uncertain_base
 from .findings import all_findings, bank_entries, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import Predicted, predicting
 from .imperfect_base import by_free_runs, for_free_runs
 from .kinematics import gross_errors, tracks
+from .kinematics.stage import sensors_of
 from .options import Options
 from .prepared import Prepared
 from .residuals.judged import unexplained
@@ -82,6 +83,7 @@ def _diagnosed(
     watch(CHECKS)
     given = corrected_records(model, train, held_out, options)
     if options.base_parameters == "identify":
+        given = behind_sensors(given, sensors_of(given.train, given.held_out, options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
     _require_memory(model, given)

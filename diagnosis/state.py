@@ -271,6 +271,15 @@ def channel_shares(state: State, named: Candidate) -> np.ndarray:
     return energy / energy.sum() if energy.sum() > 0.0 else state.est.channels / state.est.channels.sum()
 
 
+def matters(state: State, found: Candidate) -> bool:
+    """Whether a candidate is above its cause's floor; that counts where the base model is fitted to the records, which
+    is never exact: very small sizes are what it lacks elsewhere."""
+    if not state.nuisance or isinstance(found.cause, Unmodelled):
+        return True
+    values = np.array([state.est.value(found.setting, p) for p in found.variant])
+    return found.cause.matters(state.est, found.variant, values)
+
+
 def exceeds_misfit(state: State, found: Candidate) -> bool:
     """Whether a candidate is stronger, in the channel where it shows most, than what the accepted causes may leave."""
     if not state.accepted:

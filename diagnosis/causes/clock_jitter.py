@@ -17,8 +17,12 @@ if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Setting
     from ..state import State, Variant
 
-SHARES = (0.03, 0.1, 0.3, 0.8)
-"""Errors that are scanned, as shares of the sampling step."""
+SHARES = (0.03, 0.1, 0.3)
+"""Errors that are scanned first, as shares of the sampling step."""
+LARGEST_SHARE = 0.5
+"""Largest error, as a share of the sampling step: samples keep their order."""
+ROUGHER = 1.3
+"""Factor on the error that the roughness of the samples allows: roughness and rates of change are estimates."""
 GATE = 2.5
 """Standard score of the squared innovations growing with the channels' rates of change, below which none is scanned."""
 
@@ -30,6 +34,24 @@ def errors(state: State) -> list[float]:
     return [share * state.est.segments[0].step_s for share in SHARES]
 
 
+def largest(est: Estimator) -> float:
+    """Largest error of the clock, s: it makes a channel rough by the error times the channel's rate of change.
+
+    The third differences of the samples hold that roughness and more (the sensor's noise, bends of the motion).
+    """
+    found = LARGEST_SHARE * max(d.step_s for d in est.segments)
+    for c in np.flatnonzero(est.channels).tolist():
+        rough, fast, count = 0.0, 0.0, 0
+        for d in est.segments:
+            y = d.measured[:, c]
+            third, rate = np.diff(y, 3) ** 2, np.gradient(y, d.time)[1:-2] ** 2
+            known = np.isfinite(third) & np.isfinite(rate)
+            rough, fast, count = rough + third[known].sum() / 20.0, fast + rate[known].sum(), count + int(known.sum())
+        if count > 50 and fast > 0.0:
+            found = min(found, ROUGHER * float(np.sqrt(rough / fast)))
+    return found
+
+
 class ClockJitter(Cause):
     """Samples taken at t + error while the time column says t: error of standard deviation sd (s), independent from
     sample to sample; channels are noisier where they change fast."""
@@ -37,7 +59,7 @@ class ClockJitter(Cause):
     id = "clock_jitter"
     where = "sampling"
     unit = "s"
-    search = ByScan("clock_jitter", errors)
+    search = ByScan("clock_jitter", errors, largest)
     separate_by = "time stamps taken by the instruments"
 
     def variants(self, est: Estimator) -> Sequence[Variant]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...estimation.filters.innovations.settings import Parameter
@@ -31,4 +32,5 @@ class SpeedLoss(Cause):
         base = float(est.base[est.index["loss_time"]])
         slots, low, high = ((est.index["loss_time"], 1.0),), 3.0 * est.clock - base, 300.0 * est.clock - base
         time = Parameter("recovery", "s", slots, scale=1.0, low=low, high=high, origin=base)
-        return [(term(est, "loss_gain", "s2/rad2", "loss_gain", scale=10.0), time)]
+        gain = replace(term(est, "loss_gain", "s2/rad2", "loss_gain", scale=10.0), low=0.0)
+        return [(gain, time)]

@@ -38,6 +38,10 @@ class WaveSearch(Search):
     def counts_values(self) -> bool:
         return True
 
+    @property
+    def entries(self) -> tuple[str, ...]:
+        return ENTRIES
+
     def attempt(self, cause: Cause, state: State, before: float, rng: np.random.Generator) -> Candidate | None:
         est = state.est
         if not est.channels[:2].any():

@@ -20,7 +20,7 @@ from ..causes.registry import causes, terms_for
 from ..causes.rudder_effectiveness import RudderEffectiveness
 from ..findings import noise_of
 from ..gain.extension import extended_model
-from ..gain.measured import gain_of
+from ..gain.measured import base_setting, gain_of
 from ..kinematics.stage import Sensors, sensors_of
 from ..result import Diagnosis, Entry, Finding, Size
 from ..starting import starting_state, thinned
@@ -90,18 +90,19 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[
     bank = {c: v for c, v in state.bank.items() if c.id not in LEFT_OUT}
     found = search(state, base, bank, options.max_effects, rng)
     if _exact(found):
-        return None, _prepared(given, sensors), 0.0
+        return None, behind_sensors(given, sensors), 0.0
     done = _concluded(found, bank, rng)
     raw = state if sensors.train is given.train else starting_state(_estimator(model, given.train, options), options)[0]
     told = _told(done, raw, sensors, given, options, cannot, rng)
-    return told, _prepared(given, sensors), done.shares.both.value
+    return told, behind_sensors(given, sensors), done.shares.both.value
 
 
 def _estimator(model: Model, records: Sequence[Record], options: Options) -> Estimator:
     return estimator(model, thinned(records, model), threads=options.threads, terms=terms_for(model))
 
 
-def _prepared(given: Prepared, sensors: Sensors) -> Prepared:
+def behind_sensors(given: Prepared, sensors: Sensors) -> Prepared:
+    """Records with the sensors' errors removed, and what was found of these."""
     found = replace(
         given.tracks,
         findings=(*given.tracks.findings, *sensors.findings),
@@ -169,7 +170,8 @@ def _told(
     causes, setting = _built_in(done, raw.est, sensors.instruments)
     entered = [Candidate(a.cause, a.variant, a.log_p, a.statistic, setting, raw.now) for a in causes]
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
-    gain, traces = gain_of(state, setting, thinned(given.held_out, raw.est.model), options, rng)
+    held_out = thinned(given.held_out, raw.est.model)
+    gain, traces = gain_of(state, base_setting(state, options), setting, held_out, rng)
     every = (*given.tracks.findings, *sensors.findings, *findings)
     decided, reason = _verdict(done, every)
     instruments = combined(given.instruments, sensors.instruments)

@@ -57,15 +57,21 @@ def adapted(held: Estimator, s: Setting, variant: Sequence[Parameter], share: fl
     return replace(found, noise=s.noise)
 
 
-def fitted_to_simulate(est: Estimator, s: Setting, parameters: Sequence[Parameter], most: int = 25) -> Setting:
-    """Parameters that simulate the training records best (output error), from where the innovations put them.
+def fitted_to_simulate(
+    est: Estimator, starts: Sequence[Setting], parameters: Sequence[Parameter], most: int = 25
+) -> Setting:
+    """Parameters that simulate the training records best (output error), from the best of several starts.
 
     Levenberg-Marquardt on the sum of N log(rms) over channels; heading and positions, which integrate every error,
     count only where no yaw rate is measured.
     """
-    sim = est.simulating(START_S * est.clock)
-    counted = sim.channels.copy()
-    counted[[0, 4, 5]] &= not sim.channels[1]
+    sim = simulating(est)
+    found = [_simulation_fit(sim, s, parameters, most) for s in starts]
+    return min(found, key=lambda one: one.cost).setting
+
+
+def _simulation_fit(sim: Estimator, s: Setting, parameters: Sequence[Parameter], most: int) -> _Simulated:
+    counted = counted_channels(sim)
     here, damping = _simulated(sim, s, counted), 1e-3
     for _ in range(most if len(parameters) < 12 else 8):
         scale, fisher, gradient = _equations(sim, here, parameters, counted)
@@ -86,7 +92,19 @@ def fitted_to_simulate(est: Estimator, s: Setting, parameters: Sequence[Paramete
         gained, here, damping = here.cost - trial.point.cost, trial.point, max(0.2 * trial.damping, 1e-9)
         if gained < 0.1:
             break
-    return here.setting
+    return here
+
+
+def simulating(est: Estimator) -> Estimator:
+    """The same, run freely after the first seconds."""
+    return est.simulating(START_S * est.clock)
+
+
+def counted_channels(est: Estimator) -> np.ndarray:
+    """(6,) whether a channel counts in the fit of free runs: heading and positions where no yaw rate is measured."""
+    counted = est.channels.copy()
+    counted[[0, 4, 5]] &= not est.channels[1]
+    return counted
 
 
 class _Simulated(NamedTuple):
@@ -129,11 +147,14 @@ def _simulation_cost(now: Innovations, s: Setting, counted: np.ndarray) -> tuple
 
 def free_runs(held: Estimator, s: Setting) -> list[np.ndarray]:
     """Predicted channels (T, 6) of each record, run freely from START_S on."""
-    out = []
-    for i, d in enumerate(held.segments):
-        free = int(np.searchsorted(d.time, min(START_S * held.clock, 0.2 * d.time[-1])))
-        out.append(held.free_run(s, i, max(free, 2)))
-    return out
+    return [free_run(held, s, i) for i in range(len(held.segments))]
+
+
+def free_run(est: Estimator, s: Setting, segment: int) -> np.ndarray:
+    """Predicted channels (T, 6) of a segment, run freely from START_S on."""
+    time = est.segments[segment].time
+    free = int(np.searchsorted(time, min(START_S * est.clock, 0.2 * time[-1])))
+    return est.free_run(s, segment, max(free, 2))
 
 
 def scored_from(held: Estimator, per_record: bool) -> list[int]:
@@ -153,11 +174,11 @@ def gains(
     out = {}
     for c in np.flatnonzero(held.channels).tolist():
         old, new, spread = [], [], []
-        for d, a, b, k in zip(held.segments, before, after, starts, strict=True):
+        for i, (d, a, b, k) in enumerate(zip(held.segments, before, after, starts, strict=True)):
             y = d.measured[k:, c]
-            block = max(1, round(BLOCK_S * held.clock / d.step_s))
-            old += _blocks(_error(y, a[k:, c], c), block)
-            new += _blocks(_error(y, b[k:, c], c), block)
+            block = block_samples(held, i)
+            old += error_blocks(error_of(y, a[k:, c], c), block)
+            new += error_blocks(error_of(y, b[k:, c], c), block)
             known = y[np.isfinite(y)]
             spread += [np.sum((known - known.mean()) ** 2) if known.size else 0.0]
         out[COLUMNS[SYMBOLS[c]]] = _gain(np.array(old), np.array(new), float(np.sum(spread)), sensor_sd[c], rng)
@@ -174,31 +195,45 @@ def gains_of_traces(traces: Sequence[Trace], rng: np.random.Generator) -> dict[s
         old, new, spread = [], [], []
         for t in parts:
             y, block = t.measured[name], max(1, t.time.size // 50)
-            old += _blocks(_error(y, t.before[name], channel), block)
-            new += _blocks(_error(y, t.after[name], channel), block)
+            old += error_blocks(error_of(y, t.before[name], channel), block)
+            new += error_blocks(error_of(y, t.after[name], channel), block)
             spread.append(np.nansum((y - np.nanmean(y)) ** 2))
         out[name] = _gain(np.array(old), np.array(new), float(np.sum(spread)), 0.0, rng)
     return out
 
 
-def _error(y: np.ndarray, predicted: np.ndarray, c: int) -> np.ndarray:
+def error_of(y: np.ndarray, predicted: np.ndarray, c: int) -> np.ndarray:
+    """Errors (n,) of a channel, headings by the smaller angle; 1e6 where the prediction is not finite."""
     error = y - predicted
     if c == 0:
         error = np.mod(error + np.pi, 2.0 * np.pi) - np.pi
     return np.where(np.isfinite(predicted) | ~np.isfinite(y), error, 1e6)
 
 
-def _blocks(error: np.ndarray, size: int) -> list[tuple[float, int]]:
+def block_samples(est: Estimator, segment: int) -> int:
+    """Samples of a block of BLOCK_S, s of a 160 m ship: errors of different blocks count as independent."""
+    return max(1, round(BLOCK_S * est.clock / est.segments[segment].step_s))
+
+
+def error_blocks(error: np.ndarray, size: int) -> list[tuple[float, int]]:
+    """Sum of squares and number of the errors (n,) that are known, of each block of `size`."""
     parts = [error[i : i + size] for i in range(0, error.size, size)]
     return [(float(np.nansum(p**2)), int(np.isfinite(p).sum())) for p in parts]
+
+
+def ratio_of(old: np.ndarray, new: np.ndarray, rng: np.random.Generator) -> tuple[float, float, float]:
+    """Ratio of the rms errors new over old, of blocks (B, 2), with its 90 % interval by a block bootstrap."""
+    pick = rng.integers(0, len(old), (DRAWS, len(old)))
+    ratios = np.sqrt(new[pick, 0].sum(axis=1) / np.maximum(old[pick, 0].sum(axis=1), 1e-300))
+    low, high = np.quantile(ratios, [0.05, 0.95])
+    whole = np.sqrt(new[:, 0].sum() / max(old[:, 0].sum(), 1e-300))
+    return float(whole), float(low), float(high)
 
 
 def _gain(old: np.ndarray, new: np.ndarray, spread: float, floor: float, rng: np.random.Generator) -> Gain:
     count = max(old[:, 1].sum(), 1.0)
     a, b = np.sqrt(old[:, 0].sum() / count), np.sqrt(new[:, 0].sum() / count)
-    pick = rng.integers(0, len(old), (DRAWS, len(old)))
-    ratios = np.sqrt(new[pick, 0].sum(axis=1) / np.maximum(old[pick, 0].sum(axis=1), 1e-300))
-    low, high = np.quantile(ratios, [0.05, 0.95])
+    _, low, high = ratio_of(old, new, rng)
     gap = max(a**2 - floor**2, 1e-300)
     closed = (a**2 - b**2) / gap if a > 1.05 * floor else 0.0
     r2 = [1.0 - x[:, 0].sum() / max(spread, 1e-300) for x in (old, new)]

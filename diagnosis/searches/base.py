@@ -35,6 +35,7 @@ class Search:
     scored : the variants are scored together with those of other causes (`screen` is then not called).
     steady : what belongs to a record holds all through it, so that other records have their own.
     counts_values : the level counts how many independent tests the tried values amount to.
+    entries : numbers of the filter's vector that hold a cause without parameters.
     """
 
     scored = False
@@ -43,6 +44,10 @@ class Search:
     @property
     def counts_values(self) -> bool:
         return False
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        return ()
 
     def screen(self, cause: Cause, state: State, here: Here, rng: np.random.Generator) -> Screened | None:
         """The cause's best variant by its score; None for a cause that is tried directly."""

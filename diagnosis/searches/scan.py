@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...estimation.filters.innovations.estimator import Innovations
+from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...estimation.filters.innovations.settings import Setting
 from ..state import Candidate, State, candidate
@@ -24,20 +24,31 @@ WORTH_REFINING = 2.0
 """Nats that a scanned value must gain."""
 
 
+def unlimited(est: Estimator) -> float:
+    """Any value can be."""
+    return float("inf")
+
+
 @dataclass(frozen=True)
 class ByScan(Search):
     """Log likelihood at several values of one number, alike in all records.
 
     entry : name of the number in the filter's vector.
     values : of a state, those to try first, the largest (or smallest) last; none where a scan is not worth its time.
+    most : of an estimator, the largest value that can be.
     """
 
     entry: str
     values: Callable[[State], Sequence[float]]
+    most: Callable[[Estimator], float] = unlimited
 
     @property
     def counts_values(self) -> bool:
         return True
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        return (self.entry,)
 
     def attempt(self, cause: Cause, state: State, before: float, rng: np.random.Generator) -> Candidate | None:
         from scipy.optimize import minimize_scalar
@@ -69,6 +80,8 @@ class ByScan(Search):
         )
         (variant,) = state.bank[cause]
         value = float(np.exp(found.x)) if -found.fun > gains[best] else values[best]
+        if value > self.most(est):
+            return None
         setting, now = state.refit(at(value)[0], variant, 2)
         runs = est.many([changed(v) for v in values]) if variant else []
         tests = independent_values(rng, state.point, runs) if variant else ONE_SIDED

@@ -14,7 +14,7 @@ from ...estimation.filters.innovations.refit import refit
 from ...models.errors import FitFailed
 from ..residuals import tests
 from ..residuals.unmodelled import best_unmodelled
-from ..state import HIDING, Candidate, Screened, State, Unmodelled, candidate, exceeds_misfit
+from ..state import HIDING, Candidate, Screened, State, Unmodelled, candidate, exceeds_misfit, matters
 from ..statistics.gusts import penalised_likelihood
 from ..statistics.score_tests import canonical_correlation, log_tail
 from .failures import Failed, attempted, itself, sorted_out
@@ -57,7 +57,7 @@ def select(state: State, most: int, rng: np.random.Generator) -> State:
         if step == 0:
             rival = best_unmodelled(state, np.log(state.alpha * SHARE_UNMODELLED), rng)
             state = replace(state, candidates=tuple(found), rival=rival)
-        best = next((c for c in found if c.log_p < threshold and exceeds_misfit(state, c)), None)
+        best = next((c for c in found if c.log_p < threshold and matters(state, c) and exceeds_misfit(state, c)), None)
         if best is None:
             return state
         state = accepted(state, best, found, rng)
@@ -228,10 +228,12 @@ def without(state: State, cause: Candidate) -> State:
 
 def lacking(state: State, cause: Candidate) -> Setting:
     """The present setting with one accepted cause at zero."""
-    bare = state.setting
+    bare, est = state.setting, state.est
     for p in cause.variant:
-        bare = state.est.at(bare, p, 0.0)
-    return bare
+        bare = est.at(bare, p, 0.0)
+    if cause.variant or isinstance(cause.cause, Unmodelled):
+        return bare
+    return est.with_entries(bare, {name: float(est.base[est.index[name]]) for name in cause.cause.search.entries})
 
 
 def size_tests(state: State) -> list[tuple[str, float]]:

@@ -14,6 +14,7 @@ from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
 from ..injections import injected
+from .documents import faults
 
 STORED = Path(__file__).with_name("golden.json")
 CASES = {
@@ -34,6 +35,7 @@ def outcome(name: str) -> dict:
     rng = np.random.default_rng(int.from_bytes(name.encode(), "little") % 2**32)
     case = injected(vessel, causes, rng, strength, gusts)
     found = diagnose(resolve(vessel), case.train, case.held_out[:1], Options(coefficient_sd=0.0))
+    assert faults(found.to_json()) == []
     return {
         "truth": [effect["cause"] for effect in case.truth],
         "verdict": found.verdict,

@@ -13,6 +13,8 @@ from helmbench.diagnosis.options import Options
 from helmbench.models.coefficient_groups import groups_of
 from helmbench.models.model import model_to_json, resolve
 
+from .documents import faults
+
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port", "zigzag:15/5")
 
 
@@ -55,7 +57,7 @@ def test_the_bank_tells_what_the_residuals_alone_would_have_named(found):
 
 def test_the_document_holds_the_base_models_numbers(found, tmp_path):
     document = found.to_json()
-    assert document["schema"] == 2
+    assert document["schema"] == 2 and faults(document) == []
     assert [m["name"] for m in document["base_coefficients"]["moved"]] == [m.name for m in found.calibration.moved]
     model_to_json(found.extended, tmp_path / "extended.json")
     assert resolve(tmp_path / "extended.json").family == found.extended.family

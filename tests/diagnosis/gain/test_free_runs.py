@@ -97,5 +97,5 @@ def test_output_error_finds_what_simulates_best():
     entry = est.index["Nd"]
     shift = Parameter("Nd", "", ((entry, abs(est.base[entry])),))
     off = est.at(est.start(), shift, 0.2)
-    found = free_runs.fitted_to_simulate(est, off, [shift])
+    found = free_runs.fitted_to_simulate(est, [off], [shift])
     assert abs(est.value(found, shift)) < 0.02

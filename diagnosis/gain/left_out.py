@@ -1,0 +1,114 @@
+"""Free-run errors of training records that are left out of the fit: by these causes stay in the extended model or not.
+
+A record is left out by one Gauss-Newton step back from the fit to all of them, without its rows in the normal
+equations.  Of a single record, thirds are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.filters.innovations.derivatives import columns
+from ...estimation.filters.innovations.vector import CHANNELS
+from .free_runs import (
+    block_samples,
+    counted_channels,
+    error_blocks,
+    error_of,
+    free_run,
+    ratio_of,
+    scored_from,
+    simulating,
+)
+
+if TYPE_CHECKING:
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ...estimation.filters.innovations.settings import Parameter, Setting
+
+PARTS = 3
+"""Parts of a single record that are left out in turn."""
+RIDGE = 1e-6
+"""Added to the normal equations in columns of unit length."""
+
+
+Blocks = dict[int, np.ndarray]
+"""Channel -> (B, 2) sum of squared errors and number of samples of each block of the left-out records."""
+
+
+def left_out_errors(
+    est: Estimator, s: Setting, parameters: Sequence[Parameter], simulated: bool, per_record: bool
+) -> Blocks:
+    """Squared free-run errors of each channel, SI, in blocks over all parts that were left out.
+
+    Parameters
+    ----------
+    s : the fit to all records.
+    parameters : what was fitted.
+    simulated : it was fitted to free runs, else to innovations.
+    per_record : some of them belong to a record, which is then scored after the part that they are estimated from.
+    """
+    parts = _parts(est)
+    steps = _steps_back(est, s, parameters, simulated, parts)
+    starts = scored_from(est, per_record)
+    found: dict[int, list[tuple[float, int]]] = {c: [] for c in np.flatnonzero(est.channels).tolist()}
+    for part, step in zip(parts, steps, strict=True):
+        trial = s
+        for p, change in zip(parameters, step.tolist(), strict=True):
+            trial = est.at(trial, p, est.value(trial, p) + change)
+        for i in range(len(est.segments)):
+            inside = part[est.samples_of(i)].copy()
+            inside[: starts[i]] = False
+            if not inside.any():
+                continue
+            predicted = free_run(est, trial, i)
+            for c, blocks in found.items():
+                error = error_of(est.segments[i].measured[inside, c], predicted[inside, c], c)
+                blocks += error_blocks(error, block_samples(est, i))
+    return {c: np.array(blocks) for c, blocks in found.items()}
+
+
+def worst_ratio(before: Blocks, after: Blocks, rng: np.random.Generator) -> float:
+    """Largest ratio of errors (rms) among the channels that are predicted worse beyond chance; at least 1."""
+    worst = 1.0
+    for c, old in before.items():
+        ratio, low, _ = ratio_of(old, after[c], rng)
+        worst = max(worst, ratio) if low > 1.0 else worst
+    return worst
+
+
+def _parts(est: Estimator) -> list[np.ndarray]:
+    """Masks (N,) of the samples that are left out together: of a record, or of a part of the only one."""
+    if est.n_records > 1:
+        return [est.owner == i for i in range(est.n_records)]
+    place = np.arange(est.edges[-1]) * PARTS // int(est.edges[-1])
+    return [place == i for i in range(PARTS)]
+
+
+def _steps_back(
+    est: Estimator, s: Setting, parameters: Sequence[Parameter], simulated: bool, parts: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """Change (p,) of the parameters without each part."""
+    if not parameters:
+        return [np.zeros(0)] * len(parts)
+    run = simulating(est) if simulated else est
+    now, weight = run.evaluate(s), np.ones(CHANNELS)
+    if simulated:
+        counted = counted_channels(run)
+        used = (now.e != 0.0).sum(axis=0)
+        rms = np.sqrt((now.e**2).sum(axis=0) / np.maximum(used, 1))
+        weight = np.where(counted, 1.0 / np.maximum(rms, 1.0), 0.0)
+    rows = columns(run, s, parameters).reshape(len(parameters), -1, CHANNELS) * weight
+    target = now.e * weight
+    scale = np.sqrt((rows**2).sum(axis=(1, 2))) + 1e-300
+    rows /= scale[:, None, None]
+    steps = []
+    for part in parts:
+        kept = rows[:, ~part].reshape(len(parameters), -1)
+        fisher = kept @ kept.T + RIDGE * np.eye(len(parameters))
+        # The gradient of what is kept: at the fit to all, that of the part with the other sign.
+        gradient = rows[:, part].reshape(len(parameters), -1) @ target[part].ravel()
+        steps.append(np.linalg.solve(fisher, gradient) / scale)
+    return steps
