@@ -1,0 +1,64 @@
+"""Errors of left-out training records: a cause stays by what it predicts there."""
+
+import numpy as np
+import pytest
+
+from helmbench.diagnosis.causes.clock_jitter import LARGEST_SHARE, largest
+from helmbench.diagnosis.causes.registry import terms_for
+from helmbench.diagnosis.gain.left_out import left_out_errors, worst_ratio
+from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.starting import starting_state
+from helmbench.estimation.filters.innovations.estimator import estimator
+from helmbench.estimation.filters.innovations.settings import Parameter
+from helmbench.models.model import resolve
+
+from ...injections import injected
+
+
+@pytest.fixture(params=[("zigzag:20/20",), ("zigzag:20/20", "turn:20")], ids=["one record", "two records"])
+def shown(request, rng):
+    """An estimator of records of a ship with a rudder offset, and the offset (rad)."""
+    case = injected("response-1", ("rudder_offset",), rng, train=request.param, held_out=("zigzag:20/20",))
+    model = resolve("response-1")
+    est = estimator(model, case.train, terms=terms_for(model))
+    return est, starting_state(est, Options(coefficient_sd=0.0))[0]
+
+
+def offset(est) -> Parameter:
+    return Parameter("delta0", "rad", ((est.index["rudder_offset"], 1.0),), scale=1e-4)
+
+
+def test_the_true_cause_predicts_what_was_left_out_and_its_opposite_does_not(shown, rng):
+    est, state = shown
+    own = offset(est)
+    fitted, _ = state.refit(state.setting, (own,), 6)
+    value = est.value(fitted, own)
+    base = left_out_errors(est, state.setting, (), False, False)
+    true = left_out_errors(est, fitted, (own,), False, False)
+    wrong = left_out_errors(est, est.at(fitted, own, -value), (), False, False)
+    print(np.rad2deg(value), worst_ratio(base, true, rng), worst_ratio(base, wrong, rng))
+    assert worst_ratio(base, true, rng) == 1.0
+    assert worst_ratio(base, wrong, rng) > 1.3
+    turned = 1  # yaw rate
+    assert true[turned][:, 0].sum() < base[turned][:, 0].sum()
+
+
+def test_every_sample_after_the_start_is_left_out_once(shown):
+    est, state = shown
+    blocks = left_out_errors(est, state.setting, (), False, False)
+    for c, found in blocks.items():
+        known = sum(int(np.isfinite(d.measured[:, c]).sum()) for d in est.segments)
+        assert 0.75 * known < found[:, 1].sum() < known
+
+
+def test_clock_errors_are_bounded_by_the_roughness_of_the_samples(rng):
+    smooth = injected("response-1", (), rng, train=("zigzag:20/20",), held_out=("zigzag:20/20",)).train[0]
+    step = float(np.median(np.diff(smooth.time_s)))
+    error = 0.4 * step * rng.standard_normal(smooth.n)
+    taken = np.clip(smooth.time_s + error, smooth.time_s[0], smooth.time_s[-1])
+    late = {name: np.interp(taken, smooth.time_s, smooth.column(name)) for name in ("heading_rad", "yaw_rate_rad_s")}
+    model = resolve("response-1")
+    calm, rough = (estimator(model, [r], terms=terms_for(model)) for r in (smooth, smooth.with_channels(**late)))
+    print(step, largest(calm), largest(rough))
+    assert 0.4 * step < largest(rough) <= LARGEST_SHARE * step
+    assert largest(calm) < largest(rough)
