@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..models.errors import BadInput
+from .axes import ACROSS, lever_arm, track_of
 from .changes import NEAR, changes, integral_over_gaps, median_ratio
 from .columns import RUDDERS
+from .copies import check_no_copies
 from .record import Record
 
 if TYPE_CHECKING:
@@ -108,35 +109,8 @@ def doubts(record: Record, model: Model | None = None) -> list[Doubt]:
     ship = list(_vessel(record, model)) if model is not None else []
     sizes = [] if known else [*_speed(record, model), *_rate(record, model)]
     scale = list(_scale(record, model)) if model is not None and not (known or ship or sizes) else []
-    return [*ship, *known, *_alive(record), *sizes, *scale, *others]
-
-
-def check_no_copies(records: Sequence[Record], others: Sequence[Record] | None = None) -> None:
-    """Refuse records that hold the samples of another one: such a run would count twice.
-
-    others : held-out records, which are compared with the records; None: the records are compared with each other.
-
-    Raises
-    ------
-    BadInput : naming both records.
-    """
-    pairs = combinations(records, 2) if others is None else product(records, others)
-    for first, second in pairs:
-        if same_samples(first, second):
-            repeated = f"holds the same samples as {first.name}"
-            said = repeated if others is None else "is both a training record and held out"
-            hint = "give every run once; a held-out record takes no part in training"
-            raise BadInput(said, file=second.name, hint=hint)
-
-
-def same_samples(first: Record, second: Record) -> bool:
-    """Whether two records have equal times and channels, whatever they are called."""
-    return (
-        first.n == second.n
-        and first.channels.keys() == second.channels.keys()
-        and np.array_equal(first.time_s, second.time_s)
-        and all(np.array_equal(first.channels[k], second.channels[k], equal_nan=True) for k in first.channels)
-    )
+    axes = [] if units else [*_track(record, model), *_point(record, model)]
+    return [*ship, *known, *_alive(record), *sizes, *scale, *others, *axes]
 
 
 # ------------------------------------------------------------------------------------------------ sizes
@@ -262,8 +236,10 @@ def _turn_ratio(record: Record) -> float | None:
     """Median ratio of the heading's changes to those that the yaw rate and the time give."""
     if not record.has("heading_rad", "yaw_rate_rad_s"):
         return None
-    turned = changes(record, record.column("heading_rad"))
-    return median_ratio(turned, changes(record, integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s)))
+    given = changes(record, integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s))
+    ratio = median_ratio(changes(record, record.heading_unwrapped()), given)
+    # Full turns of a heading in degrees are no multiples of 2 pi.
+    return median_ratio(changes(record, record.column("heading_rad")), given) if ratio is None else ratio
 
 
 def _way(record: Record) -> Iterator[Doubt]:
@@ -299,3 +275,43 @@ def _ratio(
             return
     if not 1.0 / ODD < ratio < ODD:
         yield Doubt(record.name, message, f"check the units of {columns}")
+
+
+# ------------------------------------------------------------------------------------------------ axes
+
+
+def _track(record: Record, model: Model | None) -> Iterator[Doubt]:
+    """The positions turn against the heading, or lie across it.
+
+    With velocities a diagnosis can name it; without, nothing tells how a hull's model would be compared with it.
+    """
+    found = track_of(record)
+    if found is None:
+        return
+    needed = model is not None and model.is_3dof and not record.has("surge_m_s", "sway_m_s")
+    if found.mirrored:
+        hint = f"mirrored axes? as if {found.reading}; or the heading counts anticlockwise"
+        yield Doubt(record.name, "the track turns against the heading", hint, "north_m", needed)
+    elif abs(found.angle) > ACROSS and not _astern(record):
+        message = f"the track runs at {np.degrees(found.angle):.0f} deg to the heading"
+        hint = "check that the heading counts from north_m to east_m, and that the axes are in this order"
+        yield Doubt(record.name, message, hint, "north_m", needed)
+
+
+def _astern(record: Record) -> bool:
+    return record.has("surge_m_s") and float(np.nanmedian(record.column("surge_m_s"))) < 0.0
+
+
+def _point(record: Record, model: Model | None) -> Iterator[Doubt]:
+    """The sway is that of a point far from midship: an antenna's velocities, not the ship's."""
+    found = lever_arm(record, model.particulars.get("L") if model is not None else None)
+    if found is None:
+        return
+    ahead, place = found
+    where = f", as that of a point {abs(place):.3g} m {'ahead of' if place > 0.0 else 'abaft'} midship"
+    message = (
+        f"turns about a point {abs(ahead):.3g} m {'ahead of' if ahead > 0.0 else 'abaft'} the one recorded"
+        f"{where if np.isfinite(place) else ''}"
+    )
+    hint = "an antenna's velocities? take its distance ahead of midship times yaw rate off the sway; else check signs"
+    yield Doubt(record.name, message, hint, "sway_m_s", fatal=False)

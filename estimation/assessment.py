@@ -12,7 +12,7 @@ from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.published import published_values
 from .correlation import ChannelResiduals, channel_residuals
 from .likelihood.search import ADEQUATE
-from .naming import named
+from .naming import named, numbered
 from .validation.result import FREE, Validation
 from .validation.validate import validate
 
@@ -28,6 +28,8 @@ EXPLAINS, APPROXIMATES, FAILS = "explains", "approximates", "fails"
 POOR = 0.5
 """Mean R^2 of free runs below which a model is of no use."""
 NORMAL_95 = 1.959963984540054
+DRAWN = 6
+"""Compared candidates whose free runs are drawn."""
 SMALL = 0.5
 """Residuals below this share of the sensor's noise are not tested for correlation: the records have no noise."""
 
@@ -57,7 +59,8 @@ class Assessment:
 
     train, held_out : free runs, held_out None where nothing was;  train_residuals, held_out_residuals : those of the
     free runs by channel;  identifiability : what the records tell, None with the reason in `not_told`;  doubts :
-    warnings about records;  comparison : other models or methods on the same records.
+    warnings about records;  comparison : other models or methods on the same records, compared : the free runs of the
+    best of them along the held-out records, or the training records where none was held out.
     """
 
     estimate: Estimate
@@ -70,6 +73,7 @@ class Assessment:
     not_told: str
     doubts: tuple[str, ...]
     comparison: Comparison | None
+    compared: Validation | None
 
     @property
     def name(self) -> str:
@@ -175,6 +179,7 @@ def assess(
         not_told=not_told,
         doubts=tuple(doubts),
         comparison=comparison,
+        compared=None if comparison is None else _compared(comparison, held_out or train),
     )
 
 
@@ -196,6 +201,17 @@ def _validation(estimate: Estimate, records: Sequence[Record]) -> Validation:
     name = f"{estimate.model.family} by {estimate.method}"
     predictors = {} if estimate.predictor is None else {name: estimate.predictor}
     return validate({name: estimate.model}, named(records), predictors, ahead=False)
+
+
+def _compared(comparison: Comparison, records: Sequence[Record]) -> Validation:
+    """Free runs of the candidates that have an error, the chosen one first, then by error."""
+    tested = [one for one in comparison.candidates if np.isfinite(one.error)]
+    best = sorted(tested, key=lambda one: (one is not comparison.chosen, one.error))[:DRAWN]
+    models = len({one.model.id for one in best}) > 1
+    names = numbered([f"{one.model.id} by {one.method}" if models else one.method for one in best])
+    fitted = {name: one.estimate for name, one in zip(names, best, strict=True) if one.estimate is not None}
+    predictors = {name: one.predictor for name, one in fitted.items() if one.predictor is not None}
+    return validate({name: one.model for name, one in fitted.items()}, named(records), predictors, ahead=False)
 
 
 def _held_out_residuals(estimate: Estimate, records: Sequence[Record]) -> tuple[ChannelResiduals, ...]:

@@ -70,7 +70,7 @@ def notebook(report: ImportReport, records: Sequence[Record]) -> str:
 
 
 def _number(value: float) -> str:
-    return MISSING if value != value else f"{value:.6g}"
+    return MISSING if value != value else f"{value:.{6 if abs(value) < 1e6 else 11}g}"
 
 
 def _share(row: ColumnRow) -> str:

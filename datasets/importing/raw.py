@@ -50,13 +50,19 @@ class RawColumn:
     def text(self, index: int) -> str:
         """The cell as it stands, or the number in short form."""
         value = self.values[index]
-        return value.strip() if isinstance(value, str) else f"{float(value):.6g}"
+        return value.strip() if isinstance(value, str) else _short(float(value))
 
     def first(self, count: int = 3) -> tuple[str, ...]:
         """The first cells that are no gaps."""
         n = len(self.values)
         known = (i for i in range(n) if self.text(i).lower() not in GAPS)
         return tuple(self.text(i) for _, i in zip(range(count), known, strict=False))
+
+
+def _short(value: float) -> str:
+    """Six digits, of degrees nine (a metre), of seconds since 1970 or days since 1900 the milliseconds."""
+    size = abs(value)
+    return f"{value:.{6 if size < 10.0 else 9 if size < 1e4 else 14}g}"
 
 
 @dataclass(frozen=True)

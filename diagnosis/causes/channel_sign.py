@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...datasets.axes import track_of
 from ..kinematics.fault import Fault, exact
 from ..kinematics.integrity.ratios import AGREE, heading_ratio
-from ..kinematics.readings import BETTER, LEAST, TRACK, track_error
+from ..kinematics.readings import BETTER, LEAST, TRACK, better_reading, track_error
 from ._check import CheckCause
 
 if TYPE_CHECKING:
@@ -14,13 +15,17 @@ if TYPE_CHECKING:
 
 
 class ChannelSign(CheckCause):
-    """A column with the other sign: yaw rate against heading, sway or east against the track."""
+    """A column with the other sign: yaw rate against heading, sway or east against the track, the track's turns against
+    the heading's."""
 
     id = "channel_sign"
     separate_by = "the logger's list of channels and its axes"
 
     def find(self, record: Record) -> list[Fault]:
-        return [f for f in (self._of_rate(record), self._of_track(record)) if f]
+        track = self._of_track(record)
+        if track is None and better_reading([record]) is None:  # which another cause names
+            track = self._of_course(record)
+        return [f for f in (self._of_rate(record), track) if f]
 
     def _of_rate(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
@@ -42,3 +47,11 @@ class ChannelSign(CheckCause):
             f"{best} reversed"
         )
         return Fault(said, (best,), (exact("disagreement", present, "1"),), factors={best: -1.0})
+
+    def _of_course(self, record: Record) -> Fault | None:
+        """Positions alone, without velocities or together with them: their track turns to the other side."""
+        found = track_of(record)
+        if found is None or not found.mirrored:
+            return None
+        said = f"the track turns against the heading, as if {found.reading}; or the heading counts anticlockwise"
+        return Fault(said, ("north_m", "east_m"))

@@ -37,10 +37,8 @@ class FrozenSamples(CheckCause):
             return None
         worst = max(runs, key=lambda r: time[r.stop - 1] - time[r.start])
         length = float(time[worst.stop - 1] - time[worst.start])
-        said = (
-            f"{name} repeats one value in {len(runs)} stretches, the longest from {time[worst.start]:.6g} s for "
-            f"{length:.4g} s"
-        )
+        stretches = "1 stretch" if len(runs) == 1 else f"{len(runs)} stretches"
+        said = f"{name} repeats one value in {stretches}, the longest from {time[worst.start]:.6g} s for {length:.4g} s"
         return Fault(
             said,
             (name,),

@@ -189,7 +189,7 @@ def training_and_held_out(
     BadInput : a file cannot be used, a run is given twice or on both sides, its numbers are in another unit than its
         columns say, or it is of another ship or scale than the model.
     """
-    from ..datasets.plausibility import check_no_copies
+    from ..datasets.copies import check_no_copies
 
     records, others = as_records(train, positive_rudder), as_records(held_out, positive_rudder)
     check_no_copies(records, others)

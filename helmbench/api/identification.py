@@ -216,7 +216,7 @@ def rudder_sign_doubt(record: Record, model: Model) -> str | None:
 
 def refuse_copies(records: Sequence[Record], others: Sequence[Record]) -> None:
     """Refuse records whose samples stand twice, also on both sides of training and validation; BadInput names them."""
-    from ..datasets.plausibility import check_no_copies
+    from ..datasets.copies import check_no_copies
 
     check_no_copies(records, others)
 

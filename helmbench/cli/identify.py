@@ -25,6 +25,7 @@ from ._shared import (
     force_option,
     output_options,
     print_json,
+    show_files,
     tuning_options,
 )
 
@@ -113,8 +114,8 @@ def identify(
         for line in found.identifiability.lines() if identifiability and found.identifiability else ():
             click.echo(line)
         if into_file and output not in paths:
-            click.echo(f"no {output}: a black box has no coefficients")
-        click.echo("\n".join(f"wrote {path}" for path in paths))
+            click.echo(f"no {output}: a black box has no coefficients", err=True)
+        show_files(paths)
     return OK
 
 

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default and most: one for each processor.")
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
-@click.option("--timeout", type=float, help="Seconds after which a run is ended and stored as failed.")
-@click.option("--memory", type=float, help="GiB of memory that a run may allocate (Linux).")
+@click.option("--timeout", type=float, help="Seconds until a run is ended and stored as failed; not with --scheduler.")
+@click.option("--memory", type=float, help="GiB of memory that a run may allocate (Linux); not with --scheduler.")
 @tuning_options
 @click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
 @click.option("--trust", is_flag=True, help="Run code that the suite file, or the directory to resume, names.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..diagnosis.text import cause, size
+from ..diagnosis.text import cause, scale, size
 from ..numbers import MISSING, number
 from ..tables import Column, Table, make_table
 
@@ -64,7 +64,10 @@ def whole_sizes(f: CheckFinding) -> str:
 
 
 def _short(s) -> str:
-    return f"{s.parameter} {number(s.value)} {s.unit}" if s.low == s.high else size(s)
+    if s.low != s.high:
+        return size(s)
+    factor, unit = scale(s)
+    return f"{s.parameter} {number(factor * s.value)} {unit}".strip()
 
 
 def records(f: CheckFinding, total: int) -> str:

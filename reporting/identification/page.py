@@ -43,4 +43,6 @@ def html(found: Assessment) -> str:
         next=next_table(found),
         comparison=None if found.comparison is None else comparison_table(found.comparison),
         comparison_note="" if found.comparison is None else comparison_note(found.comparison),
+        compared=() if found.compared is None else panels(found.compared),
+        compared_key=() if found.compared is None else key_of(found.compared),
     )

@@ -1,12 +1,14 @@
 """A record against itself: the rudder's sign, the units of its columns, runs that are given twice."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from helmbench.datasets.copies import check_no_copies
 from helmbench.datasets.generator import Case, generate
-from helmbench.datasets.plausibility import check_no_copies, check_plausible
+from helmbench.datasets.plausibility import check_plausible, doubts
 from helmbench.datasets.rudder_sign import rudder_sign_doubt
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
@@ -84,4 +86,81 @@ def test_a_run_given_twice_is_refused_under_any_name(turning):
         check_plausible([turning, copy], resolve("kvlcc2-l7"))
     with pytest.raises(BadInput, match="copy: is both a training record and held out"):
         check_no_copies([turning], [copy])
-    check_no_copies([turning], [turning.slice(0, 100)])
+
+
+@pytest.mark.parametrize("angle", ["heading_rad", "heading in degrees"])
+def test_a_heading_that_crosses_north_is_compared_over_full_turns(angle, turning):
+    """Wrapped at 360 degrees, as loggers have it."""
+    psi = turning.heading_unwrapped() % (2.0 * np.pi)
+    assert np.sum(np.abs(np.diff(psi)) > 6.0) > 3
+    if angle == "heading_rad":
+        assert doubts(turning.with_channels(heading_rad=psi)) == []
+        backwards = turning.with_channels(heading_rad=-psi % (2.0 * np.pi))
+        assert any("headings change against" in str(d) for d in doubts(backwards))
+    else:
+        (found, *_) = doubts(turning.with_channels(heading_rad=DEGREES * psi))
+        assert "degrees in heading_rad" in str(found) and found.fatal
+
+
+CUTS = {
+    "a stretch, its time from 0": lambda r: replace(r.slice(60, 150), time_s=r.time_s[:90]),
+    "fewer channels": lambda r: r.slice(20, 160).with_channels(sway_m_s=None, north_m=None),
+    "every third sample": lambda r: r.thinned(3),
+    "the later half and more": lambda r: r.slice(90, None),
+}
+
+
+@pytest.mark.parametrize("cut", CUTS)
+def test_a_part_of_a_training_record_is_not_held_out(cut, turning):
+    part = replace(CUTS[cut](turning), name="part")
+    with pytest.raises(BadInput, match=f"part: shares {part.n} of its {part.n} samples with the training record"):
+        check_no_copies([turning], [part])
+    with pytest.raises(BadInput, match=f"shares {part.n} of its {turning.n} samples with part"):
+        check_no_copies([part, turning])
+
+
+def test_runs_of_their_own_are_no_copies(turning):
+    again = generate(Case("kvlcc2-l7", "zigzag:20/20", "medium", seed=1, duration_s=100.0, dt_s=0.5))
+    check_no_copies([turning], [again])
+    check_no_copies([turning.slice(0, 100)], [turning.slice(100, None)])
+    quiet = [generate(Case("mariner", text, "none")) for text in ("zigzag:20/20", "turn:20", "pullout:20", "straight")]
+    check_no_copies(quiet)  # they begin alike
+
+
+AXES = {
+    "east_m has the other sign": lambda r: {"east_m": -r.column("east_m")},
+    "north_m has the other sign": lambda r: {"north_m": -r.column("north_m")},
+    "north_m and east_m are exchanged; or": lambda r: {"north_m": r.column("east_m"), "east_m": r.column("north_m")},
+    "exchanged and both": lambda r: {"north_m": -r.column("east_m"), "east_m": -r.column("north_m")},
+    "the track runs at": lambda r: {"north_m": -r.column("east_m"), "east_m": r.column("north_m")},
+}
+
+
+@pytest.mark.parametrize("manoeuvre", ["zigzag:20/20", "turn:35"])
+@pytest.mark.parametrize("said", AXES)
+def test_a_track_in_other_axes_than_the_heading_is_told_without_velocities(said, manoeuvre, rng):
+    ship = str(rng.choice(["mariner", "s175", "kvlcc2-l7", "esso-osaka-l3"]))
+    record = generate(Case(ship, manoeuvre, "low", seed=int(rng.integers(1000))))
+    print(ship)
+    for name in (None, "surge_m_s"):
+        bare = record.with_channels(surge_m_s=None, sway_m_s=None) if name is None else record
+        changed = bare.with_channels(**AXES[said](bare))
+        assert [str(d) for d in doubts(bare, resolve(ship))] == []
+        found = [d for d in doubts(changed, resolve(ship)) if d.column == "north_m"]
+        assert len(found) == 1 and said in str(found[0]) and found[0].fatal == (name is None)
+
+
+@pytest.mark.parametrize("share", [-0.6, 0.45])
+@pytest.mark.parametrize("ship", ["mariner", "s175", "kvlcc2-l7", "remus"])
+def test_velocities_of_a_point_far_from_midship_are_told(ship, share, rng):
+    model = resolve(ship)
+    length = model.particulars["L"]
+    for manoeuvre in ("zigzag:20/20", "turn:35:port"):
+        record = generate(Case(ship, manoeuvre, "low", seed=int(rng.integers(1000))))
+        arm = share * length * record.column("yaw_rate_rad_s")
+        (found,) = doubts(record.with_channels(sway_m_s=record.column("sway_m_s") + arm), model)
+        told = float(re.search(r"as that of a point (\S+) m (ahead of|abaft) midship", found.message)[1])
+        assert abs(told / (abs(share) * length) - 1.0) < 0.5 and not found.fatal
+        assert ("ahead of midship" in found.message) == (share > 0.0)
+    reversed_sway = record.with_channels(sway_m_s=-record.column("sway_m_s"))
+    assert any("else check signs" in str(d) for d in doubts(reversed_sway))

@@ -84,7 +84,7 @@ def _data_changed(data: bytes, rng: random.Random) -> bytes:
         if not isinstance(content, dict | list) or not content:
             return data
         return _dumped(_changed(content, rng))
-    except (ValueError, yaml.YAMLError, RecursionError, TypeError, AttributeError):
+    except (ValueError, LookupError, yaml.YAMLError, RecursionError, TypeError, AttributeError):  # of PyYAML, some
         pass
     try:  # a line of a journal
         lines[place] = _dumped(_changed(json.loads(lines[place]), rng))

@@ -39,9 +39,10 @@ def asked(found, monkeypatch):
 def test_records_and_files_are_taken(record, asked, tmp_path):
     path = tmp_path / "other.csv"
     helmbench.write_record(record.slice(record.n // 2, None), path)
-    found = helmbench.diagnose("response-1", record, [path], channels=["heading", "yaw_rate_rad_s"], causes=["wind"])
+    first, ask = record.slice(0, record.n // 2), {"channels": ["heading", "yaw_rate_rad_s"], "causes": ["wind"]}
+    found = helmbench.diagnose("response-1", first, [path], **ask)
     ((model, train, held_out, options),) = asked
-    assert (model.id, train[0].n, [r.name for r in held_out]) == ("response-1", record.n, ["other"])
+    assert (model.id, train[0].n, [r.name for r in held_out]) == ("response-1", first.n, ["other"])
     assert options.channels == ("heading_rad", "yaw_rate_rad_s") and options.only == ("wind",)
     assert isinstance(found, helmbench.Diagnosis)
     assert found.records == ((record.name, "train"), (str(path), "held_out"))

@@ -60,8 +60,8 @@ def test_intervals_and_fixed_parameters_are_printed(call):
 
 
 def test_a_black_box_has_no_model_file(call, tmp_path):
-    status, out, _ = call("sklearn:Ridge", "--identifiability", model="nomoto-1")
-    assert status == 0 and "a black box has no coefficients" in out and not (tmp_path / "m.json").exists()
+    status, _, err = call("sklearn:Ridge", "--identifiability", model="nomoto-1")
+    assert status == 0 and "a black box has no coefficients" in err and not (tmp_path / "m.json").exists()
 
 
 def test_a_record_that_lacks_a_channel_is_bad_input(call):
@@ -85,8 +85,9 @@ def test_without_a_held_out_record_it_says_so(call):
 
 
 def test_a_page_beside_the_model(call, tmp_path):
-    status, out, _ = call("ls", "--page", "{}/page.html")
-    assert status == 0 and (tmp_path / "m.json").exists() and f"wrote {tmp_path / 'page.html'}" in out
+    status, out, err = call("ls", "--page", "{}/page.html")
+    assert status == 0 and (tmp_path / "m.json").exists()
+    assert f"wrote {tmp_path / 'page.html'}" in err and "wrote" not in out
     assert "<h2>2. Residuals</h2>" in (tmp_path / "page.html").read_text(encoding="utf-8")
     assert call("ls", "--page", "{}/no/such/page.html")[0] == 2
 

@@ -1,6 +1,7 @@
 """Wrong and implausible files: every one ends in one clear line that says what to do, and nothing is written."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import openpyxl
@@ -103,6 +104,35 @@ def test_the_same_run_is_refused_twice_and_on_both_sides(run, tmp_path, capsys):
     fit = ["--model", "kvlcc2-l7", "--method", "ls", "-o", tmp_path / "out.json"]
     assert "holds the same samples as" in refused(["identify", one, other, *fit], capsys)
     assert "is both a training record and held out" in refused(["identify", one, "--validate", other, *fit], capsys)
+
+
+def test_a_part_of_a_training_record_is_not_held_out(run, tmp_path, capsys):
+    whole, part = record_file(run, tmp_path / "whole.csv"), tmp_path / "part.csv"
+    record_file(replace(run.slice(40, 140), time_s=run.time_s[:100]), part)
+    line = refused(["identify", whole, "--validate", part, "--model", "kvlcc2-l7", "--method", "ls", "-o", "x"], capsys)
+    assert "part: shares 100 of its 100 samples with the training record whole" in line
+    line = refused(["diagnose", "--model", "kvlcc2-l7", "--train", part, "--held-out", whole, "-o", "x"], capsys)
+    assert "whole: shares 100 of its 201 samples with the training record part" in line
+
+
+def test_positions_that_turn_against_the_heading_are_refused_or_told(run, tmp_path, capsys):
+    bare = run.with_channels(surge_m_s=None, sway_m_s=None)
+    path = record_file(bare, tmp_path / "run.csv", east_m=-1.0)
+    line = refused(["validate", "kvlcc2-l7", path], capsys)
+    assert "the track turns against the heading; mirrored axes? as if east_m has the other sign" in line
+    swapped = run.with_channels(north_m=run.column("east_m"), east_m=run.column("north_m"))
+    path = record_file(swapped, tmp_path / "swapped.csv")
+    assert status_of(["validate", "kvlcc2-l7", str(path)]) == 0
+    assert "as if north_m and east_m are exchanged" in capsys.readouterr().out
+    assert status_of(["check", str(record_file(bare, tmp_path / "mirror.csv", north_m=-1.0))]) == 0
+    assert "the track turns against the heading, as if north_m has the other sign" in capsys.readouterr().out
+
+
+def test_velocities_of_an_antenna_are_told(run, tmp_path, capsys):
+    sway = run.column("sway_m_s") + 3.0 * run.column("yaw_rate_rad_s")
+    path = record_file(run.with_channels(sway_m_s=sway, north_m=None, east_m=None), tmp_path / "run.csv")
+    assert status_of(["validate", "kvlcc2-l7", str(path)]) == 0
+    assert "m ahead of midship; an antenna's velocities?" in capsys.readouterr().out
 
 
 HEADERS = {

@@ -16,6 +16,7 @@ from helmbench.models.model import resolve
 from helmbench.reporting.identification.page import html
 from helmbench.reporting.identification.text import headline, statement, terminal
 from helmbench.reporting.numbers import number, r_squared
+from helmbench.reporting.validation.page import key_of
 
 
 @pytest.fixture(scope="module")
@@ -69,11 +70,24 @@ def test_methods_stand_side_by_side(found):
     assert rows[3][1] == "black box" and sum("chosen" in row[-1] for row in rows[1:]) == 1
 
 
+def test_the_runs_of_the_compared_methods_are_drawn_over_the_held_out_record(found):
+    drawn = html(found).partition("Free runs along the held-out records")[2]
+    methods = [one.method for one in sorted(found.comparison.candidates, key=lambda one: one.error)]
+    assert list(found.compared.models) == methods and all(f"</i>{name}</span>" in drawn for name in methods)
+    for one in found.comparison.candidates:
+        assert found.compared.score("heading_rad", one.method).rmse == pytest.approx(
+            one.pooled("heading_rad").scores()[0]
+        )
+    yaw_rate = re.findall(r"<svg.*?</svg>", drawn, re.DOTALL)[1]
+    assert set(re.findall(r"stroke: (#[0-9a-f]{6})", yaw_rate)) >= {colour for _, colour in key_of(found.compared)}
+
+
 def test_the_page_is_one_file_with_its_charts(found):
     page = html(found)
     assert not re.findall(r"""(?:src|href)\s*=\s*"(?!#)|url\((?!#)|@import""", page)
     drawings = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
-    assert len(drawings) == 2 * 3 + 2 * 2  # rudder, yaw rate and heading of both records; two correlations a channel
+    # Rudder, yaw rate and heading of both records and of the comparison; two correlations a channel.
+    assert len(drawings) == 2 * 3 + 2 * 2 + 3
     for drawing in drawings:
         ElementTree.fromstring(drawing)
     assert not any("nan" in path for path in re.findall(r' d="(.*?)"', page))

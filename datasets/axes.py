@@ -1,0 +1,104 @@
+"""Axes of positions and velocities: the track against the heading, and the sway of a point that is not midship."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .changes import FEWEST, changes, integral_over_gaps
+from .record import Record
+
+MIRRORED = 0.25
+"""How much less the course must scatter about the mirrored heading than about the heading."""
+TURNED = 0.005
+"""Scatter (1 - length of the mean unit vector) about one of the two below which the ship has not turned enough."""
+STEADY = 0.1
+"""Scatter from which a course says nothing."""
+ACROSS = np.pi / 3.0
+"""Angle of the track to the heading, rad, that no drift explains."""
+UNDER_WAY = 0.3
+"""Share of the usual way made in a window from which it has a course."""
+ALIKE, OFF = 0.8, 0.3
+"""The point about which a ship turns is told where sway and yaw rate are correlated so well, or where what it leaves of
+the sway is below this share of the ship's length times the yaw rate."""
+PIVOTS = (0.1, 0.75)
+"""How far ahead of the recorded point, in ship lengths, a ship's point without sway lies: .24 to .63 in all vessels and
+measured records of this distribution that are recorded midship or at the centre of gravity."""
+USUAL_PIVOT = 0.4
+LEAST_TURN = np.pi / 18.0
+"""Range of headings, rad, below which a run is straight."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """The course of the positions against the heading.
+
+    mirrored : whether it turns to the other side;  angle : rad, mean of the course less the heading, or, where it is
+    mirrored, of their sum.
+    """
+
+    mirrored: bool
+    angle: float
+
+    @property
+    def reading(self) -> str:
+        """What would make a mirrored track right."""
+        quarter = round(self.angle / (np.pi / 2.0)) % 4
+        return (
+            "east_m has the other sign",
+            "north_m and east_m are exchanged",
+            "north_m has the other sign",
+            "north_m and east_m are exchanged and both have the other sign",
+        )[quarter]
+
+
+def track_of(record: Record) -> Track | None:
+    """How positions and heading agree, without any velocity; None where they do not tell."""
+    if not record.has("heading_rad", "north_m", "east_m"):
+        return None
+    psi = record.heading_unwrapped()
+    north, east = changes(record, record.column("north_m")), changes(record, record.column("east_m"))
+    window = record.n - north.size
+    heading = psi[window // 2 : window // 2 + north.size]
+    way = np.hypot(north, east)
+    known = np.isfinite(way) & np.isfinite(heading)
+    if known.sum() < FEWEST:
+        return None
+    known &= np.nan_to_num(way) > UNDER_WAY * np.quantile(way[known], 0.9)
+    if known.sum() < FEWEST:
+        return None
+    course = np.arctan2(east[known], north[known])
+    same, other = (complex(np.mean(np.exp(1j * (course + side * heading[known])))) for side in (-1.0, 1.0))
+    plain, mirror = 1.0 - abs(same), 1.0 - abs(other)
+    mirrored = mirror < MIRRORED * plain and plain > TURNED
+    if min(plain, mirror) > STEADY:
+        return None
+    return Track(bool(mirrored), float(np.angle(other if mirrored else same)))
+
+
+def lever_arm(record: Record, length_m: float | None) -> tuple[float, float] | None:
+    """Distance, m, from the recorded point ahead to the point that has no sway in turns, and how far the recorded point
+    would stand ahead of midship; None where that is not outside what ships have, or where nothing tells it.
+
+    length_m : the ship's length; None: only a distance clearly below 0 is outside, the second number is nan.
+    """
+    if not record.has("sway_m_s", "yaw_rate_rad_s"):
+        return None
+    sway, rate = record.column("sway_m_s"), record.column("yaw_rate_rad_s")
+    known = np.isfinite(sway) & np.isfinite(rate)
+    sway, rate = sway[known], rate[known]
+    heading = integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s)
+    if not np.isfinite(heading).any() or np.nanmax(heading) - np.nanmin(heading) < LEAST_TURN:
+        return None
+    turning, drifting = float(np.sum(rate**2)), float(np.sum(sway**2))
+    if known.sum() < FEWEST or not turning > 0.0 or not drifting > 0.0:
+        return None
+    ahead = -float(np.sum(sway * rate)) / turning
+    if length_m is None:
+        alike = -ahead * np.sqrt(turning / drifting)
+        return (ahead, float("nan")) if alike > ALIKE else None
+    low, high = PIVOTS
+    if float(np.sum((sway + ahead * rate) ** 2)) > (OFF * length_m) ** 2 * turning:
+        return None
+    return None if low * length_m < ahead < high * length_m else (ahead, USUAL_PIVOT * length_m - ahead)
