@@ -19,7 +19,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench docs reproduce diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit
+.PHONY: help env bench docs reproduce diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit browser
 .DELETE_ON_ERROR:
 
 help:
@@ -64,7 +64,12 @@ reproduce: env
 	mkdir -p reports
 	cp -R $(REPRODUCTION)/pages reports/reproduction
 
-test: lint types
+# The tests look at pages in Debian's Chromium.
+browser:
+	@command -v chromium >/dev/null || { as=$$(test "$$(id -u)" -eq 0 || echo sudo); \
+	  $$as apt-get update -qq && $$as env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
+
+test: lint types browser
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal
 
 lint: env

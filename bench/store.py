@@ -22,6 +22,7 @@ from ..models.errors import BadInput
 from ..models.plain import plain
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, Tables
+from .traces import TRACES, trace_line
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -83,9 +84,13 @@ class Store:
         return sorted(self._runs.values(), key=lambda run: _order(run["row"], self.kind.tables.keys))
 
     def append(self, run: Mapping[str, Any]) -> None:
-        """Keep one finished run, `{"key", "row", "parameters"}`, at once."""
+        """Keep one finished run, `{"key", "row", "parameters"}`, at once; its `trace`, if any, in a file of its own."""
         if self._file is None:
             raise ValueError("the store is closed")
+        run = dict(run)
+        if trace := run.pop("trace", None):
+            with (self.directory / TRACES).open("ab") as file:
+                file.write(trace_line(run["row"], self.kind.tables.keys, trace))
         line = _json(run)
         _write_all(self._file, line.encode() + b"\n")
         self._runs[run["key"]] = json.loads(line)

@@ -1,34 +1,12 @@
-"""Charts of suites: errors over the levels of a condition, rates with their intervals."""
+"""Charts of suites: rates with their intervals."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
-from .plots import chart, legend_beside, ticks
+from .plots import chart, legend_beside
 
 SIZE = (6.4, 2.9)
-
-
-def by_level(series: Mapping[str, Sequence[float | None]], levels: Sequence[str], title: str) -> str:
-    """A line per name over ordered levels on a logarithmic axis; points that are not positive and finite are left out.
-
-    Returns an empty text where fewer than two levels or no points are given.
-    """
-    lines = {name: [_drawable(value) for value in line] for name, line in series.items()}
-    lines = {name: line for name, line in lines.items() if not all(map(math.isnan, line))}
-    if len(levels) < 2 or not lines:
-        return ""
-
-    def draw(figure) -> None:
-        axes = figure.subplots()
-        for name, line in lines.items():
-            axes.semilogy(range(len(levels)), line, marker="o", markersize=4, label=name)
-        ticks(axes, range(len(levels)), levels)
-        axes.set_xlim(-0.3, len(levels) - 0.7)
-        legend_beside(axes)
-
-    return chart(draw, SIZE, title)
 
 
 def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]], title: str) -> str:
@@ -54,8 +32,3 @@ def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]
         legend_beside(axes)
 
     return chart(draw, SIZE, title)
-
-
-def _drawable(value: float | None) -> float:
-    """The value if a logarithmic axis can show it, else nan."""
-    return value if value is not None and math.isfinite(value) and value > 0.0 else math.nan

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -77,10 +77,3 @@ def chart(
 def legend_beside(axes: Axes) -> None:
     """The legend to the right of the axes."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
-
-
-def ticks(axes: Axes, places: Sequence[float], labels: Sequence[str]) -> None:
-    """Texts at places along the horizontal axis, slanted where they are long."""
-    axes.set_xticks(list(places), list(labels))
-    if max(map(len, labels)) > 60 // max(len(labels), 1):
-        axes.tick_params(axis="x", rotation=20)

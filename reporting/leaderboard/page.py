@@ -7,14 +7,18 @@ from pathlib import Path
 from typing import Any
 
 from ...bench.store import TIMING, read_manifest, read_tables
+from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
 from ..report import Report, environment_rows, listed, unfinished, write_files
 from ..templating import render
 from . import standings
-from .charts import charts
+from .answer import answer
+from .contest import contest
+from .page_data import as_script, page_data
 from .standings import Frame, Leaderboard
-from .tables import choice_table, detail_tables, failure_table, level_tables, matrices, overall_table
+from .statistics import Statistics
+from .tables import choice_table, detail_tables, failure_table, matrices, overall_table
 from .timings import read_timing, timing_table
 
 READING = (
@@ -49,21 +53,34 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     results, parameters = read_tables(directory)
     if results.empty:
         raise BadInput("no run is finished yet", file=directory, hint="continue with helmbench run --resume")
-    board = standings.build(results, parameters)
+    runs = standings.judged(results, parameters)
+    cells = standings.cell_table(runs)
+    board = standings.build(results, parameters, runs, cells)
+    found = Statistics(contest(cells, runs), cells, parameters)
     timings = read_timing(Path(timing) if timing else directory / TIMING, required=timing is not None)
     texts = {
-        "leaderboard.md": markdown(manifest, results, board, timings),
+        "leaderboard.md": markdown(manifest, results, board, timings, found),
         "leaderboard.csv": tables.csv(tables.from_frame(board.table())),
-        "leaderboard.html": html(manifest, results, board, timings),
+        "leaderboard.html": html(
+            manifest,
+            results,
+            board,
+            timings,
+            found,
+            as_script(page_data(cells, runs, parameters, read_traces(directory))),
+        ),
     }
     paths = write_files(directory, texts)
     overall = tuple(board.overall.to_dict("records"))
     return Report(texts["leaderboard.md"], paths, len(results) >= manifest["planned"], overall)
 
 
-def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict]) -> str:
+def markdown(
+    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict], found: Statistics
+) -> str:
     """The report as Markdown text; cells are listed where no true parameters are known, as in measured sets."""
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
+    parts += [f"**{tables.in_markdown(answer(found.board))}**", *map(tables.in_markdown, found.statements())]
     unknown = board.detail["rel_error"].isna().groupby(board.detail["vessel"]).transform("all")
     details = detail_tables(board.detail[unknown])
     tail = [failure_table(board.failures), timing_table(timings)]
@@ -74,20 +91,28 @@ def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, ti
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with]) + "\n"
 
 
-def html(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict]) -> str:
-    """The report as one self-contained page."""
+def html(
+    manifest: Mapping[str, Any],
+    results: Frame,
+    board: Leaderboard,
+    timings: Sequence[dict],
+    found: Statistics,
+    data: str,
+) -> str:
+    """The report as one self-contained page; data: what `page_data.as_script` gave."""
     return render(
         "leaderboard.html.j2",
         suite=manifest["suite"],
         title=manifest.get("title", ""),
         headline=headline(manifest, results),
         complete=len(results) >= manifest["planned"],
-        charts=charts(board),
+        data=data,
+        charts=found.charts(),
+        statements=found.statements(),
+        sensitivity=found.sensitivity_table(),
         overall=overall_table(board),
         choice=choice_table(board),
         matrices=matrices(board),
-        levels=level_tables(board),
-        details=detail_tables(board.detail),
         failures=failure_table(board.failures),
         timings=timing_table(timings),
         reading=READING,

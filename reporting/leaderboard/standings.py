@@ -51,6 +51,10 @@ STATUSES = ("ok", "failed", "not_applicable")
 PREDICTED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 FLOOR, DIGITS = 1e-6, 5
 BOOTSTRAP_SEED, BOOTSTRAP_DRAWS, LEVEL = 20240, 2000, 0.95
+MOST_DRAWN_FROM = 2000
+"""Values of which a median's interval is drawn; of more it is taken from their order statistics."""
+COVERAGE = 0.9
+"""Methods compared in a smaller share of the problems than this stand below the others."""
 EFFICIENCY_SEEDS = 3
 """Least number of seeds from which an efficiency is estimated."""
 
@@ -120,10 +124,14 @@ class Leaderboard:
         return html(overall_table(self))
 
 
-def build(results: Frame, parameters: Frame) -> Leaderboard:
-    """The leaderboard of one results store (frames as `store.read_tables` gives them)."""
-    runs = judged(results, parameters)
-    cells, efficiencies = cell_table(runs), efficiency(parameters)
+def build(results: Frame, parameters: Frame, runs: Frame | None = None, cells: Frame | None = None) -> Leaderboard:
+    """The leaderboard of one results store (frames as `store.read_tables` gives them).
+
+    runs, cells : `judged` and `cell_table` of them, where these are known already.
+    """
+    runs = judged(results, parameters) if runs is None else runs
+    cells = cell_table(runs) if cells is None else cells
+    efficiencies = efficiency(parameters)
     overall = standings(cells, efficiencies, "overall")
     blocks = {factor: matched(cells, factor) for factor in FACTORS}
     by = {factor: standings(rows, efficiencies, factor) for factor, rows in blocks.items() if len(rows)}
@@ -132,11 +140,14 @@ def build(results: Frame, parameters: Frame) -> Leaderboard:
 
 def judged(results: Frame, parameters: Frame) -> Frame:
     """Runs with `label`, `parameter_error` and `prediction_error`; nan where a criterion does not apply."""
+    import pandas as pd
+
     runs = results.copy()
-    runs["label"] = _labels(runs)
+    runs["label"] = labels(runs)
     given = parameters[(parameters["true_kind"] == "given") & parameters["rel_error"].notna()]
     own = set(map(tuple, given[["vessel", "model"]].drop_duplicates().to_numpy()))
-    has_truth = np.array([pair in own for pair in zip(runs["vessel"], runs["model"], strict=True)], dtype=bool)
+    pairs = pd.MultiIndex.from_frame(runs[["vessel", "model"]])
+    has_truth = pairs.isin(list(own)) if own else np.zeros(len(runs), dtype=bool)
     failed, absent = (runs["status"] == "failed").to_numpy(), (runs["status"] == "not_applicable").to_numpy()
     error = runs["rel_error_median"].to_numpy(dtype=float, na_value=np.nan)
     runs["parameter_error"] = np.where(has_truth & ~absent, np.where(failed, np.inf, error), np.nan)
@@ -160,8 +171,9 @@ def cell_table(runs: Frame) -> Frame:
     that there are.  Ranks of equal errors are averaged.
     """
     flags = {name: runs["status"] == name for name in STATUSES} | {"diverged": runs["diverged"].eq(True)}
-    groups = runs.assign(**flags).groupby([*CELL, "label"], sort=True)
-    medians = {name: (column, _median) for name, column in MEDIANS.items()}
+    figures = {column: runs[column].astype(float) for column in MEDIANS.values()}
+    groups = runs.assign(**flags, **figures).groupby([*CELL, "label"], sort=True, observed=True)
+    medians = {name: (column, "median") for name, column in MEDIANS.items()}
     table = groups.agg(**medians, **{name: (name, "sum") for name in flags}, runs=("seed", "size")).reset_index()
     for name, column in CRITERIA.items():
         competing = _comparable(table[column]).groupby([table[key] for key in CELL])
@@ -187,7 +199,9 @@ def matched(cells: Frame, factor: str) -> Frame:
 
 
 def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
-    """One row per group and method, best mean rank first inside each group.
+    """One row per group and method, inside each group by the mean rank in prediction, then in both criteria.
+
+    Methods that were compared in less than `COVERAGE` of the cells stand below the others.
 
     `scope` is `overall`, or a column of `CELL` whose values are the groups.
     """
@@ -201,7 +215,10 @@ def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
         rows.append({"scope": scope, "group": group, "method": label} | _standing(own, efficient["efficiency"]))
     table = pd.DataFrame(rows, columns=STANDING_COLUMNS)
     table["_group"] = [in_order(group) for group in table["group"]]
-    return table.sort_values(["_group", "mean_rank", "method"], ignore_index=True).drop(columns="_group")
+    most = table.groupby("group")["cells"].transform("max")
+    table["_partial"] = table["cells"] < COVERAGE * most
+    order = ["_group", "_partial", "rank_prediction", "mean_rank", "method"]
+    return table.sort_values(order, ignore_index=True).drop(columns=["_group", "_partial"])
 
 
 def efficiency(parameters: Frame) -> Frame:
@@ -218,7 +235,7 @@ def efficiency(parameters: Frame) -> Frame:
         & parameters["estimate"].notna()
     ]
     table = chosen.assign(
-        label=_labels(chosen), bound=chosen["crb_sd"] ** 2, square=(chosen["estimate"] - chosen["true"]) ** 2
+        label=labels(chosen), bound=chosen["crb_sd"] ** 2, square=(chosen["estimate"] - chosen["true"]) ** 2
     )
     groups = table.groupby([*CELL, "label", "parameter"], sort=True)
     means = groups.agg(seeds=("square", "size"), bound=("bound", "mean"), square=("square", "mean")).reset_index()
@@ -247,6 +264,10 @@ def bootstrap_interval(values: Sequence[float] | np.ndarray, draws: int = BOOTST
     values = np.asarray(values, dtype=float)
     if values.size == 0:
         return np.nan, np.nan
+    if values.size > MOST_DRAWN_FROM:  # the bootstrap's own limit: order statistics of the binomial distribution
+        half = 0.5 * 1.96 * np.sqrt(values.size)
+        ordered, middle = np.sort(values), 0.5 * (values.size - 1)
+        return float(ordered[int(np.floor(middle - half))]), float(ordered[int(np.ceil(middle + half))])
     picks = np.random.default_rng(BOOTSTRAP_SEED).integers(values.size, size=(draws, values.size))
     medians = np.sort(_medians(values[picks]))
     tail = (1.0 - LEVEL) / 2.0
@@ -260,32 +281,39 @@ def _standing(cells: Frame, efficiencies: Series) -> dict[str, Any]:
     compared = ranked if len(ranked) else cells
     row: dict[str, Any] = {"cells": len(ranked), "mean_rank": _mean(ranked["rank"])}
     row |= {name: _mean(ranked[name]) for name in CRITERIA}
-    row |= {name: _median(compared[name]) for name in MEDIANS if name in STANDING_COLUMNS}
+    row |= {name: median(compared[name]) for name in MEDIANS if name in STANDING_COLUMNS}
     for name in CRITERIA.values():
         row[f"{name}_low"], row[f"{name}_high"] = bootstrap_interval(compared[name].dropna())
     row |= {name: int(cells[name].sum()) for name in (*STATUSES, "diverged", "runs")}
-    return row | {"efficiency": _median(efficiencies)}
+    return row | {"efficiency": median(efficiencies)}
 
 
 def _comparable(errors: Series) -> Series:
     """Errors without the digits that must not decide a rank."""
-    return errors.clip(lower=FLOOR).map(lambda error: float(f"{error:.{DIGITS - 1}e}"))
+    return errors.clip(lower=FLOOR).pipe(lambda kept: kept.where(np.isinf(kept) | kept.isna(), significant(kept)))
+
+
+def significant(values: Any, digits: int = DIGITS) -> Any:
+    """Positive values with so many significant digits; what is not finite stays."""
+    with np.errstate(all="ignore"):
+        decades = np.floor(np.log10(values))
+        return (values / 10.0 ** (decades - digits + 1)).round() * 10.0 ** (decades - digits + 1)
 
 
 def _grouped(frame: Frame, scope: str) -> Frame:
     return frame.assign(group="all" if scope == "overall" else [f"{level}" for level in frame[scope]])
 
 
-def _labels(frame: Frame) -> list[str]:
-    return [
-        method if variant == "corrected" else f"{method} ({variant})"
-        for method, variant in zip(frame["method"], frame["variant"], strict=True)
-    ]
+def labels(frame: Frame) -> Series:
+    """The method, with its variant where that is not the corrected one."""
+    return frame["method"].where(
+        frame["variant"] == "corrected", frame["method"].astype(str) + " (" + frame["variant"].astype(str) + ")"
+    )
 
 
 def _estimates(cells: Frame, parameters: Frame, most: int = 6) -> list[str]:
     """`K 0.324, T 20.1` per row: the median estimates over seeds, for models with few parameters."""
-    table = parameters.assign(label=_labels(parameters))
+    table = parameters.assign(label=labels(parameters))
     table = table[table["estimate"].notna()]
     medians = table.groupby([*CELL, "label", "parameter"], sort=True)["estimate"].median()
     texts: dict[tuple, list[str]] = {}
@@ -313,7 +341,7 @@ def _mean(values: Series) -> float:
     return float(known.mean()) if len(known) else float("nan")
 
 
-def _median(values: Any) -> float:
+def median(values: Any) -> float:
     """Median without nan; infinite where the middle is."""
     known = np.asarray(values, dtype=float)
     known = known[~np.isnan(known)]

@@ -40,15 +40,6 @@ def overall_table(board: Leaderboard) -> Table:
     return make_table(STANDING, _rows(board.overall), "Overall")
 
 
-def level_tables(board: Leaderboard) -> list[Table]:
-    """The standings at every level of every factor."""
-    return [
-        make_table(STANDING, _rows(frame[frame["group"] == level]), f"{FACTORS[factor].capitalize()}: {level}")
-        for factor, frame in board.by.items()
-        for level in dict.fromkeys(frame["group"])
-    ]
-
-
 def matrices(board: Leaderboard) -> list[Table]:
     """Methods, best first, against the levels of each factor: the parameter error and the prediction error."""
     found = [

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from helmbench.reporting.charts import by_level, rate_curves
+from helmbench.reporting.charts import rate_curves
 from helmbench.reporting.diagnosis.charts import (
     AFTER,
     Curve,
@@ -20,21 +20,6 @@ from helmbench.reporting.diagnosis.charts import (
     value_range,
 )
 from helmbench.reporting.plots import embedded, svg
-
-LEVELS = ("none", "low", "high")
-
-
-def markers(text):
-    """Markers of lines, those of the legend too; ticks have no fill."""
-    return len(re.findall(r'<use [^>]*style="fill: #', text))
-
-
-def test_charts_leave_out_what_a_logarithm_cannot_show():
-    drawn = by_level({"a": [0.0, 0.1, 1.0], "b": [math.inf, None, 0.01]}, LEVELS, "errors")
-    assert markers(drawn) == 3 + 2  # points that are positive and finite, and one of each name in the legend
-    assert all(f">{name}</text>" in drawn for name in ("a", "b", *LEVELS))
-    assert by_level({"a": [0.0, 0.0]}, ["none", "low"], "errors") == ""
-    assert by_level({"a": [0.1]}, ["low"], "errors") == ""
 
 
 def test_rates_are_drawn_with_their_names():

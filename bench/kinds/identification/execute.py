@@ -6,6 +6,7 @@ from typing import Any
 
 from ...execution import attempt, guarded, measured_cost, one_line
 from ...scores import Outcome, compute
+from ...traces import free_run_trace
 from .judge import parameter_rows
 from .plan import RunSpec
 from .problems import Problem, problem
@@ -17,13 +18,15 @@ _WARMED: set[tuple[str, str]] = set()
 def execute(spec: RunSpec) -> dict[str, Any]:
     """Fit, score and time one run: `{"key", "row", "parameters"}` with built-in types only.
 
-    An error inside becomes the row's status and error.
+    An error inside becomes the row's status and error.  A run of the first seed also has its `trace`.
     """
-    return guarded(spec, lambda row: _fit_and_score(spec, row))
+    traces: list[dict[str, Any]] = []
+    finished = guarded(spec, lambda row: _fit_and_score(spec, row, traces))
+    return finished | ({"trace": traces[0]} if traces else {})
 
 
-def _fit_and_score(spec: RunSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
-    """Fill in the row; returns the rows of its parameters."""
+def _fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Fill in the row, and add the trace of a first seed; returns the rows of its parameters."""
     from ....estimation.prediction import prediction_scores
     from ....methods.registry import make
 
@@ -36,6 +39,8 @@ def _fit_and_score(spec: RunSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
     parameters = parameter_rows(task.model, task.truth, estimate)
     prediction = prediction_scores(estimate.model, task.held_out, estimate.predictor)
     row |= {"diverged": prediction["diverged"]} | compute(Outcome(task, estimate, parameters, prediction))
+    if spec.task.seed == 0:
+        traces.append(free_run_trace(estimate, task.held_out[0]))
     if not estimate.converged:
         row["error"] = one_line(f"not converged: {estimate.message or 'no reason given'}")
     return parameters

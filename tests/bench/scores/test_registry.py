@@ -8,9 +8,10 @@ from helmbench.bench.kinds.identification.columns import result_columns
 from helmbench.bench.scores import Outcome, compute, score_columns, scores
 
 
-def row(estimate, true, crb_sd, identifiable=True):
+def row(estimate, true, crb_sd, identifiable=True, kind="given"):
     error = abs(estimate - true) / abs(true) if true else None
-    return {"estimate": estimate, "true": true, "crb_sd": crb_sd, "identifiable": identifiable, "rel_error": error}
+    known = {"true": true, "true_kind": kind, "crb_sd": crb_sd, "identifiable": identifiable}
+    return {"estimate": estimate, "rel_error": error} | known
 
 
 def outcome(*rows, **prediction):
@@ -33,6 +34,11 @@ def test_scores_by_hand():
 def test_an_infinite_bound_does_not_count():
     found = compute(outcome(row(2.2, 2.0, 0.1), row(3.0, 1.0, float("inf"))))
     assert found["crb_z_rms"] == pytest.approx(2.0) and found["rel_error_max"] == pytest.approx(2.0)
+
+
+def test_a_model_of_another_family_than_the_truth_is_not_compared_with_a_bound():
+    found = compute(outcome(row(2.2, 2.0, 0.1, kind="derived"), row(1.3, 1.0, 1e-6, kind="derived")))
+    assert found["rel_error_median"] == pytest.approx(0.2) and "crb_z_rms" not in found
 
 
 def test_without_truth_there_are_no_errors_of_parameters():

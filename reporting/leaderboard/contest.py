@@ -1,0 +1,242 @@
+"""A contest: the errors and times of methods on problems, as arrays that page, terminal and statistics share.
+
+A problem is a cell of `standings.CELL`.  Errors are nan where a method was not run or does not apply, infinite where
+it failed or its free run diverged; they have `standings.DIGITS` digits, so that rounding decides no rank.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from .standings import CELL, COVERAGE, FLOOR, MEDIANS, PREDICTED, Frame, in_order, significant
+
+CRITERIA = {"prediction": "nrmse", "parameters": "rel_error"}
+"""Name of a criterion -> column of the cells; the first is what methods are ranked by."""
+DIMENSIONS = {
+    "vessel": "vessel",
+    "excitation": "excitation",
+    "noise": "noise",
+    "disturbance": "disturbance",
+    "channels": "channels",
+    "model": "fitted model",
+    "sampling": "sampling",
+}
+"""What a problem is chosen by -> its title."""
+QUANTITIES = {"heading_rad": "heading", "yaw_rate_rad_s": "yaw rate", "surge_m_s": "surge", "sway_m_s": "sway"}
+KINDS = {"zigzag": "zigzags", "turn": "turns", "sine": "sines", "steps": "rudder steps", "prbs": "random steps"}
+MOST_SEEDS, MOST_VALUES = 10, 60_000
+"""Errors of single seeds are kept up to this number of seeds and of errors altogether, else only their medians."""
+
+
+@dataclass(frozen=True)
+class Contest:
+    """Errors of M methods on P problems with at most S seeds.
+
+    Attributes
+    ----------
+    methods : (M,) labels.
+    problems : one row a problem: `CELL` and the texts of `DIMENSIONS`.
+    errors : (P, M), medians over seeds.
+    runs : (P, M, S), errors of single seeds, nan where there is none.
+    times : (P, M), median wall time of a fit, s.
+    failed, diverged, absent : (P, M), numbers of runs that failed, diverged and were not applicable.
+    criterion : of `CRITERIA`.
+    """
+
+    methods: tuple[str, ...]
+    problems: Frame
+    errors: np.ndarray
+    runs: np.ndarray
+    times: np.ndarray
+    failed: np.ndarray
+    diverged: np.ndarray
+    absent: np.ndarray
+    criterion: str
+
+    def where(self, chosen: Mapping[str, str] | None = None, budget_s: float = np.inf) -> Contest:
+        """The problems with these texts of `DIMENSIONS`; a method that takes longer than the budget fails there."""
+        keep = np.ones(len(self.problems), dtype=bool)
+        for name, text in (chosen or {}).items():
+            keep &= (self.problems[name] == text).to_numpy()
+        kept = self.kept(keep)
+        late = (kept.times > budget_s) & ~np.isnan(kept.errors)
+        errors = np.where(late, np.inf, kept.errors)
+        return replace(kept, errors=errors, runs=np.where(late[:, :, None] & ~np.isnan(kept.runs), np.inf, kept.runs))
+
+    def kept(self, problems: np.ndarray) -> Contest:
+        """The problems where the mask (P,) is true."""
+        names = ("errors", "runs", "times", "failed", "diverged", "absent")
+        arrays = {name: getattr(self, name)[problems] for name in names}
+        return replace(self, problems=self.problems[problems].reset_index(drop=True), **arrays)
+
+    def ranks(self) -> np.ndarray:
+        """Ranks (P, M) of the methods in every problem with at least two of them; equal errors share theirs."""
+        from scipy.stats import rankdata
+
+        if not len(self.errors):
+            return np.empty_like(self.errors)
+        found = rankdata(self.errors, axis=1, nan_policy="omit")
+        return np.where((np.isfinite(found).sum(axis=1) > 1)[:, None], found, np.nan)
+
+    def order(self) -> list[Place]:
+        """The ranking: methods compared in `COVERAGE` of the problems first, inside both groups by mean rank."""
+        ranks = self.ranks()
+        counts = np.isfinite(ranks).sum(axis=0)
+        most = counts.max(initial=0)
+        places = [
+            Place(
+                method=method,
+                index=i,
+                mean_rank=float(np.nanmean(ranks[:, i])),
+                problems=int(counts[i]),
+                imputed=int(np.isinf(self.errors[:, i])[np.isfinite(ranks[:, i])].sum()),
+                partial=bool(counts[i] < COVERAGE * most),
+            )
+            for i, method in enumerate(self.methods)
+            if counts[i]
+        ]
+        return sorted(places, key=lambda place: (place.partial, round(place.mean_rank, 9), place.method))
+
+    def block(self, methods: Sequence[int] | None = None) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Errors (n, m) on the problems that all of the methods share, and their labels.
+
+        methods : indices; None: those that were compared in `COVERAGE` of the problems.
+        """
+        picked = [place.index for place in self.order() if not place.partial] if methods is None else list(methods)
+        errors = self.errors[:, picked]
+        return errors[~np.isnan(errors).any(axis=1)], tuple(self.methods[i] for i in picked)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A method in a ranking: its mean rank over `problems`, in `imputed` of which it has no finite error."""
+
+    method: str
+    index: int
+    mean_rank: float
+    problems: int
+    imputed: int
+    partial: bool
+
+
+def contest(cells: Frame, runs: Frame, criterion: str = "prediction") -> Contest:
+    """The contest of `standings.cell_table` and `standings.judged`."""
+    column = CRITERIA[criterion]
+    methods = tuple(sorted(map(str, cells["label"].unique())))
+    problems = described(cells, runs)
+    row, place = _numbered(cells, problems, methods)
+    shape = (len(problems), len(methods))
+
+    def filled(values: Any, empty: float) -> np.ndarray:
+        found = np.full(shape, empty)
+        found[row, place] = np.asarray(values, dtype=float)
+        return found
+
+    errors = filled(_rounded(cells[column]), np.nan)
+    singles = _single_runs(runs, problems, methods, MEDIANS[column], shape)
+    return Contest(
+        methods,
+        problems,
+        errors if singles is None else _medians(singles),
+        errors[:, :, None] if singles is None else singles,
+        filled(significant(cells["wall_s"], 3), np.nan),
+        *(filled(cells[name], 0.0).astype(int) for name in ("failed", "diverged", "not_applicable")),
+        criterion,
+    )
+
+
+def described(cells: Frame, runs: Frame) -> Frame:
+    """The problems of the cells, in reading order, with the texts of `DIMENSIONS`."""
+    problems = cells[CELL].drop_duplicates()
+    channels = _scored(runs).rename("channels")
+    problems = problems.merge(channels, left_on=CELL, right_index=True, how="left")
+    texts = {
+        "excitation": problems["train"].map(excitation),
+        "sampling": [sampling(n, share) for n, share in zip(problems["thinning"], problems["length"], strict=True)],
+    }
+    problems = problems.assign(**texts)
+    places = {name: {text: n for n, text in enumerate(levels(problems[name]))} for name in ("vessel", "noise")}
+    key = problems.assign(**{f"_{name}": problems[name].map(own) for name, own in places.items()})
+    keys = ["_vessel", "excitation", "held_out", "model", "_noise", "disturbance", "thinning", "length"]
+    return problems.loc[key.sort_values(keys).index].reset_index(drop=True)
+
+
+def levels(values: Any) -> list[str]:
+    """The distinct texts of a column in reading order."""
+    return sorted(map(str, values.unique()), key=in_order)
+
+
+@lru_cache(maxsize=4096)
+def excitation(train: str) -> str:
+    """Training records in a few words: `zigzag 10/10`, `turns and zigzags`; names of measured records stay."""
+    parts = sorted({re.sub(r":(port|starboard)\b|@euler", "", part) for part in re.split(r"\+(?=[A-Za-z_])", train)})
+    kinds = list(dict.fromkeys(part.partition(":")[0] for part in parts))
+    euler = ", Euler steps" if "@euler" in train else ""
+    if any(":" not in part for part in parts):
+        return ", ".join(parts) + euler
+    if len(kinds) == 1:
+        return f"{kinds[0]} {', '.join(part.partition(':')[2] for part in parts)}{euler}"
+    named = [KINDS.get(kind, kind) for kind in kinds]
+    return f"{', '.join(named[:-1])} and {named[-1]}{euler}"
+
+
+def sampling(thinning: int, length: float) -> str:
+    """Which samples of the training records are taken, in words."""
+    parts = [f"every {thinning}th sample" if thinning != 1 else "", f"first {length:.0%}" if length != 1.0 else ""]
+    return ", ".join(filter(None, parts)) or "whole records"
+
+
+def _scored(runs: Frame) -> Any:
+    """Text of the channels that are scored in a cell, a series over cells."""
+    columns = {f"r2_free_{name}": QUANTITIES[name] for name in PREDICTED}
+    extra = [name for name in ("r2_free_north_m", "r2_free_east_m") if name in runs]
+    known = runs[[*columns, *extra]].notna().groupby([runs[name] for name in CELL], observed=True).any()
+    texts = known[list(columns)].rename(columns=columns)
+    found = texts.apply(lambda column: column.map({True: f"{column.name}, ", False: ""})).sum(axis=1)
+    position = known[extra].any(axis=1).map({True: "position, ", False: ""}) if extra else ""
+    return (found + position).str.removesuffix(", ").replace("", "none")
+
+
+def _numbered(frame: Frame, problems: Frame, methods: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of problem and method for every row of a frame."""
+    import pandas as pd
+
+    numbers = problems[CELL].assign(_row=np.arange(len(problems)))
+    row = frame[CELL].merge(numbers, on=CELL, how="left")["_row"].to_numpy()
+    return row, pd.Index(methods).get_indexer(frame["label"].astype(str))
+
+
+def _single_runs(
+    runs: Frame, problems: Frame, methods: Sequence[str], column: str, shape: tuple[int, int]
+) -> np.ndarray | None:
+    """Errors (P, M, S) of the seeds, in the order of the seeds; None where there are too many."""
+    seeds = int(runs.groupby([*CELL, "label"], observed=True).size().max()) if len(runs) else 1
+    if seeds > MOST_SEEDS or len(runs) > MOST_VALUES:
+        return None
+    row, place = _numbered(runs, problems, methods)
+    known = {seed: n for n, seed in enumerate(sorted(runs["seed"].unique()))}
+    found = np.full((*shape, len(known)), np.nan)
+    found[row, place, runs["seed"].map(known)] = _rounded(runs[column])
+    return found
+
+
+def _medians(runs: np.ndarray) -> np.ndarray:
+    """Medians (P, M) over seeds, nan left out; infinite where either middle value is."""
+    ordered, n = np.sort(runs, axis=2), (~np.isnan(runs)).sum(axis=2)
+    low, high = (
+        np.take_along_axis(ordered, np.maximum(place, 0)[:, :, None], axis=2)[:, :, 0]
+        for place in ((n - 1) // 2, n // 2)
+    )
+    with np.errstate(invalid="ignore"):
+        return np.where(n == 0, np.nan, np.where(low == high, low, (low + high) / 2.0))
+
+
+def _rounded(errors: Any) -> np.ndarray:
+    kept = np.maximum(np.asarray(errors, dtype=float), FLOOR)
+    return np.where(np.isfinite(kept), significant(np.where(np.isfinite(kept), kept, 1.0)), kept)

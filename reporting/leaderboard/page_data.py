@@ -1,0 +1,212 @@
+"""What the page of the leaderboard computes with: the contest and chosen runs as compact JSON.
+
+Errors: -1 stands for infinite, null for none; a list holds the errors of single seeds.  Curves are texts of two
+characters a sample, see `coded`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...models.model import list_vessels
+from .contest import CRITERIA, DIMENSIONS, MOST_VALUES, Contest, contest, levels
+from .standings import CELL, Frame, labels
+
+ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
+GAP, MOST_CODE = 4095, 4094
+"""Code of a missing value, and the largest one of a value."""
+MOST_TRACE_CHARACTERS = 3_000_000
+BUDGETS_S = {"0.1 s": 0.1, "1 s": 1.0, "10 s": 10.0, "1 min": 60.0, "10 min": 600.0}
+COARSER = ("held_out", "length", "thinning", "train", "disturbance", "model", "vessel")
+"""Columns of a cell that are put together, one after the other, where there are too many cells for a page."""
+
+
+def page_data(cells: Frame, runs: Frame, parameters: Frame, traces: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Everything that the page's script needs, as plain values."""
+    coarse, together = coarsened(cells)
+    if together:
+        runs = runs[:0]
+    boards = {name: contest(coarse, runs, name) for name in CRITERIA}
+    board = boards["prediction"]
+    return {
+        "methods": list(board.methods),
+        "dimensions": dimensions(board),
+        "problems": [_problem(row) for row in board.problems.to_dict("records")],
+        "together": together,
+        "errors": {name: errors(own) for name, own in boards.items() if np.isfinite(own.errors).any()},
+        "times": [[_plain(value) for value in row] for row in board.times],
+        "counts": [
+            [int(own) for own in row] for row in board.failed + 1000 * board.diverged + 1_000_000 * board.absent
+        ],
+        "budgets": _budgets(board),
+        "runs": {} if together else stored_runs(board, parameters, traces),
+    }
+
+
+def as_script(data: Mapping[str, Any]) -> str:
+    """JSON that can stand in a `<script>` element."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def coarsened(cells: Frame) -> tuple[Frame, list[str]]:
+    """The cells, put together by medians over as few columns as needed for `MOST_VALUES`; the columns."""
+    together: list[str] = []
+    for name in COARSER:
+        if len(cells) <= MOST_VALUES:
+            break
+        together.append(name)
+        keys = [key for key in CELL if key not in together]
+        numbers = ["rel_error", "nrmse", "wall_s"]
+        counts = ["failed", "diverged", "not_applicable"]
+        groups = cells.groupby([*keys, "label"], observed=True, sort=False)
+        how = dict.fromkeys(numbers, "median") | dict.fromkeys(counts, "sum")
+        cells = groups.agg(how).reset_index()
+        cells = cells.assign(**{key: 1.0 if key == "length" else 1 if key == "thinning" else "all" for key in together})
+    return cells, together
+
+
+def dimensions(board: Contest) -> list[dict[str, Any]]:
+    """The selectors: those of `DIMENSIONS` with more than one level among the problems."""
+    found, ships = [], list_vessels()
+    for name, title in DIMENSIONS.items():
+        texts = levels(board.problems[name].dropna())
+        titles = {text: f"{ships[text][:60]} ({text})" for text in texts if text in ships and name == "vessel"}
+        if len(texts) > 1:
+            rows = board.problems[name].map({text: i for i, text in enumerate(texts)})
+            found.append(
+                {
+                    "name": name,
+                    "title": title,
+                    "levels": texts,
+                    "titles": [titles.get(text, text) for text in texts],
+                    "of": [int(i) for i in rows.fillna(-1)],
+                }
+            )
+    return found
+
+
+def errors(board: Contest) -> list[list[Any]]:
+    """Errors by problem and method: null, a number, or the list of those of single seeds."""
+    single = board.runs.shape[2] > 1
+    return [
+        [
+            None
+            if np.isnan(board.errors[i, j])
+            else [_plain(value) for value in board.runs[i, j]]
+            if single
+            else _plain(board.errors[i, j])
+            for j in range(len(board.methods))
+        ]
+        for i in range(len(board.problems))
+    ]
+
+
+def stored_runs(board: Contest, parameters: Frame, traces: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Problem -> its truth and, by method, curves and estimates; as many of the best methods as there is room for."""
+    number = {tuple(row): i for i, row in enumerate(board.problems[CELL].itertuples(index=False, name=None))}
+    methods = {method: i for i, method in enumerate(board.methods)}
+    found: dict[str, Any] = {}
+    for entry in traces:
+        row = entry["row"]
+        label = row["method"] if row["variant"] == "corrected" else f"{row['method']} ({row['variant']})"
+        problem, method = number.get(tuple(row[key] for key in CELL)), methods.get(label)
+        if problem is not None and method is not None:
+            own = found.setdefault(str(problem), {"methods": {}})
+            own["methods"][str(method)] = {"curves": _residuals(own, entry["trace"])}
+    _add_estimates(found, board, parameters)
+    return _within(found, board)
+
+
+def coded(values: np.ndarray, low: float, high: float) -> str:
+    """Values as two characters each: 0 to `MOST_CODE` from low to high, clipped; `GAP` where there is none."""
+    width = high - low if high > low else 1.0
+    with np.errstate(invalid="ignore"):
+        codes = np.clip(np.rint((values - low) / width * MOST_CODE), 0, MOST_CODE)
+    codes = np.where(np.isfinite(values), codes, GAP).astype(int)
+    return "".join(ALPHABET[code >> 6] + ALPHABET[code & 63] for code in codes)
+
+
+def _residuals(own: dict[str, Any], trace: Mapping[str, Any]) -> dict[str, Any]:
+    """The coded differences measured - predicted by channel; what was measured is added to the problem once."""
+    found = {}
+    for channel, values in trace["channels"].items():
+        measured, predicted = (np.array(values[name], dtype=float) for name in ("measured", "predicted"))
+        if not np.isfinite(measured).any():
+            continue
+        low, high = float(np.nanmin(measured)), float(np.nanmax(measured))
+        if "record" not in own:
+            own |= {"record": trace["record"], "time": [_short(value) for value in trace["time_s"]], "measured": {}}
+        own["measured"].setdefault(channel, [_short(low), _short(high), coded(measured, low, high)])
+        difference = measured - predicted
+        most = min(float(np.nanmax(np.abs(difference), initial=0.0)), 2.0 * max(high - low, 1e-9))
+        found[channel] = [_short(most), coded(difference, -most, most)]
+    return found
+
+
+def _add_estimates(found: dict[str, Any], board: Contest, parameters: Frame) -> None:
+    """Estimates of the first seed with their standard errors, and the truth, into the problems that have curves."""
+    first = parameters[parameters["seed"] == 0]
+    first = first.assign(label=labels(first))
+    number = {tuple(row): i for i, row in enumerate(board.problems[CELL].itertuples(index=False, name=None))}
+    methods = {method: i for i, method in enumerate(board.methods)}
+    for (*cell, label), rows in first.groupby([*CELL, "label"], observed=True, sort=False):
+        own = found.get(str(number.get(tuple(cell))))
+        entry = own["methods"].get(str(methods[label])) if own else None
+        if own is None or entry is None:
+            continue
+        if "parameters" not in own:
+            names, units = rows["parameter"].tolist(), rows["unit"].tolist()
+            kind = rows["true_kind"].dropna()
+            own["parameters"] = [list(pair) for pair in zip(names, units, strict=True)]
+            own["true"] = [_short(value) for value in rows["true"]]
+            own["kind"] = str(kind.iloc[0]) if len(kind) else ""
+        entry["estimates"] = [[_short(v), _short(s)] for v, s in zip(rows["estimate"], rows["stderr"], strict=True)]
+
+
+def _within(found: dict[str, Any], board: Contest) -> dict[str, Any]:
+    """The runs that fit on the page: of every problem the best methods, as many in each."""
+    rank = np.argsort(np.argsort(np.where(np.isnan(board.errors), np.inf, board.errors), axis=1, kind="stable"), axis=1)
+    sizes: dict[int, int] = {}
+    for problem, own in found.items():
+        for method, entry in own["methods"].items():
+            place = int(rank[int(problem), int(method)])
+            sizes[place] = sizes.get(place, 0) + len(json.dumps(entry))
+    most, total = 0, 0
+    for place in range(len(board.methods)):
+        total += sizes.get(place, 0)
+        if total > MOST_TRACE_CHARACTERS:
+            break
+        most = place + 1
+    for problem, own in found.items():
+        kept = own["methods"].items()
+        own["methods"] = {method: entry for method, entry in kept if rank[int(problem), int(method)] < most}
+    return {problem: own for problem, own in found.items() if own["methods"]}
+
+
+def _problem(row: Mapping[str, Any]) -> list[str]:
+    """Texts of a problem for a reader: vessel, model, training records, held-out records, noise, other conditions."""
+    other = [row["disturbance"] if row["disturbance"] != "none" else "", row["sampling"]]
+    rest = ", ".join(text for text in other if text and text != "whole records")
+    return [row["vessel"], row["model"], row["train"], row["held_out"], row["noise"], rest]
+
+
+def _budgets(board: Contest) -> dict[str, float]:
+    """Time budgets between the fastest and the slowest fit."""
+    times = board.times[np.isfinite(board.times)]
+    return {text: s for text, s in BUDGETS_S.items() if times.size and times.min() < s < 100.0 * times.max()}
+
+
+def _plain(value: float) -> float | None:
+    if math.isnan(value):
+        return None
+    return -1 if math.isinf(value) else float(f"{value:.5g}")
+
+
+def _short(value: Any) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(f"{float(value):.4g}")
