@@ -238,8 +238,7 @@ def _of_numbers(done: Conclusion) -> Finding | None:
     details = {"groups": groups} if groups else {}
     said = (
         f"the model's own numbers, off by {float(np.sqrt(final.variances[0])):.2g} prior standard deviations or so, "
-        f"take off {100.0 * part.value:.0f} % [{100.0 * part.low:.0f}, {100.0 * part.high:.0f}] of the squared error "
-        "of free runs of records that were left out"
+        f"take off {part.text} of the squared error of free runs of records that were left out"
     )
     gain = not est.model.is_3dof and any(size.parameter in GAINS for size in sizes)
     return Finding(

@@ -37,6 +37,12 @@ class Share(NamedTuple):
     low: float
     high: float
 
+    @property
+    def text(self) -> str:
+        """In percent; all of the error and more where the numbers alone would make it larger."""
+        value, low, high = (f"{100.0 * min(max(part, -1.0), 1.0):.0f}" for part in self)
+        return f"{'more than ' if self.value > 1.0 else ''}{value} % [{low}, {high}]"
+
 
 @dataclass(frozen=True)
 class Shares:

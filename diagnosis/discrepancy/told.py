@@ -111,8 +111,7 @@ def finding(one: Sized, s: Setting, est, drop: Share, rng: np.random.Generator) 
         details["standard deviation between records"] = one.between
     said = (
         f"twice the gain of marginal likelihood beside the base model's own numbers is {a.statistic:.1f}; takes off "
-        f"{100.0 * drop.value:.0f} % [{100.0 * drop.low:.0f}, {100.0 * drop.high:.0f}] of the base model's squared "
-        "free-run error in records that were left out"
+        f"{drop.text} of the base model's squared free-run error in records that were left out"
     )
     p = float(min(1.0, 25.0 * np.exp(max(a.log_p, -700.0))))
     ties = tuple(c.id for c in a.tied)
