@@ -1,4 +1,4 @@
-"""The picture of the standings: drawn by one command, equal bytes every time; that of the README is of the quick suite."""
+"""The picture of the standings: equal bytes every time; that of the README is of the quick suite."""
 
 import re
 from pathlib import Path
