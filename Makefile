@@ -1,4 +1,4 @@
-# make bench | test | docs | reproduce | diagnosis-reports | rates | ugly | fuzz | timing | lint | types | format | env | clean
+# make bench | board-picture | test | docs | reproduce | diagnosis-reports | rates | ugly | fuzz | timing | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -19,11 +19,13 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench docs reproduce diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit browser
+.PHONY: help env bench board-picture docs reproduce diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit \
+	browser
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print the leaderboard"
+	@echo "make board-picture  the same, and draw the standings for the README: reports/leaderboard/quick.svg"
 	@echo "make test     install, lint, check types, run the tests"
 	@echo "make docs     build the documentation site in docs/_build; nothing is loaded from the network"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
@@ -55,6 +57,10 @@ bench: env
 	status=0; $(BIN)/helmbench run --suite quick -o $(RESULTS) || status=$$?; \
 	test $$status -gt 1 || $(BIN)/helmbench report $(RESULTS) $(if $(wildcard $(TIMES)),--timing $(TIMES)) || status=$$?; \
 	exit $$status
+
+# The README's picture of the leaderboard.
+board-picture: bench
+	$(BIN)/python -m helmbench.reporting.leaderboard.picture $(RESULTS) reports/leaderboard/quick.svg
 
 # The published pages are replaced only when everything has been computed.
 reproduce: env

@@ -17,6 +17,7 @@ from .axes import ACROSS, lever_arm, track_of
 from .changes import NEAR, changes, integral_over_gaps, median_ratio
 from .columns import RUDDERS
 from .copies import check_no_copies
+from .geometry import unwrapped
 from .record import Record
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ OTHER_LENGTH = 0.05
 SCALE_SPEED, SCALE_TURN, SCALE_FROUDE = 2.5, 2.5, 0.7
 """Ratio of speeds from which on scales are compared; yaw rate times the model's length over speed, and Froude number
 with the model's length, that no ship reaches."""
+TURN = ("heading_rad", "yaw_rate_rad_s")
 TURN_UNITS = {
     "degrees in heading_rad? then call the column heading_deg": ("heading_rad", 1.0 / DEGREE),
     "degrees per second? then call the column yaw_rate_deg_s": ("yaw_rate_rad_s", DEGREE),
@@ -229,12 +231,23 @@ def _alive(record: Record) -> Iterator[Doubt]:
 
 def _turned(record: Record) -> Iterator[Doubt]:
     """Compare the heading's changes with the yaw rate's integral."""
-    yield from _ratio(record, _turn_ratio(record), TURN_UNITS, ("headings", "heading, yaw rate and time"))
+    ratio = _turn_ratio(record)
+    if ratio is None and record.has(*TURN) and _exchanged_ratio(record):
+        message = "changes as the integral of heading_rad does"
+        yield Doubt(record.name, message, "exchange the names of the two columns", "yaw_rate_rad_s")
+    yield from _ratio(record, ratio, TURN_UNITS, ("headings", "heading, yaw rate and time"))
+
+
+def _exchanged_ratio(record: Record) -> bool:
+    """Whether the yaw rate's column is the heading of a yaw rate in the heading's column."""
+    turned = changes(record, unwrapped(record.column("yaw_rate_rad_s")))
+    ratio = median_ratio(turned, changes(record, integral_over_gaps(record.column("heading_rad"), record.time_s)))
+    return ratio is not None and abs(ratio - 1.0) < NEAR
 
 
 def _turn_ratio(record: Record) -> float | None:
     """Median ratio of the heading's changes to those that the yaw rate and the time give."""
-    if not record.has("heading_rad", "yaw_rate_rad_s"):
+    if not record.has(*TURN):
         return None
     given = changes(record, integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s))
     ratio = median_ratio(changes(record, record.heading_unwrapped()), given)

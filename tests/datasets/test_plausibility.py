@@ -88,6 +88,17 @@ def test_a_run_given_twice_is_refused_under_any_name(turning):
         check_no_copies([turning], [copy])
 
 
+def exchanged(record, first, second):
+    return record.with_channels(**{first: record.column(second), second: record.column(first)})
+
+
+def test_a_heading_under_the_yaw_rate_and_the_other_way_round_is_refused(rng):
+    ship = str(rng.choice(["response-1", "cargo", "kvlcc2-l7"]))
+    record = generate(Case(ship, "zigzag:20/20", "low", seed=int(rng.integers(1000))))
+    with pytest.raises(BadInput, match="yaw_rate_rad_s: changes as the integral of heading_rad does; exchange"):
+        check_plausible([exchanged(record, "heading_rad", "yaw_rate_rad_s")], resolve(ship))
+
+
 @pytest.mark.parametrize("angle", ["heading_rad", "heading in degrees"])
 def test_a_heading_that_crosses_north_is_compared_over_full_turns(angle, turning):
     """Wrapped at 360 degrees, as loggers have it."""

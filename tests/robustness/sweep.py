@@ -89,7 +89,9 @@ def spoiled(good: Ugly, kind: str, rng: np.random.Generator) -> tuple[Ugly, froz
         return replace(good, train=[good.train[0], replace(good.train[0], name="other")]), frozenset()
     if kind == "wrong ship":
         ship = str(rng.choice(list(WRONG_SHIP)))
-        return Ugly(resolve(WRONG_SHIP[ship]), [_made_up(ship, "zigzag:20/20", 1)], [], False), frozenset()
+        # The numbers of a response model, which has no length, are truly another ship's.
+        allowed = frozenset({"base_coefficients"})
+        return Ugly(resolve(WRONG_SHIP[ship]), [_made_up(ship, "zigzag:20/20", 1)], [], False), allowed
     if kind == "near-cancelling second order":
         return Ugly(_near_cancelling(rng), good.train, good.held_out, True), None
     if kind == "singular model":
