@@ -21,6 +21,7 @@ from helmbench.datasets.sidecar import META_KEYS
 from helmbench.diagnosis.causes._check import CheckCause
 from helmbench.diagnosis.causes.base import WHERE
 from helmbench.diagnosis.causes.registry import all_causes
+from helmbench.methods.base import KINDS
 from helmbench.methods.registry import methods
 from helmbench.models.model import Model, resolve
 from helmbench.models.vessel import read_vessel, vessel_files
@@ -81,7 +82,7 @@ def method_page() -> Iterator[str]:
     )
     yield from table(("method", "what it is"), ((code(n), title) for n, title in helmbench.list_methods().items()))
     for name, cls in methods().items():
-        yield from (f"## {name}", "", f"{cls.title[0].upper()}{cls.title[1:]}.")
+        yield from (f"## {name}", "", f"{cls.title[0].upper()}{cls.title[1:]}. Kind: {cls.kind} ({KINDS[cls.kind]}).")
         yield from docstring(cls)
         options = [p for p in inspect.signature(cls.__init__).parameters.values() if p.name != "self"]
         rows = [

@@ -25,6 +25,14 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 
+KINDS: Mapping[str, str] = {
+    "grey box": "coefficients of a physical model",
+    "black box": "learnt from the records alone",
+    "hybrid": "a physical model with a learnt part",
+    "floor": "no identification: what every method must beat",
+}
+
+
 class Method:
     """Base class of all methods, with the conventions of scikit-learn estimators.
 
@@ -35,6 +43,8 @@ class Method:
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
     """One line for `helmbench list methods`."""
+    kind: ClassVar[str] = "grey box"
+    """One of `KINDS`: what the method knows of the ship."""
     search_space: ClassVar[Mapping[str, Domain]] = {}
     """Option name -> the values that `tuned:` may choose from."""
     variants: ClassVar[tuple[str, ...]] = ("corrected",)

@@ -75,7 +75,7 @@ def regressor(name: str) -> type[BlackBox]:
     summary = next(iter((inspect.getdoc(cls) or name).splitlines()))
     attributes = {
         "name": PREFIX + name,
-        "title": f"black box: {summary}".rstrip("."),
+        "title": summary.rstrip("."),
         "regressor": cls,
         "search_space": SPACES.get(name, {}),
         "__module__": __name__,
@@ -95,6 +95,7 @@ class BlackBox(Method):
     All other options are those of the regressor.
     """
 
+    kind = "black box"
     regressor: ClassVar[Any]
     own: ClassVar[tuple[str, ...]] = ("rows", "scheme", "seed")
     """Options that are not the regressor's."""
@@ -122,9 +123,10 @@ class BlackBox(Method):
         check_scheme(self.scheme)
         if self.rows is not None and not self.rows >= 1:
             raise BadInput(f"rows is {self.rows!r}, a positive number is needed")
-        validate = getattr(self.new_regressor(1), "_validate_params", None)
+        made = self.new_regressor(1)
         try:
-            validate() if validate is not None else None
+            if hasattr(made, "_parameter_constraints"):  # scikit-learn's own regressors; not those of other packages
+                made._validate_params()
         except ValueError as error:
             raise BadInput(str(error)) from error
 

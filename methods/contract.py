@@ -29,7 +29,7 @@ from ..estimation.predictor import predictor_of
 from ..estimation.series import MEASURED, series_of
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.model import Model, resolve
-from .base import Method
+from .base import KINDS, Method
 
 VESSELS = ("response-1", "remus-kt", "kvlcc2-l7")
 """A first-order and a second-order response model and a 3-DOF model."""
@@ -77,7 +77,10 @@ def same(first: Estimate, second: Estimate, relative: float) -> bool:
     """
     if first.predictor is not None:
         runs = free_run(first), free_run(second)
-        return bool(np.all(np.abs(runs[0] - runs[1]) <= relative * np.abs(runs[0]).max(axis=0)))
+        with np.errstate(invalid="ignore"):
+            largest = np.where(np.isfinite(runs[0]), np.abs(runs[0]), 0.0).max(axis=0)
+            close = np.abs(runs[0] - runs[1]) <= relative * largest
+        return bool(np.all(close | (np.isnan(runs[0]) & np.isnan(runs[1]))))
     error = np.zeros(len(first.coefficients))
     if relative and first.covariance is not None:
         error = 1e-3 * np.sqrt(np.diag(first.covariance))
@@ -91,6 +94,7 @@ def check_options(cls: type[Method]) -> None:
     options = method.get_params(deep=False)
     assert cls.name and cls.name == cls.name.strip() and " " not in cls.name, "name is a short identifier"
     assert cls.title, "title is one line about the method"
+    assert cls.kind in KINDS, f"kind is one of {', '.join(KINDS)}"
     assert method.set_params(**options) is method
     assert options.items() <= method.get_params(deep=True).items(), "get_params(deep=True) leaves out an option"
     copy = _cloned(method)

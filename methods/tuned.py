@@ -45,6 +45,7 @@ def tuned(text: str) -> type[Tuned]:
     attributes = {
         "name": PREFIX + inner.name,
         "title": f"{inner.title}; options tuned",
+        "kind": inner.kind,
         "inner": inner,
         "text": text,
         "variants": inner.variants,

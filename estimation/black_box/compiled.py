@@ -26,20 +26,46 @@ class Affine(NamedTuple):
 
 
 class Kernel(NamedTuple):
-    """sum_i a_i exp(-gamma |x - v_i|^2) + b of each output: vectors (m, d), weights (m,), gamma and b."""
+    """sum_i a_i exp(-|s x - v_i|^2) + b: scales s (d,), vectors v (m, d), weights a (m, k) and b (k,) of outputs."""
 
-    outputs: tuple[tuple[np.ndarray, np.ndarray, float, float], ...]
+    outputs: tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], ...]
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         return np.column_stack([self._one(x, *output) for output in self.outputs])
 
     @staticmethod
-    def _one(x: np.ndarray, vectors: np.ndarray, weights: np.ndarray, gamma: float, b: float) -> np.ndarray:
-        found = np.empty(len(x))
+    def _one(x: np.ndarray, scale: np.ndarray, vectors: np.ndarray, weights: np.ndarray, b: np.ndarray) -> np.ndarray:
+        found = np.empty((len(x), weights.shape[1]))
         for start in range(0, len(x), 256):
-            difference = x[start : start + 256, None, :] - vectors[None, :, :]
+            difference = (x[start : start + 256] * scale)[:, None, :] - vectors[None, :, :]
             square = np.einsum("ijk,ijk->ij", difference, difference)
-            found[start : start + 256] = np.exp(-gamma * square) @ weights + b
+            found[start : start + 256] = np.exp(-square) @ weights + b
+        return found
+
+
+class Network(NamedTuple):
+    """Layers of tanh units and a linear last layer: weights (d, m) and biases (m,) of each."""
+
+    layers: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        for w, b in self.layers[:-1]:
+            x = np.tanh(x @ w + b)
+        w, b = self.layers[-1]
+        return x @ w + b
+
+
+class Terms(NamedTuple):
+    """Weighted products of features: factors (T, m), see `terms.evaluate`, and weights (T, k)."""
+
+    factors: np.ndarray
+    weights: np.ndarray
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        from ._kernels import sum_of_terms
+
+        found = np.zeros((len(x), self.weights.shape[1]))
+        sum_of_terms(np.ascontiguousarray(x), self.factors, self.weights, found)
         return found
 
 
@@ -56,27 +82,23 @@ class Trees(NamedTuple):
     right: np.ndarray
     value: np.ndarray
     roots: np.ndarray
-    depth: int
     b: np.ndarray
     single: bool
     """Whether features are rounded to single precision first."""
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        x = x.astype(np.float32).astype(float) if self.single else x
-        return np.vstack([self._block(x[start : start + 256]) for start in range(0, len(x), 256)])
+        from ._kernels import sum_of_trees
 
-    def _block(self, x: np.ndarray) -> np.ndarray:
-        rows = np.arange(len(x))[:, None]
-        node = np.tile(self.roots, (len(x), 1))
-        for _ in range(self.depth):
-            node = np.where(x[rows, self.feature[node]] <= self.threshold[node], self.left[node], self.right[node])
-        return self.value[node].sum(axis=1) + self.b
+        x = x.astype(np.float32).astype(float) if self.single else np.ascontiguousarray(x, float)
+        found = np.tile(self.b, (len(x), 1))
+        sum_of_trees(x, self.feature, self.threshold, self.left, self.right, self.value, self.roots, found)
+        return found
 
 
 def compiled(regressors: Sequence[Any], x: np.ndarray) -> Callable[[np.ndarray], np.ndarray] | None:
     """A fast form (B, d) -> (B, k) of fitted regressors, checked on rows x (N, d); None if no form agrees."""
     expected = stacked(regressors, x)
-    for form in (_affine, _kernel, _forest, _boosted):
+    for form in (_affine, _terms, _kernel, _ridge_kernel, _gaussian_process, _network, _forest, _boosted):
         try:
             found = form(regressors, expected.shape[1])
             if found is not None and np.allclose(found(x), expected, rtol=AGREEMENT, atol=AGREEMENT):
@@ -97,12 +119,42 @@ def _affine(regressors: Sequence[Any], k: int) -> Affine:
     return Affine(np.vstack(w).T.astype(float), np.concatenate(b).astype(float))
 
 
+def _terms(regressors: Sequence[Any], k: int) -> Terms:
+    (one,) = regressors
+    return Terms(np.ascontiguousarray(one.terms_), np.ascontiguousarray(one.weights_))
+
+
 def _kernel(regressors: Sequence[Any], k: int) -> Kernel:
-    outputs = [
-        (one.support_vectors_, np.ravel(one.dual_coef_), float(one._gamma), float(one.intercept_[0]))
-        for one in regressors
-    ]
+    """Support vector machines."""
+    outputs = [(one._gamma, one.support_vectors_, one.dual_coef_.T, one.intercept_) for one in regressors]
+    return Kernel(tuple(_isotropic(*output) for output in outputs))
+
+
+def _ridge_kernel(regressors: Sequence[Any], k: int) -> Kernel:
+    """Kernel ridge regression."""
+    outputs = [(one.gamma, one.X_fit_, one.dual_coef_.reshape(len(one.X_fit_), -1), 0.0) for one in regressors]
+    return Kernel(tuple(_isotropic(*output) for output in outputs))
+
+
+def _isotropic(gamma: float, vectors: np.ndarray, weights: np.ndarray, b: Any):
+    scale = np.full(vectors.shape[1], np.sqrt(gamma))
+    return scale, vectors * scale, np.ascontiguousarray(weights), np.zeros(weights.shape[1]) + b
+
+
+def _gaussian_process(regressors: Sequence[Any], k: int) -> Kernel:
+    """Gaussian processes with a constant times a squared exponential, plus noise."""
+    outputs = []
+    for one in regressors:
+        smooth = one.kernel_.k1
+        scale = np.sqrt(0.5) / (smooth.k2.length_scale * np.ones(one.X_train_.shape[1]))
+        weights = smooth.k1.constant_value * one.alpha_.reshape(len(one.X_train_), -1) * one._y_train_std
+        outputs.append((scale, one.X_train_ * scale, weights, np.zeros(weights.shape[1]) + one._y_train_mean))
     return Kernel(tuple(outputs))
+
+
+def _network(regressors: Sequence[Any], k: int) -> Network | None:
+    (one,) = regressors
+    return Network(tuple(zip(one.coefs_, one.intercepts_, strict=True))) if one.activation == "tanh" else None
 
 
 def _forest(regressors: Sequence[Any], k: int) -> Trees:
@@ -116,9 +168,7 @@ def _forest(regressors: Sequence[Any], k: int) -> Trees:
             value[:, place : place + values.shape[1]] = values
             leaf = tree.children_left < 0
             feature = np.where(leaf, 0, tree.feature)
-            parts.append(
-                (feature, tree.threshold, tree.children_left, tree.children_right, leaf, value, tree.max_depth)
-            )
+            parts.append((feature, tree.threshold, tree.children_left, tree.children_right, leaf, value))
     return _joined(parts, np.zeros(k), single=True)
 
 
@@ -132,8 +182,8 @@ def _boosted(regressors: Sequence[Any], k: int) -> Trees:
             value = np.zeros((len(nodes), k))
             value[:, place] = nodes["value"]
             ends = (nodes["left"].astype(np.int64), nodes["right"].astype(np.int64))
-            leaf, depth = nodes["is_leaf"].astype(bool), int(nodes["depth"].max())
-            parts.append((nodes["feature_idx"], nodes["num_threshold"], *ends, leaf, value, depth))
+            leaf = nodes["is_leaf"].astype(bool)
+            parts.append((nodes["feature_idx"], nodes["num_threshold"], *ends, leaf, value))
     return _joined(parts, b, single=False)
 
 
@@ -142,12 +192,11 @@ def _joined(parts: Sequence[tuple], b: np.ndarray, single: bool) -> Trees:
     counts = [len(part[0]) for part in parts]
     roots = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
     left, right = [], []
-    for root, count, (_, _, to_left, to_right, leaf, *_) in zip(roots, counts, parts, strict=True):
+    for root, count, (_, _, to_left, to_right, leaf, _) in zip(roots, counts, parts, strict=True):
         own = root + np.arange(count)
         left.append(np.where(leaf, own, root + to_left))
         right.append(np.where(leaf, own, root + to_right))
     feature, threshold = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
     value = np.concatenate([part[5] for part in parts])
     ends = np.concatenate(left).astype(np.int64), np.concatenate(right).astype(np.int64)
-    depth = max(part[6] for part in parts)
-    return Trees(feature.astype(np.int64), threshold.astype(float), *ends, value, roots, depth, b, single)
+    return Trees(feature.astype(np.int64), threshold.astype(float), *ends, value, roots, b, single)

@@ -127,7 +127,7 @@ class BlackBoxPredictor:
         """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""
         states = np.full((len(inputs), len(start)), np.nan)
         states[0] = start
-        with _unchecked(), np.errstate(all="ignore"):
+        with unchecked(), np.errstate(all="ignore"):
             for k in range(len(inputs) - 1):
                 states[k + 1] = self._advance(states[k : k + 1], inputs[k : k + 1], inputs[k + 1 : k + 2], dt)[0]
                 if not np.isfinite(states[k + 1]).all():
@@ -136,7 +136,7 @@ class BlackBoxPredictor:
 
     def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
         """One sample ahead of each row at once, as `predictor.Predictor`."""
-        with _unchecked(), np.errstate(all="ignore"):
+        with unchecked(), np.errstate(all="ignore"):
             return self._advance(states, inputs[: len(states)], inputs[1 : len(states) + 1], dt)
 
     def accelerations(self, features: np.ndarray) -> np.ndarray:
@@ -180,7 +180,7 @@ class BlackBoxPredictor:
         return {"q": found[0], "r": state["q"]} if "q" in state else {"r": found[0]}
 
 
-def _unchecked():
+def unchecked():
     """Context in which scikit-learn does not check arrays and options that are known to be valid."""
     from sklearn import config_context
 

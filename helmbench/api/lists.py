@@ -25,7 +25,7 @@ def list_manoeuvres() -> dict[str, str]:
 
 
 def list_methods() -> dict[str, str]:
-    """Method id -> title of every identification method, those of plug-ins included.
+    """Method id -> kind and title of every identification method, those of plug-ins included.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def list_methods() -> dict[str, str]:
     from ..methods.registry import FAMILIES, methods
 
     families = {f"{prefix}:NAME": title for prefix, (_, _, title) in FAMILIES.items()}
-    return {name: cls.title for name, cls in methods().items()} | families
+    return {name: f"{cls.kind}: {cls.title}" for name, cls in methods().items()} | families
 
 
 def list_causes() -> dict[str, str]:

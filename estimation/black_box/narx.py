@@ -1,0 +1,155 @@
+"""Learnt difference equations with lags (NARX) as predictors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...models.errors import FitFailed
+from .compiled import compiled, stacked
+from .motion import one_ahead, whole_run
+from .predictor import CHECKED, LARGEST, OUTSIDE, evenly_spaced, fit_regressors, unchecked
+from .rows import SYMMETRIC, Lags, outputs_of
+
+if TYPE_CHECKING:
+    from ...models.model import Model
+
+DIGITS = 9
+"""Decimals of scaled rows: rounding errors of the records' units do not decide between two splits of a tree."""
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """Regressors of scaled features (d,) and targets (k,); constant features are zero.
+
+    `fast`, if set, gives the same predictions as the regressors.
+    """
+
+    mean: np.ndarray
+    scale: np.ndarray
+    y_scale: np.ndarray
+    regressors: tuple[Any, ...]
+    fast: Callable[[np.ndarray], np.ndarray] | None
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Targets (B, k) at features (B, d); nan where these are far from all training rows."""
+        scaled = (x - self.mean) * self.scale
+        found = self.fast(scaled) if self.fast is not None else stacked(self.regressors, scaled)
+        found = found * self.y_scale
+        far = np.abs(scaled).max(axis=1) > OUTSIDE
+        if far.any():
+            found[far] = np.nan
+        return found
+
+
+def fit_scaled(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], symbols: tuple[str, ...]) -> Scaled:
+    """Fit regressors to features x (N, d) and targets y (N, k), both scaled to unit variance.
+
+    Parameters
+    ----------
+    make : number of features -> a new regressor.
+    symbols : (d,) of the features; those of the ship's symmetry keep their zero.
+
+    Raises
+    ------
+    FitFailed : the rows are not finite, or a regressor cannot be fitted.
+    """
+    if not all(np.isfinite(rows).all() and np.abs(rows).max() < LARGEST for rows in (x, y)):
+        raise FitFailed("states or accelerations are not finite")
+    still = np.array([symbol in SYMMETRIC for symbol in symbols])
+    mean = np.where(still, 0.0, x.mean(axis=0))
+    scale, y_scale = _inverse_spread(x, mean), 1.0 / _inverse_spread(y, np.zeros(y.shape[1]), 1.0)
+    scaled, target = np.round((x - mean) * scale, DIGITS), np.round(y / y_scale, DIGITS)
+    regressors = fit_regressors(scaled, target, make)
+    fast = compiled(regressors, scaled[evenly_spaced(len(scaled), CHECKED)])
+    return Scaled(mean, scale, y_scale, regressors, fast)
+
+
+def _inverse_spread(values: np.ndarray, mean: np.ndarray, constant: float = 0.0) -> np.ndarray:
+    """1 / root mean square of columns (N, k) about mean (k,); `constant` for a column that does not vary."""
+    spread = np.sqrt(np.mean((values - mean) ** 2, axis=0))
+    varies = (values.std(axis=0) > 1e-9 * np.abs(values).max(axis=0)) & (spread > 0.0)
+    return np.where(varies, 1.0 / np.where(varies, spread, 1.0), constant)
+
+
+@dataclass(frozen=True)
+class NarxPredictor:
+    """A learnt difference equation of step `step_s`; see `rows` and `predictor.Predictor`.
+
+    Before the first sample everything is taken as constant.  Free runs are interpolated between the steps; one sample
+    ahead, a share of the step is taken.
+    """
+
+    states: tuple[str, ...]
+    outputs: tuple[str, ...]
+    lags: Lags
+    step_s: float
+    learnt: Scaled
+
+    def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
+        """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""
+        time = dt * np.arange(len(inputs))
+        grid = self.step_s * np.arange(int(np.ceil(time[-1] / self.step_s - 1e-9)) + 1)
+        driven = np.column_stack([np.interp(grid, time, column) for column in inputs.T])
+        before = np.maximum(np.arange(len(grid))[:, None] - np.arange(self.lags.inputs), 0)
+        first = np.array([start[self.states.index(name)] for name in self.outputs])
+        with unchecked(), np.errstate(all="ignore"):
+            z = self._run(first, driven[before].reshape(len(grid), -1))
+            found = {name: np.interp(time, grid, z[:, i]) for i, name in enumerate(self.outputs)}
+            states = whole_run(self.states, start, found, dt)
+        states[0] = start
+        return states
+
+    def _run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
+        """Outputs (K, k) from the first (k,) under lagged inputs (K, nu lags)."""
+        k, h = len(first), self.step_s
+        known = k * self.lags.outputs
+        z = np.full((len(driven), k), np.nan)
+        z[0] = first
+        x = np.concatenate([np.tile(first, self.lags.outputs), driven[0]])[None]
+        for step in range(len(driven) - 1):
+            x[0, known:] = driven[step]
+            ahead = z[step] + h * self.learnt(x)[0]
+            if not np.isfinite(ahead).all():
+                break
+            z[step + 1] = ahead
+            x[0, k:known] = x[0, : known - k].copy()
+            x[0, :k] = ahead
+        return z
+
+    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
+        """One sample ahead of each row, as `predictor.Predictor`; the rows before it are its past."""
+        time = dt * np.arange(len(states))
+        z = np.column_stack([states[:, self.states.index(name)] for name in self.outputs])
+        past = [z, *(_at(z, time, j * self.step_s) for j in range(1, self.lags.outputs))]
+        past += [_at(inputs[: len(states)], time, j * self.step_s) for j in range(self.lags.inputs)]
+        with unchecked(), np.errstate(all="ignore"):
+            x = np.hstack(past)
+            known = np.isfinite(x).all(axis=1)
+            ahead = np.full_like(z, np.nan)
+            if known.any():
+                ahead[known] = z[known] + dt * self.learnt(x[known])
+            return one_ahead(self.states, states, dict(zip(self.outputs, ahead.T, strict=True)), dt)
+
+
+def _at(values: np.ndarray, time: np.ndarray, earlier: float) -> np.ndarray:
+    """Columns (N, c) at times (N,) minus `earlier`, gaps bridged; before the first sample as at the first."""
+    columns = []
+    for column in values.T:
+        known = np.isfinite(column)
+        columns.append(np.interp(time - earlier, time[known], column[known]) if known.any() else column)
+    return np.column_stack(columns)
+
+
+def learn_narx(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], model: Model, lags: Lags, dt: float):
+    """The predictor of rows (`rows.narx_rows`) of records sampled every dt seconds.
+
+    Raises
+    ------
+    FitFailed : see `fit_scaled`.
+    """
+    learnt = fit_scaled(x, y, make, lags.features(model))
+    return NarxPredictor(tuple(model.states), outputs_of(model), lags, lags.stride * dt, learnt)

@@ -1,0 +1,130 @@
+"""What learnt predictors share: options that are left open are chosen by free runs, within the fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, cast
+
+import numpy as np
+
+from ..estimation.black_box.narx import learn_narx
+from ..estimation.black_box.predictor import evenly_spaced
+from ..estimation.black_box.rows import Lags, narx_rows, signals_of
+from ..estimation.fit import Fit
+from ..estimation.tuning.space import Integer
+from ..estimation.tuning.tune import tune
+from ..models.errors import BadInput, CannotFit, FitFailed
+from .base import Method
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..estimation.predictor import Predictor
+    from ..models.model import Model
+
+STRIDE, LAGS = Integer(1, 16, log=True), Integer(1, 3)
+
+
+class Learner(Method):
+    """Base class of learnt predictors.
+
+    A subclass implements `learn`, declares `search_space` and `usual`, and has `trials` and `seed` among its options.
+    An option of the search space that is None is chosen: Optuna (TPE) tries values, fits the first 60 % of every
+    record, and takes those whose free runs from the records' first samples come closest to the rest (`tuning.tune`).
+    Where no trial gives a finite free run, `usual` values are taken and the estimate says so.
+    """
+
+    kind = "black box"
+    usual: ClassVar[Mapping[str, Any]] = {}
+    usual_trials: ClassVar[int] = 12
+    """Option values tried in a fit, unless the option `trials` says otherwise."""
+    trials: int | None
+    seed: int
+
+    def check_options(self) -> None:
+        super().check_options()
+        if self.trials is not None and not self.trials >= 0:
+            raise BadInput(f"trials is {self.trials!r}, a whole number of at least 0 is needed")
+        for name, domain in self.search_space.items():
+            value = getattr(self, name)
+            if value is not None and hasattr(domain, "low") and not value > 0:
+                raise BadInput(f"{name} is {value!r}, a positive number is needed")
+
+    def learn(self, records: Sequence[Record], model: Model) -> Fit:
+        """The fit with all options given; may raise CannotFit and FitFailed."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement learn()")
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        records = in_order(records)
+        open_options = {name for name in self.search_space if getattr(self, name) is None}
+        if not open_options:
+            return self.learn(records, model)
+        chosen, extra, message = self._chosen(open_options, records, model)
+        fit = self._with(chosen).learn(records, model)
+        told = "; ".join(filter(None, (message, fit.message)))
+        return fit._replace(extra={**fit.extra, **extra}, message=told, converged=fit.converged and not message)
+
+    def _chosen(
+        self, names: set[str], records: Sequence[Record], model: Model
+    ) -> tuple[Mapping[str, Any], Mapping[str, Any], str]:
+        """Values of the open options, what the estimate tells of the search, and why it failed."""
+        usual = {name: self.usual[name] for name in self.search_space if name in names}
+        trials = self.usual_trials if self.trials is None else self.trials
+        if not trials:
+            return usual, {"options": usual}, ""
+        space = {name: domain for name, domain in self.search_space.items() if name in names}
+        try:
+            found = tune(self.for_search(records), space, records, model, tuner="tpe", n_trials=trials, seed=self.seed)
+        except (CannotFit, FitFailed) as error:
+            return usual, {"options": usual}, f"options not chosen: {error}"
+        return found.options, {"options": found.options, "validation_error": found.error}, ""
+
+    def for_search(self, records: Sequence[Record]) -> Learner:
+        """The method whose options are searched on these records."""
+        return self
+
+    def _with(self, options: Mapping[str, Any]) -> Learner:
+        from sklearn.base import clone
+
+        return cast("Learner", clone(self)).set_params(**options)
+
+
+class NarxLearner(Learner):
+    """Base class of regressors on rows of a difference equation with lags (`estimation.black_box.rows`).
+
+    A subclass implements `regressor` and may have the options `stride`, `output_lags` and `input_lags`.
+    """
+
+    rows: ClassVar[int | None] = None
+    """Most training rows, evenly spaced; for regressors whose time grows faster than the number of rows."""
+
+    def lags(self) -> Lags:
+        """Step and number of lagged values, by the options."""
+        options = self.get_params(deep=False)
+        return Lags(*(int(options.get(name) or 1) for name in ("stride", "output_lags", "input_lags")))
+
+    def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
+        """A new regressor of features with these symbols (d,)."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement regressor()")
+
+    def learn(self, records: Sequence[Record], model: Model) -> Fit:
+        lags, parts = self.lags(), signals_of(records, model)
+        x, y = narx_rows(parts, lags)
+        chosen = evenly_spaced(len(x), self.rows)
+        symbols = lags.features(model)
+        predictor = learn_narx(x[chosen], y[chosen], lambda _: self.regressor(model, symbols), model, lags, parts[0].dt)
+        return black_box_fit(predictor, rows=len(chosen))
+
+
+def black_box_fit(predictor: Predictor, **extra: Any) -> Fit:
+    """A fit without coefficients."""
+    return Fit(np.empty(0), predictor=predictor, extra=extra)
+
+
+def in_order(records: Sequence[Record]) -> list[Record]:
+    """Records in an order that does not depend on the one given, nor on rounding errors of their units."""
+
+    def key(record: Record) -> tuple[Any, ...]:
+        known = {name: np.abs(values[np.isfinite(values)]) for name, values in sorted(record.channels.items())}
+        return record.n, *(f"{name} {values.sum():.6g}" for name, values in known.items())
+
+    return sorted(records, key=key)

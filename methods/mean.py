@@ -1,0 +1,38 @@
+"""The mean of the training records as the prediction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..estimation.black_box.constant import ConstantPredictor
+from ..estimation.black_box.rows import outputs_of, signals_of
+from ..models.errors import FitFailed
+from .base import Method
+from .learner import black_box_fit, in_order
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..estimation.fit import Fit
+    from ..models.model import Model
+
+
+class Mean(Method):
+    """Surge, sway and yaw rate are always those of the training records on average; the rudder is not looked at.
+
+    R^2 of a method compares with the mean of the held-out record itself, which nobody knows before; this is the same
+    floor with what is known.  A response model has the yaw rate only.
+    """
+
+    name = "mean"
+    title = "mean speeds and yaw rate of the training records"
+    kind = "floor"
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        parts = signals_of(in_order(records), model)
+        means = np.concatenate([part.outputs for part in parts]).mean(axis=0)
+        if not np.isfinite(means).all():
+            raise FitFailed("the records' means are not finite")
+        return black_box_fit(ConstantPredictor(tuple(model.states), outputs_of(model), tuple(map(float, means))))
