@@ -33,10 +33,11 @@ def all_findings(
     """Findings of all stages; those that predict worse say so."""
     failed = {cause.id for cause in failing}
     own = [_left_out(f) if f.cause in failed else f for f in _of_selection(state, rng)]
-    return [*(_of_fault(f) for f in faults), *tracks.findings, *Outliers().findings(state.est), *own]
+    return [*(of_fault(f) for f in faults), *tracks.findings, *Outliers().findings(state.est), *own]
 
 
-def _of_fault(fault: RecordFault) -> Finding:
+def of_fault(fault: RecordFault) -> Finding:
+    """What is told of a gross fault that was corrected."""
     p = float(np.exp(max(log_tail(fault.statistic, 1), -700.0)))
     details = dict(fault.details)
     return Finding(fault.cause.id, (), "kinematics", fault.statistic, p, (), details=details, evidence=fault.evidence)

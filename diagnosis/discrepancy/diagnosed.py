@@ -18,7 +18,7 @@ from ..causes.base import NORMAL_90, Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes, terms_for
 from ..causes.rudder_effectiveness import RudderEffectiveness
-from ..findings import noise_of
+from ..findings import noise_of, of_fault
 from ..gain.extension import extended_model
 from ..gain.measured import base_setting, gain_of
 from ..kinematics.stage import Sensors, sensors_of
@@ -172,7 +172,7 @@ def _told(
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
     held_out = thinned(given.held_out, raw.est.model)
     gain, traces = gain_of(state, base_setting(state, options), setting, held_out, rng)
-    every = (*given.tracks.findings, *sensors.findings, *findings)
+    every = (*map(of_fault, given.faults), *given.tracks.findings, *sensors.findings, *findings)
     decided, reason = _verdict(done, every)
     instruments = combined(given.instruments, sensors.instruments)
     built = [a.cause for a in causes]

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import inject_in_record
+from helmbench.datasets.generator import record_run
+from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.measured import data_dir, load
+from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.kinematics.gross_errors import corrected_for
 from helmbench.diagnosis.options import Options
@@ -67,3 +70,23 @@ def test_a_scale_error_injected_in_measured_records_is_named(rng):
     print(scale, sizes)
     assert "yaw_rate_scale" in sizes
     assert sizes["yaw_rate_scale"][0].value == pytest.approx(scale, abs=0.01)
+
+
+def test_gross_faults_are_told_beside_wrong_numbers(seed):
+    """Velocities along north and east in records of a ship whose resistance and hull differ from the model's."""
+    base = resolve("kvlcc2-l7")
+    values = base.coefficients.copy()
+    for name, factor in (("R_0", 1.4), ("N_v", 1.2), ("N_r", 0.8)):
+        values[base.coordinates.index(name)] *= factor
+    records = []
+    for i, text in enumerate(("zigzag:20/20", "turn:25")):
+        run = record_run(base.with_coefficients(values), parse_manoeuvre(text), duration_s=60.0, dt_s=0.4)
+        records.append(apply(run, parse_noise("low"), np.random.default_rng([seed, i])))
+    found = diagnose(base, [earth_fixed(r) for r in records])
+    print(found.verdict, [f.cause for f in found.causes])
+    assert "earth_frame_velocity" in {f.cause for f in found.causes}
+
+
+def earth_fixed(record):
+    psi, u, v = (record.column(name) for name in ("heading_rad", "surge_m_s", "sway_m_s"))
+    return record.with_channels(surge_m_s=u * np.cos(psi) - v * np.sin(psi), sway_m_s=u * np.sin(psi) + v * np.cos(psi))
