@@ -12,6 +12,8 @@ TIMES := out/timing.json
 STAMP := .venv/installed-at
 TYPES := build/types/helmbench
 TOOLS := build/tools
+SUITES ?= $(filter $(patsubst bench/suites/%.yaml,%,$(wildcard bench/suites/*.yaml)),default generalise measured \
+	noise outliers disturbances sampling excitation)
 ROOMS := models datasets estimation methods diagnosis bench reporting reproduction
 
 # An environment holds absolute paths: when the checkout has moved, build it again.
@@ -20,7 +22,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 endif
 
 .PHONY: help env bench board-picture docs reproduce diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit \
-	browser
+	browser reports
 .DELETE_ON_ERROR:
 
 help:
@@ -34,6 +36,7 @@ help:
 	@echo "make fuzz     change valid files of every reader at random, FUZZ_SECONDS=600 each: none may crash, hang or run code"
 	@echo "make timing   time simulation, fits, a suite row, record files and other implementations; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
+	@echo "make reports  run the suites of the published leaderboard into out/, write reports/leaderboard"
 	@echo "make hashes   write hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
 
@@ -124,6 +127,12 @@ $(TOOLS)/installed:
 
 diagnosis-reports: env
 	$(BIN)/python -m helmbench.reporting.diagnosis.measured reports/diagnosis
+
+# Suites that are finished are not run again; status 1 of `run` means that some runs failed, which is a result.
+reports: env
+	@for suite in $(SUITES); do \
+	  $(BIN)/helmbench run --suite $$suite -o out/$$suite --resume || test $$? -eq 1 || exit 2; done
+	$(BIN)/python -m helmbench.reporting.leaderboard.publish $(addprefix out/,$(SUITES)) reports/leaderboard
 
 clean:
 	rm -rf .venv build dist out docs/_build docs/generated *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks

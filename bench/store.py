@@ -108,6 +108,12 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def enlarge(self, planned: int) -> None:
+        """Let the manifest plan at least so many runs, after results were added from elsewhere."""
+        if planned > self.manifest["planned"]:
+            self.manifest["planned"] = planned
+            write_atomic(self.directory / MANIFEST, _json(self.manifest, indent=1).encode() + b"\n")
+
     def write_tables(self) -> None:
         """Write the Parquet tables, each by one atomic replacement."""
         for name, (columns, rows) in tables(self._runs.values(), self.kind.tables).items():

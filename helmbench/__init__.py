@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         list_vessels,
     )
     from .api.reproduction import Reproduction, reproduce
-    from .api.suites import SuiteResults, leaderboard, load_results, run_suite
+    from .api.suites import SuiteResults, compare_results, leaderboard, load_results, merge_results, run_suite
     from .api.validation import Validation, validate
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from .methods.tuned import with_tuner
     from .models.errors import BadInput, CannotFit, FitFailed
     from .models.model import Model, resolve
+    from .reporting.leaderboard.comparing import Changes
     from .reporting.report import write_report
 
     __version__: str
@@ -55,6 +56,7 @@ __all__ = [
     "Calibration",
     "CannotFit",
     "Case",
+    "Changes",
     "Check",
     "Comparison",
     "Diagnosis",
@@ -74,6 +76,7 @@ __all__ = [
     "calibrate",
     "check",
     "compare",
+    "compare_results",
     "diagnose",
     "doctor",
     "fetch",
@@ -90,6 +93,7 @@ __all__ = [
     "list_vessels",
     "load_results",
     "make_method",
+    "merge_results",
     "method_options",
     "read_record",
     "reproduce",
@@ -110,6 +114,7 @@ _HOME = {
     "Calibration": ("api.calibration", "Calibration"),
     "CannotFit": ("models.errors", "CannotFit"),
     "Case": ("datasets.generator", "Case"),
+    "Changes": ("reporting.leaderboard.comparing", "Changes"),
     "Check": ("api.check", "Check"),
     "Comparison": ("api.assessment", "Comparison"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
@@ -128,6 +133,7 @@ _HOME = {
     "calibrate": ("api.calibration", "calibrate"),
     "check": ("api.check", "check"),
     "compare": ("api.assessment", "compare"),
+    "compare_results": ("api.suites", "compare_results"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "doctor": ("api.doctor", "doctor"),
     "fetch": ("datasets.measured", "fetch"),
@@ -144,6 +150,7 @@ _HOME = {
     "list_vessels": ("api.lists", "list_vessels"),
     "load_results": ("api.suites", "load_results"),
     "make_method": ("methods.registry", "make"),
+    "merge_results": ("api.suites", "merge_results"),
     "method_options": ("methods.options", "method_options"),
     "read_record": ("datasets.io", "read_record"),
     "reproduce": ("api.reproduction", "reproduce"),

@@ -21,8 +21,10 @@ if TYPE_CHECKING:
 
     from ..bench.kinds.base import Kind, Selection
     from ..bench.limits import Limits
+    from ..bench.merging import Merged
     from ..bench.store import Store
     from ..bench.trust import Trust
+    from ..reporting.leaderboard.comparing import Changes
     from ..reporting.leaderboard.standings import Leaderboard
 
 STATUSES = ("ok", "failed", "not_applicable")
@@ -206,6 +208,59 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
     return build(found.runs(), found.parameters())
 
 
+def compare_results(first: str | PathLike[str], second: str | PathLike[str]) -> Changes:
+    """What changed between two folders of results: paired by problem and method, with intervals.
+
+    Parameters
+    ----------
+    first, second : directories of results of identification suites.
+
+    Returns
+    -------
+    Ratios second / first of errors and times with 95 % intervals and p-values; runs that ended otherwise.
+
+    Raises
+    ------
+    BadInput : a directory holds no finished run, or they share none, or a suite identifies nothing.
+    """
+    from ..bench.kinds import IDENTIFICATION
+    from ..bench.store import read_manifest, read_tables
+    from ..reporting.leaderboard.comparing import changes
+
+    for folder in (first, second):
+        if read_manifest(Path(folder)).get("kind", IDENTIFICATION) != IDENTIFICATION:
+            raise BadInput("holds no results of an identification suite", file=Path(folder))
+    found = changes(read_tables(first), read_tables(second))
+    if not found.rows:
+        raise BadInput(f"shares no run with {first}", file=Path(second), hint="compare results of the same suite")
+    return found
+
+
+def merge_results(
+    source: str | PathLike[str], target: str | PathLike[str], *, sample: int = 5, seed: int = 0, trust: Trust = False
+) -> Merged:
+    """Check results from elsewhere and add them to a directory of the same suite.
+
+    Parameters
+    ----------
+    source, target : directories of results; `target` is added to.
+    sample : number of runs of `source` that are computed again; seed : from which they are drawn.
+    trust : whether code may run that the directories name; or a function that answers a question in words.
+
+    Returns
+    -------
+    How many runs were added, were known already, and were computed again.
+
+    Raises
+    ------
+    BadInput : another suite or version, a run that is not planned, or a score that is not found again; nothing is
+        written then.
+    """
+    from ..bench.merging import merge
+
+    return merge(source, target, sample, seed, trust)
+
+
 def _started(directory: Path) -> bool:
     from ..bench.store import MANIFEST
 
@@ -260,5 +315,21 @@ def _execute(
             todo = [spec for spec in specs if spec.key not in store.finished]
             done = len(specs) - len(todo)
             with tqdm(total=len(specs), initial=done, unit="run", disable=not progress, file=sys.stderr) as bar:
-                runner.run(todo, store, pool, lambda _: bar.update(), limits)
+                runner.run(todo, store, pool, _watch(bar, kind), limits)
     return store
+
+
+def _watch(bar: Any, kind: Kind) -> Callable[[dict[str, Any]], object]:
+    """Moves the bar on by a finished run, with the number of failures; a failure is told above the bar at once."""
+    failures: list[str] = []
+
+    def watch(finished: dict[str, Any]) -> None:
+        if finished["row"]["status"] == "failed":
+            told = kind.describe(finished["row"])
+            if not bar.disable and told not in failures:
+                bar.write(f"failed: {told}", file=sys.stderr)
+            failures.append(told)
+            bar.set_postfix_str(f"{len(failures)} failed", refresh=False)
+        bar.update()
+
+    return watch

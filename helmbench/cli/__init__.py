@@ -17,6 +17,7 @@ import click
 from ._shared import BAD_INPUT, INTERRUPTED, OK, complain
 from .calibrate import calibrate
 from .check import check
+from .compare import compare
 from .completion import completion
 from .diagnose import diagnose
 from .doctor import doctor
@@ -24,6 +25,7 @@ from .fetch import fetch
 from .identify import identify
 from .import_ import import_command
 from .list import list_command
+from .merge import merge
 from .report import report
 from .reproduce import reproduce
 from .run import run
@@ -39,7 +41,7 @@ def cli() -> None:
 
 COMMANDS = (
     *(list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
-    *(run, report, reproduce, fetch, doctor, completion),
+    *(run, report, compare, merge, reproduce, fetch, doctor, completion),
 )
 RESUMED = ("run", "reproduce")
 """Commands that go on with --resume after an interruption."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -100,4 +101,5 @@ def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:
         if not quiet:
             told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"
             click.echo(f"suite {found.suite}: {len(found.rows)} runs, {told}; results in {found.directory}")
+            click.echo(f"next: helmbench report {shlex.quote(str(found.directory))}")
     return FAILED if counts["failed"] else OK

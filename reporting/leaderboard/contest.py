@@ -146,7 +146,9 @@ def contest(cells: Frame, runs: Frame, criterion: str = "prediction") -> Contest
         errors if singles is None else _medians(singles),
         errors[:, :, None] if singles is None else singles,
         filled(significant(cells["wall_s"], 3), np.nan),
-        *(filled(cells[name], 0.0).astype(int) for name in ("failed", "diverged", "not_applicable")),
+        filled(cells["failed"], 0.0).astype(int),
+        filled(cells["diverged"], 0.0).astype(int),
+        filled(cells["not_applicable"], 0.0).astype(int),
         criterion,
     )
 
@@ -193,7 +195,11 @@ def sampling(thinning: int, length: float) -> str:
 
 
 def _scored(runs: Frame) -> Any:
-    """Text of the channels that are scored in a cell, a series over cells."""
+    """Text of the channels that are scored in a cell, a series over cells; empty without runs."""
+    import pandas as pd
+
+    if runs.empty:
+        return pd.Series([], index=pd.MultiIndex.from_frame(runs[CELL]), dtype="str")
     columns = {f"r2_free_{name}": QUANTITIES[name] for name in PREDICTED}
     extra = [name for name in ("r2_free_north_m", "r2_free_east_m") if name in runs]
     known = runs[[*columns, *extra]].notna().groupby([runs[name] for name in CELL], observed=True).any()
@@ -216,7 +222,9 @@ def _single_runs(
     runs: Frame, problems: Frame, methods: Sequence[str], column: str, shape: tuple[int, int]
 ) -> np.ndarray | None:
     """Errors (P, M, S) of the seeds, in the order of the seeds; None where there are too many."""
-    seeds = int(runs.groupby([*CELL, "label"], observed=True).size().max()) if len(runs) else 1
+    if runs.empty:
+        return None
+    seeds = int(runs.groupby([*CELL, "label"], observed=True).size().max())
     if seeds > MOST_SEEDS or len(runs) > MOST_VALUES:
         return None
     row, place = _numbered(runs, problems, methods)

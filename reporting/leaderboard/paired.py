@@ -38,7 +38,8 @@ def signed_rank(first: np.ndarray, second: np.ndarray) -> float:
     ranks = rankdata(np.abs(d).round(9))
     ties = np.unique(ranks).size < ranks.size
     method = "exact" if d.size <= EXACT_PAIRS and not ties else "asymptotic"
-    return float(wilcoxon(np.sign(d) * ranks, method=method, correction=False).pvalue)
+    _, p = wilcoxon(np.sign(d) * ranks, method=method, correction=False)
+    return float(p)
 
 
 def holm(p: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -80,7 +81,7 @@ def compare(errors: np.ndarray, methods: Sequence[str]) -> Comparison:
     n, m = errors.shape
     mean = rankdata(errors, axis=1).mean(axis=0) if n else np.full(m, np.nan)
     order = np.lexsort((np.array(methods, dtype=str), mean.round(9)))
-    errors, mean, names = errors[:, order], mean[order], tuple(methods[i] for i in order)
+    errors, mean, names = errors[:, order], mean[order], tuple(str(methods[int(i)]) for i in order)
     pairs = list(combinations(range(m), 2))
     raw = holm([signed_rank(errors[:, i], errors[:, j]) if n else 1.0 for i, j in pairs])
     p = np.ones((m, m))

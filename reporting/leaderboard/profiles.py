@@ -167,9 +167,8 @@ def _against(board: Contest, other: Contest, choice: str) -> Sensitivity | None:
         return None
     ranks = {place.method: place.mean_rank for place in board.order()}
     shown = sorted(names, key=lambda name: mine[name])
-    tau = float(
-        kendalltau([ranks[name] for name in names], [p.mean_rank for p in theirs if p.method in full]).statistic
-    )
+    own = [p.mean_rank for p in theirs if p.method in full]
+    tau, _ = kendalltau([ranks[name] for name in names], own)
     moves = {name: shown.index(name) - names.index(name) for name in names}
     moved = max(moves, key=lambda name: abs(moves[name]))
-    return Sensitivity(choice, tau, names[0], moved, moves[moved], len(other.problems))
+    return Sensitivity(choice, float(tau), names[0], moved, moves[moved], len(other.problems))

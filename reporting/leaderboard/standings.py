@@ -51,7 +51,7 @@ STATUSES = ("ok", "failed", "not_applicable")
 PREDICTED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 FLOOR, DIGITS = 1e-6, 5
 BOOTSTRAP_SEED, BOOTSTRAP_DRAWS, LEVEL = 20240, 2000, 0.95
-MOST_DRAWN_FROM = 2000
+MOST_DRAWN_FROM = 200
 """Values of which a median's interval is drawn; of more it is taken from their order statistics."""
 COVERAGE = 0.9
 """Methods compared in a smaller share of the problems than this stand below the others."""
@@ -209,10 +209,11 @@ def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
 
     efficiencies = efficiencies.merge(cells[CELL].drop_duplicates(), on=CELL)
     cells, efficiencies = (_grouped(frame, scope) for frame in (cells, efficiencies))
+    known = {key: own.to_numpy() for key, own in efficiencies.groupby(["group", "label"])["efficiency"]}
     rows = []
     for (group, label), own in cells.groupby(["group", "label"], sort=True):
-        efficient = efficiencies[(efficiencies["group"] == group) & (efficiencies["label"] == label)]
-        rows.append({"scope": scope, "group": group, "method": label} | _standing(own, efficient["efficiency"]))
+        efficient = known.get((group, label), [])
+        rows.append({"scope": scope, "group": group, "method": label} | _standing(own, efficient))
     table = pd.DataFrame(rows, columns=STANDING_COLUMNS)
     table["_group"] = [in_order(group) for group in table["group"]]
     most = table.groupby("group")["cells"].transform("max")
@@ -245,7 +246,8 @@ def efficiency(parameters: Frame) -> Frame:
 
 def detail(cells: Frame, parameters: Frame) -> Frame:
     """`cell_table` in reading order, with the estimates of small models as text."""
-    table = cells.assign(estimates=_estimates(cells, parameters), _noise=[in_order(text) for text in cells["noise"]])
+    places = {text: in_order(text) for text in cells["noise"].unique()}
+    table = cells.assign(estimates=_estimates(cells, parameters), _noise=cells["noise"].map(places))
     keys = ["vessel", "train", "held_out", "model", "_noise", "disturbance", "thinning", "length", "label"]
     return table.sort_values(keys, ignore_index=True).drop(columns="_noise")
 
@@ -275,7 +277,7 @@ def bootstrap_interval(values: Sequence[float] | np.ndarray, draws: int = BOOTST
     return float(medians[low]), float(medians[high])
 
 
-def _standing(cells: Frame, efficiencies: Series) -> dict[str, Any]:
+def _standing(cells: Frame, efficiencies: Any) -> dict[str, Any]:
     """The figures of one method in one group; medians over the cells that were ranked, else over all."""
     ranked = cells[cells["rank"].notna()]
     compared = ranked if len(ranked) else cells
@@ -296,8 +298,8 @@ def _comparable(errors: Series) -> Series:
 def significant(values: Any, digits: int = DIGITS) -> Any:
     """Positive values with so many significant digits; what is not finite stays."""
     with np.errstate(all="ignore"):
-        decades = np.floor(np.log10(values))
-        return (values / 10.0 ** (decades - digits + 1)).round() * 10.0 ** (decades - digits + 1)
+        unit: Any = 10.0 ** (np.floor(np.log10(values)) - digits + 1)
+        return (values / unit).round() * unit
 
 
 def _grouped(frame: Frame, scope: str) -> Frame:

@@ -1,0 +1,201 @@
+"""Findings of the published leaderboard: sentences computed from stored results, each with its figures and command.
+
+A finding is None where the results do not hold what it needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..numbers import duration, number, percent
+from . import profiles
+from .answer import answer, median
+from .contest import Contest
+from .paired import log_ratios, signed_rank
+from .standings import CELL, Frame
+from .statistics import Statistics
+
+OUTLIERS, SLOW = "low,outliers=10%", 16
+"""Levels that findings compare with the plain ones."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A sentence with its figures, and the command that makes the runs."""
+
+    text: str
+    command: str
+
+
+def findings(of: Statistics) -> list[Finding]:
+    """All findings that the results allow, in reading order."""
+    makers: tuple[Callable[[Statistics], Finding | None], ...] = (
+        _best, _boxes, _bound, _speed, _noise, _disturbance, _outliers, _sampling, _excitation, _failures, _ranking,
+        _hardest,
+    )  # fmt: skip
+    return [found for found in (make(of) for make in makers) if found is not None]
+
+
+def _command(suite: str) -> str:
+    return f"helmbench run --suite {suite} -o out/{suite}"
+
+
+def _first(of: Statistics) -> tuple[str, int] | None:
+    places = [place for place in of.board.order() if not place.partial]
+    return (places[0].method, places[0].index) if places else None
+
+
+def _best(of: Statistics) -> Finding | None:
+    return Finding(f"Which method: {answer(of.board)}", _command("default")) if _first(of) else None
+
+
+def _boxes(of: Statistics) -> Finding | None:
+    """The best method with parameters against the best without, on the problems that both were run on."""
+    grey = set(of.cells.loc[of.cells["rel_error"].notna(), "label"])
+    places = of.board.order()
+    best = [next((place for place in places if (place.method in grey) == kind), None) for kind in (True, False)]
+    if best[0] is None or best[1] is None:
+        return None
+    first, second, n = _shared(of.board, best[0].index, best[1].index)
+    if n < 2:
+        return None
+    ratio, p = float(np.exp(median(log_ratios(second, first)))), signed_rank(second, first)
+    much = "infinitely" if np.isinf(ratio) else f"{number(ratio)} times"
+    text = (
+        f"The best black box ({best[1].method}) errs {much} as much in prediction as the best method with a physical "
+        f"model ({best[0].method}): median over {n} shared problems, signed-rank p = {number(p, 2)}."
+    ).replace("infinitely as much", "infinitely more")
+    return Finding(text, _command("generalise"))
+
+
+def _bound(of: Statistics) -> Finding | None:
+    """How near the best method comes to the Cramer-Rao bound at low noise."""
+    curves, floor = profiles.noise_curves(of.cells, of.parameters, of.board.methods)
+    known = {
+        method: curve["low"] / floor["low"] for method, curve in curves.items() if "low" in curve and floor.get("low")
+    }
+    if not known:
+        return None
+    near = min(known, key=lambda method: known[method])
+    text = (
+        f"At low noise {near} comes nearest to the Cramer-Rao floor: its median parameter error is "
+        f"{number(known[near])} times the floor ({percent(floor['low'], 2)})."
+    )
+    return Finding(text, _command("noise"))
+
+
+def _speed(of: Statistics) -> Finding | None:
+    errors = [median(row[~np.isnan(row)]) for row in of.board.errors.T]
+    times = [median(row[~np.isnan(row)]) for row in of.board.times.T]
+    full = {place.index for place in of.board.order() if not place.partial}
+    front = [i for i in profiles.pareto(errors, times) if i in full]
+    if len(front) < 2:
+        return None
+    named = ", ".join(f"{of.board.methods[i]} ({number(errors[i])}, {duration(times[i])})" for i in front)
+    return Finding(f"No other method is both faster and more accurate than: {named}.", _command("default"))
+
+
+def _noise(of: Statistics) -> Finding | None:
+    return _levels(of, "noise", "low", "high", "high instead of low noise", "noise")
+
+
+def _disturbance(of: Statistics) -> Finding | None:
+    wind = next((level for level in of.board.problems["disturbance"].unique() if level.startswith("wind")), None)
+    return _levels(of, "disturbance", "none", wind, f"{wind} while training", "disturbances") if wind else None
+
+
+def _outliers(of: Statistics) -> Finding | None:
+    return _levels(of, "noise", "low", OUTLIERS, "10 % outliers", "outliers")
+
+
+def _sampling(of: Statistics) -> Finding | None:
+    return _levels(of, "thinning", 1, SLOW, f"every {SLOW}th sample", "sampling")
+
+
+def _excitation(of: Statistics) -> Finding | None:
+    """The manoeuvre from which most is learned, where several are compared on the same held-out records."""
+    problems = of.board.problems
+    alone = problems[~problems["train"].str.contains(r"\+[A-Za-z_]", regex=True)]
+    shared = alone.groupby(["vessel", "model", "held_out"], observed=True)["train"].nunique()
+    blocks = shared[shared > 2].index
+    if not len(blocks):
+        return None
+    keep = problems.set_index(["vessel", "model", "held_out"]).index.isin(blocks) & problems.index.isin(alone.index)
+    board = of.board.kept(keep)
+    levels = {
+        str(text): median(own[~np.isnan(own)])
+        for text in board.problems["excitation"].unique()
+        if (own := board.errors[(board.problems["excitation"] == text).to_numpy()]).size
+    }
+    order = sorted(levels, key=lambda text: levels[text])
+    text = (
+        f"Of single manoeuvres, {order[0]} teaches most (median prediction error {number(levels[order[0]])} over all "
+        f"methods), {order[-1]} least ({number(levels[order[-1]])})."
+    )
+    return Finding(text, _command("excitation"))
+
+
+def _failures(of: Statistics) -> Finding | None:
+    lost = np.isinf(of.board.errors).sum(axis=0) / np.maximum(1, (~np.isnan(of.board.errors)).sum(axis=0))
+    worst = int(np.argmax(lost))
+    if not lost[worst] > 0.0:
+        return None
+    never = int((lost == 0.0).sum())
+    text = (
+        f"{of.board.methods[worst]} gives no finite prediction in {percent(lost[worst])} of its problems, the largest "
+        f"share; {never} of {len(lost)} methods always give one."
+    )
+    return Finding(text, _command("default"))
+
+
+def _ranking(of: Statistics) -> Finding | None:
+    told = of.statements()
+    return Finding(told[1], _command("default")) if of.sensitivity and len(told) > 1 else None
+
+
+def _hardest(of: Statistics) -> Finding | None:
+    first = _first(of)
+    if first is None:
+        return None
+    own = of.board.errors[:, first[1]]
+    known = {
+        str(vessel): median(values[~np.isnan(values)])
+        for vessel in of.board.problems["vessel"].unique()
+        if (~np.isnan(values := own[(of.board.problems["vessel"] == vessel).to_numpy()])).any()
+    }
+    if len(known) < 2:
+        return None
+    hard = max(known, key=lambda vessel: known[vessel])
+    text = f"{first[0]} has its largest median prediction error on {hard} ({number(known[hard])})."
+    return Finding(text, _command("default"))
+
+
+def _levels(of: Statistics, factor: str, plain: object, other: object, words: str, suite: str) -> Finding | None:
+    """Which method loses least, and which most, from one level of a factor to another."""
+    block = [name for name in CELL if name != factor]
+    cells: Frame = of.cells[of.cells["nrmse"].notna()]
+    one, two = (cells.loc[cells[factor] == level, [*block, "label", "nrmse"]] for level in (plain, other))
+    both = one.merge(two, on=[*block, "label"], suffixes=("_a", "_b"))
+    both = both[np.isfinite(both["nrmse_a"]) & (both["nrmse_a"] > 0.0)]
+    most = both.groupby("label", observed=True).size()
+    if not len(most) or len(most[most >= 0.9 * most.max()]) < 3:
+        return None
+    kept = both[both["label"].isin(most[most >= 0.9 * most.max()].index)]
+    errors = kept.groupby("label", observed=True)[["nrmse_a", "nrmse_b"]].median()
+    best = errors["nrmse_b"].idxmin()
+    calm = errors["nrmse_a"].idxmin()
+    text = (
+        f"With {words}, {best} predicts best: median error {number(errors.loc[best, 'nrmse_b'])} against "
+        f"{number(errors.loc[best, 'nrmse_a'])} without ({int(most.max())} problems; without, {calm} is best with "
+        f"{number(errors.loc[calm, 'nrmse_a'])})."
+    )
+    return Finding(text, _command(suite))
+
+
+def _shared(board: Contest, first: int, second: int) -> tuple[np.ndarray, np.ndarray, int]:
+    one, two = board.errors[:, first], board.errors[:, second]
+    both = ~np.isnan(one) & ~np.isnan(two)
+    return one[both], two[both], int(both.sum())

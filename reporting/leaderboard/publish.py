@@ -1,0 +1,157 @@
+"""The published leaderboard: results of several suites as one page, a README and Parquet files.
+
+`python -m helmbench.reporting.leaderboard.publish RESULTS... FOLDER`, which `make reports` calls.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...bench.kinds import IDENTIFICATION
+from ...bench.kinds.identification.columns import PARAMETERS, RESULTS
+from ...bench.store import read_manifest, read_tables, write_atomic
+from ...bench.traces import read_traces
+from ...models.errors import BadInput
+from .. import plots, tables
+from . import standings
+from .answer import answer
+from .charts import standings_figure
+from .contest import contest
+from .findings import findings
+from .page import headline, html
+from .page_data import as_script, page_data
+from .standings import CELL, Frame, Leaderboard
+from .statistics import Statistics
+from .tables import overall_table
+
+README, PAGE, PICTURE = "README.md", "leaderboard.html", "ranking.svg"
+SHOWN = (
+    "method",
+    "mean rank",
+    "by prediction",
+    "NRMSE [95 %]",
+    "parameter error [95 %]",
+    "failed / n.a. / runs",
+    "time",
+)
+"""Columns of the README's ranking."""
+
+
+def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path, ...]:
+    """Write the leaderboard of several result directories into a folder; the paths.
+
+    Raises
+    ------
+    BadInput : a directory holds no finished identification run.
+    """
+    sources, folder = [Path(name) for name in directories], Path(folder)
+    manifests = [read_manifest(source) for source in sources]
+    for source, manifest in zip(sources, manifests, strict=True):
+        if manifest.get("kind", IDENTIFICATION) != IDENTIFICATION:
+            raise BadInput("holds no results of an identification suite", file=source)
+    results, parameters = together([read_tables(source) for source in sources])
+    if results.empty:
+        raise BadInput("no run is finished yet", file=sources[0])
+    folder.mkdir(parents=True, exist_ok=True)
+    traces = [entry for source in sources for entry in read_traces(source)]
+    written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters)}
+    written |= pages(combined(manifests), results, parameters, traces)
+    for name, data in written.items():
+        write_atomic(folder / name, data)
+    return tuple(folder / name for name in written)
+
+
+def pages(
+    manifest: Mapping[str, Any], results: Frame, parameters: Frame, traces: Sequence[Mapping[str, Any]]
+) -> dict[str, bytes]:
+    """README, page and picture by name."""
+    runs = standings.judged(results, parameters)
+    cells = standings.cell_table(runs)
+    board = standings.build(results, parameters, runs, cells)
+    found = Statistics(contest(cells, runs), cells, parameters)
+    data = as_script(page_data(cells, runs, parameters, traces))
+    texts = {
+        README: readme(manifest, results, board, found),
+        PAGE: html(manifest, results, board, (), found, data),
+        PICTURE: picture(board),
+    }
+    return {name: text.encode() for name, text in texts.items()}
+
+
+def readme(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, found: Statistics) -> str:
+    """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
+    ranking = overall_table(board)
+    keep = [i for i, name in enumerate(ranking.columns) if name in SHOWN]
+    rows = tuple(tuple(row[i] for i in keep) for row in ranking.rows)
+    shown = tables.Table(tuple(ranking.columns[i] for i in keep), rows)
+    told = [
+        f"{n}. {tables.in_markdown(own.text)}\n   `{own.command}`" for n, own in enumerate(findings(found), start=1)
+    ]
+    return "\n\n".join(
+        [
+            "# Leaderboard",
+            f"**{tables.in_markdown(answer(found.board))}**",
+            f"Suites {manifest['suite']}. {headline(manifest, results)}",
+            f"Save [{PAGE}]({PAGE}) and open it: it chooses by vessel, excitation, noise, disturbance, channels and "
+            f"time, and shows every run. The runs are in [{RESULTS}]({RESULTS}) and [{PARAMETERS}]({PARAMETERS}); "
+            "`make reports` makes all of it anew.",
+            f"![Median prediction error of every method with its interval]({PICTURE})",
+            "## Ranking",
+            tables.markdown(shown),
+            "## Findings",
+            "\n".join(told),
+            "## Statistics",
+            *map(tables.in_markdown, found.statements()),
+        ]
+    ) + "\n"  # fmt: skip
+
+
+def picture(board: Leaderboard) -> str:
+    """The standings as an SVG file."""
+    import matplotlib
+
+    with matplotlib.rc_context({"svg.hashsalt": "helmbench", "svg.fonttype": "none"}):
+        buffer = io.BytesIO()
+        standings_figure(board).savefig(buffer, format="svg", metadata=plots.NO_METADATA)
+    return "\n".join(line.rstrip() for line in buffer.getvalue().decode().splitlines()) + "\n"
+
+
+def together(found: Sequence[tuple[Frame, Frame]]) -> tuple[Frame, Frame]:
+    """The tables of several folders as one; a run that several suites have is taken once."""
+    import pandas as pd
+
+    keys = [*CELL, "method", "variant", "seed"]
+    results, parameters = (pd.concat(parts, ignore_index=True) for parts in zip(*found, strict=True))
+    first = results.drop_duplicates(keys)
+    kept = parameters.merge(first[[*keys, "suite"]], on=[*keys, "suite"])
+    return first.reset_index(drop=True), kept[list(parameters.columns)]
+
+
+def combined(manifests: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """One manifest for several."""
+    first = manifests[0]
+    names = [str(manifest["suite"]) for manifest in manifests]
+    complete = sum(int(manifest["planned"]) for manifest in manifests) if len(manifests) == 1 else 0
+    titles = "; ".join(str(manifest.get("title", "")) for manifest in manifests)
+    seeds = sorted({seed for manifest in manifests for seed in manifest.get("seeds", [])})
+    return {**first, "suite": ", ".join(names), "title": titles, "planned": complete, "seeds": seeds, "selection": {}}
+
+
+def _parquet(frame: Frame) -> bytes:
+    buffer = io.BytesIO()
+    frame.to_parquet(buffer, index=False, compression="zstd")
+    return buffer.getvalue()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        sys.exit("usage: python -m helmbench.reporting.leaderboard.publish RESULTS... FOLDER")
+    try:
+        for path in publish(sys.argv[1:-1], sys.argv[-1]):
+            print(f"wrote {path}")
+    except BadInput as error:
+        sys.exit(f"helmbench: {error}")

@@ -1,0 +1,113 @@
+"""The published leaderboard says what its stored results say; two folders of results are compared by pairs."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from helmbench.bench.store import Store, read_tables
+from helmbench.models.errors import BadInput
+from helmbench.reporting.leaderboard import comparing, publish, standings
+from helmbench.reporting.leaderboard.answer import answer
+from helmbench.reporting.leaderboard.contest import contest
+from helmbench.reporting.leaderboard.findings import findings
+from helmbench.reporting.leaderboard.statistics import Statistics
+from helmbench.reporting.tables import in_markdown
+
+STORED = Path(__file__).parents[3] / "reports" / "leaderboard"
+
+
+@pytest.fixture
+def folder_of(tmp_path, manifest):
+    """Writes runs into a directory of results: folder_of(name, runs)."""
+
+    def build(name, runs):
+        with Store.create(tmp_path / name, manifest(len(runs)) | {"suite": name}) as store:
+            for run in runs:
+                store.append(run)
+            store.write_tables()
+        return tmp_path / name
+
+    return build
+
+
+@pytest.fixture
+def folder(folder_of, run_of, parameter_of):
+    """Results of three methods, one a black box, at two noises and with wind."""
+    runs = []
+    for m, factor in (("a", 1.0), ("b", 1.5), ("box", 4.0)):
+        for v in ("cargo", "mariner", "s175"):
+            for n, d in (("low", "none"), ("high", "none"), ("low", "wind:8@40deg")):
+                e = 0.01 * factor * (3.0 if n == "high" else 1.0) * (2.0 if d != "none" else 1.0)
+                rows = [] if m == "box" else [parameter_of("K", 1.0, 1.0 + e, 0.005)]
+                facts = {
+                    "method": m,
+                    "vessel": v,
+                    "noise": n,
+                    "disturbance": d,
+                    "parameters": rows,
+                    "wall_s": 1 / factor,
+                }
+                runs.append(run_of(error=None if m == "box" else e, r2=1.0 - e**2, parameters=rows, **facts))
+    return folder_of("default", runs)
+
+
+def check_published(folder):
+    """README and page hold what the stored tables give."""
+    results, parameters = (pd.read_parquet(folder / name) for name in (publish.RESULTS, publish.PARAMETERS))
+    runs = standings.judged(results, parameters)
+    cells = standings.cell_table(runs)
+    found = Statistics(contest(cells, runs), cells, parameters)
+    readme, page = (folder / publish.README).read_text(), (folder / publish.PAGE).read_text()
+    assert in_markdown(answer(found.board)) in readme
+    told = [in_markdown(own.text) for own in findings(found)]
+    assert told and all(text in readme for text in told)
+    order = [place.method for place in found.board.order()]
+    table = readme.split("## Ranking")[1].split("##")[0]
+    lines = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("| ")]
+    assert lines[2:][: len(order)] == order
+    assert f"{len(results)} runs:" in readme and f"{len(results)} runs:" in page and len(page) < 6_000_000
+    assert all(f'"{method}"' in page for method in order)
+
+
+def test_the_published_leaderboard_says_what_its_results_say(folder, tmp_path):
+    publish.publish([folder], tmp_path / "published")
+    check_published(tmp_path / "published")
+    for stored in [STORED] if STORED.is_dir() else []:
+        check_published(stored)
+
+
+def test_findings_are_computed_from_the_results(folder):
+    runs = standings.judged(*read_tables(folder))
+    cells = standings.cell_table(runs)
+    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, read_tables(folder)[1]))]
+    assert any("black box (box) errs 4 times as much" in text and "(a)" in text for text in told)
+    assert any(
+        "With high instead of low noise, a predicts best: median error 0.03 against 0.01" in text for text in told
+    )
+    assert any("a comes nearest to the Cramer-Rao floor" in text for text in told)
+
+
+def test_a_run_that_two_suites_have_is_taken_once(folder, folder_of, run_of, tmp_path):
+    again = folder_of("noise", [run_of(error=0.3, r2=0.5, method="a", vessel="cargo"), run_of(error=0.3, method="new")])
+    results, parameters = publish.together([read_tables(folder), read_tables(again)])
+    assert len(results) == 27 + 1 and set(parameters["suite"]) == {"made-up"}
+    with pytest.raises(BadInput, match="holds no benchmark run"):
+        publish.publish([tmp_path], tmp_path / "published")
+
+
+def test_two_folders_are_compared_by_pairs(folder, folder_of, run_of):
+    vessels = ("cargo", "mariner", "s175")
+    better = [run_of(error=0.005, r2=1.0 - (0.5 * 0.01) ** 2, method="a", vessel=v, wall_s=2.0) for v in vessels] + [
+        run_of(method="b", vessel="cargo", status="failed", reason="singular"),
+        run_of(method="new", r2=0.5),
+    ]
+    found = comparing.changes(read_tables(folder), read_tables(folder_of("other", better)))
+    rows = {(row["method"], row["figure"]): row for row in found.rows}
+    assert rows["a", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["a", "time"]["ratio"] == pytest.approx(
+        2
+    )
+    assert rows["a", "parameter error"]["problems"] == 3 and found.only_second == 1 and found.only_first == 27 - 4
+    assert [row["method"] for row in found.statuses] == ["b"] and "0 -> 1" in found.summary()
+    same = comparing.changes(read_tables(folder), read_tables(folder))
+    assert all(row["unchanged"] == row["problems"] and row["p"] == 1.0 for row in same.rows) and not same.statuses
