@@ -230,7 +230,7 @@ def compare_results(first: str | PathLike[str], second: str | PathLike[str]) -> 
     for folder in (first, second):
         if read_manifest(Path(folder)).get("kind", IDENTIFICATION) != IDENTIFICATION:
             raise BadInput("holds no results of an identification suite", file=Path(folder))
-    found = changes(read_tables(first), read_tables(second))
+    found = changes(read_tables(Path(first)), read_tables(Path(second)))
     if not found.rows:
         raise BadInput(f"shares no run with {first}", file=Path(second), hint="compare results of the same suite")
     return found
@@ -258,7 +258,7 @@ def merge_results(
     """
     from ..bench.merging import merge
 
-    return merge(source, target, sample, seed, trust)
+    return merge(Path(source), Path(target), sample, seed, trust)
 
 
 def _started(directory: Path) -> bool:

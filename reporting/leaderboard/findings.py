@@ -139,14 +139,14 @@ def _excitation(of: Statistics) -> Finding | None:
 
 
 def _failures(of: Statistics) -> Finding | None:
-    lost = np.isinf(of.board.errors).sum(axis=0) / np.maximum(1, (~np.isnan(of.board.errors)).sum(axis=0))
-    worst = int(np.argmax(lost))
-    if not lost[worst] > 0.0:
+    lost = {place.method: place.imputed / place.problems for place in of.board.order()}
+    worst = max(lost, key=lambda method: lost[method], default="")
+    if not lost or not lost[worst] > 0.0:
         return None
-    never = int((lost == 0.0).sum())
+    never = sum(share == 0.0 for share in lost.values())
     text = (
-        f"{of.board.methods[worst]} gives no finite prediction in {percent(lost[worst])} of its problems, the largest "
-        f"share; {never} of {len(lost)} methods always give one."
+        f"{worst} gives no finite prediction in {percent(lost[worst])} of its problems, the largest share; "
+        f"{never} of {len(lost)} methods always give one."
     )
     return Finding(text, _command("default"))
 

@@ -38,8 +38,8 @@ def signed_rank(first: np.ndarray, second: np.ndarray) -> float:
     ranks = rankdata(np.abs(d).round(9))
     ties = np.unique(ranks).size < ranks.size
     method = "exact" if d.size <= EXACT_PAIRS and not ties else "asymptotic"
-    _, p = wilcoxon(np.sign(d) * ranks, method=method, correction=False)
-    return float(p)
+    found = wilcoxon(np.sign(d) * ranks, method=method, correction=False)
+    return float(np.asarray(found)[1])
 
 
 def holm(p: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -168,7 +168,7 @@ def _against(board: Contest, other: Contest, choice: str) -> Sensitivity | None:
     ranks = {place.method: place.mean_rank for place in board.order()}
     shown = sorted(names, key=lambda name: mine[name])
     own = [p.mean_rank for p in theirs if p.method in full]
-    tau, _ = kendalltau([ranks[name] for name in names], own)
+    tau = np.asarray(kendalltau([ranks[name] for name in names], own))[0]
     moves = {name: shown.index(name) - names.index(name) for name in names}
     moved = max(moves, key=lambda name: abs(moves[name]))
     return Sensitivity(choice, float(tau), names[0], moved, moves[moved], len(other.problems))
