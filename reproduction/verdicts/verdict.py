@@ -20,6 +20,8 @@ VERDICTS = (REPRODUCED, CORRECTED, IMPOSSIBLE, CONTRADICTED)
 HALF_TOLERANCE = 0.1
 """A statement that is true in a share of the runs this near to a half is not decided."""
 
+LEAST_POINTS = 8
+"""A search for a value with fewer points than these does not cover its range, and contradicts nothing."""
 ROUNDING = 1e-6
 """Values that differ by less, relatively, are equal, so that no verdict depends on the last stored digit."""
 
@@ -86,6 +88,8 @@ def _verdict(claim: Claim, corrected: Spread, printed: Spread, tried: tuple[Spre
     if any(agrees(claim, found) or undecided(claim, found) for found in (first, corrected)):
         return IMPOSSIBLE
     if claim.search and any(found.finite for found in tried):
+        if claim.form != "holds" and max(found.n for found in tried) < LEAST_POINTS:
+            return IMPOSSIBLE
         return IMPOSSIBLE if any(reached(claim, found) for found in tried) else CONTRADICTED
     return CONTRADICTED if claim.stated else IMPOSSIBLE
 

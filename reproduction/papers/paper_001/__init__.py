@@ -12,7 +12,7 @@ from .figures import (
 )
 from .search import wide_settings
 
-STUDIES = {**studies.STUDIES, "wide-settings": Study(wide_settings, seeds=20)}
+STUDIES = {**studies.STUDIES, "wide-settings": Study(wide_settings, seeds=32)}
 
 __all__ = [
     "STUDIES",

@@ -15,8 +15,8 @@ from .search import over_range
 
 STUDIES = {
     **studies.STUDIES,
-    "first_order_searched": Study(partial(over_range, "first_order"), seeds=32),
-    "second_order_searched": Study(partial(over_range, "second_order"), seeds=32),
+    "first_order_searched": Study(partial(over_range, "first_order"), seeds=48),
+    "second_order_searched": Study(partial(over_range, "second_order"), seeds=48),
 }
 
 __all__ = ["STUDIES", "draw_beta", "draw_convergence", "draw_noise", "draw_tank", "draw_tank_course"]

@@ -353,7 +353,7 @@ STUDIES = {
     "first_order": Study(first_order, seeds=40),
     "second_order": Study(second_order, seeds=40),
     "noise_free": Study(noise_free),
-    "noise": Study(noise, seeds=4, drawn=8),
+    "noise": Study(noise, seeds=8, drawn=8),
     "arithmetic": Study(arithmetic),
     "beta": Study(beta),
     "tank": Study(tank, measured=DATASET),

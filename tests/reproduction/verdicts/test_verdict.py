@@ -91,7 +91,12 @@ def test_nothing_is_contradicted_that_depends_on_what_is_not_printed():
 
 @pytest.mark.parametrize(
     ("searched", "expected"),
-    [([11.0, 12.0, 30.0], CONTRADICTED), ([9.0, 12.0], IMPOSSIBLE), ([10.4, math.nan], IMPOSSIBLE)],
+    [
+        ([11.0, 12.0, 30.0] * 3, CONTRADICTED),
+        ([11.0, 12.0, 30.0], IMPOSSIBLE),
+        ([9.0, 12.0] * 4, IMPOSSIBLE),
+        ([10.4, math.nan] * 4, IMPOSSIBLE),
+    ],
 )
 def test_contradicted_only_where_the_range_does_not_hold_it(searched, expected):
     claim = ALONE.model_copy(update=dict(stated=False, search="wide"))
