@@ -1,4 +1,4 @@
-# make bench | board-picture | test | docs | reproduce | diagnosis-reports | rates | ugly | fuzz | timing | lint | types | format | env | clean
+# make bench | board-picture | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | fuzz | timing | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -21,7 +21,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench board-picture docs reproduce diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit \
+.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit \
 	browser reports
 .DELETE_ON_ERROR:
 
@@ -31,6 +31,7 @@ help:
 	@echo "make test     install, lint, check types, run the tests"
 	@echo "make docs     build the documentation site in docs/_build; nothing is loaded from the network"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
+	@echo "make verdicts   reproduce once more with another seed: at most 2 % of the verdicts may change, no headline"
 	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised"
 	@echo "make ugly     give identify, diagnose and calibrate 300 ugly records: each ends in a result or in one line"
 	@echo "make fuzz     change valid files of every reader at random, FUZZ_SECONDS=600 each: none may crash, hang or run code"
@@ -72,6 +73,12 @@ reproduce: env
 	rm -rf reports/reproduction
 	mkdir -p reports
 	cp -R $(REPRODUCTION)/pages reports/reproduction
+
+# Compares with the runs of `make reproduce`.
+verdicts: env
+	rm -rf $(REPRODUCTION)-again
+	$(BIN)/helmbench reproduce --seed 1 -o $(REPRODUCTION)-again --quiet
+	$(BIN)/python -m helmbench.reproduction.stability $(REPRODUCTION) $(REPRODUCTION)-again
 
 # The tests look at pages in Debian's Chromium.
 browser:

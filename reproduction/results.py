@@ -35,16 +35,18 @@ class Results:
 
     def judged(self, paper: Paper) -> list[Judged]:
         """Every claim of the paper with its verdict, in order."""
-        return [self._judged(claim) for claim in paper.claims]
+        told = {search.study: search.told for search in paper.searches}
+        return [self._judged(claim, told.get(claim.search, "")) for claim in paper.claims]
 
     def found(self, reference: Reference) -> Spread:
         """Our value of the quantity of an independent computation."""
         return self.values.get(reference.study, {}).get(reference.key, NOTHING)
 
-    def _judged(self, claim: Claim) -> Judged:
-        values = self.values.get(claim.study, {})
+    def _judged(self, claim: Claim, over: str) -> Judged:
+        values, searched = self.values.get(claim.study, {}), self.values.get(claim.search, {})
         failure = self.failures.get(claim.study, "")
-        return judge(claim, values, f"The computation failed: {failure}" if failure and not values else "")
+        told = f"The computation failed: {failure}" if failure and not values else ""
+        return judge(claim, values, told, searched, over)
 
 
 def of_runs(paper: Paper, runs: Sequence[Run]) -> Results:

@@ -34,11 +34,12 @@ STORED = Path(__file__).parent / "stored"
 
 @dataclass(frozen=True)
 class Job:
-    """One run: a paper's study with one index."""
+    """One run: a paper's study with one index; another seed draws other random numbers."""
 
     paper: str
     study: str
     index: int
+    seed: int = 0
 
     def path(self, directory: Path) -> Path:
         """The file of the stored run."""
@@ -56,7 +57,7 @@ class Run:
     cpu_s: float
 
 
-def plan(papers: Sequence[Paper]) -> list[Job]:
+def plan(papers: Sequence[Paper], seed: int = 0) -> list[Job]:
     """Every run that the papers' claims and figures need, in order of index, so that each kernel is compiled once."""
     found = []
     for paper in papers:
@@ -64,12 +65,12 @@ def plan(papers: Sequence[Paper]) -> list[Job]:
         for name in paper.studies:
             if name not in known:
                 raise BadInput(f"has no study {name!r}", file=f"paper {paper.paper}")
-            found += [Job(paper.paper, name, index) for index in range(known[name].seeds)]
+            found += [Job(paper.paper, name, index, seed) for index in range(known[name].seeds)]
     return sorted(found, key=lambda job: job.index)
 
 
 @contextmanager
-def open_directory(directory: Path, resume: bool) -> Iterator[None]:
+def open_directory(directory: Path, resume: bool, seed: int = 0) -> Iterator[None]:
     """Make a directory of runs, or check that a started one was made by this version, and hold it for this process.
 
     Raises `BadInput` where it is not vacant, not to be resumed, or held by another process.
@@ -82,11 +83,13 @@ def open_directory(directory: Path, resume: bool) -> Iterator[None]:
     with locked(directory):
         if not resume:
             check_vacant(directory, MANIFEST)
-            text = json.dumps({"version": code_version(), **environment()}, indent=1)
+            text = json.dumps({"version": code_version(), "seed": seed, **environment()}, indent=1)
             write_atomic(path, text.encode() + b"\n")
         elif _manifest(path).get("version") != code_version():
             hint = "start again in a new directory"
             raise BadInput("cannot be resumed: version differs from the one it was started with", file=path, hint=hint)
+        elif _manifest(path).get("seed") != seed:
+            raise BadInput(f"cannot be resumed with seed {seed}: it was started with another one", file=path)
         yield
 
 
@@ -120,7 +123,7 @@ def execute(job: Job) -> Run:
     values, series, error = {}, {}, None
     with quiet():
         try:
-            result = study.function(stream(job.paper, job.study, job.index), index=job.index)
+            result = study.function(stream(job.paper, job.study, job.index, job.seed), index=job.index)
             values = {key: plain(value) for key, value in result.values.items()}
             series = {name: np.asarray(array) for name, array in result.series.items()}
         except EnvironmentFault:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..models.errors import BadInput
 from . import results, runner
 from .claims import files
-from .claims.claim import Paper
+from .claims.claim import DERIVED, Paper
 from .pages import figures, html, markdown
 from .results import Results
 from .runner import Run
@@ -26,7 +26,7 @@ def select(paper: str | None, table: int | None) -> list[Paper]:
     """The papers, or one of them, or one table of it; raises `BadInput` where there is no such."""
     if table is not None and paper is None:
         raise BadInput("--table needs a paper", hint=f"name one of {', '.join(files.papers())}")
-    chosen = [files.load(name) for name in ([paper] if paper else files.papers())]
+    chosen = [files.load(name) for name in ([paper] if paper else files.everything())]
     return chosen if table is None else [found.only_table(table) for found in chosen]
 
 
@@ -36,21 +36,23 @@ def reproduce(
     pool: Pool,
     resume: bool = False,
     watch: Callable[[Run | None], object] = lambda run: None,
+    seed: int = 0,
 ) -> list[tuple[Paper, Results]]:
     """Compute the runs that the directory lacks.  Its folder `pages` gets results, figures and Markdown pages, its
-    folder `interactive` HTML pages with search and zoom.
+    folder `interactive` HTML pages with search and zoom.  Another `seed` draws other random numbers throughout.
 
     Raises `BadInput` if the directory has other contents, or another process computes there.
     """
-    jobs = runner.plan(chosen)
-    with runner.open_directory(directory, resume):
+    jobs = runner.plan(chosen, seed)
+    with runner.open_directory(directory, resume, seed):
         runner.compute(jobs, directory, pool, watch)
         runs = list(runner.stored_runs(jobs, directory))
         found = [(paper, _drawn(paper, results.of_runs(paper, runs), runs, directory / PAGES)) for paper in chosen]
         for _, one in found:
             results.write(one, directory / PAGES)
         markdown.write(chosen, directory / PAGES)
-        html.write(found, directory / PAGES, directory / INTERACTIVE)
+        told = [(paper, one) for paper, one in found if paper.claims]
+        html.write(told, directory / PAGES, directory / INTERACTIVE)
     return found
 
 
@@ -60,9 +62,11 @@ def rows(found: Sequence[tuple[Paper, Results]]) -> list[dict[str, Any]]:
         {
             "paper": paper.paper,
             "item": judged.claim.item,
+            "kind": judged.claim.kind,
             "quantity": judged.claim.quantity,
             "unit": judged.claim.unit,
-            "published": judged.claim.published,
+            "published": None if judged.claim.kind == DERIVED else judged.claim.published,
+            "from_printed_numbers": judged.claim.published if judged.claim.kind == DERIVED else None,
             "corrected": _plain(judged.corrected),
             "as_printed": _plain(judged.as_printed),
             "verdict": judged.verdict,

@@ -24,8 +24,8 @@ class Reproduction:
     """Published against computed values."""
 
     rows: tuple[Mapping[str, Any], ...]
-    """Every claim: paper, item, quantity, unit, published, corrected and as_printed ({median, low, high}), verdict,
-    reason, equation."""
+    """Every claim: paper, item, kind, quantity, unit, published, from_printed_numbers (of derived claims, instead),
+    corrected and as_printed ({median, low, high}), verdict, reason, equation."""
     counts: Mapping[str, str]
     """Paper -> how many claims it has and how they ended, in words."""
     failures: tuple[str, ...]
@@ -49,6 +49,7 @@ def reproduce(
     directory: str | PathLike[str] | None = None,
     jobs: int | None = None,
     resume: bool = False,
+    seed: int = 0,
     progress: bool = False,
 ) -> Reproduction:
     """Compute the tables and claims of the five papers and compare them with what the papers print.
@@ -60,6 +61,7 @@ def reproduce(
     directory : keep runs, results and pages here; None keeps nothing.
     jobs : worker processes; None: one for each processor.
     resume : continue what was started in the directory.
+    seed : another number draws other random numbers in every computation.
     progress : show a progress bar on standard error.
 
     Raises
@@ -84,9 +86,9 @@ def reproduce(
     with (
         TemporaryDirectory() if directory is None else nullcontext(directory) as folder,
         processes(jobs) as pool,
-        tqdm(total=len(runner.plan(chosen)), unit="run", disable=not progress, file=sys.stderr) as bar,
+        tqdm(total=len(runner.plan(chosen, seed)), unit="run", disable=not progress, file=sys.stderr) as bar,
     ):
-        found = session.reproduce(chosen, Path(folder), pool, resume, watch)
+        found = session.reproduce(chosen, Path(folder), pool, resume, watch, seed)
     return Reproduction(
         rows=tuple(session.rows(found)),
         counts={one.paper: counts_line(results.judged(one)) for one, results in found},

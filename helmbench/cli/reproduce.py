@@ -1,4 +1,4 @@
-"""`helmbench reproduce [SEED] [--table N]`."""
+"""`helmbench reproduce [PAPER] [--table N]`."""
 
 from __future__ import annotations
 
@@ -10,20 +10,28 @@ from ._shared import FAILED, FILE, OK, output_options, print_json, shows_progres
 
 
 @click.command()
-@click.argument("seed", required=False, metavar="[SEED]")
+@click.argument("paper", required=False, metavar="[PAPER]")
 @click.option("--table", type=click.IntRange(min=1), help="Only the claims of this table.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default and most: one for each processor.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, help="Other random numbers in every computation.")
 @click.option("--resume", is_flag=True, help="Continue a computation that was interrupted.")
 @click.option("-o", "--output", type=FILE, help="Keep runs, results and pages in this directory.")
 @output_options
 def reproduce(
-    seed: str | None, table: int | None, jobs: int | None, resume: bool, output: Path | None, as_json: bool, quiet: bool
+    paper: str | None,
+    table: int | None,
+    jobs: int | None,
+    seed: int,
+    resume: bool,
+    output: Path | None,
+    as_json: bool,
+    quiet: bool,
 ) -> int:
-    """Compute the tables and claims of the five papers (SEED: 003 for one) and compare them with the published ones."""
+    """Compute the tables and claims of the five papers (PAPER: 003 for one) and compare them with the printed ones."""
     import helmbench
 
     show = shows_progress(quiet or as_json)
-    found = helmbench.reproduce(seed, table, directory=output, jobs=jobs, resume=resume, progress=show)
+    found = helmbench.reproduce(paper, table, directory=output, jobs=jobs, resume=resume, seed=seed, progress=show)
     for failure in found.failures:
         click.echo(f"failed: {failure}", err=True)
     if as_json:

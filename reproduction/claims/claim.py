@@ -5,15 +5,20 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import StrictFloat, StrictInt, model_validator
+from pydantic import Field, StrictFloat, StrictInt, model_validator
 
 from ...models.errors import BadInput
 from ...models.yaml_file import FileContent, Flag, Text, needs
 
 Number = Annotated[StrictInt | StrictFloat, needs("a number")]
-Kind = Annotated[Literal["value", "at_most", "at_least", "holds"], needs("one of value, at_most, at_least, holds")]
+Kind = Annotated[Literal["result", "setting", "echo", "derived"], needs("one of result, setting, echo, derived")]
+Form = Annotated[Literal["value", "at_most", "at_least", "holds"], needs("one of value, at_most, at_least, holds")]
 Scale = Annotated[Literal["linear", "log"], needs("linear or log")]
 Reason = Annotated[Text | dict[str, Text], needs("a sentence, or one for each verdict")]
+RESULT, DERIVED = "result", "derived"
+KINDS = (RESULT, "setting", "echo", DERIVED)
+WIDEST = 1.0
+"""An interval wider than this multiple of the published value reproduces nothing."""
 ROMAN = {"i": 1, "ii": 2, "iii": 3, "iv": 4, "v": 5, "vi": 6, "vii": 7, "viii": 8, "ix": 9, "x": 10}
 
 
@@ -31,7 +36,7 @@ class Tolerance(FileContent):
 class Reference(FileContent):
     """What an independent computation of the same quantity gave: ours must lie within the tolerance of it.
 
-    With `kind` 'at_most' or 'at_least' it is a bound that ours must keep.
+    With `form` 'at_most' or 'at_least' it is a bound that ours must keep.
 
     `study` and `key` default to those of the claim it belongs to (`corrected`).
     """
@@ -43,7 +48,7 @@ class Reference(FileContent):
     unit: Text = ""
     study: Text = ""
     key: Text = ""
-    kind: Kind = "value"
+    form: Form = "value"
     note: Text = ""
 
 
@@ -53,25 +58,34 @@ class Claim(FileContent):
     Parameters
     ----------
     item : table, figure or section, "Table 5".
-    published : the number as printed, in `unit`; true for a statement (kind 'holds').
-    kind : 'value'; 'at_most' and 'at_least' for bounds; 'holds'.
+    kind : 'result' of an experiment or a calculation; 'setting' of one; 'echo', a number that repeats others: a
+        coefficient of a source, or arithmetic of numbers printed beside it; 'derived', a number that the paper does
+        not print and that we computed from printed ones.
+    published : the number as printed (as computed, of a derived claim), in `unit`; true for a statement.
+    form : 'value'; 'at_most' and 'at_least' for bounds; 'holds' for a statement.
     study, corrected, as_printed : the study and the keys of its values under corrected and printed equations.
     protocol : how it is computed, and what the paper leaves unsaid.
     equation : the wrong equation, "(26)".
     reason : one sentence, or one for each verdict; {published}, {corrected}, {as_printed}, {low}, {high} are filled in.
     missing : why nothing can be computed, instead of a study.
+    unprinted : the decisive setting that the paper does not print; whatever we find, the claim is not reproducible.
+    stated : everything that decides the value is printed, so that a disagreement contradicts the claim.
+    search : the study that computes the same keys over the range of what is not printed (see `Search`); only a value
+        that this range does not hold is contradicted.
     nonzero : the value only counts as reproduced by an interval that excludes zero; for coefficients that records may
         not determine at all.
-    widest : an interval wider than this multiple of the published value reproduces nothing.
+    widest : an interval wider than this multiple of the published value reproduces nothing; of values 1, of bounds
+        without limit where it is not given.
     scale : 'log' for errors and other positive sizes, whose interval is taken of the logarithms; 'linear'.
     """
 
     id: Text
     item: Text
+    kind: Kind
     quantity: Text
     published: Any
     unit: Text = ""
-    kind: Kind = "value"
+    form: Form = "value"
     tolerance: Tolerance = Tolerance()
     study: Text = ""
     corrected: Text = ""
@@ -80,8 +94,11 @@ class Claim(FileContent):
     equation: Text = ""
     reason: Reason = ""
     missing: Text = ""
+    unprinted: Text = ""
+    stated: Flag = False
+    search: Text = ""
     nonzero: Flag = False
-    widest: Number = math.inf
+    widest: Number | None = None
     scale: Scale = "linear"
     reference: Reference | None = None
 
@@ -91,12 +108,73 @@ class Claim(FileContent):
             raise ValueError("needs either a study or what is missing")
         if self.study and not self.corrected:
             raise ValueError("needs the key of the corrected value")
-        if self.kind == "holds" and not isinstance(self.published, bool):
+        if self.form == "holds" and not isinstance(self.published, bool):
             raise ValueError("published must be true or false")
         number = isinstance(self.published, int | float) and math.isfinite(self.published)
-        if self.study and self.kind != "holds" and not number:
+        if self.study and self.form != "holds" and not number:
             raise ValueError(f"published is {self.published!r}, a number is needed")
         return self
+
+    @property
+    def limit(self) -> float:
+        """The widest interval that may reproduce the claim, as a multiple of the published value."""
+        if self.widest is not None:
+            return self.widest
+        return WIDEST if self.form == "value" else math.inf
+
+
+class Interval(FileContent):
+    """A range of a setting that the paper does not print; with `log`, its logarithm is spread evenly."""
+
+    low: Number
+    high: Number
+    unit: Text = ""
+    log: Flag = False
+
+
+class Search(FileContent):
+    """The settings that a paper does not print, and the range over which a study tries them.
+
+    Run i of the study has the i-th point of a Halton sequence over `ranges` and `choices`, so that the points do not
+    depend on any seed.
+    """
+
+    study: Text
+    ranges: dict[str, Interval] = Field(default_factory=dict)
+    choices: dict[str, tuple[Any, ...]] = Field(default_factory=dict)
+
+    @property
+    def told(self) -> str:
+        """The range in words, for reasons."""
+        parts = [f"{name} {_short(r.low)} to {_short(r.high)} {r.unit}".strip() for name, r in self.ranges.items()]
+        parts += [f"{name} {', '.join(map(_short, given))}" for name, given in self.choices.items()]
+        return "; ".join(parts)
+
+
+class Comparison(FileContent):
+    """A ratio of errors on the paper's own example, method over baseline: below 1 the method is better."""
+
+    quantity: Text
+    study: Text
+    key: Text
+
+
+class Headline(FileContent):
+    """What the paper claims of its method, and where the results say whether that holds.
+
+    Parameters
+    ----------
+    claim : the claim in one line.
+    method, baseline : what is compared.
+    own : comparisons on the paper's own example.
+    pairs : comparisons on other vessels, by their names in the study of all vessels.
+    """
+
+    claim: Text
+    method: Text
+    baseline: Text
+    own: tuple[Comparison, ...]
+    pairs: tuple[Text, ...] = ()
 
 
 class Erratum(FileContent):
@@ -120,7 +198,7 @@ class Figure(FileContent):
 
 
 class Paper(FileContent):
-    """Everything that is claimed of one paper."""
+    """Everything that is claimed of one paper; `whole` are studies that a page shows without claims."""
 
     paper: Text
     title: Text
@@ -130,12 +208,19 @@ class Paper(FileContent):
     figures: tuple[Figure, ...] = ()
     references: tuple[Reference, ...] = ()
     notes: tuple[Text, ...] = ()
+    searches: tuple[Search, ...] = ()
+    whole: tuple[Text, ...] = ()
+    headline: Headline | None = None
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Paper:
         ids = [claim.id for claim in self.claims]
         if twice := {name for name in ids if ids.count(name) > 1}:
             raise ValueError(f"{min(twice)}: the id occurs twice")
+        searched = {search.study for search in self.searches}
+        for claim in self.claims:
+            if claim.search and claim.search not in searched:
+                raise ValueError(f"{claim.id}: there is no search {claim.search}")
         for reference in self.references:
             if not (reference.study and reference.key and reference.quantity):
                 raise ValueError(f"reference {reference.id or reference.key}: needs quantity, study and key")
@@ -147,8 +232,11 @@ class Paper(FileContent):
 
     @property
     def studies(self) -> tuple[str, ...]:
-        """Names of the studies that claims, references and figures need."""
-        named = [entry.study for entry in (*self.claims, *self.references, *self.figures) if entry.study]
+        """Names of the studies that claims, references and figures need, and those that are shown as a whole."""
+        entries = (*self.claims, *self.references, *self.figures, *(self.headline.own if self.headline else ()))
+        named = [entry.study for entry in entries if entry.study]
+        named += [claim.search for claim in self.claims if claim.search]
+        named += self.whole
         return tuple(dict.fromkeys(named))
 
     @property
@@ -159,7 +247,7 @@ class Paper(FileContent):
 
     def logarithmic(self, study: str) -> set[str]:
         """Keys of the study whose interval is taken on a logarithmic scale."""
-        own = [claim for claim in self.claims if claim.study == study and claim.scale == "log"]
+        own = [claim for claim in self.claims if claim.scale == "log" and study in (claim.study, claim.search)]
         return {key for claim in own for key in (claim.corrected, claim.as_printed) if key}
 
     def checks(self) -> list[Reference]:
@@ -175,7 +263,15 @@ class Paper(FileContent):
         if not kept:
             known = ", ".join(map(str, self.tables))
             raise BadInput(f"paper {self.paper} has no table {number}", hint=f"it has {known}")
-        return self.model_copy(update={"claims": kept, "errata": (), "figures": (), "references": ()})
+        return self.model_copy(update={"claims": kept, "errata": (), "figures": (), "references": (), "headline": None})
+
+    def search(self, study: str) -> Search:
+        """The ranges that a study searches."""
+        return next(search for search in self.searches if search.study == study)
+
+
+def _short(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def table_number(item: str) -> int | None:

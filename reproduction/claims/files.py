@@ -11,18 +11,25 @@ from .claim import Claim, Erratum, Figure, Paper, Reference
 from .rows import expanded
 
 FOLDER = Path(__file__).parent
+ACROSS = "across"
+"""The comparison on every vessel: no paper, but computed and shown as one."""
 Entry = TypeVar("Entry", bound=FileContent)
 
 
 def papers() -> tuple[str, ...]:
     """Numbers of the papers with a claims file."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    return tuple(name for name in everything() if name != ACROSS)
+
+
+def everything() -> tuple[str, ...]:
+    """The papers, and the comparison on every vessel where there is its file."""
+    return tuple(path.stem for path in sorted(FOLDER.glob("*.yaml")))
 
 
 def load(paper: str) -> Paper:
     """The claims of a paper; raises `BadInput` for an unknown one, and for a damaged file."""
-    if paper not in papers():
-        raise BadInput(f"unknown paper {paper!r}", hint=f"known: {', '.join(papers())}")
+    if paper not in everything():
+        raise BadInput(f"unknown paper {paper!r}", hint=f"known: {', '.join(everything())}")
     return read(FOLDER / f"{paper}.yaml")
 
 

@@ -14,32 +14,46 @@ from ...reporting.numbers import MISSING, interval_digits, percent
 from ...reporting.tables import Column, Table, make_table
 from ...reporting.tables import markdown as table_text
 from .. import results as stored
-from ..claims.claim import Erratum, Paper, Reference
+from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Paper, Reference
+from ..claims.files import ACROSS
 from ..results import Results
 from ..verdicts.spread import DIGITS, Spread
 from ..verdicts.verdict import NO_VALUE, REPRODUCED, VERDICTS, Judged, shown, within
+from . import across, answers
 from .figures import file_of
 
 INDEX = "README.md"
+MARKERS = ("<!-- headline: begin -->", "<!-- headline: end -->")
+"""What encloses the headline table of the first page."""
 BOUNDS = {"at_most": "≤ ", "at_least": "≥ "}
 
 
 def write(papers: Sequence[Paper], directory: Path) -> list[Path]:
     """Pages and index from the results that are stored in the directory."""
     found = [(paper, stored.read(paper.paper, directory)) for paper in papers]
-    texts = {f"{paper.paper}.md": page(paper, results) for paper, results in found}
-    texts[INDEX] = index(found)
+    texts = texts_of(found)
     for name, text in texts.items():
         write_atomic(directory / name, text.encode())
     return [directory / name for name in texts]
 
 
-def page(paper: Paper, results: Results) -> str:
-    """The page of one paper."""
+def texts_of(found: Sequence[tuple[Paper, Results]]) -> dict[str, str]:
+    """File name -> text of every page."""
+    others = next((results for paper, results in found if paper.paper == ACROSS), None)
+    own = [(paper, results) for paper, results in found if paper.paper != ACROSS]
+    texts = {f"{paper.paper}.md": page(paper, results, others) for paper, results in own}
+    texts |= {f"{ACROSS}.md": across.page(paper, results) for paper, results in found if paper.paper == ACROSS}
+    return texts | {INDEX: index(own, others)}
+
+
+def page(paper: Paper, results: Results, others: Results | None = None) -> str:
+    """The page of one paper; `others` are the results of all vessels, where they were computed."""
     judged = results.judged(paper)
     parts = [
         f"# {paper.title}",
         f"Paper {paper.paper}: {paper.citation}",
+        *answers.section(paper, results, others),
+        "## Claims",
         f"**{counts_line(judged)}**",
         "Intervals are those in which a single further run would lie with a probability of 95 %; a published value "
         "agrees with ours where it lies in the interval, widened by the tolerance. [How to read this](README.md)",
@@ -52,22 +66,40 @@ def page(paper: Paper, results: Results) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def index(found: Sequence[tuple[Paper, Results]]) -> str:
-    """The first page: numbers of claims by verdict, and how to read the other pages."""
-    rows = [_counts(paper, results) for paper, results in found]
-    counted = ("claims", *VERDICTS)
-    rows.append({"paper": "", "title": "all"} | {name: sum(row[name] for row in rows) for name in counted})
-    columns = [_ready(name, itemgetter(name)) for name in ("paper", "title")]
-    columns += [Column(name, lambda row, name=name: str(row[name]), itemgetter(name)) for name in counted]
-    table = table_text(make_table(columns, rows))
-    return "\n\n".join([_INTRODUCTION, table, _LEGEND]) + "\n"
+def index(found: Sequence[tuple[Paper, Results]], others: Results | None = None) -> str:
+    """The first page: what the papers claim and whether it holds, numbers of claims, how to read the other pages."""
+    parts = [_INTRODUCTION]
+    if others is not None:
+        parts += ["## Does it hold?", MARKERS[0], answers.table(found, others), MARKERS[1], answers.RULE]
+    judged = [(paper, results.judged(paper)) for paper, results in found]
+    parts += ["## Results by verdict", _by_verdict([_counts(paper, own, RESULT) for paper, own in judged], "results")]
+    whole = [j for _, own in judged for j in own]
+    rows = [{"kind": kind} | _numbers(j for j in whole if j.claim.kind == kind) for kind in KINDS]
+    parts += ["All claims by kind:", _by_verdict(rows, "claims"), _LEGEND]
+    return "\n\n".join(parts) + "\n"
 
 
-def _counts(paper: Paper, results: Results) -> dict[str, Any]:
-    """A paper's row of the index."""
-    counts = Counter(claim.verdict for claim in results.judged(paper))
-    facts = {"paper": f"[{paper.paper}]({paper.paper}.md)", "title": paper.title, "claims": len(paper.claims)}
-    return facts | {name: counts[name] for name in VERDICTS}
+def _by_verdict(rows: list[dict[str, Any]], counted: str) -> str:
+    """A table of numbers by verdict with a line for the sum."""
+    names = [name for name in rows[0] if name not in ("claims", *VERDICTS)] if rows else []
+    sums = {name: sum(row[name] for row in rows) for name in ("claims", *VERDICTS)}
+    rows = [*rows, dict.fromkeys(names, "") | ({names[-1]: "all"} if names else {}) | sums]
+    columns = [_ready(name, itemgetter(name)) for name in names]
+    for name in ("claims", *VERDICTS):
+        heading = counted if name == "claims" else name
+        columns.append(Column(heading, lambda row, name=name: str(row[name]), itemgetter(name)))
+    return table_text(make_table(columns, rows))
+
+
+def _counts(paper: Paper, judged: Sequence[Judged], kind: str) -> dict[str, Any]:
+    """A paper's row of the index: its claims of a kind."""
+    facts = {"paper": f"[{paper.paper}]({paper.paper}.md)", "title": paper.title}
+    return facts | _numbers(j for j in judged if j.claim.kind == kind)
+
+
+def _numbers(judged: Iterable[Judged]) -> dict[str, int]:
+    counts = Counter(j.verdict for j in judged)
+    return {"claims": counts.total()} | {name: counts[name] for name in VERDICTS}
 
 
 def _ready(title: str, text: Callable[[Any], str]) -> Column:
@@ -79,22 +111,28 @@ _INTRODUCTION = """# Five papers, computed again
 
 Every table of five papers on the identification of manoeuvring models, and every number that their texts and figures
 claim: the published value, ours under the corrected equations, ours under the equations as printed, and a verdict.
-These pages are written by `helmbench reproduce`; every number of ours comes from the files in the folder `results`."""
+These pages are written by `helmbench reproduce`; every number of ours comes from the files in the folder `results`.
+[The methods on every vessel](across.md) compares what the papers propose with what they want to replace."""
 
 _LEGEND = """## How to read the pages
 
+- A claim is a **result** of an experiment or a calculation; a **setting** of one; an **echo**, which repeats other
+  numbers (a coefficient of a source, or arithmetic of numbers printed beside it); or **derived**: not printed, but
+  computed by us from printed numbers, and shown in a column of its own. Only results count in the table above.
 - **reproduced**: the printed equations give the published value, or the only form of them that exists.
 - **reproduced with correction**: the corrected equations give it, the printed ones do not.
-- **not reproducible**: the paper does not say enough to compute it, or such records cannot determine it: the
-  interval of our runs is so wide that it contains almost any value.
-- **contradicted**: neither form gives it: the published value is outside the interval of our runs.
+- **not reproducible**: a setting that decides the value is not printed; or such records cannot determine it, since
+  the interval of our runs is wider than the value itself; or about half of our runs agree with a statement.
+- **contradicted**: neither form gives it, although all that decides it is printed; or although what is not printed
+  (time step, rudder rate and lag, speed, zigzag angle, noise, start) was searched over a range that the reason names.
 
 Where a paper has noise we repeat its experiment with other noise. The number given is the median of the runs, and the
 interval behind it is the one in which a single further run, like the one that the authors made, would lie with a
 probability of 95 % (order statistics from 39 runs on; below, Student's t, for errors of their logarithms). The
 published value counts as equal where it lies in the interval, widened by a tolerance that each claim states and that
 covers rounding in print. Bounds ("at most") need only a part of the interval on the right side; a statement counts as
-true where it is true in at least half of the runs. A run that diverges, or whose time constants come out complex,
+true where at least 60 % of the runs agree, as false where at most 40 % do; between, it is not settled. A run that
+diverges, or whose time constants come out complex,
 gives no number; "no finite value" stands where more than half of the runs do so."""
 
 
@@ -107,7 +145,7 @@ def _items(judged: Sequence[Judged]) -> Iterable[str]:
 def _item(item: str, judged: Sequence[Judged]) -> Iterable[str]:
     """A table or section of the paper: our table and, below it, how each number was computed."""
     protocols = list(dict.fromkeys(j.claim.protocol for j in judged if j.claim.protocol))
-    yield f"## {item}"
+    yield f"### {item}"
     yield table_text(make_table(_claim_columns(protocols), judged))
     if protocols:
         yield "How computed:\n\n" + "\n".join(f"{place}. {text}" for place, text in enumerate(protocols, start=1))
@@ -129,7 +167,9 @@ def _claim_columns(protocols: Sequence[str]) -> list[Column]:
 
     return [
         _ready("quantity", quantity),
-        _ready("published", _published),
+        Column("kind", lambda j: j.claim.kind),
+        _ready("published", lambda j: MISSING if j.claim.kind == DERIVED else _published(j)),
+        _ready("from printed numbers", lambda j: _published(j) if j.claim.kind == DERIVED else MISSING),
         _ready("corrected", lambda j: _spread(j, j.corrected) if j.claim.corrected else MISSING),
         _ready("as printed", lambda j: _spread(j, j.as_printed) if j.claim.as_printed else MISSING),
         Column("verdict", lambda j: j.verdict, markdown=lambda j: f"**{j.verdict}**"),
@@ -140,7 +180,7 @@ def _claim_columns(protocols: Sequence[str]) -> list[Column]:
 def _published(judged: Judged) -> str:
     claim = judged.claim
     unit = f" {claim.unit}" if claim.unit and not isinstance(claim.published, bool | str) else ""
-    return f"{BOUNDS.get(claim.kind, '')}{shown(claim.published)}{unit}{_tolerance(judged)}"
+    return f"{BOUNDS.get(claim.form, '')}{shown(claim.published)}{unit}{_tolerance(judged)}"
 
 
 def _reason(judged: Judged) -> str:
@@ -150,13 +190,13 @@ def _reason(judged: Judged) -> str:
 
 def _tolerance(judged: Judged) -> str:
     claim = judged.claim
-    if claim.kind == "holds" or not claim.study or not (slack := claim.tolerance.around(float(claim.published))):
+    if claim.form == "holds" or not claim.study or not (slack := claim.tolerance.around(float(claim.published))):
         return ""
     return f" ± {shown(slack, 2)}"
 
 
 def _spread(judged: Judged, found: Spread) -> str:
-    if judged.claim.kind == "holds":
+    if judged.claim.form == "holds":
         return _share(judged, found)
     if not found.known:
         return NO_VALUE if found.n else MISSING
@@ -230,7 +270,7 @@ def _checks(paper: Paper, results: Results) -> Iterable[str]:
 def _expected(check: Reference) -> str:
     unit = f" {check.unit}" if check.unit else ""
     slack = shown(check.tolerance.around(check.value), 2)
-    return f"{BOUNDS.get(check.kind, '')}{shown(check.value, 7)}{unit} ± {slack}"
+    return f"{BOUNDS.get(check.form, '')}{shown(check.value, 7)}{unit} ± {slack}"
 
 
 def _agreement(check: Reference, results: Results) -> str:
@@ -238,10 +278,17 @@ def _agreement(check: Reference, results: Results) -> str:
 
 
 def counts_line(judged: Sequence[Judged]) -> str:
-    """How many claims there are and how they ended."""
+    """How many results there are and how they ended; how many claims of the other kinds."""
+    results = _ended([j for j in judged if j.claim.kind == RESULT])
+    others = [(kind, [j for j in judged if j.claim.kind == kind]) for kind in KINDS if kind != RESULT]
+    told = "; ".join(f"{kind}: {_ended(own)}" for kind, own in others if own)
+    return f"Results: {results}." + (f" Besides, {told}." if told else "")
+
+
+def _ended(judged: Sequence[Judged]) -> str:
     counts = Counter(j.verdict for j in judged)
     text = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
-    return f"{len(judged)} claims: {text}."
+    return f"{len(judged)} ({text})" if judged else "0"
 
 
 def _equations(text: str) -> str:

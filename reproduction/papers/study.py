@@ -7,8 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from ..claims.claim import Search
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,26 @@ def studies_of(paper: str) -> dict[str, Study]:
     return module_of(paper).STUDIES
 
 
-def stream(paper: str, study: str, index: int) -> np.random.Generator:
-    """The random numbers of one run: the same in every process and independent of all other runs."""
+def stream(paper: str, study: str, index: int, seed: int = 0) -> np.random.Generator:
+    """The random numbers of one run: the same in every process and independent of all other runs and seeds."""
     digest = hashlib.sha256(f"{paper}/{study}".encode()).digest()
-    return np.random.default_rng(np.random.SeedSequence([int.from_bytes(digest[:16], "big"), index]))
+    words = [int.from_bytes(digest[:16], "big"), index] + ([seed] if seed else [])
+    return np.random.default_rng(np.random.SeedSequence(words))
+
+
+def point(search: Search, index: int) -> dict[str, Any]:
+    """The settings of run `index` of a search: a Halton point over its ranges and choices, the same for every seed."""
+    from scipy.stats import qmc
+
+    names = [*search.ranges, *search.choices]
+    unit = qmc.Halton(len(names), scramble=False).fast_forward(index + 1).random(1)[0]
+    found: dict[str, Any] = {}
+    for name, share in zip(names, unit.tolist(), strict=True):
+        if name in search.ranges:
+            r = search.ranges[name]
+            low, high = (np.log(r.low), np.log(r.high)) if r.log else (r.low, r.high)
+            value = float(low + share * (high - low))
+            found[name] = float(np.exp(value)) if r.log else value
+        else:
+            found[name] = search.choices[name][int(share * len(search.choices[name]))]
+    return found

@@ -17,46 +17,95 @@ IMPOSSIBLE = "not reproducible"
 CONTRADICTED = "contradicted"
 NO_VALUE = "no finite value"
 VERDICTS = (REPRODUCED, CORRECTED, IMPOSSIBLE, CONTRADICTED)
+HALF_TOLERANCE = 0.1
+"""A statement that is true in a share of the runs this near to a half is not decided."""
+
+LEAST_POINTS = 8
+"""A search for a value with fewer points than these does not cover its range, and contradicts nothing."""
+ROUNDING = 1e-6
+"""Values that differ by less, relatively, are equal, so that no verdict depends on the last stored digit."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A claim with what was found and the verdict; `reason` is one sentence."""
+    """A claim with what was found and the verdict; `reason` is one sentence.
+
+    `searched` are the values over the range of what the paper does not print.
+    """
 
     claim: Claim
     corrected: Spread
     as_printed: Spread
+    searched: tuple[Spread, ...]
     verdict: str
     reason: str
 
 
-def judge(claim: Claim, values: Mapping[str, Spread], failure: str = "") -> Judged:
+class Medians(dict[str, Spread]):
+    """Any value of the study or the search in a reason, {found[key]}: its median as text."""
+
+    def __getitem__(self, key: str) -> str:  # type: ignore[override]
+        return shown(super().__getitem__(key).median)
+
+
+def judge(
+    claim: Claim,
+    values: Mapping[str, Spread],
+    failure: str = "",
+    searched: Mapping[str, Spread] | None = None,
+    over: str = "",
+) -> Judged:
     """Compare a claim with the spreads of its study's values.
 
     A published value counts as equal to ours where it lies in the interval in which a single further run would lie,
-    widened by the claim's tolerance; a statement agrees where at least half of our runs do.
+    widened by the claim's tolerance; a statement is true where `HALF_TOLERANCE` more than half of our runs agree.
 
     - `reproduced`: the printed equations give it; or ours, where no other were printed.
     - `reproduced with correction`: only the corrected equations give it.
-    - `contradicted`: neither do.
-    - `not reproducible`: nothing can be computed (`claim.missing`), no run gave a number, or the published value
-      only agrees with an interval that does not settle its sign (`claim.nonzero`) or is too wide (`claim.widest`).
+    - `contradicted`: neither do, although everything that decides it is printed (`claim.stated`), or although what is
+      not printed was searched over a range, `over`, and no value in `searched` agrees.
+    - `not reproducible`: nothing can be computed (`claim.missing`); a decisive setting is not printed; no run gave a
+      number; about half of the runs agree with a statement; or the published value only agrees with an interval that
+      does not settle its sign (`claim.nonzero`) or is too wide (`claim.limit`).
     """
     corrected = values.get(claim.corrected, NOTHING)
     printed = values.get(claim.as_printed, NOTHING) if claim.as_printed else NOTHING
-    verdict = _verdict(claim, corrected, printed)
-    return Judged(claim, corrected, printed, verdict, failure or _reason(claim, corrected, printed, verdict))
+    tried = tuple((searched or {}).get(key, NOTHING) for key in (claim.corrected, claim.as_printed) if key)
+    verdict = _verdict(claim, corrected, printed, tried)
+    found = Medians({**values, **(searched or {})})
+    reason = failure or _reason(claim, corrected, printed, verdict, tried, over, found)
+    return Judged(claim, corrected, printed, tried, verdict, reason)
 
 
-def _verdict(claim: Claim, corrected: Spread, printed: Spread) -> str:
-    if claim.missing or not (corrected.known or printed.known):
+def _verdict(claim: Claim, corrected: Spread, printed: Spread, tried: tuple[Spread, ...]) -> str:
+    if claim.missing or claim.unprinted or not (corrected.known or printed.known or claim.search):
         return IMPOSSIBLE
     first = printed if claim.as_printed else corrected
     if agrees(claim, first) and determines(claim, first):
         return REPRODUCED
     if agrees(claim, corrected) and determines(claim, corrected):
         return CORRECTED
-    return IMPOSSIBLE if agrees(claim, first) or agrees(claim, corrected) else CONTRADICTED
+    if any(agrees(claim, found) or undecided(claim, found) for found in (first, corrected)):
+        return IMPOSSIBLE
+    if claim.search and any(found.finite for found in tried):
+        if claim.form != "holds" and max(found.n for found in tried) < LEAST_POINTS:
+            return IMPOSSIBLE
+        return IMPOSSIBLE if any(reached(claim, found) for found in tried) else CONTRADICTED
+    return CONTRADICTED if claim.stated else IMPOSSIBLE
+
+
+def undecided(claim: Claim, found: Spread) -> bool:
+    """Whether a statement is true in about half of the runs."""
+    return claim.form == "holds" and found.known and abs(found.mean - 0.5) < HALF_TOLERANCE - ROUNDING
+
+
+def reached(claim: Claim, found: Spread) -> bool:
+    """Whether the published value lies among the values that a search found."""
+    if not found.finite:
+        return False
+    if claim.form == "holds":
+        return (found.largest if claim.published else 1.0 - found.smallest) >= 0.5
+    return _between(claim, found.smallest, found.largest)
 
 
 def determines(claim: Claim, found: Spread) -> bool:
@@ -69,19 +118,27 @@ def _holds_zero(claim: Claim, found: Spread) -> bool:
 
 
 def _too_wide(claim: Claim, found: Spread) -> bool:
-    return claim.widest < math.inf and found.high - found.low > claim.widest * abs(float(claim.published))
+    if claim.limit == math.inf or not claim.published:
+        return False
+    return found.high - found.low > claim.limit * abs(float(claim.published))
 
 
 def agrees(claim: Claim, found: Spread) -> bool:
     """Whether a single run like ours may give what was published."""
     if not found.known:
         return False
-    if claim.kind == "holds":
-        return (found.mean >= 0.5) == claim.published
+    if claim.form == "holds":
+        share = found.mean if claim.published else 1.0 - found.mean
+        return share >= 0.5 + HALF_TOLERANCE - ROUNDING
+    return _between(claim, found.low, found.high)
+
+
+def _between(claim: Claim, low: float, high: float) -> bool:
+    """Whether the published value lies in an interval that is widened by the tolerance; of bounds, on its side."""
     value = float(claim.published)
-    slack = claim.tolerance.around(value)
-    low_enough = claim.kind == "at_least" or found.low - slack <= value
-    high_enough = claim.kind == "at_most" or value <= found.high + slack
+    slack = max(claim.tolerance.around(value), ROUNDING * abs(value))
+    low_enough = claim.form == "at_least" or low - slack <= value
+    high_enough = claim.form == "at_most" or value <= high + slack
     return low_enough and high_enough
 
 
@@ -89,31 +146,61 @@ def within(reference: Reference, found: Spread) -> bool:
     """Whether the median of ours lies within the tolerance of an independent computation."""
     beyond = found.median - reference.value
     slack = reference.tolerance.around(reference.value)
-    low_enough = reference.kind == "at_least" or beyond <= slack
-    high_enough = reference.kind == "at_most" or beyond >= -slack
+    low_enough = reference.form == "at_least" or beyond <= slack
+    high_enough = reference.form == "at_most" or beyond >= -slack
     return found.known and low_enough and high_enough
 
 
-def _reason(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
+def _reason(
+    claim: Claim,
+    corrected: Spread,
+    printed: Spread,
+    verdict: str,
+    tried: tuple[Spread, ...],
+    over: str,
+    found: Medians,
+) -> str:
     if claim.missing:
         return claim.missing
     given = claim.reason if isinstance(claim.reason, str) else claim.reason.get(verdict, "")
-    text = given or _default(claim, corrected, printed, verdict)
-    return text.format(
+    text = given or ("" if claim.unprinted else _default(claim, corrected, printed, verdict))
+    filled = text.format(
         published=shown(claim.published),
         corrected=shown(corrected.median),
         as_printed=shown(printed.median) if printed.known else NO_VALUE,
         low=shown(corrected.low),
         high=shown(corrected.high),
+        found=found,
     )
+    parts = [claim.unprinted, filled, _of_search(claim, verdict, tried, over)]
+    return " ".join(part for part in parts if part)
+
+
+def _of_search(claim: Claim, verdict: str, tried: tuple[Spread, ...], over: str) -> str:
+    """What the range of the unprinted settings gave, where it decided the verdict."""
+    known = [found for found in tried if found.finite]
+    if not claim.search or verdict not in (IMPOSSIBLE, CONTRADICTED) or not known:
+        return ""
+    if claim.form == "holds":
+        share = max(found.mean if claim.published else 1.0 - found.mean for found in known)
+        values = f"true in {share:.0%} of {known[0].n} settings"
+    else:
+        values = f"{shown(min(f.smallest for f in known), 4)} to {shown(max(f.largest for f in known), 4)}"
+    return f"Searched: {over}; found: {values}."
 
 
 def _default(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
-    if verdict == IMPOSSIBLE and (corrected.known or printed.known):
-        too_wide = claim.widest < math.inf
-        what = "is wider than the value itself" if too_wide else "contains zero as well"
-        return f"The interval of our runs contains it, but {what}: such records cannot determine it."
-    return _DEFAULTS[verdict, bool(claim.as_printed)]
+    if verdict != IMPOSSIBLE or not (corrected.known or printed.known):
+        return _DEFAULTS[verdict, bool(claim.as_printed)]
+    both = [found for found in (printed, corrected) if found.known]
+    if any(undecided(claim, found) for found in both):
+        return f"True in about half of the runs, within {HALF_TOLERANCE:g} of it: such runs do not settle it."
+    inside = [found for found in both if agrees(claim, found)]
+    if any(_too_wide(claim, found) for found in inside):
+        return "The interval of our runs contains it, but is wider than the value itself: they do not determine it."
+    if inside:
+        return "The interval of our runs contains it, but contains zero as well: such records cannot determine it."
+    return "The paper does not print what decides it."
 
 
 _DEFAULTS = {

@@ -22,10 +22,13 @@ paper: "999"
 title: A made-up paper
 citation: nobody
 claims:
-  - {id: a, item: Table 1, quantity: mean, published: 0.0, study: noise, corrected: value, as_printed: shifted}
-  - {id: b, item: Table 1, quantity: sign, published: true, kind: holds, study: noise, corrected: positive}
-  - {id: c, item: Table II, quantity: "|x|", published: 7, study: constant, corrected: seven, protocol: counted}
-  - {id: d, item: Table II, quantity: speed, published: fast, missing: Nothing is said.}
+  - {id: a, kind: result, item: Table 1, quantity: mean, published: 0.0, study: noise, corrected: value,
+     as_printed: shifted}
+  - {id: b, kind: result, item: Table 1, quantity: sign, published: true, form: holds, study: noise,
+     corrected: positive}
+  - {id: c, kind: setting, item: Table II, quantity: "|x|", published: 7, study: constant, corrected: seven,
+     protocol: counted}
+  - {id: d, kind: derived, item: Table II, quantity: speed, published: fast, missing: Nothing is said.}
 errata:
   - {equation: "(1)", printed: "$a$", corrected: "$b$", consequence: It differs., claims: [a]}
 figures:
@@ -71,9 +74,9 @@ def made(monkeypatch, tmp_path):
     return module
 
 
-def reproduce(directory, resume=False):
+def reproduce(directory, resume=False, seed=0):
     with inline() as pool:
-        return session.reproduce(session.select(None, None), directory, pool, resume)
+        return session.reproduce(session.select(None, None), directory, pool, resume, seed=seed)
 
 
 def stored(directory):
@@ -90,16 +93,30 @@ def test_pages_tell_everything(made, tmp_path):
     found = reproduce(tmp_path / "out")
     text = (tmp_path / "out/pages/999.md").read_text(encoding="utf-8")
     text = re.sub(" +", " ", text)
-    assert "| \\|x\\| (1) | 7 | 7 | **reproduced** |" in text
-    assert "| speed | fast | – | **not reproducible** | Nothing is said. |" in text
+    assert "| \\|x\\| (1) | setting | 7 | – | 7 | **reproduced** |" in text
+    assert "| speed | derived | – | fast | – | **not reproducible** | Nothing is said. |" in text
     assert "1. counted" in text and "![One](figures/999-one.svg)" in text and "| (1) | $a$ | $b$ | It differs." in text
     assert "| seven | 7 ± 0.1 | 7 | yes |" in text
     assert "no finite value" in text
     index = re.sub(" +", " ", (tmp_path / "out/pages/README.md").read_text(encoding="utf-8"))
-    assert "[999](999.md) | A made-up paper | 4 |" in index
+    assert "[999](999.md) | A made-up paper | 2 |" in index and "| setting | 1 | 1 | 0 |" in index
     rows = session.rows(found)
     assert [row["verdict"] for row in rows].count("not reproducible") == 1
-    assert set(rows[0]) >= {"paper", "item", "quantity", "published", "corrected", "as_printed", "verdict", "reason"}
+    assert [(row["kind"], row["published"], row["from_printed_numbers"]) for row in rows[2:]] == [
+        ("setting", 7, None),
+        ("derived", None, "fast"),
+    ]
+    assert set(rows[0]) >= {
+        "paper",
+        "item",
+        "kind",
+        "quantity",
+        "published",
+        "corrected",
+        "as_printed",
+        "verdict",
+        "reason",
+    }
 
 
 def test_wrong_equations_stand_beside_what_they_spoil(made, tmp_path):
@@ -172,6 +189,16 @@ def test_directories_that_are_refused(made, tmp_path, monkeypatch):
         reproduce(tmp_path / "out", resume=True)
 
 
+def test_another_seed_draws_other_numbers(made, tmp_path):
+    medians = []
+    for seed in (0, 7):
+        ((_, found),) = reproduce(tmp_path / str(seed), seed=seed)
+        medians.append(found.values["noise"]["value"].median)
+    assert medians[0] != medians[1]
+    with pytest.raises(BadInput, match="cannot be resumed with seed 0"):
+        reproduce(tmp_path / "7", resume=True)
+
+
 def test_damaged_results(made, tmp_path):
     reproduce(tmp_path / "out")
     path = tmp_path / "out/pages/results/999.json"
@@ -183,7 +210,8 @@ def test_damaged_results(made, tmp_path):
 def test_random_numbers_belong_to_paper_study_and_index():
     first = study.stream("000", "a", 0).normal()
     assert study.stream("000", "a", 0).normal() == first
-    others = [study.stream(*name).normal() for name in (("001", "a", 0), ("000", "b", 0), ("000", "a", 1))]
+    names = (("001", "a", 0), ("000", "b", 0), ("000", "a", 1), ("000", "a", 0, 1))
+    others = [study.stream(*name).normal() for name in names]
     assert first not in others
 
 

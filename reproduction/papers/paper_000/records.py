@@ -58,6 +58,34 @@ def zigzag(step: Step, angle_deg: float = 20.0, dt: float = STEP_S, duration_s: 
     return Record(dt * np.arange(n + 1), {"heading_rad": heading, "rudder_rad": rudder}, f"zigzag {angle_deg:g}")
 
 
+class Gear(NamedTuple):
+    """Steering of a zigzag: rudder rate rad/s, lag s, time of the first order s, yaw rate at the start rad/s."""
+
+    rate: float
+    lag: float
+    execute_s: float
+    yaw_rate: float
+
+
+def steered(step: Step, gear: Gear, angle_deg: float = 20.0) -> Record:
+    """As `zigzag`, with a rudder that follows its order with a lag and at a limited rate."""
+    n, angle = round(DURATION_S / STEP_S), np.deg2rad(angle_deg)
+    first = max(1, round(gear.execute_s / STEP_S))
+    follow = 1.0 if gear.lag <= 0.0 else 1.0 - np.exp(-STEP_S / gear.lag)
+    x, side = np.zeros(len(step.rudder)), 1.0
+    x[1] = gear.yaw_rate
+    heading, rudder = np.zeros(n + 1), np.zeros(n + 1)
+    for k in range(1, n + 1):
+        if side * heading[k - 1] >= angle:
+            side = -side
+        wanted = side * angle if k >= first else 0.0
+        move = (wanted - rudder[k - 1]) * follow
+        rudder[k] = rudder[k - 1] + np.clip(move, -gear.rate * STEP_S, gear.rate * STEP_S)
+        x = step.state @ x + step.rudder * rudder[k]
+        heading[k] = x[2]
+    return Record(STEP_S * np.arange(n + 1), {"heading_rad": heading, "rudder_rad": rudder}, f"zigzag {angle_deg:g}")
+
+
 def driven(step: Step, rudder_rad: np.ndarray) -> np.ndarray:
     """Heading (N+1,) under a given rudder (N+1,), from rest."""
     x, heading = np.zeros(len(step.rudder)), np.zeros(len(rudder_rad))

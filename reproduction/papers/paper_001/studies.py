@@ -35,6 +35,11 @@ METHODS = {
     "A2": "euler-ls,algorithm=A2",
     "A2p": "euler-ls,algorithm=A2,variant=as_printed",
 }
+SOURCE = {
+    "Xudot": -42.0e-5, "m": 798.0e-5, "xG": -0.023, "Yvdot": -748.0e-5, "Yrdot": -9.354e-5, "Izz": 39.2e-5,
+    "Nvdot": 4.646e-5, "Nrdot": -43.8e-5,
+}  # fmt: skip
+"""Inertia of the Mariner ship in primes (Chislett & Stroem-Tejsen 1965, as in the MSS toolbox)."""
 DURATIONS_S = (40, 50, 60, 80, 100, 150, 200, 300, 400)
 
 
@@ -122,7 +127,13 @@ def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
         name: value for name, value in zip(model.constant_names, model.constants.tolist(), strict=True) if name != "L"
     }
     values |= dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
-    return StudyResult(values)
+    return StudyResult(values | SOURCE | {"operations": _operations(model)})
+
+
+def _operations(model: Model) -> float:
+    """Operations of A1 over those of A2, N n^2 for the products of n columns: A2 has the state as one more column."""
+    sizes = [sum(name[0] == letter for name in model.coordinates) for letter in "XYN"]
+    return sum(n**2 for n in sizes) / sum((n + 1) ** 2 for n in sizes)
 
 
 def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
@@ -142,6 +153,7 @@ def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
         values |= {f"{name}.{symbol}": float(v) for symbol, v in zip(model.coordinates, c, strict=True)}
     values["A1 beats A2"] = values["A1.median"] < values["A2.median"]
     values["A1p beats A2p"] = not values["A1p.median"] >= values["A2p.median"]
+    values["A1 over A2"] = values["A1.median"] / values["A2.median"]
     return StudyResult(values)
 
 
@@ -157,6 +169,7 @@ def accuracy(rng: np.random.Generator, *, index: int) -> StudyResult:
     values["rk4.A1.100s"], values["rk4.A2.100s"] = table[100]["A1"], table[100]["A2"]
     names = tuple(table[DURATIONS_S[0]])
     series = {name: np.array([table[d][name] for d in DURATIONS_S]) for name in names}
+    values["A1 over midpoint"] = values["rk4.A1"] / values["rk4.midpoint"]
     values["A1 column"] = median_error(published("A1"))
     values["more data"] = bool(np.all(np.diff(series["A1"]) < 0.0))
     return StudyResult(values, series | {"duration_s": np.array(DURATIONS_S, float)})

@@ -23,14 +23,24 @@ if TYPE_CHECKING:
 STEP_S, DURATION_S = 0.1, 200.0
 NOISE_SD = float(np.deg2rad(np.sqrt(0.05)))
 BAND = 0.05
+NEVER = float("nan")
+"""Settling time of a parameter that does not settle: no number, neither above nor below any."""
+SETTINGS = {
+    "gamma": 1e6, "beta": 0.005, "sigma": 0.001, "N_max": 200.0, "dt": STEP_S, "tank.gamma": 1e3, "rudder": 5.0,
+    "heading": 10.0,
+}  # fmt: skip
+"""Settings of Section IV and V in use."""
 BASIC = "rls,p0=1e6"
 FCI = "fci-ls,p0=1e6,beta=0.005,most=200,tolerance=0.001"
 PRINTED = FCI + ",variant=as_printed,degrees=true"
 WITHOUT_BETA = FCI.replace("beta=0.005", "beta=0")
 
 
-def zigzag(name: str, noise: np.ndarray | None = None) -> Record:
-    """5/10 zigzag of a vessel, the rudder held and one RK4 step a sample; `noise` (N,) on the right side, rad/s."""
+def zigzag(name: str, noise: np.ndarray | None = None, rate: float = np.inf, lag: float = 0.0) -> Record:
+    """5/10 zigzag of a vessel, the rudder held and one RK4 step a sample; `noise` (N,) on the right side, rad/s.
+
+    rate, lag : of the steering gear, rad/s and s; the recorded rudder is the true one.
+    """
     from ....datasets.record import Record
     from ....models.model import CHANNELS, resolve
     from ....models.simulate import initial_state, simulate
@@ -38,11 +48,14 @@ def zigzag(name: str, noise: np.ndarray | None = None) -> Record:
     model = replace(resolve(name), max_step_s=STEP_S)
     psi, n = model.states.index("psi"), round(DURATION_S / STEP_S)
     extra = _as_rudder(model, np.zeros(n) if noise is None else noise)
+    follow = 1.0 if lag <= 0.0 else 1.0 - np.exp(-STEP_S / lag)
     states, rudder, side = [initial_state(model)], np.zeros(n + 1), 1.0
     for k in range(n):
         if side * states[k][psi] >= np.deg2rad(10.0):
             side = -side
-        rudder[k] = side * np.deg2rad(5.0) if k else 0.0
+        if k:
+            move = (side * np.deg2rad(5.0) - rudder[k - 1]) * follow
+            rudder[k] = rudder[k - 1] + np.clip(move, -rate * STEP_S, rate * STEP_S)
         states.append(simulate(model, [[rudder[k] + extra[k]]] * 2, STEP_S, states[k], hold="zero")[1])
     seen = {CHANNELS[s]: np.array(states)[:, model.states.index(s)] for s in ("r", "psi")}
     return Record(STEP_S * np.arange(n + 1), {"rudder_rad": rudder, **seen}, name=f"{name} 5/10")
@@ -79,34 +92,39 @@ def found(estimate: Estimate | None, model: Model) -> dict[str, float]:
 # ------------------------------------------------------------------------------------------------ Tables I and II
 
 
+Map = Callable[[Mapping[str, float]], dict[str, float]]
+
+
 def first_order(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Table I and Figure 1."""
-    return _table("response-1", _printed_first, rng)
+    return _table("response-1", printed_first, rng)
 
 
 def second_order(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Table II and Figure 2."""
-    return _table("response-2", _printed_second, rng)
+    return _table("response-2", printed_second, rng)
 
 
-def _printed_first(p: Mapping[str, float]) -> dict[str, float]:
+def printed_first(p: Mapping[str, float]) -> dict[str, float]:
     """Eq 4 as printed: T = (1 - a1)/dt is 1/T, and alpha = -a2 T/dt, K = b1 T/dt take it over."""
     return {"T": 1.0 / p["T"], "K": p["K"] / p["T"] ** 2, "alpha": p["alpha"] / p["T"] ** 2}
 
 
-def _printed_second(p: Mapping[str, float]) -> dict[str, float]:
+def printed_second(p: Mapping[str, float]) -> dict[str, float]:
     """Eq 6 as printed: alpha = -a3 h, without dt^2."""
     return {**p, "alpha": p["alpha"] * STEP_S**2}
 
 
-def _table(
-    name: str, printed: Callable[[Mapping[str, float]], dict[str, float]], rng: np.random.Generator
-) -> StudyResult:
+def _table(name: str, printed: Map, rng: np.random.Generator) -> StudyResult:
+    return table(name, printed, zigzag(name, NOISE_SD * rng.normal(size=round(DURATION_S / STEP_S))))
+
+
+def table(name: str, printed: Map, record: Record, as_printed: str = PRINTED) -> StudyResult:
+    """What every method finds in a record, its ratio of errors to the basic method's, and when it settles."""
     from ....models.model import resolve
 
     model = resolve(name)
-    record = zigzag(name, NOISE_SD * rng.normal(size=round(DURATION_S / STEP_S)))
-    specs = {"basic": BASIC, "fci": FCI, "fci.printed": PRINTED, "fci.without": WITHOUT_BETA}
+    specs = {"basic": BASIC, "fci": FCI, "fci.printed": as_printed, "fci.without": WITHOUT_BETA}
     fits = {key: fitted(spec, record, model) for key, spec in specs.items()}
     values, series = {}, {}
     for key, fit in fits.items():
@@ -116,7 +134,10 @@ def _table(
     values |= {f"basic.printed.{p}": value for p, value in printed(found(fits["basic"], model)).items()}
     for key in ("fci", "fci.printed", "fci.without"):
         errors = _errors(fits[key], model), _errors(fits["basic"], model)
-        values |= {f"{key}.ratio.{p}": errors[0][p] / errors[1][p] for p in model.parameters}
+        ratios = {p: errors[0][p] / errors[1][p] for p in model.parameters}
+        values |= {f"{key}.ratio.{p}": ratio for p, ratio in ratios.items()}
+        values[f"{key}.ratio"] = float(np.median([*ratios.values()]))
+        values[f"{key}.better"] = all(ratio < 1.0 for ratio in ratios.values())
     return StudyResult(values, series)
 
 
@@ -125,13 +146,13 @@ def _errors(fit: Estimate | None, model: Model) -> dict[str, float]:
 
 
 def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
-    """Seconds until a parameter stays within 5 % of the set value; the length of the record where it never does."""
+    """Seconds until a parameter stays within 5 % of the set value; `NEVER` where it does not within the record."""
     from ....estimation.recursive.convergence import convergence
 
     if fit is None:
-        return dict.fromkeys(model.parameters, DURATION_S)
+        return dict.fromkeys(model.parameters, NEVER)
     times = {p: c.settled_s[BAND] for p, c in convergence(fit, model.parameters, [BAND]).items()}
-    return {p: min(seconds, DURATION_S) for p, seconds in times.items()}
+    return {p: seconds if seconds <= DURATION_S else NEVER for p, seconds in times.items()}
 
 
 def _paths(fit: Estimate | None, model: Model) -> dict[str, np.ndarray]:
@@ -189,7 +210,17 @@ def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
     for table, name, sign in (("table1", "response-1", 1.0), ("table2", "response-2", -1.0)):
         for p, truth in resolve(name).parameters.items():
             values |= {f"{table}.{c}.{p}": sign * (printed[f"{table}-{c}-{p}"] - truth) for c in ("basic", "fci")}
-    return StudyResult(values)
+    return StudyResult(values | SETTINGS | _set_values())
+
+
+def _set_values() -> dict[str, float]:
+    """Set values of both vessels, initial values of the recursion, and 1 - dt/T at the printed initial T = 0."""
+    from ....models.model import resolve
+
+    values = {f"{name}.{p}": v for name in ("response-1", "response-2") for p, v in resolve(name).parameters.items()}
+    with np.errstate(divide="ignore"):
+        values["a1 at T = 0"] = bool(np.isfinite(1.0 - np.divide(STEP_S, 0.0)))
+    return values
 
 
 # ------------------------------------------------------------------------------------------------ the step beta
@@ -275,9 +306,22 @@ def tank(rng: np.random.Generator, *, index: int) -> StudyResult:
         series[f"r2.{name}"] = np.array([scores[f"{run}.r2"] for run in runs])
         if name == "fci.radians" and estimate is not None:
             series |= _course(estimate)
+    values |= _approach(training)
     values["fci.good"] = bool(values["fci.25/5.r2"] > values["integrator.25/5.r2"])
     values["fci.radians.good"] = bool(values["fci.radians.25/5.r2"] > values["integrator.25/5.r2"])
     return StudyResult(values, series)
+
+
+def _approach(record: Record) -> dict[str, float]:
+    """Speed (m/s) and propeller in the first second, and the rate (deg/s, 99 % quantile) at which the rudder moves."""
+    begin = record.time_s <= record.time_s[0] + 1.0
+    rate = np.abs(np.gradient(np.rad2deg(record.rudder()), record.time_s))
+    speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
+    return {
+        "approach.speed": float(np.mean(speed[begin])),
+        "approach.propeller_rps": float(np.mean(record.column("propeller_rps")[begin])),
+        "approach.rudder_rate": float(np.quantile(rate, 0.99)),
+    }
 
 
 def _thinned(record: Record, stride: int) -> Record:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import partial
 
 from ..study import Study, StudyResult
-from . import identification, robustness, settings, states
+from . import identification, robustness, search, settings, states
 from .figures import draw_errors_cargo, draw_errors_patrol, draw_outliers, draw_prediction, draw_states
 
 __all__ = ["draw_errors_cargo", "draw_errors_patrol", "draw_outliers", "draw_prediction", "draw_states"]
@@ -35,7 +35,14 @@ STUDIES = {
     "observers_patrol": Study(_of(states.observers, "patrol"), seeds=8),
     "identified_cargo": Study(_of(identification.tables_5_and_6, "cargo"), seeds=20),
     "identified_patrol": Study(_of(identification.tables_5_and_6, "patrol"), seeds=40),
-    "aligned": Study(identification.aligned, seeds=7),
+    "states_cargo_searched": Study(partial(search.states_searched, "cargo"), seeds=24),
+    "states_patrol_searched": Study(partial(search.states_searched, "patrol"), seeds=32),
+    "motions_searched": Study(search.motions_searched, seeds=32),
+    "identified_cargo_searched": Study(partial(search.identified_searched, "cargo"), seeds=12),
+    "identified_patrol_searched": Study(partial(search.identified_searched, "patrol"), seeds=24),
+    "crossover_cargo": Study(_of(states.crossover, "cargo")),
+    "crossover_patrol": Study(_of(states.crossover, "patrol")),
+    "aligned": Study(identification.aligned, seeds=5),
     "sensitivity": Study(robustness.sensitivity, seeds=20),
     "outliers": Study(robustness.outliers, seeds=60),
     "efficiency": Study(robustness.efficiency, seeds=12),

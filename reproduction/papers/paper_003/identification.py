@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from typing import Any
 
@@ -15,6 +16,7 @@ from ....methods.eso_rw_lssvr import EsoRwLssvr
 from ....methods.svf_ls import SvfLs
 from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model, resolve
+from ...claims.files import load
 from ..study import StudyResult
 from . import vessels
 from .vessels import DT, TRAINING, Motion, percent, rms
@@ -37,6 +39,8 @@ EKF_RMSE = {
 POINTS = 1.0
 """Percentage points within which all four errors of a column must agree to count as the same result."""
 DRAWN = 600
+PREDICTS = 0.9
+"""R^2 that a model must have for its error to be compared with another's."""
 
 
 class EsoLssvr(EsoRwLssvr):
@@ -52,9 +56,13 @@ PIPELINES = {"rw": EsoRwLssvr, "ls": EsoLssvr}
 
 def tables_5_and_6(vessel: str, rng: np.random.Generator) -> StudyResult:
     """Both methods on one noisy run of three sines, corrected and as printed."""
-    level = float(np.exp(rng.uniform(*np.log(NOISE))))
-    model, run = resolve(vessel), vessels.noisy(vessels.record(vessel, "S3"), level, rng)
-    truth, values, series = _validation(vessel, "S3"), {}, {}
+    return on_sines(vessel, "S3", float(np.exp(rng.uniform(*np.log(NOISE)))), rng)
+
+
+def on_sines(vessel: str, sines: str, level: float, rng: np.random.Generator) -> StudyResult:
+    """The same on any sines, with heading noise of standard deviation `level`, rad."""
+    model, run = resolve(vessel), vessels.noisy(vessels.record(vessel, sines), level, rng)
+    truth, values, series = _validation(vessel, sines), {}, {}
     errors: dict[tuple[str, str], np.ndarray] = {}
     for variant in ("corrected", "as_printed"):
         omega = None
@@ -70,7 +78,9 @@ def tables_5_and_6(vessel: str, rng: np.random.Generator) -> StudyResult:
             series[f"{variant}_{method}"] = _thinned(predicted)
         better = np.abs(errors[variant, "rw"]) < np.abs(errors[variant, "ls"])
         values[f"{variant}_rw_better"] = bool(better.all())
-        values[f"{variant}_rw_predicts_better"] = values[f"{variant}_rw_rmse"] < values[f"{variant}_ls_rmse"]
+        ratio = values[f"{variant}_rw_rmse"] / values[f"{variant}_ls_rmse"]
+        values[f"{variant}_rw_over_ls"] = ratio
+        values[f"{variant}_rw_predicts_better"] = ratio < 1.0 and values[f"{variant}_rw_r2"] > PREDICTS
     series |= {"truth": _thinned(truth.psi_dddot), "time": _thinned(DT * np.arange(len(truth.psi)))}
     series["table_5"] = _thinned(_predicted(truth, _printed(vessel, "rw")))
     return StudyResult(values, series)
@@ -124,18 +134,45 @@ def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
         truth = np.array([model.parameters[name] for name in PARAMETERS])
         found = 100.0 * (np.array(printed) / truth - 1.0)
         values |= {f"{vessel}_{method}_error_{name}": float(e) for name, e in zip(PARAMETERS, found, strict=True)}
-        coefficients, run = _printed(vessel, method), _validation(vessel, "S3")
-        values |= _scores(f"{vessel}_{method}", _predicted(run, coefficients), run.psi_dddot)
     for vessel in vessels.VESSELS:
         errors = [np.abs([values[f"{vessel}_{m}_error_{p}"] for p in PARAMETERS]) for m in PIPELINES]
         values[f"{vessel}_rw_better"] = bool((errors[0] < errors[1]).all())
-        run = vessels.motion(vessel, "S3")
-        values[f"{vessel}_frequency"] = float(np.std(run.psi_ddot) / np.std(run.r))
-        values[f"{vessel}_sd_psi_dddot"] = float(np.std(run.psi_dddot))
-        values[f"{vessel}_sd_delta"] = float(np.std(run.delta))
-        for name, error in EKF_RMSE[vessel].items():
-            values[f"{vessel}_ekf_r2_{name}"] = 1.0 - (error / float(np.std(getattr(run, name)))) ** 2
-    return StudyResult(values | _single_sines())
+        values |= of_motion(vessel, "S3")
+    return StudyResult(values | _single_sines() | consistency())
+
+
+def of_motion(vessel: str, sines: str) -> dict[str, float]:
+    """What Tables 4 to 6 imply on a noise-free motion: R^2 of printed errors and parameters, standard deviations."""
+    values, validation, run = {}, _validation(vessel, sines), vessels.motion(vessel, sines)
+    for method in PIPELINES:
+        scores = _scores(f"{vessel}_{method}", _predicted(validation, _printed(vessel, method)), validation.psi_dddot)
+        values[f"{vessel}_{method}_r2"] = scores[f"{vessel}_{method}_r2"]
+    values[f"{vessel}_frequency"] = float(np.std(run.psi_ddot) / np.std(run.r))
+    values[f"{vessel}_sd_psi_dddot"] = float(np.std(run.psi_dddot))
+    values[f"{vessel}_sd_delta"] = float(np.std(run.delta))
+    for name, error in EKF_RMSE[vessel].items():
+        values[f"{vessel}_ekf_r2_{name}"] = 1.0 - (error / float(np.std(getattr(run, name)))) ** 2
+    return values
+
+
+def consistency() -> dict[str, float]:
+    """Whether the printed numbers agree with each other: text and Table 4, columns of Table 6, repeated digits."""
+    printed = {claim.id: claim.published for claim in load("003").claims}
+    values: dict[str, float] = {
+        "reversal": printed["t4-eso-cargo-r2-psi_ddot"] < printed["t4-eso-patrol-r2-psi_ddot"],
+    }
+    for vessel in vessels.VESSELS:
+        implied = {m: _implied(printed[f"t6-{vessel}-{m}-rmse"], printed[f"t6-{vessel}-{m}-r2"]) for m in PIPELINES}
+        (low, high), (other_low, other_high) = implied["rw"], implied["ls"]
+        values[f"{vessel}_same_sd"] = low <= other_high and other_low <= high
+    digits = [f"{printed[name]:.4e}".split("e")[0] for name in printed if re.match(r"t4-e(so|kf)-.*-rmse-", name)]
+    values["digits_differ"] = len(set(digits)) == len(digits)
+    return values
+
+
+def _implied(rmse: float, r2: float) -> tuple[float, float]:
+    """Range of the standard deviation that belongs to a RMSE and an R^2 rounded to four digits (eq 32-33)."""
+    return rmse / float(np.sqrt(1.0 - r2 + 5.0e-5)), rmse / float(np.sqrt(1.0 - r2 - 5.0e-5))
 
 
 def _single_sines() -> dict[str, float]:

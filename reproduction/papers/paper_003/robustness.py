@@ -42,6 +42,7 @@ def outliers(rng: np.random.Generator, *, index: int) -> StudyResult:
         kept = solve.within_mad(dirty)
         values[f"removed_as_printed_{kind}"] = float(np.mean(~kept[hit]))
         values[f"removed_{kind}"] = float(np.mean(FORMS["corrected"].weights_[hit] == 0.0))
+    values["rw_over_ls_single"] = values["corrected_single"] / values["ls_single"]
     values["ls_suffers"] = values["ls_single"] > 2.0 * values["corrected_single"]
     for name in ("corrected", "printed"):
         values[f"{name}_better"] = values[f"{name}_single"] < values["ls_single"]

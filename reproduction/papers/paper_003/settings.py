@@ -16,6 +16,8 @@ from .vessels import VESSELS
 
 UNEQUAL = np.array([-40.0, -45.0, -50.0, -55.0])
 STATES = ("psi", "r", "psi_ddot", "z5")
+CYCLES = 30
+"""Cycles of the bee colony with the settings `PAPER_003`."""
 MOTION = ("psi", "r", "psi_ddot", "psi_dddot", "delta")
 
 
@@ -31,6 +33,7 @@ def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
         values |= {f"{method}_gain_{name}": value for name, value in zip(STATES, found.tolist(), strict=True)}
     values |= {"l3": eso.PRINTED_L3, "domain_low": DOMAIN[0], "domain_high": DOMAIN[1]}
     values |= {"sources": PAPER_003["n_sources"], "onlookers": PAPER_003["n_onlookers"], "limit": PAPER_003["limit"]}
+    values |= {"iterations": CYCLES, "dimension": 1, "dt": vessels.DT}
     return StudyResult(values | _equations())
 
 

@@ -23,8 +23,14 @@ PUBLISHED_RMSE = {
 POWERS = np.arange(-22.0, 1.0, 1.0)
 """Powers of ten of the Kalman filter's process noise, in samples and in units of the heading's noise."""
 OMEGAS = np.geomspace(0.05, 20.0, 27)
+WIDE_POWERS, WIDE_OMEGAS = np.arange(-22.0, 9.0, 2.0), np.append(np.geomspace(0.05, 30.0, 16), 45.0)
+"""The same where all levels of noise are compared; 45 rad/s is the paper's."""
 DRAWN = 600
 COMPARED = 1e-4
+CLOSE = 0.5
+"""Relative difference up to which an RMSE counts as the published one."""
+CROSSED = np.power(10.0, np.arange(-14.0, -2.0))
+"""Heading noise [rad] at which observer and Kalman filter are compared."""
 
 
 def table_4(vessel: str, rng: np.random.Generator) -> StudyResult:
@@ -35,7 +41,8 @@ def table_4(vessel: str, rng: np.random.Generator) -> StudyResult:
         sines, level = _closest(vessel, variant, noise)
         truth = vessels.motion(vessel, sines, "euler")
         seen = observed(variant, truth.psi + level * noise, truth, vessel)
-        values |= _scores(f"{variant}_eso", seen, truth) | {f"{variant}_level": level, f"{variant}_s1": sines == "S1"}
+        values |= scores(f"{variant}_eso", seen, truth, vessel)
+        values |= {f"{variant}_level": level, f"{variant}_s1": sines == "S1"}
     return StudyResult(values, _series(vessel))
 
 
@@ -74,12 +81,14 @@ def _closest(vessel: str, variant: str, noise: np.ndarray) -> tuple[str, float]:
     return best[:2]
 
 
-def _scores(prefix: str, seen: tuple[np.ndarray, ...], run: Motion) -> dict[str, float]:
-    found = {}
+def scores(prefix: str, seen: tuple[np.ndarray, ...], run: Motion, vessel: str) -> dict[str, float]:
+    """RMSE and R^2 of every state, and whether all four RMSE are within `CLOSE` of the table's ESO column."""
+    found: dict[str, float] = {}
     for name, estimate, truth in zip(STATES, seen, _truth(run), strict=True):
         error = rms(estimate - truth)
         found |= {f"{prefix}_rmse_{name}": error, f"{prefix}_r2_{name}": 1.0 - (error / float(np.std(truth))) ** 2}
-    return found
+    errors = np.array([found[f"{prefix}_rmse_{name}"] for name in STATES])
+    return found | {f"{prefix}_all": bool((np.abs(errors / PUBLISHED_RMSE[vessel] - 1.0) <= CLOSE).all())}
 
 
 @lru_cache(maxsize=64)
@@ -132,8 +141,30 @@ def observers(vessel: str, rng: np.random.Generator) -> StudyResult:
     for k, name in enumerate(STATES[:3]):
         values |= {f"kf_{name}": errors["kf"][k] / errors["eso"][k], f"rts_{name}": errors["eso"][k] / errors["rts"][k]}
     ratios = errors["kf"] / errors["eso"]
+    values["eso_over_kf_r"] = 1.0 / ratios[1]
     values |= {"eso_beats_kf": bool((ratios > 1.0).all()), "kf_worst": float(ratios.max())}
     return StudyResult(values | {"kf_best": float(ratios.min())} | _optimal(run, rng, settled))
+
+
+def crossover(vessel: str, rng: np.random.Generator) -> StudyResult:
+    """The best ESO against the best Kalman filter, by the truth, at one heading noise after the other.
+
+    crossover : the largest noise [rad] at which the observer has the smaller error in all three states.
+    """
+    run = vessels.motion(vessel, "S3")
+    settled, draw = len(run.psi) // 10, rng.normal(size=len(run.psi))
+    values: dict[str, float] = {}
+    wins = []
+    for level in CROSSED:
+        psi = run.psi + level * draw
+        best = _best_eso(psi, run, settled, WIDE_OMEGAS)[0]
+        filtered = np.min([_errors(_kalman_states(psi, 10.0**p), run, settled) for p in WIDE_POWERS], axis=0)
+        wins.append(bool((best < filtered).all()))
+        for name, ratio in zip(STATES, filtered / best, strict=False):
+            values[f"kf_{name}_{-np.log10(level):.0f}"] = float(ratio)
+    values["eso_beats_kf"] = any(wins)
+    values["crossover"] = float(CROSSED[np.flatnonzero(wins)].max()) if any(wins) else float("nan")
+    return StudyResult(values)
 
 
 def _errors(states: np.ndarray, run: Motion, settled: int) -> np.ndarray:
@@ -142,14 +173,14 @@ def _errors(states: np.ndarray, run: Motion, settled: int) -> np.ndarray:
     return np.sqrt(np.mean((states - truth)[settled:] ** 2, axis=0))
 
 
-def _best_eso(psi: np.ndarray, run: Motion, settled: int) -> tuple[np.ndarray, np.ndarray]:
+def _best_eso(psi: np.ndarray, run: Motion, settled: int, omegas: np.ndarray = OMEGAS) -> tuple[np.ndarray, np.ndarray]:
     """Smallest RMSE (3,) over omega0, and the omega0 (3,) where each is."""
     table = []
-    for omega in OMEGAS:
+    for omega in omegas:
         seen = eso.observe(psi, DT, float(omega))
         table.append(_errors(np.column_stack([seen.psi, seen.r, seen.psi_ddot]), run, settled))
     found = np.array(table)
-    return found.min(axis=0), OMEGAS[found.argmin(axis=0)]
+    return found.min(axis=0), omegas[found.argmin(axis=0)]
 
 
 def _optimal(run: Motion, rng: np.random.Generator, settled: int) -> dict[str, float]:

@@ -82,8 +82,11 @@ def closed_loop_as_printed(n: Numbers) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def record(vessel: str, sines: str, euler: bool = False) -> Record:
-    """The noise-free run with Table 3's number of samples, one every 0.02 s; `euler` steps the vessel as eq 11 does."""
-    text = f"heading:{SINES[vessel, sines]}" + ("@euler" if euler else "")
+    """The noise-free run with Table 3's number of samples, one every 0.02 s; `euler` steps the vessel as eq 11 does.
+
+    sines : a name in `SINES`, or sines as manoeuvres write them.
+    """
+    text = f"heading:{SINES.get((vessel, sines), sines)}" + ("@euler" if euler else "")
     found = generate(Case(vessel, text, duration_s=DURATION[vessel], dt_s=DT))
     return found.slice(0, samples(vessel))
 

@@ -58,13 +58,21 @@ def explained(model: Model, records: Sequence[Record]) -> float:
     return float("nan") if scores["diverged"] else float(scores["r2_free_yaw_rate_rad_s"])
 
 
+def free_run(model: Model, record: Record) -> dict[str, np.ndarray] | None:
+    """Predicted channels (N,) of a record; None if the run diverges."""
+    own = predict(model, record)
+    return None if any(p.diverged for p in own) else {p.channel: p.free for p in own}
+
+
+def distances(run: dict[str, np.ndarray], record: Record) -> np.ndarray:
+    """Distance (N,) in m between a predicted track and the record's."""
+    return np.hypot(*(run[channel] - record.column(channel) for channel in ("north_m", "east_m")))
+
+
 def track_error(model: Model, record: Record) -> float:
     """Root mean square distance in m between the predicted track and the record's; nan if the run diverges."""
-    own = {prediction.channel: prediction for prediction in predict(model, record)}
-    if any(prediction.diverged for prediction in own.values()):
-        return float("nan")
-    gaps = [own[channel].free - own[channel].observed for channel in ("north_m", "east_m")]
-    return float(np.sqrt(np.mean(np.square(gaps).sum(axis=0))))
+    run = free_run(model, record)
+    return float("nan") if run is None else float(np.sqrt(np.mean(distances(run, record) ** 2)))
 
 
 def stand_in() -> Model:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,10 +14,12 @@ from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
 from ....datasets.sensors import parse_noise
 from ....estimation.estimate import Estimate
+from ....estimation.prediction import error_and_r2
 from ....methods.registry import make
 from ....models.errors import FitFailed
 from ....models.model import Model, resolve
-from ..study import Study, StudyResult
+from ...claims.files import load
+from ..study import Study, StudyResult, point
 from . import records
 from .printed import ASPECT_RATIO, PAIRS, RUDDER_AREA_M2, TABLE_2, slope
 from .records import DIRECTIONS, calm, rough
@@ -84,10 +87,23 @@ def printed_model(rng: np.random.Generator, *, index: int) -> StudyResult:
         predicted = {p.channel: p.free for p in records.predict(model, run)}
         series |= {"time_s": run.time_s, f"{name}_ship_m_s": run.column("surge_m_s")}
         series[f"{name}_printed_m_s"] = predicted["surge_m_s"]
+    own_ship = {claim.id: claim.published for claim in load("004").claims}
+    values["table_3_Xuu_sum"] = own_ship["table-3-Xuu"] + own_ship["table-3-Xuuu"]
+    values["table_3_resists"] = values["table_3_Xuu_sum"] < 0.0
     for first, second in PAIRS.items():
         values[f"{first}_sum"] = TABLE_2[first] + TABLE_2[second]
         values[f"{first}_true"] = resolve("s175").parameters[first] + resolve("s175").parameters[second]
     return StudyResult(values, series)
+
+
+class Unsaid(NamedTuple):
+    """What the paper leaves unsaid of Table 2: zigzag, sampling and length (s), the options of NMI-RLS."""
+
+    manoeuvre: str = TRAIN
+    step_s: float = records.STEP_S
+    duration_s: float = records.DURATION_S
+    method: str = METHODS["nmi"]
+    swell: bool = False
 
 
 def coefficients(rng: np.random.Generator, *, index: int) -> StudyResult:
@@ -96,12 +112,25 @@ def coefficients(rng: np.random.Generator, *, index: int) -> StudyResult:
     What P(0) = 1e6 means depends on the units of the rows, which the paper does not give.  With instantaneous primes it
     decides the outcome, so there it is left out: least squares.
     """
+    return table_2(Unsaid(), float(rng.uniform(0.0, 360.0)), rng)
+
+
+def coefficients_searched(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Run `index` of the search: Table 2 with other zigzags, lengths and options; its sea belongs to the point."""
+    chosen = point(load("004").search("coefficients-searched"), index)
+    options = f"nmi-rls,omega={chosen['omega']:g},length={chosen['innovations l']},p0={chosen['P(0)']:.6e}"
+    unsaid = Unsaid(f"zigzag:{chosen['zigzag']}", chosen["step"], chosen["length"], options, chosen["wave motion"])
+    return table_2(unsaid, chosen["direction"], np.random.default_rng(index))
+
+
+def table_2(unsaid: Unsaid, direction: float, rng: np.random.Generator) -> StudyResult:
+    """The coefficients of Table 2 from one zigzag in a sea from a direction in degrees."""
     values: dict[str, float] = {}
-    direction = float(rng.uniform(0.0, 360.0))
     for name, vessel in STRUCTURES.items():
         ship = resolve(vessel)
-        run = rough(ship, TRAIN, round(direction, 1), rng)
-        found = fitted(METHODS["nmi"] if name == "fixed" else WEAK, [run], ship)
+        run = rough(ship, unsaid.manoeuvre, round(direction, 1), rng, unsaid.swell, unsaid.duration_s)
+        run = run.thinned(max(1, round(unsaid.step_s / records.STEP_S)))
+        found = fitted(unsaid.method if name == "fixed" else WEAK, [run], ship)
         if found is not None:
             values |= {f"{name}_{key}": found.parameters[key] for key in TABLE_2}
             values |= {f"{name}_{a}_sum": found.parameters[a] + found.parameters[b] for a, b in PAIRS.items()}
@@ -138,7 +167,7 @@ def comparison(rng: np.random.Generator, *, index: int) -> StudyResult:
         runs = [rough(ship, TRAIN, direction, rng, swell=kind == "swell") for direction in DIRECTIONS]
         fits = {name: [fitted(text, [run], ship) for run in runs] for name, text in METHODS.items()}
         errors = {name: np.array([_track_error(fit, quiet) for fit in own]) for name, own in fits.items()}
-        values |= _duel(kind, errors)
+        values |= _duel(kind, errors) | _during(kind, fits, quiet)
         values |= {f"{kind}_{name}_track_m": _middle(own) for name, own in errors.items()}
         values[f"{kind}_nmi_mi_gap"] = _gap(fits["nmi"], fits["mi"])
         values[f"{kind}_mi_rls_gap"] = _gap(fits["mi"], fits["rls"])
@@ -174,6 +203,30 @@ def _duel(kind: str, errors: Mapping[str, np.ndarray]) -> dict[str, float]:
     share = float(np.mean(nonlinear[fought] < multi[fought])) if fought.any() else float("nan")
     values = {f"{kind}_share": share, f"{kind}_ratio": _middle(ratio), f"{kind}_best_ratio": float(ratio.min())}
     return values | {f"{kind}_always": float(share == 1.0)}
+
+
+def _during(kind: str, fits: Mapping[str, Sequence[Estimate | None]], quiet: Record) -> dict[str, float]:
+    """Over the seas: share in which NMI-RLS has the smaller track error at all times, and the mean share of the times
+
+    at which its speeds and yaw rate lie between the ship's and those of MILS (Figure 3b).
+    """
+    always, between = [], []
+    for multi, nonlinear in zip(fits["mi"], fits["nmi"], strict=True):
+        pair = [None if fit is None else records.free_run(fit.model, quiet) for fit in (multi, nonlinear)]
+        if pair[0] is None or pair[1] is None:
+            continue
+        own, other = (records.distances(run, quiet)[1:] for run in (pair[1], pair[0]))
+        always.append(bool((own < other).all()))
+        between.append(np.mean([_between(pair[1][c], quiet.column(c), pair[0][c]) for c in records.RATES]))
+    return {
+        f"{kind}_all_times": float(np.mean(always)) if always else float("nan"),
+        f"{kind}_between": float(np.mean(between)) if between else float("nan"),
+    }
+
+
+def _between(values: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    """Share of the samples in which values lie strictly between two others."""
+    return float(np.mean((values - first) * (values - second) < 0.0))
 
 
 def _typical(errors: np.ndarray) -> int:
@@ -266,10 +319,21 @@ def unknown_ship(rng: np.random.Generator, *, index: int) -> StudyResult:
             continue
         for what, run in zip(("turn", "zigzag", "small", "port"), clean, strict=True):
             values[f"{name}_{what}_r2"] = records.explained(found.model, [run])
+        values |= {f"{name}_{key}": value for key, value in _growth(found, clean[0]).items()}
         values[f"{name}_diameter_ratio"] = _diameter(found, clean[0]) / _own_diameter(clean[0])
         if name == "nmi":
             series = _drawn(found, clean)
     return StudyResult(values, series)
+
+
+def _growth(fit: Estimate, turn: Record) -> dict[str, float]:
+    """R^2 of surge and sway in a turn, and whether the track error is larger in every later quarter of it."""
+    run = records.free_run(fit.model, turn)
+    if run is None:
+        return {"turn_u_r2": float("nan"), "turn_v_r2": float("nan"), "grows": False}
+    quarters = [float(np.mean(part)) for part in np.array_split(records.distances(run, turn), 4)]
+    scores = {k: error_and_r2(turn.column(c), run[c])[1] for k, c in (("u", "surge_m_s"), ("v", "sway_m_s"))}
+    return {f"turn_{k}_r2": v for k, v in scores.items()} | {"grows": bool((np.diff(quarters) > 0.0).all())}
 
 
 def _own_diameter(turn: Record) -> float:
@@ -299,6 +363,7 @@ STUDIES = {
     "particulars": Study(particulars),
     "printed-model": Study(printed_model),
     "coefficients": Study(coefficients, seeds=40),
+    "coefficients-searched": Study(coefficients_searched, seeds=64),
     "condition": Study(condition),
     "comparison": Study(comparison, seeds=8),
     "omega": Study(omega, seeds=3),

@@ -1,13 +1,15 @@
 """Claims files: every table of every paper is there, every entry is complete, faults are told in one line."""
 
+import re
+
 import pytest
 
 from helmbench.models.errors import BadInput
 from helmbench.reproduction.claims.claim import Tolerance, table_number
-from helmbench.reproduction.claims.files import load, papers, read
+from helmbench.reproduction.claims.files import FOLDER, everything, load, papers, read
 from helmbench.reproduction.papers.study import module_of, studies_of
 
-TABLES = {"000": (1, 2, 3), "001": (1, 2), "002": (1, 2), "003": (1, 2, 3, 4, 5, 6), "004": (1, 2)}
+TABLES = {"000": (1, 2, 3), "001": (1, 2), "002": (1, 2), "003": (1, 2, 3, 4, 5, 6), "004": (1, 2, 3)}
 """Tables that the papers have."""
 
 GOOD = """
@@ -15,7 +17,8 @@ paper: "999"
 title: t
 citation: c
 claims:
-  - {id: a, item: Table 1, quantity: q, published: 1.0, study: s, corrected: k, tolerance: {relative: 0.1}}
+  - {id: a, item: Table 1, kind: result, quantity: q, published: 1.0, study: s, corrected: k,
+     tolerance: {relative: 0.1}}
 """
 
 
@@ -37,6 +40,28 @@ def test_every_wrong_equation_is_among_the_errata(paper):
     told = " ".join(erratum.equation for erratum in found.errata)
     wrong = {claim.equation for claim in found.claims if claim.equation}
     assert wrong == set() or told
+
+
+def test_a_range_is_named_and_never_called_everything():
+    """A contradiction names the range that was searched; nothing is said of all settings that there are."""
+    for name in everything():
+        text = (FOLDER / f"{name}.yaml").read_text(encoding="utf-8")
+        assert not re.search(r"no (other )?setting\b", text, re.IGNORECASE), name
+        assert all(search.told for search in load(name).searches)
+
+
+def test_what_a_search_covers_is_in_words():
+    told = load("001").search("wide-settings").told
+    for words in ("step 0.001 to 0.5 s", "rudder rate", "rudder lag", "speed in the primes instantaneous, constant"):
+        assert words in told
+
+
+@pytest.mark.parametrize("paper", papers())
+def test_every_claim_may_be_contradicted_or_says_why_not(paper):
+    """What is neither stated in the paper, nor searched, nor impossible, could only be reproduced."""
+    open_claims = [c for c in load(paper).claims if not (c.stated or c.search or c.missing or c.unprinted)]
+    bounds = [claim.id for claim in open_claims if claim.form == "value"]
+    assert bounds == []
 
 
 def test_numbers_of_tables():
@@ -67,16 +92,19 @@ def test_unknown_paper():
         ("study: s, corrected: k", "corrected: k", "a: needs either a study or what is missing"),
         ("corrected: k,", "", "a: needs the key of the corrected value"),
         ("published: 1.0", "published: much", "a: published is 'much'"),
-        ("published: 1.0", "published: 1.0, kind: about", "a: kind: needs one of value, .* not about"),
+        ("published: 1.0", "published: 1.0, form: about", "a: form: needs one of value, .* not about"),
+        ("kind: result", "kind: number", "a: kind: needs one of result, .* not number"),
+        ("kind: result, ", "", "missing: kind"),
+        ("published: 1.0", "published: 1.0, search: wide", "a: there is no search wide"),
         ("published: 1.0", "published: 1.0, scale: odd", "a: scale: needs linear or log, not odd"),
-        ("published: 1.0", "published: 1.0, kind: holds", "a: published must be true or false"),
+        ("published: 1.0", "published: 1.0, form: holds", "a: published must be true or false"),
         ("published: 1.0", "published: 1.0, colour: red", "a: .*colour"),
         ("citation: c", "citation: c\ncite: c", "unknown key 'cite'"),
         ("citation: c", "", "missing: citation"),
         ("relative: 0.1", "relative: much", "a: tolerance relative: needs a number, not much"),
         ("  - {id", "  {id", "claims: needs a list of entries"),
         ("published: 1.0", "rows: {x: [1.0, 2.0]}, columns: {y: }", "a: row x has 2 numbers for 1 columns"),
-        ("study: s,", "study: s, reference: {value: 1.0, tolerance: {}, kind: odd},", "a: reference kind: needs"),
+        ("study: s,", "study: s, reference: {value: 1.0, tolerance: {}, form: odd},", "a: reference form: needs"),
     ],
 )
 def test_faults_of_a_file(old, new, told, tmp_path):
@@ -95,7 +123,9 @@ def test_keys_on_a_logarithmic_scale(tmp_path):
 
 def test_references_take_study_and_key_from_their_claim(tmp_path):
     path = tmp_path / "999.yaml"
-    path.write_text(GOOD.replace("}}", "}, reference: {value: 2.0, tolerance: {absolute: 0.5}}}"), encoding="utf-8")
+    path.write_text(
+        GOOD.replace("0.1}}", "0.1}, reference: {value: 2.0, tolerance: {absolute: 0.5}}}"), encoding="utf-8"
+    )
     (check,) = read(path).checks()
     assert (check.study, check.key, check.quantity) == ("s", "k", "Table 1: q")
     assert check.tolerance == Tolerance(absolute=0.5)

@@ -7,23 +7,49 @@ from pathlib import Path
 import pytest
 
 from helmbench.reproduction import results
-from helmbench.reproduction.claims.files import load, papers
+from helmbench.reproduction.claims.files import ACROSS, everything, load, papers
 from helmbench.reproduction.pages import figures, markdown
-from helmbench.reproduction.verdicts.verdict import VERDICTS, within
+from helmbench.reproduction.pages.across import cells
+from helmbench.reproduction.papers.paper_across.studies import NOISE, VESSELS
+from helmbench.reproduction.verdicts.verdict import CONTRADICTED, VERDICTS, within
 
 FOLDER = Path(__file__).resolve().parents[3] / "reports" / "reproduction"
 
 
+def test_pages_are_what_the_stored_results_say():
+    found = [(load(paper), results.read(paper, FOLDER)) for paper in everything()]
+    texts = markdown.texts_of(found)
+    assert set(texts) == {path.name for path in FOLDER.glob("*.md")}
+    assert [name for name, text in texts.items() if (FOLDER / name).read_text(encoding="utf-8") != text] == []
+
+
 @pytest.mark.parametrize("paper", papers())
-def test_page_is_what_the_stored_results_say(paper):
-    found = load(paper)
-    text = (FOLDER / f"{paper}.md").read_text(encoding="utf-8")
-    assert text == markdown.page(found, results.read(paper, FOLDER))
+def test_only_what_is_stated_or_searched_is_contradicted(paper):
+    for judged in results.read(paper, FOLDER).judged(load(paper)):
+        if judged.verdict == CONTRADICTED:
+            claim = judged.claim
+            assert claim.stated or (claim.search and "Searched: " in judged.reason), claim.id
+        assert not re.search(r"no (other )?setting\b", judged.reason, re.IGNORECASE), judged.claim.id
 
 
-def test_index_is_what_the_stored_results_say():
-    found = [(load(paper), results.read(paper, FOLDER)) for paper in papers()]
-    assert (FOLDER / markdown.INDEX).read_text(encoding="utf-8") == markdown.index(found)
+def test_the_first_table_is_the_answer():
+    text = (FOLDER / markdown.INDEX).read_text(encoding="utf-8")
+    begin, end = (text.index(marker) for marker in markdown.MARKERS)
+    table = text[begin:end]
+    assert begin < text.index("## Results by verdict")
+    assert all(f"[{paper}]({paper}.md)" in table for paper in papers())
+    for paper in papers():
+        page = (FOLDER / f"{paper}.md").read_text(encoding="utf-8")
+        assert page.index("## Does it beat the baseline?") < page.index("## Claims")
+
+
+def test_every_method_is_compared_on_every_vessel():
+    stored = results.read(ACROSS, FOLDER)
+    assert set(stored.values) == set(VESSELS) and stored.failures == {}
+    for pair in ("fw-rls", "fci-ls", "mi-rls", "nmi-rls", "eso-svf", "eso-ls"):
+        found = cells(stored, pair)
+        assert len(found) == len(VESSELS) * len(NOISE), pair
+        assert all(0.0 <= cell.adjusted <= 1.0 and -1.0 <= cell.found["effect"] <= 1.0 for cell in found)
 
 
 @pytest.mark.parametrize("paper", papers())
@@ -37,6 +63,10 @@ def test_every_claim_has_a_verdict_from_stored_values(paper):
         if key and key not in stored.values.get(claim.study, {})
     ]
     assert lacking == []
+    assert found.headline is not None
+    assert [c.key for c in found.headline.own if c.key not in stored.values[c.study]] == []
+    searched = [(claim, key) for claim in found.claims if claim.search for key in (claim.corrected, claim.as_printed)]
+    assert [(claim.id, key) for claim, key in searched if key and key not in stored.values[claim.search]] == []
     judged = stored.judged(found)
     assert len(judged) == len(found.claims)
     assert [j.claim.id for j in judged if j.verdict not in VERDICTS or not j.reason.strip()] == []

@@ -92,6 +92,9 @@ def test_a_rough_run_differs_by_its_sea_and_repeats(seed):
 def test_a_coefficient_counts_only_where_its_sign_is_settled(nonzero, found, verdict):
     claim = Claim(
         id="c",
+        kind="result",
+        stated=True,
+        widest=10.0,
         item="Table 2",
         quantity="c",
         published=2.0,

@@ -9,7 +9,16 @@ from helmbench.reproduction.claims.claim import Claim, Reference, Tolerance
 from helmbench.reproduction.verdicts.spread import from_json, prediction_interval, spread, summarise, to_json
 from helmbench.reproduction.verdicts.verdict import CONTRADICTED, CORRECTED, IMPOSSIBLE, REPRODUCED, judge, within
 
-FACTS = {"id": "a", "item": "Table 1", "quantity": "q", "study": "s", "corrected": "c", "as_printed": "p"}
+FACTS = {
+    "id": "a",
+    "kind": "result",
+    "stated": True,
+    "item": "Table 1",
+    "quantity": "q",
+    "study": "s",
+    "corrected": "c",
+    "as_printed": "p",
+}
 CLAIM = Claim(**FACTS, published=10.0, tolerance=Tolerance(absolute=0.5))
 ALONE = CLAIM.model_copy(update=dict(as_printed=""))
 
@@ -47,18 +56,69 @@ def test_contradicted_only_outside_the_interval():
         assert verdict(ALONE.model_copy(update=dict(published=published)), c=runs) == expected
 
 
-@pytest.mark.parametrize(("kind", "good", "bad"), [("at_most", 3.0, 11.0), ("at_least", 30.0, 9.0)])
-def test_bounds(kind, good, bad):
-    claim = ALONE.model_copy(update=dict(kind=kind))
+@pytest.mark.parametrize(("form", "good", "bad"), [("at_most", 3.0, 11.0), ("at_least", 30.0, 9.0)])
+def test_bounds(form, good, bad):
+    claim = ALONE.model_copy(update=dict(form=form))
     assert verdict(claim, c=[good]) == REPRODUCED
     assert verdict(claim, c=[bad]) == CONTRADICTED
 
 
-def test_statements_hold_where_half_of_the_runs_show_them():
-    claim = CLAIM.model_copy(update=dict(kind="holds", published=True))
-    assert verdict(claim, c=[True, False, True, False], p=[False, True, False, False]) == CORRECTED
+def test_statements_hold_where_well_over_half_of_the_runs_show_them():
+    claim = CLAIM.model_copy(update=dict(form="holds", published=True))
+    assert verdict(claim, c=[True, True, True, False], p=[False, True, False, False]) == CORRECTED
     assert verdict(claim.model_copy(update=dict(published=False)), c=[True], p=[False]) == REPRODUCED
     assert verdict(claim, c=[False], p=[False]) == CONTRADICTED
+
+
+@pytest.mark.parametrize(("true", "expected"), [(4, CONTRADICTED), (5, IMPOSSIBLE), (6, REPRODUCED)])
+def test_statements_that_half_of_the_runs_show_are_not_decided(true, expected):
+    """Of ten runs 4 are false, 6 are true, 5 decide nothing: the tolerance is a tenth."""
+    claim = ALONE.model_copy(update=dict(form="holds", published=True))
+    runs = [True] * true + [False] * (10 - true)
+    assert verdict(claim, c=runs) == expected
+    if expected == IMPOSSIBLE:
+        assert "about half of the runs" in judge(claim, {"c": spread(runs)}).reason
+
+
+def test_nothing_is_contradicted_that_depends_on_what_is_not_printed():
+    """Without `stated` and without a search a disagreement decides nothing; nor does an agreement with a stand-in."""
+    unsaid = ALONE.model_copy(update=dict(stated=False))
+    assert verdict(unsaid, c=[20.0]) == IMPOSSIBLE and verdict(unsaid, c=[10.0]) == REPRODUCED
+    unprinted = ALONE.model_copy(update=dict(unprinted="The ship is unknown."))
+    assert verdict(unprinted, c=[10.0]) == IMPOSSIBLE
+    assert judge(unprinted, {"c": spread([10.0])}).reason == "The ship is unknown."
+
+
+@pytest.mark.parametrize(
+    ("searched", "expected"),
+    [
+        ([11.0, 12.0, 30.0] * 3, CONTRADICTED),
+        ([11.0, 12.0, 30.0], IMPOSSIBLE),
+        ([9.0, 12.0] * 4, IMPOSSIBLE),
+        ([10.4, math.nan] * 4, IMPOSSIBLE),
+    ],
+)
+def test_contradicted_only_where_the_range_does_not_hold_it(searched, expected):
+    claim = ALONE.model_copy(update=dict(stated=False, search="wide"))
+    judged = judge(claim, {"c": spread([20.0])}, searched={"c": spread(searched)}, over="step 1 to 2 s")
+    assert judged.verdict == expected and "Searched: step 1 to 2 s" in judged.reason
+
+
+def test_a_statement_that_is_true_somewhere_in_the_range_is_not_contradicted():
+    claim = ALONE.model_copy(update=dict(stated=False, search="wide", form="holds", published=True))
+    for found, expected in (([True] + [False] * 9, IMPOSSIBLE), ([False] * 10, CONTRADICTED)):
+        assert judge(claim, {"c": spread([False])}, searched={"c": spread(found)}, over="x").verdict == expected
+
+
+def test_verdicts_do_not_depend_on_the_last_digit():
+    claim = ALONE.model_copy(update=dict(tolerance=Tolerance()))
+    assert verdict(claim, c=[10.0 * (1.0 + 1e-7)]) == verdict(claim, c=[10.0 * (1.0 - 1e-7)]) == REPRODUCED
+    assert verdict(claim, c=[10.0 * (1.0 + 1e-5)]) == CONTRADICTED
+
+
+def test_reasons_may_name_any_value_of_the_study():
+    claim = ALONE.model_copy(update=dict(reason="from {found[other]} s on"))
+    assert judge(claim, {"c": spread([1.0]), "other": spread([2.5])}).reason == "from 2.5 s on"
 
 
 @pytest.mark.parametrize(
@@ -71,11 +131,10 @@ def test_statements_hold_where_half_of_the_runs_show_them():
     ],
 )
 def test_an_interval_wider_than_the_value_reproduces_nothing(corrected, printed, expected):
-    claim = CLAIM.model_copy(update=dict(widest=1.0))
-    assert verdict(claim, c=corrected, p=printed) == expected
+    assert verdict(CLAIM, c=corrected, p=printed) == expected
     if expected == IMPOSSIBLE:
-        assert verdict(CLAIM, c=corrected, p=printed) == REPRODUCED
-        assert "wider than the value" in judge(claim, {"c": spread(corrected), "p": spread(printed)}).reason
+        assert verdict(CLAIM.model_copy(update=dict(widest=math.inf)), c=corrected, p=printed) == REPRODUCED
+        assert "wider than the value" in judge(CLAIM, {"c": spread(corrected), "p": spread(printed)}).reason
 
 
 def test_errors_have_intervals_of_their_logarithms():
@@ -90,7 +149,9 @@ def test_errors_have_intervals_of_their_logarithms():
 
 
 def test_what_is_missing_is_not_reproducible_and_says_why():
-    judged = judge(Claim(id="a", item="Table 1", quantity="q", published="words", missing="There is no number."), {})
+    judged = judge(
+        Claim(id="a", kind="result", item="Table 1", quantity="q", published="words", missing="There is no number."), {}
+    )
     assert (judged.verdict, judged.reason) == (IMPOSSIBLE, "There is no number.")
 
 
@@ -123,8 +184,8 @@ def test_stored_spreads_come_back():
 
 
 @pytest.mark.parametrize(
-    ("kind", "good", "bad"), [("value", 2.04, 2.2), ("at_most", -9.0, 2.2), ("at_least", 9.0, 1.8)]
+    ("form", "good", "bad"), [("value", 2.04, 2.2), ("at_most", -9.0, 2.2), ("at_least", 9.0, 1.8)]
 )
-def test_references(kind, good, bad):
-    reference = Reference(value=2.0, tolerance=Tolerance(relative=0.05), kind=kind)
+def test_references(form, good, bad):
+    reference = Reference(value=2.0, tolerance=Tolerance(relative=0.05), form=form)
     assert within(reference, spread([good])) and not within(reference, spread([bad]))

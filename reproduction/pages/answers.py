@@ -1,0 +1,150 @@
+"""Does the method of a paper beat its baseline?  On its own example and on every vessel, from stored results alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ...reporting.numbers import number
+from ...reporting.tables import Column, make_table
+from ...reporting.tables import markdown as table_text
+from ..claims.claim import Headline, Paper
+from ..papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, MATERIAL, OUTCOMES, WORSE
+from ..results import Results
+from ..verdicts.spread import NOTHING, Spread
+from .across import Cell, cells, counts, title
+
+YES, NO, PARTLY, OPEN = "yes", "no", "partly", "not settled"
+MOSTLY = 2.0 / 3.0
+"""Share of the comparisons that makes a yes or a no."""
+SLIGHT = 0.05
+"""A single ratio nearer to 1 than this is taken as no difference."""
+
+
+def own_answer(found: Spread) -> str:
+    """Of one ratio of errors on the paper's own example: yes where the median of the runs is clearly below 1."""
+    if not found.known:
+        return OPEN
+    if found.median < 1.0 - SLIGHT:
+        return YES
+    return NO
+
+
+def own(paper: Paper, results: Results) -> list[tuple[str, Spread, str]]:
+    """Comparisons on the paper's own example: quantity, ratio, answer."""
+    assert paper.headline is not None
+    found = []
+    for comparison in paper.headline.own:
+        ratio = results.values.get(comparison.study, {}).get(comparison.key, NOTHING)
+        found.append((comparison.quantity, ratio, own_answer(ratio)))
+    return found
+
+
+def joined(answers: Sequence[str]) -> str:
+    """One word for several answers."""
+    if not answers:
+        return OPEN
+    return answers[0] if len(set(answers)) == 1 else PARTLY
+
+
+def elsewhere(found: Sequence[Cell]) -> str:
+    """One word for all vessels: yes where most comparisons are better, no where few are."""
+    if not found:
+        return OPEN
+    share = counts(found)[BETTER] / len(found)
+    return YES if share >= MOSTLY else NO if share <= 1.0 - MOSTLY else PARTLY
+
+
+def section(paper: Paper, results: Results, across: Results | None) -> Iterator[str]:
+    """The first section of a paper's page."""
+    if paper.headline is None:
+        return
+    headline = paper.headline
+    yield "## Does it beat the baseline?"
+    yield f"The claim: {headline.claim}."
+    answers = own(paper, results)
+    word = joined([answer for *_, answer in answers])
+    yield f"**On its own example: {word}.** Ratios of errors, {headline.method} over the other; below 1 it is better."
+    columns = [
+        Column("compared", lambda row: row[0]),
+        Column("ratio", lambda row: _ratio(row[1]), lambda row: row[1].median),
+        Column("better", lambda row: row[2]),
+    ]
+    yield table_text(make_table(columns, answers))
+    if across is not None:
+        yield from _on_vessels(headline, across)
+
+
+def _on_vessels(headline: Headline, across: Results) -> Iterator[str]:
+    everything = [cell for pair in headline.pairs for cell in cells(across, pair)]
+    yield f"**On all vessels: {elsewhere(everything)}.** Three levels of noise, 20 runs each; [all numbers](across.md)."
+    rows = [(pair, cells(across, pair)) for pair in headline.pairs]
+    columns = [Column("pair", lambda row: title(row[0]))]
+    columns += [
+        Column(name, lambda row, name=name: str(counts(row[1])[name]), lambda row, name=name: counts(row[1])[name])
+        for name in OUTCOMES
+    ]
+    yield table_text(make_table(columns, rows))
+    yield f"When to use it instead: {instead(headline, across)}."
+
+
+def instead(headline: Headline, across: Results | None) -> str:
+    """Where the method was better than every baseline that it was compared with."""
+    if across is None or not headline.pairs:
+        return OPEN
+    lists = [{(c.vessel, c.noise): c.outcome for c in cells(across, pair)} for pair in headline.pairs]
+    places = [place for place in lists[0] if all(one.get(place, BETTER) == BETTER for one in lists)]
+    if not places:
+        return "nowhere in what was tried"
+    by_noise: dict[str, list[str]] = {}
+    for vessel, noise in places:
+        by_noise.setdefault(noise, []).append(vessel)
+    return "; ".join(f"{noise} noise: {', '.join(vessels)}" for noise, vessels in by_noise.items())
+
+
+def table(found: Sequence[tuple[Paper, Results]], across: Results | None) -> str:
+    """The headline table of the first page."""
+    rows = [(paper, results) for paper, results in found if paper.headline is not None]
+    columns = [
+        _ready("paper", lambda row: f"[{row[0].paper}]({row[0].paper}.md)"),
+        Column("its claim", lambda row: row[0].headline.claim),
+        Column("holds on its own example", lambda row: own_text(*row)),
+        Column("holds on other vessels", lambda row: _vessels_text(row[0].headline, across)),
+        Column("when to use it instead", lambda row: instead(row[0].headline, across)),
+    ]
+    return table_text(make_table(columns, rows))
+
+
+def own_text(paper: Paper, results: Results) -> str:
+    """The word and the ratios behind it."""
+    answers = own(paper, results)
+    ratios = ", ".join(f"{_ratio(ratio)} ({quantity})" for quantity, ratio, _ in answers)
+    return f"{joined([answer for *_, answer in answers])}; ratio of errors {ratios}"
+
+
+def _vessels_text(headline: Headline, across: Results | None) -> str:
+    if across is None:
+        return OPEN
+    everything = [cell for pair in headline.pairs for cell in cells(across, pair)]
+    told = []
+    for pair in headline.pairs:
+        found = cells(across, pair)
+        n = counts(found)
+        told.append(
+            f"{title(pair)}: better in {n[BETTER]}, worse in {n[WORSE]}, no difference in {n[EQUAL]}, "
+            f"both fail in {n[BOTH_FAIL]} of {len(found)}"
+        )
+    return f"{elsewhere(everything)}; " + "; ".join(told)
+
+
+def _ratio(found: Spread) -> str:
+    return number(found.median, 3) if found.known else OPEN
+
+
+def _ready(heading: str, text) -> Column:
+    return Column(heading, text, markdown=text)
+
+
+RULE = f"""*On its own example*: the median ratio of the errors over our runs, yes below {1.0 - SLIGHT:g};
+*partly* where the comparisons differ. *On other vessels*: yes where the method is better in at least two thirds of
+the comparisons, no where it is in at most one third; better and worse are settled by paired tests and a difference of
+more than {100.0 * MATERIAL:g} %."""

@@ -1,0 +1,136 @@
+"""Each paper's method against its baseline on every vessel: paired runs at three levels of sensor noise.
+
+Both methods of a pair get the same 20 noisy records; the error is that of free runs on clean held-out manoeuvres.
+There is one study a vessel, so that pairs share their fits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+
+from ....datasets.generator import Case, generate
+from ....datasets.record import Record
+from ....estimation.prediction import prediction_scores
+from ....methods.registry import make
+from ....models.errors import CannotFit, FitFailed
+from ....models.model import Model, resolve
+from ..study import Study, StudyResult
+from .statistics import paired
+
+NOISE = ("low", "medium", "high")
+SEEDS = 20
+LOST = 10.0
+"""Error of a fit that fails or whose free run diverges, in standard deviations; larger errors count as this."""
+VESSELS = (
+    "remus-kt", "response-1", "response-2", "cargo", "patrol", "remus", "mariner-model", "mariner", "s175",
+    "s175-polynomial", "kvlcc2-l7", "esso-osaka-l3",
+)  # fmt: skip
+RATES = ("surge_m_s", "sway_m_s", "yaw_rate_rad_s")
+RESPONSE = "nomoto-2"
+ESO, SVF = "eso-rw-lssvr", "svf-ls"
+CORNERS: dict[tuple[str, str, int], float] = {}
+"""Corner frequency of `svf-ls` by vessel, noise and seed, rad/s."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A method and its baseline, as the registry writes them.
+
+    heading : texts of the methods that get the rudder and the heading alone.  response : both fit a linear
+    second-order response model, whatever the vessel is.
+    """
+
+    method: str
+    baseline: str
+    heading: tuple[str, ...] = ()
+    response: bool = False
+
+
+PAIRS = {
+    "fw-rls": Pair("fw-rls", "rls"),
+    "fci-ls": Pair("fci-ls", "ls"),
+    "mi-rls": Pair("mi-rls", "rls"),
+    "nmi-rls": Pair("nmi-rls", "rls"),
+    "nmi-mi": Pair("nmi-rls", "mi-rls"),
+    "eso-svf": Pair(ESO, SVF, (ESO, SVF), response=True),
+    "eso-ls": Pair(ESO, "ls", (ESO,), response=True),
+    "a1-ls": Pair("euler-ls", "ls,scheme=midpoint"),
+    "a1-a2": Pair("euler-ls", "euler-ls,algorithm=A2"),
+}
+
+
+def structure(vessel: str, response: bool) -> Model:
+    """The blank model that is fitted: the vessel's own equations, or the response model."""
+    own = resolve(vessel)
+    if response and own.is_3dof:
+        return replace(resolve(RESPONSE), rudder=own.rudder)
+    return own.blanked()
+
+
+@lru_cache(maxsize=8)
+def held_out(vessel: str) -> tuple[Record, ...]:
+    """Clean runs of the manoeuvres that are not trained on."""
+    return tuple(generate(Case(vessel, text)) for text in resolve(vessel).suite["held_out"])
+
+
+@lru_cache(maxsize=256)
+def training(vessel: str, noise: str, seed: int) -> tuple[Record, ...]:
+    """Noisy training runs."""
+    return tuple(generate(Case(vessel, text, noise, seed=seed)) for text in resolve(vessel).suite["train"])
+
+
+def _with_corner(text: str, vessel: str, noise: str, seed: int) -> str:
+    """The observer's poles are the corner that `svf-ls` found in the same headings, by the same search, if it did."""
+    corner = CORNERS.get((vessel, noise, seed)) if text == ESO else None
+    return text if corner is None else f"{text},omega0={corner!r}"
+
+
+@lru_cache(maxsize=4096)
+def error(text: str, vessel: str, response: bool, heading: bool, noise: str, seed: int) -> float:
+    """Free-run error over the standard deviation, rms over surge, sway and yaw rate of the model.
+
+    Raises `CannotFit` where the method does not apply to the model.
+    """
+    records: Sequence[Record] = training(vessel, noise, seed)
+    if heading:
+        records = [record.with_channels(yaw_rate_rad_s=None) for record in records]
+    try:
+        found = make(_with_corner(text, vessel, noise, seed)).fit(records, structure(vessel, response))
+    except FitFailed:
+        return LOST
+    if text == SVF:
+        CORNERS[vessel, noise, seed] = float(found.extra["omega_rad_s"])
+    scores = prediction_scores(found.model, held_out(vessel))
+    unexplained = [1.0 - scores[f"r2_free_{channel}"] for channel in RATES if f"r2_free_{channel}" in scores]
+    value = float(np.sqrt(np.mean(unexplained)))
+    return LOST if scores["diverged"] or not value < LOST else value
+
+
+def pairs_on(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Every pair on one vessel, at every level of noise: keys PAIR.NOISE.QUANTITY, none where a method does not apply.
+
+    Quantities are those of `statistics.paired`.
+    """
+    seeds = rng.integers(2**31, size=SEEDS).tolist()
+    values: dict[str, Any] = {}
+    for name, pair in PAIRS.items():
+        for noise in NOISE:
+            try:
+                other, own = (_errors(pair, text, vessel, noise, seeds) for text in (pair.baseline, pair.method))
+            except CannotFit:
+                continue
+            values |= {f"{name}.{noise}.{key}": value for key, value in paired(own, other, LOST).items()}
+    return StudyResult(values)
+
+
+def _errors(pair: Pair, text: str, vessel: str, noise: str, seeds: Sequence[int]) -> np.ndarray:
+    heading = text in pair.heading
+    return np.array([error(text, vessel, pair.response, heading, noise, seed) for seed in seeds])
+
+
+STUDIES = {vessel: Study(partial(pairs_on, vessel)) for vessel in VESSELS}

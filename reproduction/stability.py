@@ -1,0 +1,70 @@
+"""Do the verdicts depend on the random numbers?  Two reproductions with different seeds, compared.
+
+`python -m helmbench.reproduction.stability DIR DIR` takes the folders of two calls of `helmbench reproduce -o`.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import results
+from .claims import files
+from .pages import answers
+
+MOST = 0.02
+"""Share of the verdicts that may change."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """What two reproductions disagree about: `what` names a claim or an answer of the first page."""
+
+    what: str
+    first: str
+    second: str
+
+
+def verdicts(directory: Path) -> dict[str, str]:
+    """Paper and claim -> verdict, from the results stored in the folder `pages`."""
+    return {
+        f"{name} {judged.claim.id}": judged.verdict
+        for name in files.papers()
+        for judged in results.read(name, directory / "pages").judged(files.load(name))
+    }
+
+
+def headlines(directory: Path) -> dict[str, str]:
+    """Paper -> the words of the first page: on its own example, and on all vessels."""
+    across = results.read(files.ACROSS, directory / "pages")
+    found = {}
+    for name in files.papers():
+        paper = files.load(name)
+        if paper.headline is not None:
+            own = answers.joined([word for *_, word in answers.own(paper, results.read(name, directory / "pages"))])
+            cells = [cell for pair in paper.headline.pairs for cell in answers.cells(across, pair)]
+            found[f"{name} headline"] = f"{own}; {answers.elsewhere(cells)}"
+    return found
+
+
+def changes(first: dict[str, str], second: dict[str, str]) -> list[Change]:
+    """Entries that differ."""
+    return [Change(what, first[what], second[what]) for what in first if first[what] != second[what]]
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print what differs; status 1 where more than `MOST` of the verdicts do, or a headline does."""
+    one, two = (Path(argument) for argument in arguments)
+    first = verdicts(one)
+    changed, turned = changes(first, verdicts(two)), changes(headlines(one), headlines(two))
+    for change in [*changed, *turned]:
+        print(f"{change.what}: {change.first} -> {change.second}")
+    share = len(changed) / len(first)
+    print(f"{len(changed)} of {len(first)} verdicts ({share:.1%}) and {len(turned)} headlines changed")
+    return int(share > MOST or bool(turned))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,147 @@
+"""The comparison on every vessel: its statistics against scipy and known cases, its pairs, its answers."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from helmbench.models.errors import CannotFit
+from helmbench.models.model import resolve
+from helmbench.reproduction import stability
+from helmbench.reproduction.claims.claim import Comparison, Headline, Interval, Search
+from helmbench.reproduction.claims.files import ACROSS, load, papers
+from helmbench.reproduction.pages import answers
+from helmbench.reproduction.papers.paper_across import studies
+from helmbench.reproduction.papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, WORSE, holm, outcome, paired
+from helmbench.reproduction.papers.study import point
+from helmbench.reproduction.results import Results
+from helmbench.reproduction.verdicts.spread import NOTHING, spread
+
+
+def test_all_vessels_take_part():
+    from helmbench import list_vessels
+
+    assert set(studies.VESSELS) == set(list_vessels())
+    assert set(load(ACROSS).studies) == set(studies.STUDIES) == set(studies.VESSELS)
+
+
+def test_paired_differences(rng):
+    other = np.exp(rng.normal(size=20))
+    always = paired(0.5 * other, other, 10.0)
+    assert (always["won"], always["effect"], always["ratio"]) == (1.0, 1.0, pytest.approx(0.5))
+    assert always["p"] < 1e-4
+    assert paired(other, other, 10.0) | {"error": 0, "baseline": 0} == {
+        "error": 0, "baseline": 0, "ratio": 1.0, "won": 0.5, "effect": 0.0, "p": 1.0, "failed": 0.0,
+        "baseline_failed": 0.0,
+    }  # fmt: skip
+    worse = paired(2.0 * other, other, 10.0)
+    assert (worse["won"], worse["effect"]) == (0.0, -1.0) and worse["p"] == pytest.approx(always["p"])
+
+
+def test_without_a_difference_few_tests_reject(rng):
+    """Two equal methods: at most about 5 % of 400 tests."""
+    p = [paired(np.exp(rng.normal(size=20)), np.exp(rng.normal(size=20)), 1e9)["p"] for _ in range(400)]
+    assert np.mean(np.array(p) < 0.05) < 0.05 + 4.0 * math.sqrt(0.05 * 0.95 / 400)
+
+
+def test_holm():
+    """The example of Holm's procedure: .01, .04, .03, .005 of four tests."""
+    found = holm({"a": 0.01, "b": 0.04, "c": 0.03, "d": 0.005})
+    assert found == pytest.approx({"a": 0.03, "b": 0.06, "c": 0.06, "d": 0.02})
+    assert holm({"a": 0.9, "b": 0.8}) == {"a": 1.0, "b": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("adjusted", "ratio", "failed", "baseline_failed", "expected"),
+    [
+        (0.01, 0.5, 0.0, 0.0, BETTER),
+        (0.01, 2.0, 0.0, 0.0, WORSE),
+        (0.06, 0.5, 0.0, 0.0, EQUAL),
+        (0.001, 0.995, 0.0, 0.0, EQUAL),
+        (0.001, 0.5, 0.6, 0.6, BOTH_FAIL),
+        (0.001, 50.0, 1.0, 0.0, WORSE),
+    ],
+)
+def test_outcomes(adjusted, ratio, failed, baseline_failed, expected):
+    assert outcome(adjusted, ratio, failed, baseline_failed) == expected
+
+
+def test_one_vessel_with_two_records(monkeypatch, rng):
+    monkeypatch.setattr(studies, "SEEDS", 2)
+    monkeypatch.setattr(studies, "NOISE", ("low",))
+    values = studies.pairs_on("response-1", rng, index=0).values
+    assert {key.split(".")[0] for key in values} == set(studies.PAIRS) - {"a1-ls", "a1-a2"}
+    assert all(np.isfinite(value) for value in values.values())
+    with pytest.raises(CannotFit):
+        studies.error("euler-ls", "response-1", False, False, "low", 1)
+
+
+def test_the_observer_s_corner_is_that_of_svf_ls():
+    """The pipeline with the corner that svf-ls found gives what it gives with a search of its own."""
+    studies.CORNERS.clear()
+    studies.error.cache_clear()
+    alone = studies.error(studies.ESO, "cargo", True, True, "medium", 3)
+    studies.error.cache_clear()
+    studies.error(studies.SVF, "cargo", True, True, "medium", 3)
+    assert studies.CORNERS and studies.error(studies.ESO, "cargo", True, True, "medium", 3) == alone
+
+
+def test_ships_get_a_response_model_with_their_own_rudder():
+    found = studies.structure("s175", True)
+    assert found.family == "nomoto-2" and found.rudder == resolve("s175").rudder and not found.known
+    assert studies.structure("s175", False).family == resolve("s175").family
+
+
+@pytest.mark.parametrize(
+    ("ratio", "expected"), [([0.5], "yes"), ([0.97], "no"), ([2.0], "no"), ([0.1, 0.2, 3.0], "yes")]
+)
+def test_answers_on_the_own_example(ratio, expected):
+    assert answers.own_answer(spread(ratio)) == expected
+    assert answers.own_answer(NOTHING) == "not settled"
+
+
+def test_answers_join():
+    assert answers.joined(["yes", "yes"]) == "yes" and answers.joined(["yes", "no"]) == "partly"
+
+
+def test_where_to_use_it_instead():
+    """Two pairs of a headline: only where both are better."""
+    quantities = {"error": 1.0, "baseline": 2.0, "won": 1.0, "effect": 1.0, "failed": 0.0, "baseline_failed": 0.0}
+
+    def comparison(pair, ratio):
+        return {f"{pair}.low.{k}": spread([v]) for k, v in (quantities | {"ratio": ratio, "p": 1e-6}).items()}
+
+    values = {"a": comparison("mi-rls", 0.5) | comparison("nmi-rls", 0.5)}
+    values["b"] = comparison("mi-rls", 0.5) | comparison("nmi-rls", 2.0)
+    across = Results("across", values)
+    own = (Comparison(quantity="q", study="s", key="k"),)
+    headline = Headline(claim="c", method="m", baseline="b", own=own, pairs=("mi-rls", "nmi-rls"))
+    assert answers.instead(headline, across) == "low noise: a"
+    assert answers.instead(headline.model_copy(update=dict(pairs=("nmi-rls",))), across) == "low noise: a"
+    assert answers.elsewhere(answers.cells(across, "mi-rls")) == "yes"
+
+
+def test_changes_between_two_reproductions():
+    first = {"000 a": "reproduced", "000 b": "contradicted"}
+    assert stability.changes(first, dict(first)) == []
+    (change,) = stability.changes(first, first | {"000 b": "not reproducible"})
+    assert (change.what, change.second) == ("000 b", "not reproducible")
+
+
+def test_the_published_pages_do_not_change_by_themselves(tmp_path, capsys):
+    published = Path(__file__).parents[3] / "reports" / "reproduction"
+    (tmp_path / "pages").symlink_to(published)
+    assert stability.main([str(tmp_path), str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("0 of ") and "0 headlines changed" in told
+    assert set(stability.headlines(tmp_path)) == {f"{paper} headline" for paper in papers()}
+
+
+def test_points_of_a_search_fill_its_range_and_do_not_change():
+    search = Search(study="s", ranges={"x": Interval(low=1.0, high=100.0, log=True)}, choices={"form": ("a", "b")})
+    found = [point(search, i) for i in range(32)]
+    assert found == [point(search, i) for i in range(32)]
+    x = np.array([entry["x"] for entry in found])
+    assert x.min() < 1.3 and x.max() > 80.0 and abs(np.median(x) / 10.0 - 1.0) < 0.3
+    assert {entry["form"] for entry in found} == {"a", "b"}
