@@ -98,5 +98,5 @@ class HybridPredictor:
             x = np.hstack([states[:, columns], inputs[: len(states)]])
             known = np.isfinite(x).all(axis=1)
             if known.any():
-                ahead[np.ix_(known, columns)] += self.share * dt * self.learnt(x[known])
+                ahead[np.ix_(known, np.array(columns))] += self.share * dt * self.learnt(x[known])
         return ahead

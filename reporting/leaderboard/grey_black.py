@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -77,19 +77,20 @@ def grey_against_black(results: pd.DataFrame, kinds: Mapping[str, str], metric: 
     grey, black = chosen["grey box"], chosen["black box"]
     if grey is None or black is None:
         return None
-    pairs = errors[[grey, black]].dropna()
+    pairs: Any = errors[[grey, black]].dropna()
     pairs = pairs[np.isfinite(pairs).any(axis=1)]
     if len(pairs) < FEWEST:
         return None
     with np.errstate(all="ignore"):
         ratio = np.clip(pairs[grey].to_numpy() / pairs[black].to_numpy(), 1.0 / LARGEST_RATIO, LARGEST_RATIO)
-    p = float(wilcoxon(np.log(ratio)).pvalue) if np.any(ratio != 1.0) else 1.0
+    test: Any = wilcoxon(np.log(ratio)) if np.any(ratio != 1.0) else None
+    p = 1.0 if test is None else float(test.pvalue)
     return GreyBlack(grey, black, float(np.median(ratio)), int((ratio < 1.0).sum()), len(pairs), p)
 
 
 def _errors(results: pd.DataFrame, kinds: Mapping[str, str], metric: str) -> pd.DataFrame:
     """Median errors over seeds: a row a condition, a column a method."""
-    rows = results[(results["status"] != "not_applicable") & results["method"].isin(list(kinds))]
+    rows: Any = results[(results["status"] != "not_applicable") & results["method"].isin(list(kinds))]
     if "variant" in rows:
         rows = rows[rows["variant"] == "corrected"]
     lost = (rows["status"] != "ok") | rows["diverged"].fillna(False).astype(bool) | rows[metric].isna()
