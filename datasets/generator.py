@@ -69,10 +69,12 @@ def record_run(
     seed: int = 0,
     duration_s: float | None = None,
     dt_s: float | None = None,
+    start_speed: float = 1.0,
 ) -> Record:
     """As `generate`, for parts that have no text: any Model, a free rudder series, sensors built in Python.
 
-    The record is what the model's instruments show; its helmsman steers by the true heading.
+    The record is what the model's instruments show; its helmsman steers by the true heading.  `start_speed` is the
+    speed of the first sample as a share of the model's; the propeller stays as it is set.
     """
     sensors, disturbance = sensors or Sensors(), disturbance or Disturbance()
     check(model, disturbance, seed)
@@ -82,7 +84,7 @@ def record_run(
     control = manoeuvre.control(model, dt, duration, stream(seed, "manoeuvre", *run_name))
     weather = (*run_name, disturbance.text)
     environment = disturbance.environment(model, dt * np.arange(steps(dt, duration) + 1), stream(seed, "air", *weather))
-    run = sail(model, dt, control, disturbance, environment, manoeuvre.integrator)
+    run = sail(model, dt, control, disturbance, environment, manoeuvre.integrator, start_speed)
     require_finite(model, manoeuvre, run)
     record = as_record(model, manoeuvre, run, notes(disturbance, sensors, seed))
     record = disturbance.motion(model, record, stream(seed, "waves", *weather))
@@ -109,7 +111,13 @@ def sampling(model: Model, duration_s: float | None, dt_s: float | None) -> tupl
 
 
 def sail(
-    model: Model, dt: float, control: ClosedLoop, disturbance: Disturbance, environment: np.ndarray, integrator: str
+    model: Model,
+    dt: float,
+    control: ClosedLoop,
+    disturbance: Disturbance,
+    environment: np.ndarray,
+    integrator: str,
+    start_speed: float = 1.0,
 ) -> Run:
     """Run the closed loop, with the wave drift at the heading that the run itself has at every sample.
 
@@ -117,7 +125,7 @@ def sail(
     drift along the last run's heading until that stops changing (waveform relaxation: the error after k passes
     falls like c^k / k!, so a finite run always converges). Raises BadInput if it has not after 60 passes.
     """
-    start, environment = steady_start(model, environment), environment.copy()
+    start, environment = steady_start(model, environment, start_speed), environment.copy()
     run = closed_loop(model, dt, control, environment, start, integrator)
     if not np.any(environment[:, 4:7]):
         return run
@@ -133,9 +141,9 @@ def sail(
     )
 
 
-def steady_start(model: Model, environment: np.ndarray) -> np.ndarray:
+def steady_start(model: Model, environment: np.ndarray, start_speed: float = 1.0) -> np.ndarray:
     """Initial state (n,): the model's speed through the water, on course north, carried along by the current."""
-    start = initial_state(model)
+    start = start_speed * initial_state(model)
     if np.any(environment[0, 0:2]):
         start[[model.states.index(s) for s in ("u", "v")]] += environment[0, 0:2]
     return start

@@ -28,7 +28,7 @@ class Estimate:
     `coefficients` (p,) and `covariance` (p, p) are in the model's coordinates, `parameters` and `stderr` are the
     published parameters and their standard errors (delta method; inf where the records do not determine a parameter,
     nan where no error is known).  `trajectory` (N, p) holds the coefficients after each sample of a recursive method.
-    A black box has no coefficients: its `predictor` predicts in the model's place.
+    A black box has no coefficients: its `predictor` predicts in the model's place.  A hybrid has both.
 
     `predict`, `simulate`, `score` and `residual_report` take records as they were read: the rudder sign is changed to
     the model's, and what the model knows of its instruments is taken into account.
@@ -130,7 +130,7 @@ class Estimate:
         from ..datasets.instruments import hull_record
         from .identifiability import identifiability
 
-        if self.predictor is not None:
+        if not self.parameters:
             raise BadInput(f"{self.method} has no parameters", hint="a black box has no coefficients")
         return identifiability(self.model, [hull_record(record, self.model) for record in listed(records)])
 
@@ -177,7 +177,8 @@ class Estimate:
         BadInput : if the file cannot be written, or the estimate is a black box.
         """
         if self.predictor is not None:
-            raise BadInput(f"{self.method} has no coefficients to write as a model file", file=path)
+            lacks = "a learnt part that a model file cannot hold" if self.parameters else "no coefficients to write"
+            raise BadInput(f"{self.method} has {lacks}", file=path)
         from ..models.model import model_to_json
 
         model_to_json(self.model, path)

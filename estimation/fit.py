@@ -38,7 +38,7 @@ class Fit(NamedTuple):
     """(N,): seconds of record up to each row, summed over the records."""
     extra: Mapping[str, Any] = {}
     predictor: Predictor | None = None
-    """A black box, which has no coefficients, predicts with this instead of the model."""
+    """A black box, which has no coefficients, or a model with a learnt part predicts with this instead of the model."""
     fixed: tuple[str, ...] = ()
     """Published parameters that were fixed, not estimated: they have no error."""
 

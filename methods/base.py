@@ -143,7 +143,8 @@ class Method:
         """`estimate` with numerical errors as FitFailed, and its coefficients checked."""
         with numerical_guard():
             fit = self.estimate(records, model)
-        expected = 0 if fit.predictor is not None else len(model.coordinates)
+        black_box = fit.predictor is not None and not fit.coefficients.size
+        expected = 0 if black_box else len(model.coordinates)
         if fit.coefficients.shape != (expected,) or not np.isfinite(fit.coefficients).all():
             raise FitFailed(fit.message or "the estimate is not finite")
         return fit
@@ -153,7 +154,7 @@ class Method:
         return Estimate(
             method=self.name,
             variant=self.variant,
-            model=model.blanked() if fit.predictor is not None else model.with_coefficients(fit.coefficients),
+            model=model.with_coefficients(fit.coefficients) if fit.coefficients.size else model.blanked(),
             coefficients=fit.coefficients,
             covariance=fit.covariance,
             parameters=parameters,
@@ -172,7 +173,7 @@ class Method:
 
 def _published(fit: Fit, model: Model) -> tuple[dict[str, float], dict[str, float]]:
     """Published parameters and their standard errors; none for a black box."""
-    if fit.predictor is not None:
+    if not fit.coefficients.size:
         return {}, {}
     names = model.parameter_names
     with np.errstate(all="ignore"):

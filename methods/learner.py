@@ -73,12 +73,14 @@ class Learner(Method):
             return usual, {"options": usual}, ""
         space = {name: domain for name, domain in self.search_space.items() if name in names}
         try:
-            found = tune(self.for_search(records), space, records, model, tuner="tpe", n_trials=trials, seed=self.seed)
+            found = tune(
+                self.for_search(records, model), space, records, model, tuner="tpe", n_trials=trials, seed=self.seed
+            )
         except (CannotFit, FitFailed) as error:
             return usual, {"options": usual}, f"options not chosen: {error}"
         return found.options, {"options": found.options, "validation_error": found.error}, ""
 
-    def for_search(self, records: Sequence[Record]) -> Learner:
+    def for_search(self, records: Sequence[Record], model: Model) -> Learner:
         """The method whose options are searched on these records."""
         return self
 

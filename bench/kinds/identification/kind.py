@@ -49,7 +49,9 @@ class IdentificationKind(Kind):
         from ....datasets.measured import load
 
         tasks = [spec.task for spec in specs if spec.task.measured]
-        for name, stem in dict.fromkeys((t.vessel, stem) for t in tasks for stem in (*t.train, *t.held_out)):
+        wanted = [(t.vessel, stem) for t in tasks for stem in t.train]
+        wanted += [(t.held_out_dataset or t.vessel, stem) for t in tasks for stem in t.held_out]
+        for name, stem in dict.fromkeys(wanted):
             load(name, stem)
 
 

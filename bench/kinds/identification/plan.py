@@ -25,6 +25,15 @@ if TYPE_CHECKING:
 VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
 """Names of groups of vessels in a suite file -> whether they have three degrees of freedom."""
 
+ADDED = {"held_out_noise": "none", "held_out_disturbance": "none", "held_out_speed": 1.0, "held_out_dataset": None}
+"""Fields of a task that count in a run's key only where they are not these values: older runs keep their keys."""
+METHOD_GROUPS = {
+    "all": ("grey box", "black box", "hybrid", "floor"),
+    "identification": ("grey box",),
+    "learners": ("black box", "hybrid", "floor"),
+}
+"""Names of groups of methods in a suite file -> the kinds of method (`methods.base.KINDS`) that they hold."""
+
 
 @dataclass(frozen=True)
 class RunSpec:
@@ -42,7 +51,9 @@ class RunSpec:
     @property
     def key(self) -> str:
         """Identifier that is the same in every process and session."""
-        text = json.dumps(asdict(self), sort_keys=True, separators=(",", ":"))
+        facts = asdict(self)
+        facts["task"] = {name: value for name, value in facts["task"].items() if ADDED.get(name, ...) != value}
+        text = json.dumps(facts, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()[:20]
 
     def row_key(self) -> dict[str, Any]:
@@ -55,7 +66,7 @@ class RunSpec:
             "vessel": task.vessel,
             "model": task.model,
             "train": "+".join(task.train),
-            "held_out": "+".join(task.held_out),
+            "held_out": task.held_out_text,
             "noise": task.noise,
             "disturbance": task.disturbance,
             "thinning": task.thinning,
@@ -105,14 +116,18 @@ def _named(maker: str) -> tuple[str, str]:
 
 
 def _entry_methods(entry: Entry, selection: Selection) -> list[str]:
-    from ....methods.registry import methods
-
-    own = [name for text in entry.methods for name in (methods() if text == "all" else [text])]
+    own = [name for text in entry.methods for name in (_methods_of(text) if text in METHOD_GROUPS else [text])]
     if not selection.methods:
         return own
     for name in selection.methods:
         _named(name)
     return [name for name in selection.methods if name in own or entry.open]
+
+
+def _methods_of(group: str) -> list[str]:
+    from ....methods.registry import methods
+
+    return [name for name, cls in methods().items() if cls.kind in METHOD_GROUPS[group]]
 
 
 def _tasks(entry: Entry, selection: Selection) -> Iterator[Task]:
@@ -156,6 +171,10 @@ def _task(entry: Entry, vessel: str, model: str, train: tuple[str, ...], held_ou
         measured=entry.dataset is not None,
         duration_s=entry.duration_s,
         dt_s=entry.dt_s,
+        held_out_noise=entry.held_out_noise,
+        held_out_disturbance=entry.held_out_disturbance,
+        held_out_speed=entry.held_out_speed,
+        held_out_dataset=entry.held_out_dataset,
     )
 
 

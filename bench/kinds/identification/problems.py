@@ -32,7 +32,8 @@ class Task:
 
     `vessel` is a vessel id, or the measured set's name where `measured` is true; `source` is what the fitted model is
     resolved from and `model` its family.  `duration_s` and `dt_s` override the vessel file's for training records,
-    of which the first `length` (a share) is kept, and of that every `thinning`-th sample.
+    of which the first `length` (a share) is kept, and of that every `thinning`-th sample.  Held-out records may have a
+    noise, a disturbance and a start speed (share of the vessel's) of their own, or come from another measured set.
     """
 
     vessel: str
@@ -48,6 +49,22 @@ class Task:
     measured: bool = False
     duration_s: float | None = None
     dt_s: float | None = None
+    held_out_noise: str = "none"
+    held_out_disturbance: str = "none"
+    held_out_speed: float = 1.0
+    held_out_dataset: str | None = None
+
+    @property
+    def held_out_text(self) -> str:
+        """The held-out records with the conditions that are not those of a calm run without noise."""
+        conditions = {
+            "set": self.held_out_dataset or "",
+            "noise": self.held_out_noise.removeprefix("none"),
+            "in": self.held_out_disturbance.removeprefix("none"),
+            "start speed": "" if self.held_out_speed == 1.0 else f"{self.held_out_speed:g}",
+        }
+        told = [f"{name} {value}" for name, value in conditions.items() if value]
+        return "+".join(self.held_out) + (f" ({', '.join(told)})" if told else "")
 
 
 @dataclass(frozen=True)
@@ -88,10 +105,10 @@ def problem(task: Task) -> Problem:
     model = resolve(task.source).blanked()
     if task.measured:
         train = tuple(_kept(record, task) for record in _measured(task.vessel, task.train))
-        held_out, known = _measured(task.vessel, task.held_out), Truth()
+        held_out, known = _measured(task.held_out_dataset or task.vessel, task.held_out), Truth()
     else:
         train = _records(task, task.train, task.noise, task.disturbance)
-        held_out, known = _held_out(task.vessel, task.held_out), truth(task, model)
+        held_out, known = tuple(_held_out(task, manoeuvre) for manoeuvre in task.held_out), truth(task, model)
     return Problem(model, _corrected(train, model), _corrected(held_out, model), known)
 
 
@@ -195,8 +212,9 @@ def _kept(record: Record, task: Task) -> Record:
     return record.slice(0, ceil(task.length * record.n)).thinned(task.thinning)
 
 
-def _held_out(vessel: str, manoeuvres: Sequence[str]) -> tuple[Record, ...]:
-    return tuple(_record(vessel, manoeuvre, "none", "none", HELD_OUT_SEED, None, None) for manoeuvre in manoeuvres)
+def _held_out(task: Task, manoeuvre: str) -> Record:
+    weather = (task.held_out_noise, task.held_out_disturbance)
+    return _record(task.vessel, manoeuvre, *weather, HELD_OUT_SEED, None, None, task.held_out_speed)
 
 
 @lru_cache(maxsize=64)
@@ -208,10 +226,15 @@ def _record(
     seed: int,
     duration_s: float | None,
     dt_s: float | None,
+    start_speed: float = 1.0,
 ) -> Record:
-    from ....datasets.generator import Case, generate
+    from ....datasets.disturbances import parse_disturbance
+    from ....datasets.generator import record_run
+    from ....datasets.manoeuvres import parse_manoeuvre
+    from ....datasets.sensors import parse_noise
 
-    return generate(Case(vessel, manoeuvre, noise, disturbance, seed, duration_s, dt_s))
+    parts = resolve(vessel), parse_manoeuvre(manoeuvre), parse_noise(noise), parse_disturbance(disturbance)
+    return record_run(*parts, seed=seed, duration_s=duration_s, dt_s=dt_s, start_speed=start_speed)
 
 
 def _measured(dataset: str, stems: Sequence[str]) -> tuple[Record, ...]:

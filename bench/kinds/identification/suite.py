@@ -22,14 +22,18 @@ class Entry(FileContent):
     vessels : ids, or one of `all`, `3dof`, `response` (every vessel of that kind).
     dataset : instead of vessels, a measured set; `train` and `held_out` then hold the names of its records.
     models : families to fit; `own` is the vessel's own.
-    methods : method texts (`ls`, `ls,scheme=midpoint`, `rls,variant=as_printed`, `path.py:Class`); `all` stands for
-        every method of the registry.
+    methods : method texts (`ls`, `ls,scheme=midpoint`, `rls,variant=as_printed`, `path.py:Class`), or groups of
+        the registry's: `all`, `identification` (those that estimate a model's coefficients), `learners` (black boxes,
+        hybrids and floors).
     open : false: only these methods, also when `--method` asks for others.
     train, held_out : manoeuvres (default: the vessel file's); a list of lists makes one row of each.
     euler : training records are made by the explicit Euler difference equation.
     noise, disturbance : texts as the command line takes them.
     thinning : every how many-th sample of the training records is kept.
     length : shares of the training records that are kept, from their start.
+    held_out_noise, held_out_disturbance : of the held-out records, which have neither without them.
+    held_out_speed : of a held-out record's first sample, as a share of the vessel's; the propeller stays as it is set.
+    held_out_dataset : the measured set that the held-out records come from; default: `dataset`.
     seeds : number of seeds; duration_s, dt_s : of the training records.
     """
 
@@ -48,9 +52,18 @@ class Entry(FileContent):
     seeds: Count = 1
     duration_s: Positive | None = None
     dt_s: Positive | None = None
+    held_out_noise: Text = "none"
+    held_out_disturbance: Text = "none"
+    held_out_speed: Positive = 1.0
+    held_out_dataset: Text | None = None
 
     @model_validator(mode="after")
     def _records_are_named(self) -> Entry:
         if self.dataset and not (self.train and self.held_out):
             raise ValueError("a dataset entry needs train and held_out")
+        if self.held_out_dataset and not self.dataset:
+            raise ValueError("held_out_dataset needs a dataset")
+        conditions = (self.held_out_noise, self.held_out_disturbance, self.held_out_speed)
+        if self.dataset and conditions != ("none", "none", 1.0):
+            raise ValueError("held-out records of a dataset are as they were measured")
         return self

@@ -80,7 +80,7 @@ def test_the_suite_of_a_theme_varies_it_and_nothing_else(name):
     factors = {"noise": {"noise"}, "outliers": {"noise"}, "disturbances": {"disturbance"}}
     factors |= {"excitation": {"train"}, "sampling": {"thinning", "length"}}
     specs = planned(name)
-    assert {spec.method for spec in specs} >= set(methods())
+    assert {spec.method for spec in specs} >= {name for name, cls in methods().items() if cls.kind == "grey box"}
     for vessel in {spec.task.vessel for spec in specs}:
         own = [spec.task for spec in specs if spec.task.vessel == vessel]
         fixed = {"source", "held_out", "noise", "disturbance", "train", "thinning", "length"}
@@ -149,10 +149,40 @@ def test_keys_tell_every_difference_and_stay():
     changes = {
         "vessel": "response-2", "source": "nomoto-1", "model": "nomoto-1", "train": ("turn:20",), "held_out": ("x",),
         "noise": "high", "disturbance": "waves:1/5@0", "seed": 1, "measured": True, "duration_s": 5.0, "dt_s": 0.2,
-        "thinning": 4, "length": 0.5,
+        "thinning": 4, "length": 0.5, "held_out_noise": "high", "held_out_disturbance": "wind:5@0",
+        "held_out_speed": 0.7, "held_out_dataset": "kvlcc2-marin",
     }  # fmt: skip
     assert set(changes) == {field.name for field in dataclasses.fields(Task)}
     others = [spec_of(**{name: value}) for name, value in changes.items()]
     others += [dataclasses.replace(base, **{name: "x"}) for name in ("suite", "method", "variant", "maker")]
     assert len({spec.key for spec in [base, *others]}) == len(others) + 1
     assert base.key == "4b25ae8a5afd3105ab59"
+
+
+def test_generalise_trains_on_zigzags_and_predicts_something_else():
+    specs = planned("generalise")
+    tasks = {spec.task for spec in specs}
+    assert all("zigzag" in text or text.startswith("Z_") for task in tasks for text in task.train)
+    assert not any(
+        set(task.train) & set(task.held_out) and task.held_out_text == "+".join(task.held_out) for task in tasks
+    )
+    assert len({spec.method for spec in specs if methods()[spec.method].kind != "grey box"}) >= 12
+    texts = " ".join(task.held_out_text for task in tasks)
+    for condition in ("set kvlcc2-marin", "noise high", "in wind:8@40deg", "start speed 0.7", "turn:35", "zigzag:5/5"):
+        assert condition in texts
+    for task in {task for task in tasks if task.held_out_disturbance != "none"}:
+        parse_disturbance(task.held_out_disturbance).check(resolve(task.vessel))
+
+
+def test_conditions_of_held_out_records_need_the_right_entry(tmp_path):
+    for text, words in (
+        ("dataset: kvlcc2-hsva, train: [[a]], held_out: [[b]], held_out_speed: 0.5", "as they were measured"),
+        ("vessels: mariner, held_out_dataset: kvlcc2-marin", "needs a dataset"),
+    ):
+        with pytest.raises(BadInput, match=words):
+            plan(suite_file(tmp_path, "  - {" + text + "}\n"), Selection("mine"))
+
+
+def test_groups_of_methods_are_those_of_their_kind(tmp_path):
+    specs = plan(suite_file(tmp_path, "  - {vessels: response-1, methods: [identification]}\n"), Selection("mine"))
+    assert {methods()[spec.method].kind for spec in specs} == {"grey box"}

@@ -1,0 +1,112 @@
+"""A physical model with learnt residual accelerations: polynomials."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ..estimation.black_box.hybrid import HybridPredictor, innovation_rows
+from ..estimation.black_box.narx import fit_scaled
+from ..estimation.black_box.predictor import evenly_spaced
+from ..estimation.black_box.rows import Lags, signals_of
+from ..estimation.estimate import Estimate
+from ..estimation.fit import Fit
+from ..estimation.tuning.space import Choice, Integer, Real
+from ..estimation.tuning.tune import validation_of
+from ..models.errors import BadInput
+from .learner import Learner
+from .registry import make
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+
+SHARE = Choice(0.0, 0.5, 1.0)
+
+
+class Hybrid(Learner):
+    """Base class of physical models with learnt residual accelerations; a subclass implements `regressor`.
+
+    The physics is identified once on the records, and once on the stretches of them that the search of options fits.
+    """
+
+    kind = "hybrid"
+    rows: ClassVar[int | None] = None
+    """Most training rows, evenly spaced."""
+    physics: str | Estimate
+    stride: int | None
+    share: float | None
+
+    def check_options(self) -> None:
+        super().check_options()
+        if isinstance(self.physics, str) and make(self.physics).kind != "grey box":
+            raise BadInput(f"physics is {self.physics!r}, a method that estimates coefficients is needed")
+
+    def regressor(self, n_features: int) -> Any:
+        """A new regressor of the residual accelerations."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement regressor()")
+
+    def for_search(self, records: Sequence[Record], model: Model) -> Learner:
+        """The method with the physics as identified on what a trial fits."""
+        return self._with({"physics": self._identified(validation_of(records, "split").train, model)})
+
+    def _identified(self, records: Sequence[Record], model: Model) -> Estimate:
+        return make(self.physics).fit(records, model) if isinstance(self.physics, str) else self.physics
+
+    def learn(self, records: Sequence[Record], model: Model) -> Fit:
+        found = self._identified(records, model)
+        x, y = innovation_rows(signals_of(records, model), found.model, int(self.stride or 1))
+        chosen = evenly_spaced(len(x), self.rows)
+        learnt = fit_scaled(x[chosen], y[chosen], self.regressor, Lags().features(model))
+        return Fit(
+            found.coefficients,
+            found.covariance,
+            converged=found.converged,
+            message=found.message,
+            n_iterations=found.n_iterations,
+            extra={"rows": len(chosen)},
+            predictor=HybridPredictor(found.model, learnt, float(self.share or 0.0)),
+        )
+
+
+class GreyResidual(Hybrid):
+    """A physical model, identified, plus polynomial residual accelerations learnt from its innovations.
+
+        z(t + h) = Phi(z(t), w(t)) + share h g(z(t), w(t))
+
+    Phi is the motion of the model with coefficients identified by `physics`; g is a polynomial of degree two of
+    velocities, yaw rate and inputs, by ridge regression on the one-step errors (z(t + h) - Phi) / h.  `share` may be
+    zero: then the records ask for nothing but the physics.  The coefficients are those of the physics alone.  Sources:
+    Forssell & Lindskog 1997, IFAC SYSID, 481 (semi-physical and neural modelling combined); Psichogios & Ungar 1992,
+    AIChE J. 38(10), 1499.
+
+    Parameters
+    ----------
+    physics : method that identifies the coefficients, such as 'output-error' or 'pem'.
+    stride : step of the innovations in samples; alpha : ridge penalty; share : of g.  None: chosen by free runs.
+    trials : option values tried; None: 8.
+    seed : of the search.
+    """
+
+    name = "grey-residual"
+    title = "physical model with polynomial residual accelerations, learnt from its innovations"
+    usual_trials = 8
+    search_space: ClassVar = {"stride": Integer(1, 16, log=True), "alpha": Real(1e-6, 1.0, log=True), "share": SHARE}
+    usual: ClassVar = {"stride": 4, "alpha": 1e-2, "share": 0.0}
+
+    def __init__(
+        self,
+        physics: str | Estimate = "output-error",
+        stride: int | None = None,
+        alpha: float | None = None,
+        share: float | None = None,
+        trials: int | None = None,
+        seed: int = 0,
+    ) -> None:
+        self.physics, self.stride, self.alpha, self.share = physics, stride, alpha, share
+        self.trials, self.seed = trials, seed
+
+    def regressor(self, n_features: int) -> Any:
+        from ..estimation.black_box.terms import TermRegression, monomials
+
+        return TermRegression(monomials(n_features, 2), alpha=self.alpha or 0.0)
