@@ -68,10 +68,22 @@ def distinct(records: Sequence[Record]) -> list[Record]:
 def check_file(record: Record) -> tuple[list[CheckFinding], list[str], Record, set[str]]:
     """Findings of one record's file, what could not be checked, the record corrected as far as possible, and the
     columns that cannot check each other."""
+    found, reasons, record, derived = file_faults(record, ORDER)
+    for look in (_exchanged, _outlying):
+        try:
+            more, record = look(record)
+            found += more
+        except UNUSABLE as error:
+            reasons.append(f"exchanged columns and outliers of {record.name} cannot be looked for: {error}")
+    return found, reasons, record, derived
+
+
+def file_faults(record: Record, names: Iterable[str]) -> tuple[list[CheckFinding], list[str], Record, set[str]]:
+    """The same of the causes named alone, each on what the ones before have corrected."""
     found: list[CheckFinding] = []
     reasons: list[str] = []
     derived: set[str] = set()
-    for name in ORDER:
+    for name in names:
         entry = check_causes()[name]
         try:
             faults = entry.find(record)
@@ -81,12 +93,6 @@ def check_file(record: Record) -> tuple[list[CheckFinding], list[str], Record, s
         found += [of_fault(entry, fault, record) for fault in faults]
         derived |= {c for f in faults if name == "derived_channel" and f.material for c in f.channels}
         record = cleaned(record, faults)
-    for look in (_exchanged, _outlying):
-        try:
-            more, record = look(record)
-            found += more
-        except UNUSABLE as error:
-            reasons.append(f"exchanged columns and outliers of {record.name} cannot be looked for: {error}")
     return found, reasons, record, derived
 
 
