@@ -217,7 +217,7 @@ def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
     table = pd.DataFrame(rows, columns=STANDING_COLUMNS)
     table["_group"] = [in_order(group) for group in table["group"]]
     most = table.groupby("group")["cells"].transform("max")
-    table["_partial"] = table["cells"] < COVERAGE * most
+    table["_partial"] = table["cells"].to_numpy() < COVERAGE * most.to_numpy()
     order = ["_group", "_partial", "rank_prediction", "mean_rank", "method"]
     return table.sort_values(order, ignore_index=True).drop(columns=["_group", "_partial"])
 

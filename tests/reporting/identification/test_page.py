@@ -18,6 +18,8 @@ from helmbench.reporting.identification.text import headline, statement, termina
 from helmbench.reporting.numbers import number, r_squared
 from helmbench.reporting.validation.page import key_of
 
+from ...page_tables import page_tables
+
 
 @pytest.fixture(scope="module")
 def found():
@@ -30,11 +32,7 @@ def found():
 
 
 def tables(page):
-    out = []
-    for table in re.findall(r"<table>(.*?)</table>", page, re.DOTALL):
-        rows = re.findall(r"<tr.*?>(.*?)</tr>", table, re.DOTALL)
-        out.append([[unescape(c) for c in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows])
-    return {rows[0][0] + "|" + rows[0][-1]: rows for rows in out[::-1]}
+    return {rows[0][0] + "|" + rows[0][-1]: rows for rows in page_tables(page)[::-1]}
 
 
 def test_the_figures_of_the_page_are_those_of_the_json(found):

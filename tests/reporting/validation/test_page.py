@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from html import unescape
 from xml.etree import ElementTree
 
 import numpy as np
@@ -17,6 +16,8 @@ from helmbench.reporting.numbers import number, r_squared
 from helmbench.reporting.validation.page import html
 from helmbench.reporting.validation.text import terminal
 
+from ...page_tables import page_tables
+
 
 @pytest.fixture(scope="module")
 def found():
@@ -29,17 +30,8 @@ def found():
     )
 
 
-def tables(page):
-    """Every table of a page: a list of rows of texts, titles first."""
-    out = []
-    for table in re.findall(r"<table>(.*?)</table>", page, re.DOTALL):
-        rows = re.findall(r"<tr.*?>(.*?)</tr>", table, re.DOTALL)
-        out.append([[unescape(c) for c in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows])
-    return out
-
-
 def test_the_figures_of_the_page_are_those_of_the_json(found):
-    free, ahead, indices, records, _ = tables(html(found))
+    free, ahead, indices, records, _ = page_tables(html(found))
     scores = {(s["model"], s["record"], s["channel"], s["horizon"]): s for s in found.to_json()["scores"]}
     checked = 0
     for row in free[1:]:
