@@ -62,8 +62,8 @@ def test_noise_forces_the_right_side(name):
 
 def test_printed_maps():
     p = {"T": 10.0, "K": 0.2, "alpha": 250.0}
-    assert studies._printed_first(p) == pytest.approx({"T": 0.1, "K": 0.002, "alpha": 2.5})
-    assert studies._printed_second({"h": 8.0, "alpha": 98.0}) == pytest.approx({"h": 8.0, "alpha": 0.98})
+    assert studies.printed_first(p) == pytest.approx({"T": 0.1, "K": 0.002, "alpha": 2.5})
+    assert studies.printed_second({"h": 8.0, "alpha": 98.0}) == pytest.approx({"h": 8.0, "alpha": 0.98})
 
 
 def test_the_iteration_is_worse_than_what_it_iterates(found):

@@ -94,7 +94,7 @@ def test_a_coefficient_counts_only_where_its_sign_is_settled(nonzero, found, ver
         id="c",
         kind="result",
         stated=True,
-        widest=10.0,
+        widest=100.0,
         item="Table 2",
         quantity="c",
         published=2.0,
