@@ -44,7 +44,7 @@ def prior_of(p0: float, theta0, kind: str, p: int) -> Prior:
     values = np.asarray(theta0, float)
     if values.shape not in ((), (p,)):
         raise CannotFit(f"theta0 has {values.size} numbers for {p} coefficients")
-    return Prior(p0, np.broadcast_to(values, (p,)), kind)
+    return Prior(float(p0), np.broadcast_to(values, (p,)), kind)
 
 
 class UpdateRule(Protocol):

@@ -43,3 +43,10 @@ def test_exact_on_difference_data():
 def test_impossible_options_are_refused(text):
     with pytest.raises(BadInput):
         make(text)
+
+
+@pytest.mark.parametrize("name", ["rls", "mi-rls", "nmi-rls"])
+def test_a_whole_number_as_prior_variance_is_a_number(name):
+    model, record = resolve("response-1"), generate(Case("response-1", "zigzag:20/20", "low", seed=3))
+    whole, real = (make(name, p0=p0).fit([record], model).coefficients for p0 in (13572, 13572.0))
+    assert np.array_equal(whole, real)
