@@ -81,7 +81,7 @@ class Changes:
         return html(self.table())
 
     def __repr__(self) -> str:
-        changed = sum(row["p"] < 0.05 for row in self.rows)
+        changed = sum(row["p"] is not None and row["p"] < 0.05 for row in self.rows)
         return f"<Changes of {len(self.rows)} figures, {changed} of them significant>"
 
 

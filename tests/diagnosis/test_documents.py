@@ -3,6 +3,8 @@
 import pytest
 
 from helmbench.diagnosis.causes.registry import all_causes
+from helmbench.diagnosis.discrepancy import told
+from helmbench.diagnosis.imperfect_base import STAGE
 from helmbench.diagnosis.result import SCHEMA, VERDICTS
 
 from .documents import faults, validator
@@ -39,9 +41,11 @@ def test_a_wrong_document_is_refused(change, where):
     assert any(fault.startswith(f"{where}: ") for fault in faults(document(**change)))
 
 
-def test_verdicts_and_causes_are_those_of_the_code():
+def test_verdicts_stages_and_causes_are_those_of_the_code():
     schema = validator().schema
     assert set(schema["properties"]["verdict"]["enum"]) == set(VERDICTS)
+    stages = schema["$defs"]["finding"]["properties"]["stage"]["enum"]
+    assert set(stages) == {"kinematics", "dynamics", STAGE, told.STAGE}
     causes = [{"cause": name, "status": "not_significant", "statistic": None, "p_adjusted": None, "power": None,
                "why": ""} for name in all_causes()]  # fmt: skip
     assert faults(document(bank=causes)) == []

@@ -54,6 +54,7 @@ def shown(records, results, logged):
     row = {"paper": "003", "item": "table 5", "quantity": "<K>", "verdict": "agrees", "reason": "within 1 %"}
     return {
         "Assessment": estimate.assess(other),
+        "Changes": helmbench.compare_results(results.directory, results.directory),
         "Check": helmbench.check([biased, other]),
         "Comparison": helmbench.compare(train, "nomoto-1-cubic", ["ls", "rls"], validate=other),
         "Estimate": estimate,

@@ -34,13 +34,16 @@ def test_the_outcome_shows_itself(found, record):
 
 def test_models_and_records_of_any_kind_are_taken(record, tmp_path):
     estimate = helmbench.identify(record, "nomoto-1", "ls")
-    for number, folder in enumerate(("a", "b"), start=1):
+    first, second, third = (
+        helmbench.simulate("response-1", "zigzag:20/20", noise="low", seed=seed) for seed in (4, 5, 6)
+    )
+    for written, folder in ((first, "a"), (second, "b")):
         (tmp_path / folder).mkdir()
-        helmbench.write_record(record.slice(0, -number), tmp_path / folder / "run.csv")
+        helmbench.write_record(written, tmp_path / folder / "run.csv")
         estimate.save(tmp_path / folder / "model.json")
     paths = [tmp_path / folder / "run.csv" for folder in ("a", "b")]
     models = [tmp_path / folder / "model.json" for folder in ("a", "b")]
-    found = helmbench.validate(models[0], [*paths, record, record.slice(0, -3)], compare=[models[1], estimate.model])
+    found = helmbench.validate(models[0], [*paths, record, third], compare=[models[1], estimate.model])
     assert list(found.models)[:2] == [str(path) for path in models]
     names = [one.name for one in found.records]
     assert names == [str(paths[0]), str(paths[1]), record.name, f"{record.name} (2)"]

@@ -183,7 +183,7 @@ def test_identify_prints_parameters_and_validation_and_writes_a_model(call, reco
     )
     arguments = ("identify", train, "--model", "nomoto-1-cubic", "--method", "output-error", "--validate", other)
     status, out, err = call(*arguments, "-o", path)
-    assert status == 0 and err == ""
+    assert status == 0 and err == f"wrote {path}\n"
     assert "alpha" in out and "+-" in out and "heading" in out and "R²" in out
     assert resolve(str(path)).parameters == pytest.approx(resolve("response-1").parameters, rel=0.02)
     told = json.loads(call(*arguments, "-o", path, "--json", "--force")[1])
@@ -213,9 +213,11 @@ def test_a_contradicting_rudder_sign_is_told_first(call, record, tmp_path):
     path = record("train")
     side = "port" if resolve("response-1").positive_rudder == "starboard" else "starboard"
     arguments = ("identify", path, "--model", "nomoto-1", "--method", "ls", "--force", "-o", tmp_path / "m.json")
-    assert call(*arguments)[2] == ""
+    wrote = f"wrote {tmp_path / 'm.json'}"
+    assert call(*arguments)[2] == f"{wrote}\n"
     status, _, err = call(*arguments, "--positive-rudder", side)
-    assert status == 0 and "rudder_sign" in err and err.count("\n") == 1
+    first, *rest = err.splitlines()
+    assert status == 0 and "rudder_sign" in first and rest == [wrote]
 
 
 def test_a_method_that_fails_is_status_one(call, record, tmp_path):
@@ -269,7 +271,7 @@ def test_run_and_report_from_suite_to_leaderboard(call, suite, tmp_path):
     assert status == 0 and told.startswith("# Leaderboard: suite mine")
     assert sorted(path.name for path in out.iterdir()) == [
         "environment.json", "leaderboard.csv", "leaderboard.html", "leaderboard.md",
-        "parameters.parquet", "results.parquet", "runs.jsonl",
+        "parameters.parquet", "results.parquet", "runs.jsonl", "traces.jsonl",
     ]  # fmt: skip
     assert json.loads(call("report", out, "--json")[1])["complete"] is True
     assert call("report", out, "--quiet")[1] == ""
