@@ -17,7 +17,7 @@ import numpy as np
 from ..models.errors import BadInput
 from .environment import code_version
 from .kinds import kind_of
-from .kinds.base import TIMES, Selection, Spec
+from .kinds.base import TIMES, Kind, Selection, Spec
 from .store import RUNS, Store, read_manifest, read_runs, stored_kind
 from .suites import load_suite
 from .traces import read_traces
@@ -50,15 +50,15 @@ def merge(source: str | Path, target: str | Path, sample: int = 5, seed: int = 0
     source, target = Path(source), Path(target)
     theirs, ours = read_manifest(source), read_manifest(target)
     _check_manifests(theirs, ours, source)
-    form = stored_kind(theirs).tables
-    runs = read_runs(source / RUNS, form)[0]
+    kind = stored_kind(theirs)
+    runs = read_runs(source / RUNS, kind.tables)[0]
     if not runs:
         raise BadInput("holds no finished run", file=source / RUNS)
     specs = _planned(theirs, source, trust) | _planned(ours, target, trust)
-    _check_runs(runs, specs, form.keys, source / RUNS)
+    _check_runs(runs, specs, kind.tables.keys, source / RUNS)
     again = np.random.default_rng(seed).permutation(len(runs))[:sample]
     for i in again:
-        _check_again(runs[int(i)], specs[runs[int(i)]["key"]], source / RUNS)
+        _check_again(kind, runs[int(i)], specs[runs[int(i)]["key"]], source / RUNS)
     return _add(runs, source, target, len(again))
 
 
@@ -96,9 +96,9 @@ def _check_runs(runs: Sequence[Mapping[str, Any]], specs: Mapping[str, Spec], ke
                 raise BadInput(told, file=path)
 
 
-def _check_again(run: Mapping[str, Any], spec: Any, path: Path) -> None:
+def _check_again(kind: Kind, run: Mapping[str, Any], spec: Any, path: Path) -> None:
     """Compute a run again and compare its scores."""
-    found = json.loads(json.dumps(kind_of("identification").execute(spec), default=float))["row"]
+    found = json.loads(json.dumps(kind.execute(spec), default=float))["row"]
     for name, value in found.items():
         other = run["row"].get(name)
         if name not in TIMES and name != "error" and not _same(value, other):

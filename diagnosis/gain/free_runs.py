@@ -108,25 +108,35 @@ def counted_channels(est: Estimator) -> np.ndarray:
 
 
 class _Simulated(NamedTuple):
-    """A setting with its free runs: residuals, cost, and the rms (6,) of each channel."""
+    """A setting with its free runs and their cost."""
 
     setting: Setting
     now: Innovations
     cost: float
-    rms: np.ndarray
 
 
 def _simulated(sim: Estimator, s: Setting, counted: np.ndarray) -> _Simulated:
     now = sim.evaluate(s)
-    return _Simulated(s, now, *_simulation_cost(now, s, counted))
+    return _Simulated(s, now, _simulation_cost(now, s, counted))
+
+
+def weights(now: Innovations, counted: np.ndarray) -> np.ndarray:
+    """Weight (6,) of each channel's output errors in the fit of free runs: one over their rms, which is at least the
+    sensor's noise; 0 where the channel does not count."""
+    return np.where(counted, 1.0 / np.maximum(_rms(now), 1.0), 0.0)
+
+
+def _rms(now: Innovations) -> np.ndarray:
+    """Root mean square (6,) of the output errors of each channel, in standard deviations of its sensor."""
+    used = (now.e != 0.0).sum(axis=0)
+    return np.sqrt((now.e**2).sum(axis=0) / np.maximum(used, 1))
 
 
 def _equations(
     sim: Estimator, here: _Simulated, parameters: Sequence[Parameter], counted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Lengths (p,) of the weighted columns, and the normal equations (p, p), (p,) in columns of unit length."""
-    sd = here.setting.noise.sensor_sd
-    weight = np.where(counted, sd / np.maximum(here.rms, sd), 0.0)
+    weight = weights(here.now, counted)
     rows = (columns(sim, here.setting, parameters).reshape(len(parameters), -1, 6) * weight).reshape(
         len(parameters), -1
     )
@@ -136,13 +146,13 @@ def _equations(
     return scale, unit @ unit.T, -(rows @ target) / scale
 
 
-def _simulation_cost(now: Innovations, s: Setting, counted: np.ndarray) -> tuple[float, np.ndarray]:
-    """Sum of N log(rms) over the channels that count, and the rms (6,) of each."""
-    used = (now.e != 0.0).sum(axis=0)
+def _simulation_cost(now: Innovations, s: Setting, counted: np.ndarray) -> float:
+    """Sum of N log(rms) over the channels that count."""
+    used, sd = (now.e != 0.0).sum(axis=0), s.noise.sensor_sd
     with np.errstate(over="ignore", invalid="ignore"):
-        rms = s.noise.sensor_sd * np.sqrt((now.e**2).sum(axis=0) / np.maximum(used, 1))
-        cost = float(np.sum(used[counted] * np.log(np.maximum(rms[counted], s.noise.sensor_sd[counted]))))
-    return (cost if np.isfinite(cost) else np.inf), rms
+        rms = sd * _rms(now)
+        cost = float(np.sum(used[counted] * np.log(np.maximum(rms[counted], sd[counted]))))
+    return cost if np.isfinite(cost) else np.inf
 
 
 def free_runs(held: Estimator, s: Setting) -> list[np.ndarray]:

@@ -22,6 +22,7 @@ from .free_runs import (
     ratio_of,
     scored_from,
     simulating,
+    weights,
 )
 
 if TYPE_CHECKING:
@@ -94,12 +95,8 @@ def _steps_back(
     if not parameters:
         return [np.zeros(0)] * len(parts)
     run = simulating(est) if simulated else est
-    now, weight = run.evaluate(s), np.ones(CHANNELS)
-    if simulated:
-        counted = counted_channels(run)
-        used = (now.e != 0.0).sum(axis=0)
-        rms = np.sqrt((now.e**2).sum(axis=0) / np.maximum(used, 1))
-        weight = np.where(counted, 1.0 / np.maximum(rms, 1.0), 0.0)
+    now = run.evaluate(s)
+    weight = weights(now, counted_channels(run)) if simulated else np.ones(CHANNELS)
     rows = columns(run, s, parameters).reshape(len(parameters), -1, CHANNELS) * weight
     target = now.e * weight
     scale = np.sqrt((rows**2).sum(axis=(1, 2))) + 1e-300

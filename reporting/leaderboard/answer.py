@@ -8,6 +8,7 @@ import numpy as np
 
 from .contest import Contest
 from .paired import LEVEL, holm, log_ratios, signed_rank
+from .standings import median
 
 LEAST_PAIRS = 6
 """Pairs below which no signed-rank test can have p < 0.05."""
@@ -51,7 +52,7 @@ def answer(board: Contest) -> str:
         return "No two methods were compared under these conditions."
     best = places[0].index
     errors = board.errors[:, best][~np.isnan(board.errors[:, best])]
-    error, seconds = median(errors), median(board.times[:, best][~np.isnan(board.times[:, best])])
+    error, seconds = median(errors), median(board.times[:, best])
     if not np.isfinite(error):
         return "No method predicts these problems with a finite error."
     useless = "" if error < 1.0 or board.criterion != "prediction" else USELESS
@@ -82,15 +83,6 @@ def number(value: float) -> str:
     if not -4 <= power <= 6:
         return f"{mantissa}e{power}"
     return f"{float(mantissa) * 10.0**power:.{max(0, 1 - power)}f}"
-
-
-def median(values: np.ndarray) -> float:
-    """The median; infinite where either middle value is, nan of none."""
-    if not values.size:
-        return float("nan")
-    ordered = np.sort(values)
-    low, high = ordered[(values.size - 1) // 2], ordered[values.size // 2]
-    return float(low if low == high else (low + high) / 2.0)
 
 
 def _paired(board: Contest, best: int, other: int) -> tuple[np.ndarray, np.ndarray]:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ...datasets.display import shown_name
 from .standings import CELL, COVERAGE, FLOOR, MEDIANS, PREDICTED, Frame, in_order, significant
 
 CRITERIA = {"prediction": "nrmse", "parameters": "rel_error"}
@@ -28,7 +29,6 @@ DIMENSIONS = {
     "sampling": "sampling",
 }
 """What a problem is chosen by -> its title."""
-QUANTITIES = {"heading_rad": "heading", "yaw_rate_rad_s": "yaw rate", "surge_m_s": "surge", "sway_m_s": "sway"}
 KINDS = {"zigzag": "zigzags", "turn": "turns", "sine": "sines", "steps": "rudder steps", "prbs": "random steps"}
 MOST_SEEDS, MOST_VALUES = 10, 60_000
 """Errors of single seeds are kept up to this number of seeds and of errors altogether, else only their medians."""
@@ -200,7 +200,7 @@ def _scored(runs: Frame) -> Any:
 
     if runs.empty:
         return pd.Series([], index=pd.MultiIndex.from_frame(runs[CELL]), dtype="str")
-    columns = {f"r2_free_{name}": QUANTITIES[name] for name in PREDICTED}
+    columns = {f"r2_free_{name}": shown_name(name) for name in PREDICTED}
     extra = [name for name in ("r2_free_north_m", "r2_free_east_m") if name in runs]
     known = runs[[*columns, *extra]].notna().groupby([runs[name] for name in CELL], observed=True).any()
     texts = known[list(columns)].rename(columns=columns)

@@ -12,10 +12,10 @@ import numpy as np
 
 from ..numbers import duration, number, percent
 from . import profiles
-from .answer import answer, median
+from .answer import answer
 from .contest import Contest
 from .paired import log_ratios, signed_rank
-from .standings import CELL, Frame
+from .standings import CELL, Frame, Series, median
 from .statistics import Statistics
 
 OUTLIERS, SLOW = "low,outliers=10%", 16
@@ -88,8 +88,8 @@ def _bound(of: Statistics) -> Finding | None:
 
 
 def _speed(of: Statistics) -> Finding | None:
-    errors = [median(row[~np.isnan(row)]) for row in of.board.errors.T]
-    times = [median(row[~np.isnan(row)]) for row in of.board.times.T]
+    errors = [median(row) for row in of.board.errors.T]
+    times = [median(row) for row in of.board.times.T]
     full = {place.index for place in of.board.order() if not place.partial}
     front = [i for i in profiles.pareto(errors, times) if i in full]
     if len(front) < 2:
@@ -125,11 +125,7 @@ def _excitation(of: Statistics) -> Finding | None:
         return None
     keep = problems.set_index(["vessel", "model", "held_out"]).index.isin(blocks) & problems.index.isin(alone.index)
     board = of.board.kept(keep)
-    levels = {
-        str(text): median(own[~np.isnan(own)])
-        for text in board.problems["excitation"].unique()
-        if (own := board.errors[(board.problems["excitation"] == text).to_numpy()]).size
-    }
+    levels = _medians_by(board.problems["excitation"], board.errors)
     order = sorted(levels, key=lambda text: levels[text])
     text = (
         f"Of single manoeuvres, {order[0]} teaches most (median prediction error {number(levels[order[0]])} over all "
@@ -160,17 +156,18 @@ def _hardest(of: Statistics) -> Finding | None:
     first = _first(of)
     if first is None:
         return None
-    own = of.board.errors[:, first[1]]
-    known = {
-        str(vessel): median(values[~np.isnan(values)])
-        for vessel in of.board.problems["vessel"].unique()
-        if (~np.isnan(values := own[(of.board.problems["vessel"] == vessel).to_numpy()])).any()
-    }
+    every = _medians_by(of.board.problems["vessel"], of.board.errors[:, first[1]])
+    known = {vessel: error for vessel, error in every.items() if not np.isnan(error)}
     if len(known) < 2:
         return None
     hard = max(known, key=lambda vessel: known[vessel])
     text = f"{first[0]} has its largest median prediction error on {hard} ({number(known[hard])})."
     return Finding(text, _command("default"))
+
+
+def _medians_by(levels: Series, errors: np.ndarray) -> dict[str, float]:
+    """Median error of the problems (P, ...) at each level; nan where nothing is known."""
+    return {str(level): median(errors[(levels == level).to_numpy()]) for level in levels.unique()}
 
 
 def _levels(of: Statistics, factor: str, plain: object, other: object, words: str, suite: str) -> Finding | None:

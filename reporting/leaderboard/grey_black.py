@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .paired import signed_rank
+from .standings import CELL
+
 if TYPE_CHECKING:
     import pandas as pd
 
-CONDITION = ["vessel", "model", "train", "held_out", "noise", "disturbance", "thinning", "length"]
 METRIC = "rmse_free_yaw_rate_rad_s"
 FEWEST = 6
 """Pairs below which a Wilcoxon test cannot become significant at 5 %."""
@@ -70,8 +72,6 @@ def grey_against_black(results: pd.DataFrame, kinds: Mapping[str, str], metric: 
         failed or diverged has an infinite error; rows that do not apply are left out.
     kinds : method -> kind, see `kinds_of`.
     """
-    from scipy.stats import wilcoxon
-
     errors = _errors(results, kinds, metric)
     chosen = {kind: _best(errors, [m for m in errors if kinds[m] == kind]) for kind in ("grey box", "black box")}
     grey, black = chosen["grey box"], chosen["black box"]
@@ -83,8 +83,7 @@ def grey_against_black(results: pd.DataFrame, kinds: Mapping[str, str], metric: 
         return None
     with np.errstate(all="ignore"):
         ratio = np.clip(pairs[grey].to_numpy() / pairs[black].to_numpy(), 1.0 / LARGEST_RATIO, LARGEST_RATIO)
-    test: Any = wilcoxon(np.log(ratio)) if np.any(ratio != 1.0) else None
-    p = 1.0 if test is None else float(test.pvalue)
+    p = signed_rank(pairs[grey].to_numpy(), pairs[black].to_numpy())
     return GreyBlack(grey, black, float(np.median(ratio)), int((ratio < 1.0).sum()), len(pairs), p)
 
 
@@ -95,7 +94,7 @@ def _errors(results: pd.DataFrame, kinds: Mapping[str, str], metric: str) -> pd.
         rows = rows[rows["variant"] == "corrected"]
     lost = (rows["status"] != "ok") | rows["diverged"].fillna(False).astype(bool) | rows[metric].isna()
     rows = rows.assign(error=rows[metric].astype(float).where(~lost, np.inf))
-    return rows.groupby([*CONDITION, "method"])["error"].median().unstack("method")
+    return rows.groupby([*CELL, "method"])["error"].median().unstack("method")
 
 
 def _best(errors: pd.DataFrame, methods: list[str]) -> str | None:

@@ -41,13 +41,6 @@ class Judged:
     reason: str
 
 
-class Medians(dict[str, Spread]):
-    """Any value of the study or the search in a reason, {found[key]}: its median as text."""
-
-    def __getitem__(self, key: str) -> str:  # type: ignore[override]
-        return shown(super().__getitem__(key).median)
-
-
 def judge(
     claim: Claim,
     values: Mapping[str, Spread],
@@ -72,7 +65,7 @@ def judge(
     printed = values.get(claim.as_printed, NOTHING) if claim.as_printed else NOTHING
     tried = tuple((searched or {}).get(key, NOTHING) for key in (claim.corrected, claim.as_printed) if key)
     verdict = _verdict(claim, corrected, printed, tried)
-    found = Medians({**values, **(searched or {})})
+    found = {key: shown(own.median) for key, own in {**values, **(searched or {})}.items()}
     reason = failure or _reason(claim, corrected, printed, verdict, tried, over, found)
     return Judged(claim, corrected, printed, tried, verdict, reason)
 
@@ -158,7 +151,7 @@ def _reason(
     verdict: str,
     tried: tuple[Spread, ...],
     over: str,
-    found: Medians,
+    found: Mapping[str, str],
 ) -> str:
     if claim.missing:
         return claim.missing

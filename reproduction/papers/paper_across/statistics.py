@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ....reporting.leaderboard.paired import holm as stepped_down
+
 LEVEL = 0.05
 """Level of the tests, after Holm's correction."""
 MATERIAL = 0.01
@@ -54,12 +56,7 @@ def _rank_biserial(difference: np.ndarray) -> float:
 
 def holm(p: Mapping[str, float]) -> dict[str, float]:
     """Adjusted p values (Holm 1979, Scand. J. Statist. 6, 65): each may be compared with the level by itself."""
-    ordered = sorted(p, key=lambda name: p[name])
-    adjusted, worst = {}, 0.0
-    for place, name in enumerate(ordered):
-        worst = max(worst, min(1.0, (len(ordered) - place) * p[name]))
-        adjusted[name] = worst
-    return {name: adjusted[name] for name in p}
+    return dict(zip(p, stepped_down([*p.values()]).tolist(), strict=True))
 
 
 def outcome(adjusted: float, ratio: float, failed: float, baseline_failed: float) -> str:

@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from helmbench.reporting.leaderboard.grey_black import CONDITION, METRIC, grey_against_black, kinds_of
+from helmbench.reporting.leaderboard.grey_black import METRIC, grey_against_black, kinds_of
+from helmbench.reporting.leaderboard.standings import CELL
 
 KINDS = {"pem": "grey box", "ls": "grey box", "gp-narx": "black box", "arx": "black box"}
 
@@ -12,7 +13,7 @@ KINDS = {"pem": "grey box", "ls": "grey box", "gp-narx": "black box", "arx": "bl
 def table(errors, seeds=2):
     """Rows of every method with errors (conditions,)."""
     rows = [
-        {**dict.fromkeys(CONDITION, "same"), "vessel": f"ship {place}", "method": method, "variant": "corrected"}
+        {**dict.fromkeys(CELL, "same"), "vessel": f"ship {place}", "method": method, "variant": "corrected"}
         | {"seed": seed, "status": "ok", "diverged": False, METRIC: value}
         for method, values in errors.items()
         for place, value in enumerate(values)
