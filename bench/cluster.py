@@ -63,11 +63,11 @@ def _check_code(client: Any) -> None:
             raise BadInput(f"dask worker {worker} has other code than this process ({told}, here {here})", hint=UPDATE)
 
 
-def on_worker(version: str, function: Callable[[Any], Any], item: Any) -> Any:
-    """`function(item)` on a worker; `EnvironmentFault` on one that joined later, with other code."""
+def on_worker(version: str, function: Callable[..., Any], *args: Any) -> Any:
+    """`function(*args)` on a worker; `EnvironmentFault` on one that joined later, with other code."""
     if code_version() != version:
         raise EnvironmentFault(f"a dask worker has other code ({code_version()}, here {version})", hint=UPDATE)
-    return function(item)
+    return function(*args)
 
 
 class _OnCluster(Executor):

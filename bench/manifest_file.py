@@ -34,5 +34,5 @@ class ManifestFile(FileContent):
     kind: Text = "identification"
     title: Text = ""
     selection: _Selection = _Selection()
-    seeds: tuple[WholeNumber, ...] = ()
+    seeds: Text = ""
     packages: dict[str, Any] | None = None

@@ -33,9 +33,8 @@ def run(
     `watch` is called with every finished run.
     """
     todo: list[Any] = [spec for spec in specs if spec.key not in store.finished]
-    for spec, future in pool.outcomes(partial(limits.run, store.kind.execute), todo):
-        error = future.exception()
-        finished = future.result() if error is None else limits.failed(spec, f"{type(error).__name__}: {error}")
+    for spec, result, error in pool.outcomes(partial(limits.run, store.kind.execute), todo):
+        finished = result if error is None else limits.failed(spec, f"{type(error).__name__}: {error}")
         store.append(finished)
         if watch is not None:
             watch(finished)

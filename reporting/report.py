@@ -60,11 +60,10 @@ def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
     packages = ", ".join(f"{name} {version}" for name, version in (manifest.get("packages") or {}).items() if version)
     chosen = {name: value for name, value in (manifest.get("selection") or {}).items() if value}
     selection = [f"{name} {' '.join(value) if isinstance(value, list) else value}" for name, value in chosen.items()]
-    seeds = ", ".join(map(str, manifest.get("seeds", [])))
     return [
         ("version", str(manifest["version"])),
         ("selection", ", ".join(selection)),
-        ("seeds", f"{seeds}; held-out records {manifest.get('held_out_seed')}"),
+        ("seeds", f"{manifest.get('seeds')}; held-out records {manifest.get('held_out_seed')}"),
         ("threads per worker", str(manifest.get("threads_per_worker"))),
         ("Python", f"{manifest.get('python')} ({manifest.get('platform')})"),
         ("processor", f"{manifest.get('cpu')}, {manifest.get('cpus')} usable"),

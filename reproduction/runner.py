@@ -107,9 +107,8 @@ def compute(
             todo.append(job)
         else:
             watch(None)
-    for job, future in pool.outcomes(execute, todo):
-        error = future.exception()
-        run = future.result() if error is None else _lost(job, error)
+    for job, result, error in pool.outcomes(execute, todo):
+        run = result if error is None else _lost(job, error)
         write_run(run, directory)
         watch(run)
 

@@ -70,7 +70,7 @@ def manifest():
 
     def build(planned):
         facts = {"suite": "made-up", "title": "made up", "suite_digest": "0", "version": "0.0.0", "plan_digest": "0"}
-        return facts | {"planned": planned, "selection": {"suite": "made-up"}, "seeds": [0], "packages": {"numpy": "2"}}
+        return facts | {"planned": planned, "selection": {"suite": "made-up"}, "seeds": "0", "packages": {"numpy": "2"}}
 
     return build
 

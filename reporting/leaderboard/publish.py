@@ -137,7 +137,7 @@ def combined(manifests: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     names = [str(manifest["suite"]) for manifest in manifests]
     complete = sum(int(manifest["planned"]) for manifest in manifests) if len(manifests) == 1 else 0
     titles = "; ".join(str(manifest.get("title", "")) for manifest in manifests)
-    seeds = sorted({seed for manifest in manifests for seed in manifest.get("seeds", [])})
+    seeds = ", ".join(sorted({str(manifest["seeds"]) for manifest in manifests if "seeds" in manifest}))
     return {**first, "suite": ", ".join(names), "title": titles, "planned": complete, "seeds": seeds, "selection": {}}
 
 

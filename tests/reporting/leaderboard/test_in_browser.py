@@ -63,7 +63,7 @@ def made_up_results():
             runs.append(run | ({"trace": _trace(rng, error)} if s == 0 else {}))
         runs.append(make_run(method="only-here", vessel="cargo", r2=0.9, train="zigzag:10/10", wall_s=0.1))
         runs.append(make_run(method="c", vessel="s175", status="not_applicable", reason="no sway", train="turn:20"))
-        manifest = {"suite": "made-up", "version": "0", "planned": len(runs), "seeds": [0, 1, 2], "title": "made up"}
+        manifest = {"suite": "made-up", "version": "0", "planned": len(runs), "seeds": "0-2", "title": "made up"}
         with Store.create(folder, manifest) as store:
             for run in runs:
                 store.append(run)
