@@ -28,7 +28,19 @@ def run(
     watch: Callable[[dict[str, Any]], object] | None = None,
     limits: Limits = UNLIMITED,
 ) -> None:
-    """Execute what `store` does not hold yet, keep each run as it ends, then write the tables.
+    """Execute what `store` does not hold yet, see `execute`, then write the tables."""
+    execute(specs, store, pool, watch, limits)
+    store.write_tables()
+
+
+def execute(
+    specs: Sequence[Spec],
+    store: Store,
+    pool: Pool,
+    watch: Callable[[dict[str, Any]], object] | None = None,
+    limits: Limits = UNLIMITED,
+) -> None:
+    """Execute what `store` does not hold yet, and keep each run as it ends.
 
     `watch` is called with every finished run.
     """
@@ -38,7 +50,6 @@ def run(
         store.append(finished)
         if watch is not None:
             watch(finished)
-    store.write_tables()
 
 
 def open_store(directory: str | Path, suite: Suite, selection: Selection, specs: Sequence[Spec]) -> Store:

@@ -153,6 +153,29 @@ def read_runs(path: Path, form: Tables | None = None) -> tuple[list[dict[str, An
     A torn last line is left out, and any other line that is not a stored run, with a `DamagedRunsWarning`.
     """
     data = path.read_bytes() if path.exists() else b""
+    found, damaged, whole = _whole_runs(data, path, form)
+    if damaged:
+        rows = f"row{'s' if len(damaged) > 1 else ''} {', '.join(map(str, damaged[:5]))}"
+        more = f" and {len(damaged) - 5} others" if len(damaged) > 5 else ""
+        hint = "the other runs are used; --resume makes the lost ones again"
+        warnings.warn(f"{path}: {rows}{more}: not a stored run; {hint}", DamagedRunsWarning, stacklevel=2)
+    return list(found.values()), whole
+
+
+def new_runs(path: Path, begin: int, form: Tables) -> tuple[list[dict[str, Any]], int]:
+    """Runs that another process has stored behind the byte `begin`, and the byte behind the last whole line."""
+    try:
+        with path.open("rb") as file:
+            file.seek(begin)
+            data = file.read()
+    except FileNotFoundError:
+        return [], begin
+    found, _, whole = _whole_runs(data, path, form)
+    return list(found.values()), begin + whole
+
+
+def _whole_runs(data: bytes, path: Path, form: Tables | None) -> tuple[dict[str, dict[str, Any]], list[int], int]:
+    """Runs by their keys, numbers of damaged lines, and the number of bytes that hold whole lines."""
     whole = data.rfind(b"\n") + 1
     found: dict[str, dict[str, Any]] = {}
     damaged: list[int] = []
@@ -162,12 +185,7 @@ def read_runs(path: Path, form: Tables | None = None) -> tuple[list[dict[str, An
             damaged.append(number)
         elif run:
             found[run["key"]] = run
-    if damaged:
-        rows = f"row{'s' if len(damaged) > 1 else ''} {', '.join(map(str, damaged[:5]))}"
-        more = f" and {len(damaged) - 5} others" if len(damaged) > 5 else ""
-        hint = "the other runs are used; --resume makes the lost ones again"
-        warnings.warn(f"{path}: {rows}{more}: not a stored run; {hint}", DamagedRunsWarning, stacklevel=2)
-    return list(found.values()), whole
+    return found, damaged, whole
 
 
 def tables(
@@ -260,6 +278,21 @@ def locked(directory: Path) -> Iterator[None]:
         yield
     finally:
         os.close(file)
+
+
+def is_held(path: Path) -> bool:
+    """Whether a process is writing a journal."""
+    try:
+        file = os.open(path, os.O_RDWR)
+    except FileNotFoundError:
+        return False
+    try:
+        _lock(file, path)
+    except BadInput:
+        return True
+    finally:
+        os.close(file)
+    return False
 
 
 def _open_for_append(path: Path) -> int:

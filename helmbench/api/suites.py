@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from ..bench.kinds.base import Kind, Selection
+    from ..bench.job_array import JobArray
+    from ..bench.kinds.base import Kind, Selection, Spec
     from ..bench.limits import Limits
     from ..bench.merging import Merged
     from ..bench.store import Store
@@ -103,6 +105,8 @@ def run_suite(
     seed: int | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
+    array: str | None = None,
+    array_options: Mapping[str, str | int] | None = None,
     timeout_s: float | None = None,
     memory_gib: float | None = None,
     resume: bool = False,
@@ -120,8 +124,10 @@ def run_suite(
     vessels : only these vessels or measured sets.
     seeds : number of seeds, or of rounds of a diagnosis suite; None: the suite's.
     seed : from which a diagnosis suite draws its cases; None: a new one.
-    jobs : worker processes, at most one for each processor, which is also what None means.
+    jobs : worker processes, at most one for each processor, which is also what None means; or jobs of an array.
     scheduler : 'tcp://host:port' of a dask cluster to run on.
+    array : 'slurm' runs the suite as a job array of Slurm through submitit, 'local' as processes of this machine.
+    array_options : submitit's parameters of its executor, such as timeout_min or slurm_partition.
     timeout_s : seconds after which a run is ended and kept as a failed one; compiling kernels does not count.
     memory_gib : memory that the process of a run may allocate, GiB; Linux only.
     resume : continue a run that was interrupted, or start it where nothing was started.
@@ -140,6 +146,7 @@ def run_suite(
         found before anything is written.  Later, where the machine is at fault (a full disk, a lost cluster): what is
         finished is kept, and `resume` goes on.  Also code that is not trusted.
     """
+    from ..bench.job_array import JobArray
     from ..bench.kinds.base import Selection
     from ..bench.limits import UNLIMITED, Limits
     from ..bench.pool import worker_count
@@ -159,9 +166,12 @@ def run_suite(
     if limits != UNLIMITED and scheduler:
         hint = "dask has its own: `dask worker --memory-limit`, and `--lifetime` with `--lifetime-restart`"
         raise BadInput("--timeout and --memory are for worker processes of this machine", hint=hint)
-    if message is not None and not scheduler and (jobs or 0) > worker_count(jobs):
+    if scheduler and array:
+        raise BadInput("--scheduler and --array exclude each other")
+    if message is not None and not scheduler and not array and (jobs or 0) > worker_count(jobs):
         message(f"{jobs} workers asked for, {worker_count(jobs)} processors here: {worker_count(jobs)} workers")
-    store = _execute(folder, given, resume, trust, jobs, scheduler, progress, message, limits)
+    place = _Place(jobs, scheduler, JobArray(array, jobs, array_options or {}) if array else None, limits)
+    store = _execute(folder, given, resume, trust, place, progress, message)
     return SuiteResults(store.directory, store.manifest, tuple(run["row"] for run in store.runs))
 
 
@@ -276,24 +286,45 @@ def _stored_selection(directory: Path) -> Selection:
     return Selection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
 
 
+@dataclass(frozen=True)
+class _Place:
+    """Where runs are executed: in worker processes, on a dask cluster or in a job array; within limits."""
+
+    jobs: int | None
+    scheduler: str | None
+    array: JobArray | None
+    limits: Limits
+
+    @contextmanager
+    def runner(self) -> Generator[Callable[[Sequence[Spec], Store, Callable[[dict[str, Any]], object]], None]]:
+        """Executes (specs, store, watch)."""
+        from ..bench import runner
+        from ..bench.cluster import cluster
+        from ..bench.job_array import run_array
+        from ..bench.pool import processes
+
+        if self.array is not None:
+            array = self.array
+            yield lambda specs, store, watch: run_array(specs, store, array, watch, self.limits)
+        else:
+            with cluster(self.scheduler) if self.scheduler else processes(self.jobs) as pool:
+                yield lambda specs, store, watch: runner.run(specs, store, pool, watch, self.limits)
+
+
 def _execute(
     directory: Path,
     selection: Selection,
     resume: bool,
     trust: Trust,
-    jobs: int | None,
-    scheduler: str | None,
+    place: _Place,
     progress: bool,
     message: Callable[[str], object] | None,
-    limits: Limits,
 ) -> Store:
     """Run what is not stored yet; whatever is wrong with the input is found before anything is written."""
     from tqdm import tqdm
 
     from ..bench import runner
-    from ..bench.cluster import cluster
     from ..bench.kinds import kind_of
-    from ..bench.pool import processes
     from ..bench.store import check_vacant
     from ..bench.suites import load_suite
     from ..bench.trust import check_trust
@@ -307,15 +338,15 @@ def _execute(
     specs = kind.plan(suite, selection)
     if selection.seed is not None and message is not None:
         message(f"seed {selection.seed} (--seed {selection.seed} draws the same cases)")
-    if not scheduler:
+    if not place.scheduler:
         kind.check(specs)
-    with cluster(scheduler) if scheduler else processes(jobs) as pool:
+    with place.runner() as run:
         opened = runner.resume_store(directory, suite, specs) if resume else None
         with opened or runner.open_store(directory, suite, selection, specs) as store:
             todo = [spec for spec in specs if spec.key not in store.finished]
             done = len(specs) - len(todo)
             with tqdm(total=len(specs), initial=done, unit="run", disable=not progress, file=sys.stderr) as bar:
-                runner.run(todo, store, pool, _watch(bar, kind), limits)
+                run(todo, store, _watch(bar, kind))
     return store
 
 

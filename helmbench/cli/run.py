@@ -37,8 +37,14 @@ if TYPE_CHECKING:
 @click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
 @click.option("--seeds", type=click.IntRange(1, 1_000_000), help="Number of seeds or rounds; default: the suite's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default and most: one for each processor.")
+@click.option(
+    "--jobs", type=click.IntRange(min=1), help="Worker processes, at most one a processor; or jobs of an --array."
+)
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
+@click.option("--array", type=click.Choice(["slurm", "local"]), help="Run as a job array through submitit.")
+@click.option(
+    "--array-option", "array_options", multiple=True, help="Option of the jobs, e.g. timeout_min=240 (repeatable)."
+)
 @click.option("--timeout", type=float, help="Seconds until a run is ended and stored as failed; not with --scheduler.")
 @click.option("--memory", type=float, help="GiB of memory that a run may allocate (Linux); not with --scheduler.")
 @tuning_options
@@ -54,6 +60,8 @@ def run(
     seed: int | None,
     jobs: int | None,
     scheduler: str | None,
+    array: str | None,
+    array_options: tuple[str, ...],
     timeout: float | None,
     memory: float | None,
     tuner: str | None,
@@ -77,6 +85,8 @@ def run(
         seed=seed,
         jobs=jobs,
         scheduler=scheduler,
+        array=array,
+        array_options=_named(array_options),
         timeout_s=timeout,
         memory_gib=memory,
         resume=resume,
@@ -85,6 +95,15 @@ def run(
         message=None if hidden else lambda text: click.echo(text, err=True),
     )
     return _summarise(found, as_json, quiet)
+
+
+def _named(texts: tuple[str, ...]) -> dict[str, str | int]:
+    """Options `name=value`; whole numbers are numbers."""
+    pairs = [text.partition("=") for text in texts]
+    wrong = next((text for text, (name, equal, _) in zip(texts, pairs, strict=True) if not (name and equal)), None)
+    if wrong is not None:
+        raise click.BadParameter(f"{wrong!r} is not name=value", param_hint="--array-option")
+    return {name: int(value) if value.isdigit() else value for name, _, value in pairs}
 
 
 def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:

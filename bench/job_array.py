@@ -1,0 +1,196 @@
+"""Job arrays by submitit: a suite's runs are dealt out to the jobs of an array.
+
+Every job stores its runs in a folder of its own in `parts`, a results store like any other; they are taken over into
+the suite's store while they appear.  A folder is locked while its job runs, so that a resumed run waits for jobs that
+outlived the process which submitted them; a job that begins after its folder was taken over ends at once.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from ..models.errors import BadInput, EnvironmentFault
+from .environment import code_version, cpu_count
+from .execution import one_line
+from .kinds.base import Spec
+from .limits import Limits
+from .pool import processes
+from .runner import execute
+from .store import RUNS, Store, is_held, new_runs
+from .traces import TRACES
+
+PARTS, LOGS, REASON = "parts", "logs", "reason.txt"
+MOST_JOBS = 100
+"""Jobs of a Slurm array where no number is given."""
+POLLED_EVERY_S = 0.5
+CLUSTERS = ("slurm", "local")
+
+Watch = Callable[[dict[str, Any]], object]
+
+
+@dataclass(frozen=True)
+class JobArray:
+    """Where runs are submitted to.
+
+    cluster : 'slurm', or 'local' for processes of this machine.
+    jobs : number of jobs; None: up to `MOST_JOBS`, or one a processor of this machine.
+    options : submitit's parameters of its executor, such as timeout_min, cpus_per_task, slurm_partition.
+    """
+
+    cluster: str
+    jobs: int | None = None
+    options: Mapping[str, str | int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Share:
+    """The runs of one job, and the folder that it stores them in."""
+
+    folder: Path
+    specs: Sequence[Spec]
+    limits: Limits
+    version: str
+
+
+def run_array(specs: Sequence[Spec], store: Store, array: JobArray, watch: Watch, limits: Limits) -> None:
+    """Execute what `store` does not hold yet in jobs, take over each run as it ends, then write the tables.
+
+    Raises
+    ------
+    BadInput : submitit is not installed, the cluster cannot be reached or does not know an option.
+    EnvironmentFault : a job ended before its runs were finished; what is finished is kept.
+    """
+    folder = store.directory / PARTS
+    _adopt(folder, store, watch)
+    todo = [spec for spec in specs if spec.key not in store.finished]
+    if todo:
+        executor = _executor(array, folder / LOGS)
+        shares = _shares(todo, folder, store, array, limits)
+        jobs = _submitted(executor, shares)
+        try:
+            _follow(jobs, shares, store, watch)
+        except BaseException:
+            for job in jobs:
+                job.cancel()
+            raise
+    store.write_tables()
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def work(share: Share) -> None:
+    """What a job does: the runs of its share, those that are stored already left out."""
+    reason = share.folder / REASON
+    try:
+        if code_version() != share.version:
+            told = f"a job has other code ({code_version()}, here {share.version})"
+            raise EnvironmentFault(told, hint="install the same helmbench on every machine")
+        with Store.resume(share.folder) as part, processes() as pool:
+            execute(share.specs, part, pool, limits=share.limits)
+    except (BadInput, EnvironmentFault) as error:
+        if share.folder.is_dir():
+            reason.write_text(one_line(error), encoding="utf-8")
+        raise
+
+
+def _executor(array: JobArray, logs: Path) -> Any:
+    try:
+        submitit = import_module("submitit")
+    except ImportError:
+        hint = "install it with: pip install 'helmbench[slurm]'"
+        raise BadInput("--array needs submitit", hint=hint) from None
+    try:
+        executor = submitit.AutoExecutor(folder=logs, cluster=array.cluster)
+        executor.update_parameters(**{"timeout_min": 24 * 60, **array.options})
+    except Exception as error:  # submitit raises what it likes for an unknown option or a missing sbatch
+        raise BadInput(f"--array {array.cluster}: {one_line(error)}") from None
+    return executor
+
+
+def _shares(specs: Sequence[Spec], folder: Path, store: Store, array: JobArray, limits: Limits) -> list[Share]:
+    """The runs dealt out in turn, so that no share has all the long ones; a new folder for each."""
+    jobs = array.jobs or (MOST_JOBS if array.cluster == "slurm" else cpu_count())
+    number, token = min(jobs, len(specs)), f"{os.getpid()}-{time.time_ns()}"
+    shares = []
+    for i in range(number):
+        own = folder / f"{token}-{i}"
+        Store.create(own, store.manifest).close()
+        shares.append(Share(own.resolve(), list(specs[i::number]), limits, code_version()))
+    return shares
+
+
+def _submitted(executor: Any, shares: Sequence[Share]) -> list[Any]:
+    try:
+        return executor.map_array(work, shares)
+    except Exception as error:
+        raise BadInput(f"the jobs cannot be submitted ({one_line(error)})") from None
+
+
+def _follow(jobs: Sequence[Any], shares: Sequence[Share], store: Store, watch: Watch) -> None:
+    """Take over the runs of jobs as they appear, until all have ended."""
+    parts = [_Part(share.folder) for share in shares]
+    waiting = dict(zip(parts, jobs, strict=True))
+    while waiting:
+        ended = [part for part, job in waiting.items() if job.done()]
+        for part in waiting:
+            part.take_over(store, watch)
+        for part in ended:
+            del waiting[part]
+        if waiting:
+            time.sleep(POLLED_EVERY_S)
+    lost = [share for share in shares if any(spec.key not in store.finished for spec in share.specs)]
+    reasons = [text for share in lost if (text := _reason(share))]
+    for part in parts:
+        part.close(store)
+    if lost:
+        told = f"{len(lost)} of {len(shares)} jobs ended before their runs were finished"
+        why = f" ({reasons[0]})" if reasons else f"; their logs are in {store.directory / PARTS / LOGS}"
+        raise EnvironmentFault(told + why, hint="what is finished is kept: continue with --resume")
+
+
+def _reason(share: Share) -> str:
+    path = share.folder / REASON
+    return one_line(path.read_text(encoding="utf-8")) if path.is_file() else ""
+
+
+def _adopt(folder: Path, store: Store, watch: Watch) -> None:
+    """Take over what jobs of an earlier process stored; jobs that still run are waited for."""
+    for part in [_Part(path) for path in _folders(folder)]:
+        while is_held(part.folder / RUNS):
+            part.take_over(store, watch)
+            time.sleep(POLLED_EVERY_S)
+        part.take_over(store, watch)
+        part.close(store)
+
+
+def _folders(folder: Path) -> Iterator[Path]:
+    return (path for path in sorted(folder.glob("*")) if path.is_dir() and path.name != LOGS)
+
+
+class _Part:
+    """The results of one job, read on from where they were read before."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self._read = folder, 0
+
+    def take_over(self, store: Store, watch: Watch) -> None:
+        """Append the runs that are new here and that the store lacks."""
+        runs, self._read = new_runs(self.folder / RUNS, self._read, store.kind.tables)
+        for run in runs:
+            if run["key"] not in store.finished:
+                store.append(run)
+                watch(run)
+
+    def close(self, store: Store) -> None:
+        """Add the traces to the store's and remove the folder."""
+        traces = self.folder / TRACES
+        if traces.is_file():
+            with (store.directory / TRACES).open("ab") as file:
+                file.write(traces.read_bytes())
+        shutil.rmtree(self.folder)
