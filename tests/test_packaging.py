@@ -237,7 +237,8 @@ def test_dependencies_are_what_is_imported() -> None:
     tops = {name.split(".")[0] for path in paths for name in absolute_imports(path)} - {"helmbench"}
     imported = {{"sklearn": "scikit-learn", "yaml": "pyyaml"}.get(top, top) for top in tops - sys.stdlib_module_names}
     imported.add("cmaes")  # by optuna, for us
-    optional = {Requirement(text).name for text in PROJECT["project"]["optional-dependencies"]["distributed"]}
+    extras = PROJECT["project"]["optional-dependencies"]
+    optional = {Requirement(text).name for extra in ("deep", "distributed") for text in extras[extra]}
     declared = {Requirement(text).name for text in PROJECT["project"]["dependencies"]}
     assert imported - optional == declared
 

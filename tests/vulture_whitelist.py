@@ -10,7 +10,6 @@ from helmbench.estimation.tuning.abc import ABCSampler
 from helmbench.methods import contract
 from helmbench.methods.base import RecursiveMethod
 from helmbench.models.simulate import simulate_batch
-from helmbench.reporting.leaderboard import grey_black
 
 USED = (
     ABCSampler.infer_relative_search_space,  # by Optuna
@@ -27,9 +26,6 @@ USED = (
     manoeuvres.from_series,
     Share.trim,  # by a table, by name
     simulate_batch,  # Monte Carlo, timed against other implementations
-    grey_black.grey_against_black,  # by the leaderboard's page
-    grey_black.kinds_of,
-    grey_black.GreyBlack.sentence,
     contract.check_method,  # by authors of other methods
     check_cause,  # by authors of other causes
 )

@@ -61,14 +61,14 @@ def fit_scaled(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], symbols
         raise FitFailed("states or accelerations are not finite")
     still = np.array([symbol in SYMMETRIC for symbol in symbols])
     mean = np.where(still, 0.0, x.mean(axis=0))
-    scale, y_scale = _inverse_spread(x, mean), 1.0 / _inverse_spread(y, np.zeros(y.shape[1]), 1.0)
+    scale, y_scale = inverse_spread(x, mean), 1.0 / inverse_spread(y, np.zeros(y.shape[1]), 1.0)
     scaled, target = np.round((x - mean) * scale, DIGITS), np.round(y / y_scale, DIGITS)
     regressors = fit_regressors(scaled, target, make)
     fast = compiled(regressors, scaled[evenly_spaced(len(scaled), CHECKED)])
     return Scaled(mean, scale, y_scale, regressors, fast)
 
 
-def _inverse_spread(values: np.ndarray, mean: np.ndarray, constant: float = 0.0) -> np.ndarray:
+def inverse_spread(values: np.ndarray, mean: np.ndarray, constant: float = 0.0) -> np.ndarray:
     """1 / root mean square of columns (N, k) about mean (k,); `constant` for a column that does not vary."""
     spread = np.sqrt(np.mean((values - mean) ** 2, axis=0))
     varies = (values.std(axis=0) > 1e-9 * np.abs(values).max(axis=0)) & (spread > 0.0)
@@ -124,8 +124,8 @@ class NarxPredictor:
         """One sample ahead of each row, as `predictor.Predictor`; the rows before it are its past."""
         time = dt * np.arange(len(states))
         z = np.column_stack([states[:, self.states.index(name)] for name in self.outputs])
-        past = [z, *(_at(z, time, j * self.step_s) for j in range(1, self.lags.outputs))]
-        past += [_at(inputs[: len(states)], time, j * self.step_s) for j in range(self.lags.inputs)]
+        past = [z, *(at_earlier(z, time, j * self.step_s) for j in range(1, self.lags.outputs))]
+        past += [at_earlier(inputs[: len(states)], time, j * self.step_s) for j in range(self.lags.inputs)]
         with unchecked(), np.errstate(all="ignore"):
             x = np.hstack(past)
             known = np.isfinite(x).all(axis=1)
@@ -135,7 +135,7 @@ class NarxPredictor:
             return one_ahead(self.states, states, dict(zip(self.outputs, ahead.T, strict=True)), dt)
 
 
-def _at(values: np.ndarray, time: np.ndarray, earlier: float) -> np.ndarray:
+def at_earlier(values: np.ndarray, time: np.ndarray, earlier: float) -> np.ndarray:
     """Columns (N, c) at times (N,) minus `earlier`, gaps bridged; before the first sample as at the first."""
     columns = []
     for column in values.T:

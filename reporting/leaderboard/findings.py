@@ -14,7 +14,7 @@ from ..numbers import duration, number, percent
 from . import profiles
 from .answer import answer
 from .contest import Contest
-from .paired import log_ratios, signed_rank
+from .grey_black import grey_against_black
 from .standings import CELL, Frame, Series, median
 from .statistics import Statistics
 
@@ -53,22 +53,21 @@ def _best(of: Statistics) -> Finding | None:
 
 
 def _boxes(of: Statistics) -> Finding | None:
-    """The best method with parameters against the best without, on the problems that both were run on."""
-    grey = set(of.cells.loc[of.cells["rel_error"].notna(), "label"])
-    places = of.board.order()
-    best = [next((place for place in places if (place.method in grey) == kind), None) for kind in (True, False)]
-    if best[0] is None or best[1] is None:
+    found = of.grey_black
+    return Finding(found.sentence(), _command("default")) if found else None
+
+
+def beyond(board: Contest) -> Finding | None:
+    """The best grey box against the best black box where both predict something else than they were trained on.
+
+    Parameters
+    ----------
+    board : of the suite `generalise`.
+    """
+    found = grey_against_black(board)
+    if found is None:
         return None
-    first, second, n = _shared(of.board, best[0].index, best[1].index)
-    if n < 2:
-        return None
-    ratio, p = float(np.exp(median(log_ratios(second, first)))), signed_rank(second, first)
-    much = "infinitely" if np.isinf(ratio) else f"{number(ratio)} times"
-    text = (
-        f"The best black box ({best[1].method}) errs {much} as much in prediction as the best method with a physical "
-        f"model ({best[0].method}): median over {n} shared problems, signed-rank p = {number(p, 2)}."
-    ).replace("infinitely as much", "infinitely more")
-    return Finding(text, _command("generalise"))
+    return Finding(f"Beyond the training records: {found.sentence()}", _command("generalise"))
 
 
 def _bound(of: Statistics) -> Finding | None:
@@ -190,9 +189,3 @@ def _levels(of: Statistics, factor: str, plain: object, other: object, words: st
         f"{number(errors.loc[calm, 'nrmse_a'])})."
     )
     return Finding(text, _command(suite))
-
-
-def _shared(board: Contest, first: int, second: int) -> tuple[np.ndarray, np.ndarray, int]:
-    one, two = board.errors[:, first], board.errors[:, second]
-    both = ~np.isnan(one) & ~np.isnan(two)
-    return one[both], two[both], int(both.sum())

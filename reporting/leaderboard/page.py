@@ -80,7 +80,7 @@ def markdown(
 ) -> str:
     """The report as Markdown text; cells are listed where no true parameters are known, as in measured sets."""
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
-    parts += [f"**{tables.in_markdown(answer(found.board))}**", *map(tables.in_markdown, found.statements())]
+    parts += [f"**{tables.in_markdown(answer(found.board))}**", *map(tables.in_markdown, statements(found))]
     unknown = board.detail["rel_error"].isna().groupby(board.detail["vessel"]).transform("all")
     details = detail_tables(board.detail[unknown])
     tail = [failure_table(board.failures), timing_table(timings)]
@@ -108,7 +108,7 @@ def html(
         complete=len(results) >= manifest["planned"],
         data=data,
         charts=found.charts(),
-        statements=found.statements(),
+        statements=statements(found),
         sensitivity=found.sensitivity_table(),
         overall=overall_table(board),
         choice=choice_table(board),
@@ -118,6 +118,12 @@ def html(
         reading=READING,
         environment=environment_rows(manifest),
     )
+
+
+def statements(found: Statistics) -> list[str]:
+    """Grey against black boxes, and what the tests say, in sentences."""
+    boxes = [found.grey_black.sentence()] if found.grey_black else []
+    return [*boxes, *found.statements()]
 
 
 def headline(manifest: Mapping[str, Any], results: Frame) -> str:

@@ -21,7 +21,7 @@ from . import standings
 from .answer import answer
 from .charts import standings_figure
 from .contest import contest
-from .findings import findings
+from .findings import Finding, beyond, findings
 from .page import headline, html
 from .page_data import as_script, page_data
 from .standings import CELL, Frame, Leaderboard
@@ -75,21 +75,30 @@ def pages(
     found = Statistics(contest(cells, runs), cells, parameters)
     data = as_script(page_data(cells, runs, parameters, traces))
     texts = {
-        README: readme(manifest, results, board, found),
+        README: readme(manifest, results, board, found, _generalise(runs)),
         PAGE: html(manifest, results, board, (), found, data),
         PICTURE: picture(board),
     }
     return {name: text.encode() for name, text in texts.items()}
 
 
-def readme(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, found: Statistics) -> str:
-    """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
+def _generalise(runs: Frame) -> list[Finding]:
+    """What only the suite `generalise` says."""
+    own = runs[runs["suite"] == "generalise"]
+    found = None if own.empty else beyond(contest(standings.cell_table(own), own))
+    return [found] if found else []
+
+
+def readme(
+    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, found: Statistics, more: Sequence[Finding]
+) -> str:
+    """The headline as GitHub renders it: answer, picture, ranking, findings (and more of them) with their commands."""
     ranking = overall_table(board)
     keep = [i for i, name in enumerate(ranking.columns) if name in SHOWN]
     rows = tuple(tuple(row[i] for i in keep) for row in ranking.rows)
     shown = tables.Table(tuple(ranking.columns[i] for i in keep), rows)
     told = [
-        f"{n}. {tables.in_markdown(own.text)}\n   `{own.command}`" for n, own in enumerate(findings(found), start=1)
+        f"{n}. {tables.in_markdown(own.text)}\n   `{own.command}`" for n, own in enumerate([*findings(found), *more], start=1)
     ]
     return "\n\n".join(
         [

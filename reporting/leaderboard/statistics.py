@@ -13,6 +13,7 @@ from ..plots import SOFT, chart, legend_beside
 from ..tables import Column, Table, field, make_table
 from . import profiles
 from .contest import Contest
+from .grey_black import GreyBlack, grey_against_black
 from .paired import LEVEL, Comparison, compare
 from .standings import Frame, in_order
 
@@ -35,6 +36,11 @@ class Statistics:
     def comparison(self) -> Comparison:
         """The methods that were compared in nearly every problem, on the problems that they share."""
         return compare(*self.board.block())
+
+    @cached_property
+    def grey_black(self) -> GreyBlack | None:
+        """The best grey box against the best black box; None where too few problems have both."""
+        return grey_against_black(self.board)
 
     @cached_property
     def sensitivity(self) -> list[profiles.Sensitivity]:

@@ -35,11 +35,11 @@ def folder_of(tmp_path, manifest):
 def folder(folder_of, run_of, parameter_of):
     """Results of three methods, one a black box, at two noises and with wind."""
     runs = []
-    for m, factor in (("a", 1.0), ("b", 1.5), ("box", 4.0)):
+    for m, factor in (("pem", 1.0), ("ls", 1.5), ("arx", 4.0)):
         for v in ("cargo", "mariner", "s175"):
             for n, d in (("low", "none"), ("high", "none"), ("low", "wind:8@40deg")):
                 e = 0.01 * factor * (3.0 if n == "high" else 1.0) * (2.0 if d != "none" else 1.0)
-                rows = [] if m == "box" else [parameter_of("K", 1.0, 1.0 + e, 0.005)]
+                rows = [] if m == "arx" else [parameter_of("K", 1.0, 1.0 + e, 0.005)]
                 facts = {
                     "method": m,
                     "vessel": v,
@@ -47,7 +47,7 @@ def folder(folder_of, run_of, parameter_of):
                     "disturbance": d,
                     "wall_s": 1 / factor,
                 }
-                runs.append(run_of(error=None if m == "box" else e, r2=1.0 - e**2, parameters=rows, **facts))
+                runs.append(run_of(error=None if m == "arx" else e, r2=1.0 - e**2, parameters=rows, **facts))
     return folder_of("default", runs)
 
 
@@ -80,15 +80,33 @@ def test_findings_are_computed_from_the_results(folder):
     runs = standings.judged(*read_tables(folder))
     cells = standings.cell_table(runs)
     told = [own.text for own in findings(Statistics(contest(cells, runs), cells, read_tables(folder)[1]))]
-    assert any("black box (box) errs 4 times as much" in text and "(a)" in text for text in told)
+    assert any("the black box errs 4.0 times as much" in text and "the grey box beats" in text for text in told)
     assert any(
-        "With high instead of low noise, a predicts best: median error 0.03 against 0.01" in text for text in told
+        "With high instead of low noise, pem predicts best: median error 0.03 against 0.01" in text for text in told
     )
-    assert any("a comes nearest to the Cramer-Rao floor" in text for text in told)
+    assert any("pem comes nearest to the Cramer-Rao floor" in text for text in told)
+
+
+def test_grey_against_black_box_beyond_the_training_records_comes_from_its_suite(folder, folder_of, run_of, tmp_path):
+    apart = folder_of(
+        "generalise",
+        [
+            run_of(r2=1.0 - e**2, method=method, vessel=vessel, train=train, suite="generalise")
+            for method, e in (("pem", 0.3), ("arx", 0.1))
+            for vessel in ("cargo", "mariner", "s175")
+            for train in ("turn:20", "turn:35")
+        ],
+    )
+    publish.publish([folder, apart], tmp_path / "published")
+    readme = (tmp_path / "published" / publish.README).read_text()
+    assert "Beyond the training records: In free runs the black box beats the grey box: pem" in readme
+    assert "better in 0 of 6 problems" in readme and "better in 9 of 15 problems" in readme
+    publish.publish([folder], tmp_path / "alone")
+    assert "Beyond the training" not in (tmp_path / "alone" / publish.README).read_text()
 
 
 def test_a_run_that_two_suites_have_is_taken_once(folder, folder_of, run_of, tmp_path):
-    again = folder_of("noise", [run_of(error=0.3, r2=0.5, method="a", vessel="cargo"), run_of(error=0.3, method="new")])
+    again = folder_of("noise", [run_of(error=0.3, r2=0.5, method="pem", vessel="cargo"), run_of(error=0.3, method="new")])
     results, parameters = publish.together([read_tables(folder), read_tables(again)])
     assert len(results) == 27 + 1 and set(parameters["suite"]) == {"made-up"}
     with pytest.raises(BadInput, match="holds no benchmark run"):
@@ -97,16 +115,16 @@ def test_a_run_that_two_suites_have_is_taken_once(folder, folder_of, run_of, tmp
 
 def test_two_folders_are_compared_by_pairs(folder, folder_of, run_of):
     vessels = ("cargo", "mariner", "s175")
-    better = [run_of(error=0.005, r2=1.0 - (0.5 * 0.01) ** 2, method="a", vessel=v, wall_s=2.0) for v in vessels] + [
-        run_of(method="b", vessel="cargo", status="failed", reason="singular"),
+    better = [run_of(error=0.005, r2=1.0 - (0.5 * 0.01) ** 2, method="pem", vessel=v, wall_s=2.0) for v in vessels] + [
+        run_of(method="ls", vessel="cargo", status="failed", reason="singular"),
         run_of(method="new", r2=0.5),
     ]
     found = comparing.changes(read_tables(folder), read_tables(folder_of("other", better)))
     rows = {(row["method"], row["figure"]): row for row in found.rows}
-    assert rows["a", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["a", "time"]["ratio"] == pytest.approx(
+    assert rows["pem", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["pem", "time"]["ratio"] == pytest.approx(
         2
     )
-    assert rows["a", "parameter error"]["problems"] == 3 and found.only_second == 1 and found.only_first == 27 - 4
-    assert [row["method"] for row in found.statuses] == ["b"] and "0 -> 1" in found.summary()
+    assert rows["pem", "parameter error"]["problems"] == 3 and found.only_second == 1 and found.only_first == 27 - 4
+    assert [row["method"] for row in found.statuses] == ["ls"] and "0 -> 1" in found.summary()
     same = comparing.changes(read_tables(folder), read_tables(folder))
     assert all(row["unchanged"] == row["problems"] and row["p"] == 1.0 for row in same.rows) and not same.statuses
