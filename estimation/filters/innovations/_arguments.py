@@ -75,8 +75,7 @@ class Trace(NamedTuple):
 
     transition (T, nx, nx) to the next sample; slopes (T, 6, nx) of the channels by the states, gains (T, 6, nx)
     covariances with them, roots (T, 6) 1 / sqrt S or 0; spreads (T, nf, nx) covariances of the forces after the
-    sample; rates (T, 6) time derivatives of the channels' states; pushes (m, T, n) change of the states over the next
-    step by the varied entries (midpoint rule).
+    sample; rates (T, 6) time derivatives of the channels' states.
     """
 
     transition: np.ndarray
@@ -85,7 +84,6 @@ class Trace(NamedTuple):
     roots: np.ndarray
     spreads: np.ndarray
     rates: np.ndarray
-    pushes: np.ndarray
 
 
 class Work(NamedTuple):
@@ -116,12 +114,17 @@ class Work(NamedTuple):
     back: np.ndarray
 
 
-def signature():
-    """Compiled for these argument types only, so that the cache holds one version."""
+def signatures():
+    """Types of the arguments of `_kernel.run_filter` and `_pushes.run_pushes`: one compiled version of each."""
     a = [np.zeros((1,) * d) for d in range(4)]
     shape = Shape(*[1] * 7)
     recorded = Recorded(a[1], a[1], a[1], a[2], a[2], a[2], a[1], a[1])
     values = Values(a[1], a[1], a[1], a[1], a[1], a[2], a[1])
-    run, trace = Run(*[a[2]] * 4), Trace(a[3], a[3], a[3], a[2], a[3], a[2], a[3])
+    run, trace = Run(*[a[2]] * 4), Trace(a[3], a[3], a[3], a[2], a[3], a[2])
     kinds = [typeof(x) for x in (shape, recorded, values, run, trace)]
-    return types.void(RHS, JACOBIAN, kinds[0], I1, *kinds[1:3], i8, I1, typeof(a[1]), *kinds[3:])
+    models = RHS, JACOBIAN, kinds[0]
+    a1, a2, a3 = (typeof(array) for array in a[1:])
+    return (
+        types.void(*models, I1, *kinds[1:3], i8, *kinds[3:]),
+        types.void(*models, I1, *kinds[1:3], i8, I1, a1, a2, a3),
+    )

@@ -14,44 +14,28 @@ from __future__ import annotations
 import numpy as np
 
 from ....models.compilation import BORROWED, JIT, njit
-from ....models.rudder_chain import run_chain
-from ._arguments import Work, signature
+from ._arguments import Work, signatures
 from ._steps import (
     PSI,
     begin,
     covariance,
     earlier,
     expected,
+    felt_rudder,
     hold_inputs,
+    live_states,
     measure,
     propagate,
-    push,
     rudder_noise,
     set_inputs,
     transition,
     waves,
 )
-from .vector import CHANNELS, DELAY, JITTER, N_CHAIN, RMS
-
-
-@njit(**JIT)
-def _rudders(recorded, q, shape, noise, varied, probes):
-    """The rudder that the hull feels, at every half RK4 step, and with each varied number of the chain changed."""
-    parts = 2 * shape.substeps
-    rudder = np.empty((recorded.time.size - 1) * parts + 1)
-    run_chain(recorded.time, recorded.rudder, recorded.quiet, q[:N_CHAIN], noise, parts, rudder)
-    places = varied - shape.n_theta
-    own = np.flatnonzero((places >= 0) & (places < N_CHAIN))
-    nudged = np.empty((own.size, rudder.size))
-    for row in range(own.size):
-        chain = q[:N_CHAIN].copy()
-        chain[places[own[row]]] += probes[own[row]]
-        run_chain(recorded.time, recorded.rudder, recorded.quiet, chain, noise, parts, nudged[row])
-    return rudder, nudged
+from .vector import CHANNELS, DELAY, JITTER, RMS
 
 
 @njit(**JIT, **BORROWED)
-def _samples(rhs, jacobian, shape, channel, recorded, values, free, varied, probes, rudder, nudged, w, run, trace):
+def _samples(rhs, jacobian, shape, channel, recorded, values, free, rudder, w, run, trace):
     """Sample after sample: measurements in turn, then states and covariance on to the next one."""
     theta, q, live, x, cov, phi, product, wave = w.theta, w.q, w.live, w.x, w.cov, w.phi, w.product, w.wave
     slope, power, next_power, by_state, by_input = w.slope, w.power, w.next_power, w.by_state, w.by_input
@@ -122,14 +106,6 @@ def _samples(rhs, jacobian, shape, channel, recorded, values, free, varied, prob
         if k >= free:
             continue
         transition(phi, slope, power, next_power, by_state, by_input, wave, dt, decay, live, shape, unit)
-        if varied.size > 0:
-            for i in range(n):
-                probe[i] = 0.5 * (states[k, i] + x[i])
-            fixed = (rudder[(2 * k + 1) * shape.substeps], i_psi, unit, other, environment)
-            push(
-                rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probes, live, fixed, q, theta, shape,
-                trace.pushes,
-            )  # fmt: skip
         if kept:
             for i in range(nx):
                 for j in range(nx):
@@ -141,28 +117,22 @@ def _samples(rhs, jacobian, shape, channel, recorded, values, free, varied, prob
         rudder_noise(cov, by_input, k, dt, live, shape, recorded.rudder, values.rudder_error, q)
 
 
-@njit(signature(), **JIT)
-def run_filter(rhs, jacobian, shape, channel, recorded, values, free, varied, probes, run, trace):
+@njit(signatures()[0], **JIT)
+def run_filter(rhs, jacobian, shape, channel, recorded, values, free, run, trace):
     """Filter one segment of a record; `run` and `trace` are filled.
 
     channel : (6,) the state of each channel, -1 without one, -2 - state for a position that nothing measures (left out
         of the covariance).
     free : sample from which nothing is updated any more; random forces are zero from there.
-    varied : (m,) entries of the vector (model, rudder chain or environment) whose pushes are wanted, differenced over
-        `probes` (m,).
     """
     n, na, nu = shape.n, shape.n + shape.n_forces, shape.n_inputs
     theta, q = values.vector[: shape.n_theta].copy(), values.vector[shape.n_theta :].copy()
     nx = na + (2 if q[RMS] > 0.0 else 0)
-    live = np.ones(n, np.bool_)
-    for c in range(CHANNELS):
-        if channel[c] <= -2:
-            live[-2 - channel[c]] = False
-    rudder, nudged = _rudders(recorded, q, shape, values.rudder_error[0], varied, probes)
+    rudder = felt_rudder(recorded, q, shape, values.rudder_error[0])
     w = Work(
-        theta, q, live, np.zeros(nx), np.zeros((nx, nx)), np.zeros((nx, nx)), np.zeros((nx, nx)), np.zeros(7),
-        np.zeros((na, na)), np.zeros((na, na)), np.zeros((na, na)), np.zeros(n * n), np.zeros(n * nu), np.zeros(nu),
-        np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nx), np.zeros(nx), np.zeros(shape.n_forces),
+        theta, q, live_states(channel, n), np.zeros(nx), np.zeros((nx, nx)), np.zeros((nx, nx)), np.zeros((nx, nx)),
+        np.zeros(7), np.zeros((na, na)), np.zeros((na, na)), np.zeros((na, na)), np.zeros(n * n), np.zeros(n * nu),
+        np.zeros(nu), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nx), np.zeros(nx), np.zeros(shape.n_forces),
         np.zeros((CHANNELS, n)), np.zeros(n),
     )  # fmt: skip
-    _samples(rhs, jacobian, shape, channel, recorded, values, free, varied, probes, rudder, nudged, w, run, trace)
+    _samples(rhs, jacobian, shape, channel, recorded, values, free, rudder, w, run, trace)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ....models.compilation import JIT, njit
+from ....models.rudder_chain import run_chain
 from .vector import (
     BIAS,
     CHANNELS,
@@ -28,6 +29,25 @@ CORNER = 12.0
 """Second difference of the rudder, in its sensor's sd, from which a corner lies between samples."""
 PSI, R, U, V = 0, 1, 2, 3
 """Channels that are treated each in their own way."""
+
+
+@njit(**JIT)
+def felt_rudder(recorded, q, shape, noise):
+    """The rudder that the hull feels, at every half RK4 step, with the chain's numbers in q."""
+    parts = 2 * shape.substeps
+    rudder = np.empty((recorded.time.size - 1) * parts + 1)
+    run_chain(recorded.time, recorded.rudder, recorded.quiet, q[:N_CHAIN], noise, parts, rudder)
+    return rudder
+
+
+@njit(**JIT)
+def live_states(channel, n):
+    """(n,) whether a state is filtered: positions that nothing measures are left out of the covariance."""
+    live = np.ones(n, np.bool_)
+    for c in range(CHANNELS):
+        if channel[c] <= -2:
+            live[-2 - channel[c]] = False
+    return live
 
 
 @njit(inline="always")
@@ -333,43 +353,3 @@ def rudder_noise(cov, by_input, k, dt, live, shape, rudder, rudder_error, q):
                 if live[j]:
                     cov[i, j] += weight * by_input[j * nu]
         cov[i, i] += 1e-14
-
-
-@njit(**JIT)
-def push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probes, live, fixed, q, theta, shape, pushes):
-    """pushes[:, k]: change of the states over the step by each varied entry, by the midpoint rule.
-
-    probe : the state at the middle; fixed = (rudder there, psi's place, force units, recorded inputs).
-    """
-    middle, i_psi, unit, other, environment = fixed
-    n, row = shape.n, 0
-    set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
-    rhs(probe, u, theta, rate)
-    for column in range(varied.size):
-        entry, h = varied[column], probes[column]
-        if entry < shape.n_theta:
-            before = theta[entry]
-            theta[entry] = before + h
-            rhs(probe, u, theta, total)
-            theta[entry] = before
-        elif entry < shape.n_theta + N_CHAIN:
-            set_inputs(u, nudged[row, (2 * k + 1) * shape.substeps], probe[i_psi], q, shape, unit, force)
-            row += 1
-            rhs(probe, u, theta, total)
-        else:
-            before = q[entry - shape.n_theta]
-            q[entry - shape.n_theta] = before + h
-            hold_inputs(u, k, other, environment, q, shape, unit, force)
-            set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
-            rhs(probe, u, theta, total)
-            q[entry - shape.n_theta] = before
-            hold_inputs(u, k, other, environment, q, shape, unit, force)
-        set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
-        for i in range(n):
-            total[i] = (total[i] - rate[i]) * dt / h
-        for i in range(n):
-            if live[i]:
-                value = total[i]
-                for j in range(n):
-                    value += 0.5 * slope[i, j] * total[j]
-                pushes[column, k, i] = value

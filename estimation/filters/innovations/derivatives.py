@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .estimator import probes
+from .runs import pushes
 from .vector import BIAS, CHANNELS, DELAY, DRIFT, EARTH, MISALIGNMENT, SCALE, SPEED
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 Series = Sequence[np.ndarray]
 U, V = 2, 3
+NO_PUSHES = np.zeros((0, 0, 0))
 
 
 def traces(est: Estimator, s: Setting) -> list[Trace]:
@@ -55,8 +57,8 @@ def tangent(est: Estimator, s: Setting, entries: Sequence[int], steps: Mapping[i
     def along(i: int) -> None:
         over = probes(s.vectors[i, varied])
         over = np.array([(steps or {}).get(entry, h) for entry, h in zip(varied, over.tolist(), strict=True)])
-        run, trace = est.traced(s, i, varied, over)
-        _carry_pushes(est, trace, i, np.flatnonzero(pushing), out)
+        run, trace = est.traced(s, i)
+        _carry_pushes(est, trace, i, pushes(est, s, i, run, varied, over), np.flatnonzero(pushing), out)
         _carry_sensors(est, s, i, run, trace, np.flatnonzero(~pushing), outer[~pushing], out)
 
     est.in_threads(along, range(len(est.segments)))
@@ -110,23 +112,24 @@ def _weights(est: Estimator, s: Setting, p: Parameter) -> list[float]:
 
 
 def _carry(
-    est: Estimator, trace: Trace, i: int, axes: np.ndarray, forcing: np.ndarray, initial: np.ndarray, out: np.ndarray
-) -> None:
+    est: Estimator, trace: Trace, i: int, axes: np.ndarray, forcing: np.ndarray, initial: np.ndarray, out: np.ndarray,
+    pushed: np.ndarray = NO_PUSHES,
+) -> None:  # fmt: skip
     from ._derivatives import carry  # numba
 
     run = (trace.transition, trace.slopes, trace.gains, trace.roots)
     n, first = len(est.kernels.STATES), est.edges[i]
-    carry(*run, n, est.n_forces, axes, forcing, trace.pushes, initial, first, out)
+    carry(*run, n, est.n_forces, axes, forcing, pushed, initial, first, out)
 
 
-def _carry_pushes(est: Estimator, trace: Trace, i: int, rows: np.ndarray, out: np.ndarray) -> None:
+def _carry_pushes(est: Estimator, trace: Trace, i: int, pushed: np.ndarray, rows: np.ndarray, out: np.ndarray) -> None:
     """Fill the rows of entries that push the states."""
     if not rows.size:
         return
     axes = np.arange(rows.size) + est.n_forces + CHANNELS
     found = np.zeros((rows.size, out.shape[1]))
     one, still = np.ones((rows.size, est.segments[i].time.size)), np.zeros((rows.size, len(est.kernels.STATES)))
-    _carry(est, trace, i, axes, one, still, found)
+    _carry(est, trace, i, axes, one, still, found, pushed)
     own = slice(est.edges[i] * CHANNELS, est.edges[i + 1] * CHANNELS)
     out[rows, own] = found[:, own]
 

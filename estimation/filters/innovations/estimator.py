@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
@@ -18,10 +18,11 @@ from ....models import kernels as kernel_store
 from ...gaps import clock_of
 from ...series import sensor_sd
 from .force_units import force_units
+from .runs import KEPT, Recent, filtered
 from .segments import Segment, rudder_sd, segments_of
 from .settings import Noise, Parameter, Setting
 from .threads import in_threads
-from .vector import CHANNELS, OUTER, PLACE, RMS, SYMBOLS, base_vector, names_of, state_of
+from .vector import CHANNELS, OUTER, PLACE, SYMBOLS, base_vector, names_of, state_of
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
@@ -39,7 +40,6 @@ COARSEST = 2e-3
 """Change of an innovation, in standard deviations, that a coarser step of the model's integration may make."""
 FLOOR = (3e-4, 3e-4, 3e-4, 3e-4, 1e-5, 1e-5)
 """Smallest sensor sd that is believed, as a share of each channel's own spread."""
-NOTHING = np.zeros(0, np.int64)
 DIVERGED = -1e300
 """Log likelihood of a run that is not finite."""
 
@@ -197,9 +197,10 @@ class Estimator:
         """Results of work that mostly runs compiled code, in the order of the items."""
         return in_threads(self.threads, work, items)
 
-    def evaluate(self, s: Setting) -> Innovations:
-        """Innovations of all segments at a setting."""
-        return self.gathered(self.in_threads(lambda i: self.run(s, i), range(len(self.segments))))
+    def evaluate(self, s: Setting, traced: bool = False) -> Innovations:
+        """Innovations of all segments at a setting; traced where derivatives will probably be asked for there."""
+        one = partial(filtered, self, s, free=None, traced=traced)
+        return self.gathered([run for run, _ in self.in_threads(one, range(len(self.segments)))])
 
     def many(
         self, settings: Sequence[Setting], segments: Sequence[Sequence[int] | None] | None = None
@@ -222,51 +223,30 @@ class Estimator:
 
     def run(self, s: Setting, segment: int, free: int | None = None) -> Run:
         """One segment through the filter, freely from sample `free` on."""
-        return self._filter(s, segment, free, NOTHING, np.zeros(0), False)[0]
+        return filtered(self, s, segment, free, False)[0]
 
-    def traced(
-        self, s: Setting, segment: int, varied: Sequence[int] = (), steps: np.ndarray | None = None
-    ) -> tuple[Run, Trace]:
-        """One segment through the filter, with all that derivatives need of the run.
-
-        varied : entries of the vector whose pushes are wanted, differenced over `steps`.
-        """
-        which = np.array(varied, np.int64)
-        over = probes(s.vectors[segment, which]) if steps is None else steps
-        return self._filter(s, segment, None, which, over, True)
+    def traced(self, s: Setting, segment: int) -> tuple[Run, Trace]:
+        """One segment through the filter, with all that derivatives need of the run."""
+        run, trace = filtered(self, s, segment, None, True)
+        assert trace is not None
+        return run, trace
 
     def free_run(self, s: Setting, segment: int, free: int) -> np.ndarray:
         """Predicted channels (T, 6) of a segment: filtered up to sample `free`, simulated from there without random
         forces."""
         return self.run(s, segment, free).predicted
 
-    def _filter(
-        self, s: Setting, i: int, free: int | None, varied: np.ndarray, steps: np.ndarray, kept: bool
-    ) -> tuple[Run, Trace]:
-        from ._arguments import Recorded, Run, Trace, Values  # numba
-        from ._kernel import run_filter
+    def released(self, segment: int) -> int:
+        """Sample of a segment from which the filter updates nothing any more."""
+        time = self.segments[segment].time
+        if self.free_s is None:
+            return time.size
+        return int(np.searchsorted(time, min(self.free_s, 0.2 * time[-1]))) + 2
 
-        d, nf, n, channel = self.segments[i], self.n_forces, len(self.kernels.STATES), self.places
-        size, vector = d.time.size, s.vectors[i].copy()
-        nx = n + nf + (2 if vector[self.n_theta + RMS] > 0.0 else 0)
-        vector[self.index["rudder_fault_time"]] -= d.offset_s
-        recorded = Recorded(d.time, d.rudder, d.quiet, d.other, d.environment, d.measured, d.start, d.variance)
-        added = np.zeros((size, nf + CHANNELS)) if s.added is None else s.added[i]
-        noise, error = s.noise, np.array([self.rudder_sd, self.corner_error])
-        tau = np.array([noise.correlation_time_s])
-        values = Values(vector, self.unit, noise.sensor_sd, noise.force_sd, tau, added, error)
-        if free is None and self.free_s is not None:
-            free = int(np.searchsorted(d.time, min(self.free_s, 0.2 * d.time[-1]))) + 2
-        run = Run(*(np.empty((size, m)) for m in (CHANNELS, CHANNELS, nx, CHANNELS)))
-        rows = size if kept else 0
-        trace = Trace(
-            np.zeros((rows, nx, nx)), np.zeros((rows, CHANNELS, nx)), np.zeros((rows, CHANNELS, nx)),
-            np.zeros((rows, CHANNELS)), np.zeros((rows, nf, nx)), np.zeros((rows, CHANNELS)),
-            np.zeros((varied.size, rows, n)),
-        )  # fmt: skip
-        model, free = (self.kernels.rhs, self.kernels.jacobian), size if free is None else free
-        run_filter(*model, self.shape, channel, recorded, values, free, varied, steps, run, trace)
-        return run, trace
+    @cached_property
+    def recent(self) -> Recent:
+        """The latest runs."""
+        return Recent(KEPT * len(self.segments))
 
     @cached_property
     def places(self) -> np.ndarray:

@@ -50,10 +50,10 @@ class Point(NamedTuple):
 def fit_noise(est: Estimator, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
     """Noise of largest likelihood near a setting, by at most `most` steps of Fisher scoring."""
     point = _stored(est, s)
-    for left in reversed(range(most)):
+    for _ in range(most):
         if point.now.diverged:
             break
-        gain, point = _step(est, point, left == 0)
+        gain, point = _step(est, point)
         if gain < tolerance:
             break
     return point.setting, point.now
@@ -79,8 +79,8 @@ def _stored(est: Estimator, s: Setting) -> Point:
     return Point(s, est.gathered([run for run, _ in stored]), stored)
 
 
-def _step(est: Estimator, point: Point, last: bool) -> tuple[float, Point]:
-    """Gain of one step, and where it leads; the last one need not be stored."""
+def _step(est: Estimator, point: Point) -> tuple[float, Point]:
+    """Gain of one step, and where it leads."""
     nf, noise, now = est.n_forces, point.setting.noise, point.now
     sensors = _sensor_step(est, noise, now)
     q = (noise.force_sd / QUANTUM) ** 2
@@ -94,8 +94,7 @@ def _step(est: Estimator, point: Point, last: bool) -> tuple[float, Point]:
         return _bounded_step(gradient, fisher + damping * np.diag(np.diag(fisher)), q), np.inf
 
     def reached(change: np.ndarray) -> Point:
-        there = replace(point.setting, noise=_moved(est, noise, sensors, change))
-        return Point(there, est.evaluate(there), point.stored) if last else _stored(est, there)
+        return _stored(est, replace(point.setting, noise=_moved(est, noise, sensors, change)))
 
     trial = try_steps(step, reached, point.cost + ROUNDING, 0.0, 0.0, RULE)
     return (point.cost - trial.point.cost, trial.point) if trial.better else (0.0, point)

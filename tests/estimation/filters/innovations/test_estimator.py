@@ -324,7 +324,7 @@ def test_a_step_of_the_noise_gains_where_forces_are_nearly_collinear(rng):
     for _ in range(10):
         sd = QUANTUM * np.sqrt(10.0 ** rng.uniform(0.0, 1.5, 2))
         s = _noisy(est.start(), force_sd=sd, correlation_time_s=est.clock * 10.0 ** rng.uniform(0.0, 1.5))
-        gain, _ = noise_fit._step(est, noise_fit._stored(est, s), last=True)
+        gain, _ = noise_fit._step(est, noise_fit._stored(est, s))
         assert gain > 1.0, (sd, s.noise.correlation_time_s)
 
 
