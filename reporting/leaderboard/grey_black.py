@@ -41,8 +41,8 @@ class GreyBlack:
         p = "< 0.001" if self.p < 0.001 else f"= {p_value(self.p)}"
         return (
             f"In free runs {verdict} {self.grey} (best grey box) and {self.black} (best black box); the black box errs "
-            f"{number(self.ratio)} times as much in the median, the grey box is better in {self.better} of {self.pairs} problems "
-            f"(Wilcoxon p {p})."
+            f"{number(self.ratio)} times as much in the median, the grey box is better in {self.better} of "
+            f"{self.pairs} problems (Wilcoxon p {p})."
         )
 
 
@@ -73,8 +73,7 @@ def grey_against_black(board: Contest, kinds: Mapping[str, str] | None = None) -
     kinds = kinds_of(board.methods) if kinds is None else kinds
     places = board.order()
     grey, black = (
-        next((place for place in places if kinds.get(place.method) == kind), None)
-        for kind in ("grey box", "black box")
+        next((place for place in places if kinds.get(place.method) == kind), None) for kind in ("grey box", "black box")
     )
     if grey is None or black is None:
         return None

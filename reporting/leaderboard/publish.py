@@ -98,7 +98,8 @@ def readme(
     rows = tuple(tuple(row[i] for i in keep) for row in ranking.rows)
     shown = tables.Table(tuple(ranking.columns[i] for i in keep), rows)
     told = [
-        f"{n}. {tables.in_markdown(own.text)}\n   `{own.command}`" for n, own in enumerate([*findings(found), *more], start=1)
+        f"{n}. {tables.in_markdown(own.text)}\n   `{own.command}`"
+        for n, own in enumerate([*findings(found), *more], start=1)
     ]
     return "\n\n".join(
         [

@@ -106,7 +106,9 @@ def test_grey_against_black_box_beyond_the_training_records_comes_from_its_suite
 
 
 def test_a_run_that_two_suites_have_is_taken_once(folder, folder_of, run_of, tmp_path):
-    again = folder_of("noise", [run_of(error=0.3, r2=0.5, method="pem", vessel="cargo"), run_of(error=0.3, method="new")])
+    again = folder_of(
+        "noise", [run_of(error=0.3, r2=0.5, method="pem", vessel="cargo"), run_of(error=0.3, method="new")]
+    )
     results, parameters = publish.together([read_tables(folder), read_tables(again)])
     assert len(results) == 27 + 1 and set(parameters["suite"]) == {"made-up"}
     with pytest.raises(BadInput, match="holds no benchmark run"):
@@ -121,9 +123,9 @@ def test_two_folders_are_compared_by_pairs(folder, folder_of, run_of):
     ]
     found = comparing.changes(read_tables(folder), read_tables(folder_of("other", better)))
     rows = {(row["method"], row["figure"]): row for row in found.rows}
-    assert rows["pem", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["pem", "time"]["ratio"] == pytest.approx(
-        2
-    )
+    assert rows["pem", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["pem", "time"][
+        "ratio"
+    ] == pytest.approx(2)
     assert rows["pem", "parameter error"]["problems"] == 3 and found.only_second == 1 and found.only_first == 27 - 4
     assert [row["method"] for row in found.statuses] == ["ls"] and "0 -> 1" in found.summary()
     same = comparing.changes(read_tables(folder), read_tables(folder))
