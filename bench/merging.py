@@ -20,7 +20,7 @@ from .kinds import kind_of
 from .kinds.base import TIMES, Kind, Selection, Spec
 from .store import RUNS, Store, read_manifest, read_runs, stored_kind
 from .suites import load_suite
-from .traces import read_traces
+from .traces import traces_by_row
 from .trust import Trust, check_trust
 
 TOLERANCE = 1e-3
@@ -118,15 +118,13 @@ def _same(value: Any, other: Any) -> bool:
 
 def _add(runs: Sequence[Mapping[str, Any]], source: Path, target: Path, recomputed: int) -> Merged:
     """Append the runs that the target does not hold, with their traces, and write its tables."""
-    traces = {json.dumps(entry["row"], sort_keys=True): entry["trace"] for entry in read_traces(source)}
-    added = 0
+    traces, added = traces_by_row(source), 0
     with Store.resume(target) as store:
         held = store.finished
         for run in runs:
             if run["key"] in held:
                 continue
-            row = {key: run["row"][key] for key in store.kind.tables.keys}
-            trace = traces.get(json.dumps(row, sort_keys=True))
+            trace = traces(run["row"], store.kind.tables.keys)
             store.append({**run, **({"trace": trace} if trace else {})})
             added += 1
         store.enlarge(len(store.finished))

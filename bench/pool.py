@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
@@ -161,7 +162,9 @@ def processes(jobs: int | None = None) -> Iterator[Pool]:
         )
 
     try:
-        yield Pool(connect, jobs * QUEUED_PER_WORKER)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "A worker stopped while some jobs")  # loky renews workers that have grown
+            yield Pool(connect, jobs * QUEUED_PER_WORKER)
     except BaseException:  # an interrupt, too, shall not wait for the tasks in flight
         connect().shutdown(wait=True, kill_workers=True)
         raise

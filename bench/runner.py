@@ -42,11 +42,12 @@ def execute(
 ) -> None:
     """Execute what `store` does not hold yet, and keep each run as it ends.
 
-    `watch` is called with every finished run.
+    `watch` is called with every finished run, which has the digest of its `content`, see `kinds.base.Kind.content`.
     """
     todo: list[Any] = [spec for spec in specs if spec.key not in store.finished]
     for spec, result, error in pool.outcomes(partial(limits.run, store.kind.execute), todo):
         finished = result if error is None else limits.failed(spec, f"{type(error).__name__}: {error}")
+        finished["content"] = store.kind.content(spec)
         store.append(finished)
         if watch is not None:
             watch(finished)

@@ -8,7 +8,7 @@ in the units of the channel's name; null is a gap or a value that is not finite.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +50,12 @@ def read_traces(directory: str | Path) -> list[dict[str, Any]]:
     lines = path.read_bytes().split(b"\n") if path.exists() else []
     found = [_trace(line, path, number) for number, line in enumerate(lines, start=1) if line.strip()]
     return [entry for entry in found if entry is not None]
+
+
+def traces_by_row(directory: str | Path) -> Callable[[Mapping[str, Any], tuple[str, ...]], dict[str, Any] | None]:
+    """The stored traces as a function of a run's row and the names of its key columns; None where there is none."""
+    found = {json.dumps(entry["row"], sort_keys=True): entry["trace"] for entry in read_traces(directory)}
+    return lambda row, keys: found.get(json.dumps({key: row[key] for key in keys}, sort_keys=True))
 
 
 def _trace(line: bytes, path: Path, number: int) -> dict[str, Any] | None:

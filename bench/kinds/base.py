@@ -118,5 +118,9 @@ class Kind(ABC):
     def describe(self, row: Mapping[str, Any]) -> str:
         """A failed run in words."""
 
+    def content(self, spec: Any) -> str | None:
+        """Digest of all that the result depends on, whatever the suite is called; None: it is always run anew."""
+        return None
+
     def check(self, specs: Iterable[Any]) -> None:  # noqa: B027, most kinds need nothing
         """Raise `BadInput` where something that the runs need is missing on this machine."""

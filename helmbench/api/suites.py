@@ -107,6 +107,7 @@ def run_suite(
     scheduler: str | None = None,
     array: str | None = None,
     array_options: Mapping[str, str | int] | None = None,
+    reuse: Sequence[str | PathLike[str]] = (),
     timeout_s: float | None = None,
     memory_gib: float | None = None,
     resume: bool = False,
@@ -128,6 +129,8 @@ def run_suite(
     scheduler : 'tcp://host:port' of a dask cluster to run on.
     array : 'slurm' runs the suite as a job array of Slurm through submitit, 'local' as processes of this machine.
     array_options : submitit's parameters of its executor, such as timeout_min or slurm_partition.
+    reuse : directories with results of earlier runs; those with the same content (method, options, task, sources,
+        data and versions) are taken from there.
     timeout_s : seconds after which a run is ended and kept as a failed one; compiling kernels does not count.
     memory_gib : memory that the process of a run may allocate, GiB; Linux only.
     resume : continue a run that was interrupted, or start it where nothing was started.
@@ -171,7 +174,7 @@ def run_suite(
     if message is not None and not scheduler and not array and (jobs or 0) > worker_count(jobs):
         message(f"{jobs} workers asked for, {worker_count(jobs)} processors here: {worker_count(jobs)} workers")
     place = _Place(jobs, scheduler, JobArray(array, jobs, array_options or {}) if array else None, limits)
-    store = _execute(folder, given, resume, trust, place, progress, message)
+    store = _execute(folder, given, resume, trust, tuple(map(Path, reuse)), place, progress, message)
     return SuiteResults(store.directory, store.manifest, tuple(run["row"] for run in store.runs))
 
 
@@ -316,6 +319,7 @@ def _execute(
     selection: Selection,
     resume: bool,
     trust: Trust,
+    reuse: Sequence[Path],
     place: _Place,
     progress: bool,
     message: Callable[[str], object] | None,
@@ -325,6 +329,7 @@ def _execute(
 
     from ..bench import runner
     from ..bench.kinds import kind_of
+    from ..bench.reuse import check_folders, take
     from ..bench.store import check_vacant
     from ..bench.suites import load_suite
     from ..bench.trust import check_trust
@@ -340,9 +345,13 @@ def _execute(
         message(f"seed {selection.seed} (--seed {selection.seed} draws the same cases)")
     if not place.scheduler:
         kind.check(specs)
+    check_folders(reuse, kind)
     with place.runner() as run:
         opened = runner.resume_store(directory, suite, specs) if resume else None
         with opened or runner.open_store(directory, suite, selection, specs) as store:
+            taken = take(specs, store, reuse)
+            if reuse and message is not None:
+                message(f"{taken} of {len(specs)} runs are taken from earlier results")
             todo = [spec for spec in specs if spec.key not in store.finished]
             done = len(specs) - len(todo)
             with tqdm(total=len(specs), initial=done, unit="run", disable=not progress, file=sys.stderr) as bar:

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 @click.option(
     "--array-option", "array_options", multiple=True, help="Option of the jobs, e.g. timeout_min=240 (repeatable)."
 )
+@click.option("--reuse", multiple=True, type=FILE, help="Take equal runs from this directory of results (repeatable).")
 @click.option("--timeout", type=float, help="Seconds until a run is ended and stored as failed; not with --scheduler.")
 @click.option("--memory", type=float, help="GiB of memory that a run may allocate (Linux); not with --scheduler.")
 @tuning_options
@@ -62,6 +63,7 @@ def run(
     scheduler: str | None,
     array: str | None,
     array_options: tuple[str, ...],
+    reuse: tuple[Path, ...],
     timeout: float | None,
     memory: float | None,
     tuner: str | None,
@@ -87,6 +89,7 @@ def run(
         scheduler=scheduler,
         array=array,
         array_options=_named(array_options),
+        reuse=reuse,
         timeout_s=timeout,
         memory_gib=memory,
         resume=resume,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ....models.errors import BadInput
 from ..base import Kind, Selection, Tables
 from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
+from .content import content
 from .execute import execute
 from .plan import RunSpec, plan
 from .problems import HELD_OUT_SEED
@@ -40,6 +41,9 @@ class IdentificationKind(Kind):
 
     def execute(self, spec: RunSpec) -> dict[str, Any]:
         return execute(spec)
+
+    def content(self, spec: RunSpec) -> str | None:
+        return content(spec)
 
     def describe(self, row: Mapping[str, Any]) -> str:
         variant = "" if row["variant"] == "corrected" else f" ({row['variant']})"

@@ -51,10 +51,13 @@ class RunSpec:
     @property
     def key(self) -> str:
         """Identifier that is the same in every process and session."""
-        facts = asdict(self)
+        return hashlib.sha256(self.text().encode()).hexdigest()[:20]
+
+    def text(self, **changed: str) -> str:
+        """What is run, as JSON."""
+        facts = asdict(self) | changed
         facts["task"] = {name: value for name, value in facts["task"].items() if ADDED.get(name, ...) != value}
-        text = json.dumps(facts, sort_keys=True, separators=(",", ":"))
-        return hashlib.sha256(text.encode()).hexdigest()[:20]
+        return json.dumps(facts, sort_keys=True, separators=(",", ":"))
 
     def row_key(self) -> dict[str, Any]:
         """The key columns of the tables."""
