@@ -23,8 +23,9 @@ def fitted(text: str, width: int) -> str:
     wrapped between words.
     """
     parts = []
-    for is_table, lines in groupby(text.split("\n"), key=lambda line: line.startswith("|")):
-        parts += _table(list(lines), width) if is_table else [part for line in lines for part in _wrapped(line, width)]
+    for is_table, group in groupby(text.split("\n"), key=lambda line: line.startswith("|")):
+        lines = list(group)
+        parts += _table(lines, width) if is_table else [part for line in lines for part in _wrapped(line, width)]
     return "\n".join(parts)
 
 
