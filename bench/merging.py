@@ -26,6 +26,8 @@ from .trust import Trust, check_trust
 TOLERANCE = 1e-3
 """Relative difference of a score up to which another machine's rounding explains it."""
 ERROR_FLOOR = 1e-9
+NAMING = ("method", "vessel", "model", "train", "noise", "disturbance", "seed")
+"""Columns that name a run in a message."""
 
 
 @dataclass(frozen=True)
@@ -85,26 +87,43 @@ def _planned(manifest: Mapping[str, Any], folder: Path, trust: Trust) -> dict[st
 
 
 def _check_runs(runs: Sequence[Mapping[str, Any]], specs: Mapping[str, Spec], keys: Sequence[str], path: Path) -> None:
-    for number, run in enumerate(runs, start=1):
+    for run in runs:
         spec = specs.get(run["key"])
         if spec is None:
-            raise BadInput(f"run {number} is not planned by its suite and selection", file=path)
+            told = f"{_named(run)} is not planned by its suite and selection: key {run['key']!r}"
+            raise BadInput(told, file=path, column="key", hint="run the suite with this version, without other changes")
         planned = spec.row_key()
         for name in keys:
             if run["row"].get(name) != planned[name]:
-                told = f"run {number}: {name} is {run['row'].get(name)!r}, planned is {planned[name]!r}"
-                raise BadInput(told, file=path)
+                told = f"{_named(run)}: {name} is {run['row'].get(name)!r}, planned is {planned[name]!r}"
+                raise BadInput(told, file=path, column=name, hint="nothing was merged")
+
+
+def _named(run: Mapping[str, Any]) -> str:
+    """A run in words; what its row does not hold is left out."""
+    row = run["row"]
+    return "run " + ", ".join(f"{name} {row[name]}" for name in NAMING if row.get(name) is not None)
 
 
 def _check_again(kind: Kind, run: Mapping[str, Any], spec: Any, path: Path) -> None:
-    """Compute a run again and compare its scores."""
-    found = json.loads(json.dumps(kind.execute(spec), default=float))["row"]
-    for name, value in found.items():
-        other = run["row"].get(name)
+    """Compute a run again and compare its scores and its parameters."""
+    found = json.loads(json.dumps(kind.execute(spec), default=float))
+    _compare(found["row"], run["row"], _named(run), path)
+    key = kind.tables.long_keys[0]
+    names, others = ([row.get(key) for row in one["parameters"]] for one in (found, run))
+    if names != others:
+        told = f"{_named(run)}: {key} is {others}, computed again {names}"
+        raise BadInput(told, file=path, column=key, hint="nothing was merged")
+    for mine, theirs in zip(found["parameters"], run["parameters"], strict=True):
+        _compare(mine, theirs, f"{_named(run)}, {key} {mine[key]}", path)
+
+
+def _compare(mine: Mapping[str, Any], theirs: Mapping[str, Any], who: str, path: Path) -> None:
+    for name, value in mine.items():
+        other = theirs.get(name)
         if name not in TIMES and name != "error" and not _same(value, other):
-            who = f"{run['row'].get('method')} on {run['row'].get('vessel')}, seed {run['row'].get('seed')}"
             told = f"{who}: {name} is {other}, computed again it is {value}"
-            raise BadInput(told, file=path, hint="nothing was merged")
+            raise BadInput(told, file=path, column=name, hint="nothing was merged")
 
 
 def _same(value: Any, other: Any) -> bool:

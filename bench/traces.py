@@ -1,14 +1,16 @@
 """Stored traces: a thinned free run along a held-out record, one a method and problem, in `traces.jsonl`.
 
 Each line holds the key columns of its run and the trace:
-`{"row": {...}, "trace": {"record", "time_s", "channels": {name: {"measured", "predicted"}}}}`,
-in the units of the channel's name; null is a gap or a value that is not finite.
+`{"row": {...}, "trace": {"record", "time_s", "channels": {name: {"measured", "predicted"}}, "log": {...}}}`,
+in the units of the channel's name; null is a gap or a value that is not finite.  `log` is that of a recursion, the
+published parameters against time: `{"time_s", "values": {parameter: [...]}}`; other methods have none.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,20 +24,38 @@ if TYPE_CHECKING:
     from ..estimation.estimate import Estimate
 
 TRACES = "traces.jsonl"
-POINTS, DIGITS = 80, 5
-"""Most samples of a trace, and the significant digits of its values."""
+POINTS, LOGGED, DIGITS = 80, 40, 5
+"""Most samples of a trace and of a recursion's log, and the significant digits of their values."""
 
 
 def free_run_trace(estimate: Estimate, record: Record) -> dict[str, Any]:
-    """The trace of an estimate along a record of N samples, thinned to at most `POINTS`."""
+    """The trace of an estimate along a record of N samples, thinned to at most `POINTS`, with the recursion's log."""
     from ..estimation.prediction import predict
 
-    kept = np.unique(np.linspace(0, record.n - 1, min(record.n, POINTS)).round().astype(int))
+    kept = _thinned(record.n, POINTS)
     channels = {
         found.channel: {"measured": _numbers(found.observed[kept]), "predicted": _numbers(found.free[kept])}
         for found in predict(estimate.model, record, estimate.predictor)
     }
-    return {"record": record.name, "time_s": _numbers(record.time_s[kept]), "channels": channels}
+    trace = {"record": record.name, "time_s": _numbers(record.time_s[kept]), "channels": channels}
+    return trace | ({} if (log := recursion_log(estimate)) is None else {"log": log})
+
+
+def recursion_log(estimate: Estimate) -> dict[str, Any] | None:
+    """The published parameters along the trajectory of a recursive method, thinned to `LOGGED` times; else None."""
+    from ..estimation.recursive.convergence import parameter_paths
+
+    if estimate.trajectory is None or estimate.trajectory_time_s is None:
+        return None
+    kept = _thinned(len(estimate.trajectory), LOGGED)
+    paths = parameter_paths(replace(estimate, trajectory=estimate.trajectory[kept]))
+    values = {name: _numbers(path) for name, path in paths.items()}
+    return {"time_s": _numbers(estimate.trajectory_time_s[kept]), "values": values}
+
+
+def _thinned(count: int, most: int) -> np.ndarray:
+    """Indices of at most `most` of `count` samples, the first and the last one included."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 def trace_line(row: Mapping[str, Any], keys: tuple[str, ...], trace: Mapping[str, Any]) -> bytes:

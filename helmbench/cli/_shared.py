@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import Any, ParamSpec, Protocol, TypeVar
 
 import click
@@ -146,6 +147,13 @@ def print_json(value: Any) -> None:
     from ..api.documents import json_text
 
     click.echo(json_text(value))
+
+
+def show_text(markdown: str) -> None:
+    """Print Markdown; on a terminal its tables are fitted to the width."""
+    from ..reporting.terminal import fitted
+
+    click.echo(fitted(markdown, get_terminal_size().columns) if sys.stdout.isatty() else markdown)
 
 
 def show_files(paths: Iterable[Path]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, output_options, print_json, show_files
+from ._shared import FILE, output_options, print_json, show_files, show_text
 
 
 @click.command()
@@ -21,5 +21,5 @@ def report(directory: Path, timing: Path | None, as_json: bool, quiet: bool) -> 
     if as_json:
         print_json(written.as_dict())
     elif not quiet:
-        click.echo(written.markdown)
+        show_text(written.markdown)
         show_files(written.paths)

@@ -118,7 +118,8 @@ def stored_runs(board: Contest, parameters: Frame, traces: Sequence[Mapping[str,
         problem, method = number.get(tuple(row[key] for key in CELL)), methods.get(label)
         if problem is not None and method is not None:
             own = found.setdefault(str(problem), {"methods": {}})
-            own["methods"][str(method)] = {"curves": _residuals(own, entry["trace"])}
+            log = _log(entry["trace"])
+            own["methods"][str(method)] = {"curves": _residuals(own, entry["trace"])} | ({"log": log} if log else {})
     _add_estimates(found, board, parameters)
     return _within(found, board)
 
@@ -147,6 +148,27 @@ def _residuals(own: dict[str, Any], trace: Mapping[str, Any]) -> dict[str, Any]:
         most = min(float(np.nanmax(np.abs(difference), initial=0.0)), 2.0 * max(high - low, 1e-9))
         found[channel] = [_short(most), coded(difference, -most, most)]
     return found
+
+
+def _log(trace: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The coded log of a recursion: `time`, and `values` by parameter, each as lowest, highest and coded values.
+
+    The range of a parameter is that of the later three quarters, widened by their width on both sides: what lies
+    outside, at the beginning, is coded as missing.
+    """
+    if "log" not in trace:
+        return None
+    found = {}
+    for name, path in trace["log"]["values"].items():
+        values = np.array(path, dtype=float)
+        late = values[len(values) // 4 :]
+        late = late[np.isfinite(late)]
+        if late.size and np.nanmax(values) > np.nanmin(values):
+            width = max(float(np.ptp(late)), 1e-3 * float(np.abs(late).max()))
+            low, high = float(late.min()) - width, float(late.max()) + width
+            inside = np.where((values >= low) & (values <= high), values, np.nan)
+            found[name] = [_short(low), _short(high), coded(inside, low, high)]
+    return {"time": [_short(value) for value in trace["log"]["time_s"]], "values": found} if found else None
 
 
 def _add_estimates(found: dict[str, Any], board: Contest, parameters: Frame) -> None:

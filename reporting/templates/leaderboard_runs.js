@@ -201,6 +201,22 @@ const Runs = (function () {
       make("td", { class: "number", text: f(truth) }, row);
     });
   }
+  function recursion(parent, run, entry, method) {
+    if (!entry.log || !run.parameters) return;
+    const t = entry.log.time, shown = run.parameters.filter(function (own) { return entry.log.values[own[0]]; });
+    make("h3", { text: "Log of the recursion" }, parent);
+    make("p", { class: "sub", text: "Estimates against the time of the training records" + (run.true ? ", with the truth" : "") +
+      "; what lies far outside at the beginning is left out." }, parent);
+    const charts = make("div", { class: "charts small" }, parent);
+    shown.forEach(function (own) {
+      const log = entry.log.values[own[0]], path = decoded(log[2], log[0], log[1]), truth = run.true ? run.true[run.parameters.indexOf(own)] : null;
+      const title = own[0] + (own[1] && own[1] !== "1" ? " (" + own[1] + ")" : " (-)"), known = truth !== null && truth !== undefined;
+      const lines = [[t, path, "predicted", "estimate"]];
+      if (known) lines.unshift([t, t.map(function () { return truth; }), "truth", "truth"]);
+      figure(charts, "", "log-" + own[0], { width: 400, height: 190, x: range([t]), y: range([path, known ? [truth] : []]),
+        xTitle: "time (s)", yTitle: title }, lines, "estimate of " + own[0] + " by " + method + " against time");
+    });
+  }
   function show(data, board, problems, state, changed) {
     const section = document.getElementById("runs"), title = document.getElementById("run-title");
     const body = document.getElementById("run");
@@ -230,6 +246,7 @@ const Runs = (function () {
     make("p", { class: "sub", text: "Trained on " + p[2] + "; free run of the first seed along " + run.record + ", which took no part." }, body);
     curves(make("div", { class: "charts" }, body), run, entry, method);
     estimates(body, run, entry);
+    recursion(body, run, entry, method);
   }
   return { show: show };
 })();

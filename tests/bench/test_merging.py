@@ -55,7 +55,8 @@ def test_results_are_checked_and_added(copies):
 def test_a_score_that_is_not_found_again_is_refused(copies):
     source, target = copies(lambda run: run["row"].update(r2_free_yaw_rate_rad_s=0.123456))
     before = (target / "runs.jsonl").read_bytes()
-    with pytest.raises(BadInput, match=r"r2_free_yaw_rate_rad_s is 0\.123456, computed again it is"):
+    told = r"runs\.jsonl: column r2_free_yaw_rate_rad_s: run method rls, vessel response-1, .*, noise low, "
+    with pytest.raises(BadInput, match=told + r".*is 0\.123456, computed again it is"):
         merge(source, target, sample=2)
     assert (target / "runs.jsonl").read_bytes() == before
 
@@ -63,8 +64,31 @@ def test_a_score_that_is_not_found_again_is_refused(copies):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (lambda run: run.update(key="0" * 20), "is not planned"),
-        (lambda run: run["row"].update(seed=7), "seed is 7, planned is"),
+        (
+            lambda run: run["parameters"][0].update(estimate=9.0),
+            r"column estimate: run method rls, .*, parameter \S+: estimate",
+        ),
+        (lambda run: run["parameters"].pop(), "column parameter: run method rls, vessel response-1, .*: parameter is"),
+    ],
+)
+def test_parameters_that_are_not_found_again_are_refused(copies, change, told):
+    source, target = copies(change)
+    with pytest.raises(BadInput, match=told):
+        merge(source, target, sample=2)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (
+            lambda run: run.update(key="0" * 20),
+            "column key: run method rls, vessel response-1, .*, seed 0 is not planned",
+        ),
+        (lambda run: run["row"].update(seed=7), "column seed: run method rls, .*: seed is 7, planned is 0"),
+        (
+            lambda run: run["row"].update(noise="high"),
+            "column noise: run method rls, vessel response-1, .*: noise is 'high', planned is 'low'",
+        ),
     ],
 )
 def test_runs_that_the_suite_does_not_plan_are_refused(copies, change, told):

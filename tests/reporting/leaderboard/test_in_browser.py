@@ -60,7 +60,8 @@ def made_up_results():
             facts |= {"diverged": m == "lost" and (v == "remus" or s == 0)}
             parameters = [make_parameter("K", 1.0, 1.0 + error, 0.1)]
             run = make_run(error=error, r2=1.0 - error**2, parameters=parameters, **facts)
-            runs.append(run | ({"trace": _trace(rng, error)} if s == 0 else {}))
+            trace = _trace(rng, error) | ({"log": _log(1.0 + error)} if m == "a" else {})
+            runs.append(run | ({"trace": trace} if s == 0 else {}))
         runs.append(make_run(method="only-here", vessel="cargo", r2=0.9, train="zigzag:10/10", wall_s=0.1))
         runs.append(make_run(method="c", vessel="s175", status="not_applicable", reason="no sway", train="turn:20"))
         manifest = {"suite": "made-up", "version": "0", "planned": len(runs), "seeds": "0-2", "title": "made up"}
@@ -78,6 +79,11 @@ def _trace(rng, error):
     predicted = [value + error * float(rng.normal()) for value in measured]
     channels = {name: {"measured": measured, "predicted": predicted} for name in ("heading_rad", "yaw_rate_rad_s")}
     return {"record": "turn:35", "time_s": time, "channels": channels}
+
+
+def _log(end):
+    """A recursion that goes to `end`."""
+    return {"time_s": [2.0 * i for i in range(40)], "values": {"K": [1e3, *(end - 1.0 / i for i in range(1, 40))]}}
 
 
 @pytest.fixture(scope="module")
@@ -185,6 +191,19 @@ def test_a_run_shows_curves_residuals_and_estimates(opened):
     titles = tab.locator("#run svg text.axis").all_text_contents()
     assert {"heading (deg)", "residual (deg)", "yaw rate (deg/s)", "time (s)"} <= set(titles)
     assert tab.locator("#run svg path.predicted").count() == 2 and tab.locator("#run table tbody tr").count() == 1
+
+
+def test_a_recursion_shows_its_log_with_the_truth(opened):
+    tab = opened()
+    assert ranking(tab)[0] == "a" and "Log of the recursion" in tab.locator("#run h3").all_inner_texts()
+    assert tab.locator("#run .small svg").count() == 1
+    assert "K (1/s)" in tab.locator("#run .small svg text.axis").all_text_contents()
+    heights = [float(part.split()[-1]) for part in tab.locator("#run .small path.truth").get_attribute("d").split("L")]
+    assert len(set(heights)) == 1 and 10.0 <= heights[0] <= 148.0
+    drawn = tab.locator("#run .small path.predicted").get_attribute("d")
+    assert all(10.0 <= float(part.split()[-1]) <= 148.0 for part in drawn.removeprefix("M").split("L"))
+    tab.locator("#ranking tbody button", has_text="e").first.click()
+    assert "Log of the recursion" not in tab.locator("#run h3").all_inner_texts()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

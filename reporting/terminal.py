@@ -1,0 +1,87 @@
+"""Markdown text fitted to the width of a terminal: tables lose columns, nothing is wrapped inside a cell."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import groupby
+
+NARROWEST = 8
+"""Characters to which a cell is shortened at most."""
+LEAST_COLUMNS = 3
+"""Columns that are shortened before one of them is left out."""
+IMPORTANT = ("mean rank", "NRMSE [95 %]", "time", "failed / n.a. / runs", "parameter error [95 %]", "diverged")
+"""Columns of the overall ranking, the most important one first."""
+CELLS = re.compile(r"(?<!\\)\|")
+
+
+def fitted(text: str, width: int) -> str:
+    """The text with no line longer than `width` characters, as far as words allow.
+
+    Of a table as many columns are shown as there is room for, those of `IMPORTANT` and the first ones rather than the
+    others, which a line names; where not even `LEAST_COLUMNS` fit, their longest cells are shortened.  Other lines are
+    wrapped between words.
+    """
+    parts = []
+    for is_table, group in groupby(text.split("\n"), key=lambda line: line.startswith("|")):
+        lines = list(group)
+        parts += _table(lines, width) if is_table else [part for line in lines for part in _wrapped(line, width)]
+    return "\n".join(parts)
+
+
+def _wrapped(line: str, width: int) -> list[str]:
+    from textwrap import wrap
+
+    indent = " " * len(re.match(r"\s*(?:[-*] |\d+\. )?", line)[0])  # type: ignore[index]
+    found = wrap(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return found if len(line) > width else [line]
+
+
+def _table(lines: Sequence[str], width: int) -> list[str]:
+    """The table's most important columns that fit, and the names of the others."""
+    if max(map(len, lines)) <= width:
+        return list(lines)
+    rows = [[cell.strip() for cell in CELLS.split(line)[1:-1]] for line in lines]
+    names, right, rows = rows[0], [cell.endswith(":") for cell in rows[1]], [rows[0], *rows[2:]]
+    widths = [max(3, *(len(row[j]) for row in rows)) for j in range(len(names))]
+    shown = _chosen(names, widths, width)
+    sizes, right = _shortened([widths[j] for j in shown], width), [right[j] for j in shown]
+    rule = ["-" * (size - 1) + ":" if end else "-" * size for size, end in zip(sizes, right, strict=True)]
+    body = [[row[j] for j in shown] for row in rows]
+    found = [_line(row, sizes, right) for row in (body[0], rule, *body[1:])]
+    left_out = ", ".join(name for j, name in enumerate(names) if j not in shown)
+    return [*found, *(["", *_wrapped(f"Not shown: {left_out}.", width)] if left_out else [])]
+
+
+def _chosen(names: Sequence[str], widths: Sequence[int], width: int) -> list[int]:
+    """The columns that are shown, in their order."""
+    order = [j for name in IMPORTANT for j, own in enumerate(names) if own == name and j]
+    order = [0, *order, *(j for j in range(1, len(names)) if j not in order)]
+    found: list[int] = []
+    for j in order:
+        if _length([widths[i] for i in (*found, j)]) <= width:
+            found.append(j)
+    if len(found) >= LEAST_COLUMNS:
+        return sorted(found)
+    found = order[:LEAST_COLUMNS]
+    while len(found) > 1 and _length(_shortened([widths[j] for j in found], width)) > width:
+        found.pop()
+    return sorted(found)
+
+
+def _length(widths: Sequence[int]) -> int:
+    return sum(widths) + 3 * len(widths) + 1
+
+
+def _shortened(widths: Sequence[int], width: int) -> list[int]:
+    """Widths of columns, the widest made narrower until they fit, or none is wider than `NARROWEST`."""
+    found = list(widths)
+    while _length(found) > width and max(found) > NARROWEST:
+        found[found.index(max(found))] -= 1
+    return found
+
+
+def _line(row: Sequence[str], widths: Sequence[int], right: Sequence[bool]) -> str:
+    cut = [text if len(text) <= size else f"{text[: size - 1]}…" for text, size in zip(row, widths, strict=True)]
+    cells = [text.rjust(size) if end else text.ljust(size) for text, size, end in zip(cut, widths, right, strict=True)]
+    return f"| {' | '.join(cells)} |"
