@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGE = __package__.partition(".")[0]
+PACKAGE = __name__.partition(".")[0]
 WHOLE_ROOMS = ("models", "datasets")
 ALWAYS = ("numpy", "scipy", "numba", "sympy")
 

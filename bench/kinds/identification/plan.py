@@ -55,7 +55,7 @@ class RunSpec:
 
     def text(self, **changed: str) -> str:
         """What is run, as JSON."""
-        facts = asdict(self) | changed
+        facts: dict[str, Any] = asdict(self) | changed
         facts["task"] = {name: value for name, value in facts["task"].items() if ADDED.get(name, ...) != value}
         return json.dumps(facts, sort_keys=True, separators=(",", ":"))
 
