@@ -29,7 +29,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -39,6 +39,9 @@ from ..models.memory import require_memory
 from .columns import ACCEPTED, NUMBER, RUDDERS, check_header, in_order, to_canonical
 from .record import Record, is_side
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
+
+if TYPE_CHECKING:
+    import pyarrow
 
 MIN_SAMPLES = 10
 SWING_RAD = math.radians(5.0)
@@ -141,7 +144,13 @@ def _parse_fast(body: bytes, names: list[str], delimiter: str) -> dict[str, np.n
         )
     except pyarrow.ArrowException:
         return None
-    return {name: table.column(name).to_numpy() for name in names}
+    return {name: _values(table.column(name).combine_chunks()) for name in names}
+
+
+def _values(column: pyarrow.Array) -> np.ndarray:
+    """The numbers (N,) of a column, nan at gaps; its own `to_numpy` would import pandas, which takes longer than a
+    record to read."""
+    return np.from_dlpack(column.fill_null(math.nan) if column.null_count else column)
 
 
 def _rows(data: bytes, delimiter: str) -> Iterator[tuple[int, list[str]]]:
@@ -216,7 +225,7 @@ def _parquet_column(table: Any, name: str, path: Path) -> np.ndarray:
         row = next((i for i, valid in enumerate(column.is_valid().to_pylist(), start=1) if valid), None)
         message = f"type {kind} where numbers should be"
         raise BadInput(message, file=path, row=row, column=name, hint="store it as float64, gaps as null or nan")
-    return column.cast(pyarrow.float64(), safe=False).to_numpy()
+    return _values(column.cast(pyarrow.float64(), safe=False).combine_chunks())
 
 
 # --- checks of the samples

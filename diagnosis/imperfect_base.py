@@ -17,6 +17,7 @@ from .causes.base_coefficients import BaseCoefficients
 from .causes.rudder_offset import RudderOffset
 from .gain.free_runs import gains_of_traces
 from .result import Entry, Finding, Size
+from .statistics.tails import student_tail
 
 if TYPE_CHECKING:
     from .calibration.result import Calibration, Moved, StepTold
@@ -98,11 +99,9 @@ def _findings(base: Calibration) -> list[Finding]:
 
 
 def _finding(base: Calibration, cause: str, groups: set[str]) -> Finding:
-    from scipy.stats import t
-
     steps = [step for step in base.steps if step.group in groups]
     strongest = max(step.gain / max(step.standard_error, 1e-12) for step in steps)
-    p = min(1.0, len(base.steps) * float(t.sf(strongest, max(len(base.runs) - 1, 1))))
+    p = min(1.0, len(base.steps) * student_tail(strongest, max(len(base.runs) - 1, 1)))
     details = {"groups": [step.title for step in steps]}
     ties = sorted({name.replace("_", " ") for step in steps for name in step.tied_with})
     if ties:

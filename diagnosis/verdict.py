@@ -9,6 +9,7 @@ import numpy as np
 
 from .result import Finding, Trace
 from .state import Unmodelled
+from .statistics.tails import chi2_quantile, shifted_chi2_tail
 
 if TYPE_CHECKING:
     from ..estimation.filters.innovations.estimator import Estimator
@@ -89,16 +90,14 @@ def next_manoeuvre(poor: str | None, findings: Sequence[Finding]) -> str | None:
 
 def power(state: State, cause: Cause) -> float | None:
     """Power of a cause's test at the size that its power is stated for, at the family-wise level; None without one."""
-    from scipy.stats import chi2, ncx2
-
     screened = state.screened.get(cause)
     if screened is None or cause.power_size is None:
         return None
     p, k = screened.variant[0], len(screened.variant)
     size = cause.power_size * (state.est.clock if p.unit == "s" else 1.0)
     noncentrality = float(screened.score.information[0, 0]) * size**2
-    threshold = chi2.isf(state.alpha / state.n_effective, k)
-    return float(ncx2.sf(threshold, k, max(noncentrality, 1e-9)))
+    threshold = chi2_quantile(state.alpha / state.n_effective, k)
+    return shifted_chi2_tail(threshold, k, max(noncentrality, 1e-9))
 
 
 def where(traces: Sequence[Trace]) -> list[dict[str, Any]]:

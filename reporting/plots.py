@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
+from functools import cached_property
 from html import escape
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -42,18 +45,73 @@ def svg(
 
     margins : those of `Figure.subplots_adjust`; None fits them to the texts.
     """
+    with _styled():
+        figure = _empty(size, margins)
+        draw(figure)
+        return _written(figure)
+
+
+class Sheet:
+    """A figure that charts of one kind are drawn on, one after the other: axes and ticks cost as much as the curves.
+
+    Parameters
+    ----------
+    layout : adds the axes to an empty figure, and returns what `draw` takes.
+    size, margins : as for `svg`.
+    """
+
+    def __init__(
+        self, layout: Callable[[Figure], Any], size: tuple[float, float], margins: Mapping[str, float]
+    ) -> None:
+        self._layout, self._size, self._margins, self._lock = layout, size, margins, Lock()
+
+    @cached_property
+    def _made(self) -> tuple[Figure, Any]:
+        figure = _empty(self._size, self._margins)
+        return figure, self._layout(figure)
+
+    def chart(self, draw: Callable[[Any], object], title: str) -> str:
+        """The chart with lines that `draw` adds to the axes, for an HTML page.
+
+        Everything else that it sets on the axes, it must set every time.
+        """
+        with self._lock, _styled():
+            figure, axes = self._made
+            try:
+                draw(axes)
+                return embedded(_written(figure), title)
+            finally:
+                for one in figure.axes:
+                    for line in list(one.lines):
+                        line.remove()
+                    one.relim()
+                    one.set_prop_cycle(None)
+
+
+@contextmanager
+def _styled() -> Generator[None]:
+    """The style of all figures in the place of the user's."""
     import matplotlib
-    from matplotlib.figure import Figure
     from matplotlib.rcsetup import cycler
 
     style: dict[Any, Any] = {**matplotlib.rcParamsDefault, **STYLE, "axes.prop_cycle": cycler(color=COLOURS)}
     with matplotlib.rc_context(style):
-        figure = Figure(figsize=size, layout="constrained" if margins is None else None)
-        if margins is not None:
-            figure.subplots_adjust(**margins)
-        draw(figure)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="svg", metadata=NO_METADATA)
+        yield
+
+
+def _empty(size: tuple[float, float], margins: Mapping[str, float] | None) -> Figure:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained" if margins is None else None)
+    if margins is not None:
+        figure.subplots_adjust(**margins)
+    return figure
+
+
+def _written(figure: Figure) -> str:
+    """The figure as an SVG file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="svg", metadata=NO_METADATA)
     lines = buffer.getvalue().decode().splitlines()
     return "\n".join(line.rstrip() for line in lines) + "\n"
 

@@ -12,6 +12,7 @@ from ..causes.registry import testable
 from ..diagnose import prepared
 from ..registry import Diagnoser
 from ..searches.change_point import ByChangePoint, longest
+from ..statistics.tails import chi2_tail
 from .conclusion import Chosen, conclude
 from .output_error import Fit, FreeRuns, cost, rms
 
@@ -58,14 +59,12 @@ class ResidualBic(Diagnoser):
 
 def whiteness(fit: Fit, runs: FreeRuns) -> float:
     """Smallest p-value of the Ljung-Box tests of all channels and records, times their number."""
-    from scipy.stats import chi2
-
     found = []
     for a, b in zip(runs.est.edges[:-1], runs.est.edges[1:], strict=True):
         for series in fit.residuals[a:b].T:
             known = series[~np.isnan(series)]
             if known.size > 5 * LAGS:
-                found.append(float(chi2.sf(ljung_box(known), LAGS)))
+                found.append(float(chi2_tail(ljung_box(known), LAGS)))
     return min(1.0, min(found, default=1.0) * max(len(found), 1))
 
 

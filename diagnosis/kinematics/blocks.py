@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..statistics.tails import f_tail
+
 BLOCKS = 12
 """Blocks a record is cut into: their scores tell how far the rows are from independent."""
 
@@ -90,8 +92,6 @@ def fit(parts: Sequence[Sums], active: Sequence[int]) -> Fit:
 
 def p_value(found: Fit, places: Sequence[int]) -> float:
     """Probability of estimates at `places` as large as these where all are zero: an F test on the blocks' scatter."""
-    from scipy.stats import f
-
     at = list(places)
     k, dof = len(at), found.blocks - found.values.size
     spread = found.covariance[np.ix_(at, at)]
@@ -101,4 +101,4 @@ def p_value(found: Fit, places: Sequence[int]) -> float:
     wald = float(x @ np.linalg.solve(spread, x))
     if dof <= k:
         return 1.0
-    return float(f.sf(wald * (dof - k + 1) / (dof * k), k, dof - k + 1))
+    return f_tail(wald * (dof - k + 1) / (dof * k), k, dof - k + 1)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...estimation.series import bridged
 from ..result import Size
+from ..statistics.tails import student_quantile
 from .blocks import Rows, Sums, explained, fit, p_value, sums_of
 from .sensors import LEVEL, TIE
 
@@ -49,8 +50,6 @@ class Deviation(NamedTuple):
 
 def deviation(records: Sequence[Record]) -> Deviation | None:
     """The compass deviation that the drift angles of all records show together; None where there is none."""
-    from scipy.stats import t as student
-
     usable = [r for r in records if r.has(*NEEDED) and np.isfinite(r.column("sway_m_s")).sum() > MEANS]
     parts, headings, names = [], [], []
     for record in usable:
@@ -67,7 +66,7 @@ def deviation(records: Sequence[Record]) -> Deviation | None:
     if p_value(found, DEVIATION) > LEVEL or share < SHARE:
         return None
     spread = np.sqrt(np.diag(found.covariance))
-    half = float(student.ppf(0.95, max(found.blocks - 2, 1))) * spread
+    half = student_quantile(0.95, max(found.blocks - 2, 1)) * spread
     values = -found.values
     sizes = tuple(
         Size(n, float(v), float(v - h), float(v + h), "rad") for n, v, h in zip("cs", values, half, strict=True)

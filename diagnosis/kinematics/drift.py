@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..statistics.tails import student_quantile
 from .blocks import BLOCKS, Rows, Sums, explained, fit, p_value, sums_of
 from .chains import Chain, Option, rows_of
 from .sensors import LEVEL, TIE
@@ -65,9 +66,7 @@ def _scatter(parts: Sequence[Sums], active: Sequence[int]) -> float:
 
 def interval(drift: Drift) -> tuple[float, float, float, float]:
     """Speed m/s with its 90 % interval, and the direction (rad) towards which it goes."""
-    from scipy.stats import t as student
-
     speed = float(np.hypot(*drift.velocity))
     along = drift.velocity / max(speed, 1e-300)
-    half = float(student.ppf(0.95, BLOCKS - 2) * np.sqrt(max(along @ drift.covariance @ along, 0.0)))
+    half = float(student_quantile(0.95, BLOCKS - 2) * np.sqrt(max(along @ drift.covariance @ along, 0.0)))
     return speed, max(speed - half, 0.0), speed + half, float(np.arctan2(drift.velocity[1], drift.velocity[0]))

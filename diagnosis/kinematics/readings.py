@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.geometry import body_velocities
+from .series import integral
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -77,8 +78,6 @@ def read_as(records: Sequence[Record], reading: Reading) -> list[Record]:
 
 def rate_error(record: Record, name: str) -> float:
     """Share of the heading's changes over windows that a rate column does not give; nan for too few samples."""
-    from scipy.integrate import cumulative_trapezoid
-
     psi, rate, time = record.heading_unwrapped(), record.column(name), record.time_s
     known = np.isfinite(psi) & np.isfinite(rate)
     if known.sum() < FEWEST:
@@ -86,7 +85,7 @@ def rate_error(record: Record, name: str) -> float:
     psi, rate, time = psi[known], rate[known], time[known]
     step = min(max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time)))), time.size // 2)
     turned = psi[step:] - psi[:-step]
-    given = cumulative_trapezoid(rate, time, initial=0.0)
+    given = integral(rate, time)
     error = turned - (given[step:] - given[:-step])
     return float(np.sqrt(np.mean(error**2) / max(np.mean(turned**2), 1e-300)))
 
@@ -94,8 +93,6 @@ def rate_error(record: Record, name: str) -> float:
 def track_error(record: Record) -> float:
     """Error of the displacement over windows that heading and velocities give, as a share of the way made; nan for too
     few samples."""
-    from scipy.integrate import cumulative_trapezoid
-
     psi, u, v = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
     x, y, time = record.column("north_m"), record.column("east_m"), record.time_s
     known = np.all(np.isfinite([psi, u, v, x, y]), axis=0)
@@ -106,7 +103,7 @@ def track_error(record: Record) -> float:
     north, east = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
     errors, way = [], []
     for place, rate in ((x, north), (y, east)):
-        given = cumulative_trapezoid(rate, time, initial=0.0)
+        given = integral(rate, time)
         moved = place[step:] - place[:-step]
         errors.append(moved - (given[step:] - given[:-step]))
         way.append(moved)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...models.errors import BadInput, CannotFit
 from ..statistics.random_effects import Mean, random_effects_mean
+from ..statistics.tails import student_quantile
 from .blocks import BLOCKS, Fit, Sums, explained, fit, p_value
 from .chains import Chain, Option, sums, why_not
 
@@ -201,14 +202,12 @@ def _matters(
 
 def _mean(values: np.ndarray, spread: np.ndarray, whole: Fit, place: int) -> Mean:
     """Mean over records: of equal sizes from all rows together, else with the scatter between records."""
-    from scipy.stats import t as student
-
     told = np.isfinite(values)
     mean = random_effects_mean(values[told], spread[told], dof=BLOCKS - 1)
     if mean.p_equal < DIFFERENT:
         return mean
     value, dof = float(whole.values[place]), whole.blocks - whole.values.size
-    half = float(student.ppf(0.95, max(dof, 1)) * np.sqrt(whole.covariance[place, place]))
+    half = float(student_quantile(0.95, max(dof, 1)) * np.sqrt(whole.covariance[place, place]))
     return Mean(value, value - half, value + half, mean.between, mean.p_equal)
 
 

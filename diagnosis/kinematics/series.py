@@ -209,9 +209,8 @@ def whitened(record: Record, effects: list[SensorEffect]) -> tuple[np.ndarray, n
 
 def integral(rates: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Integrals (..., T) of rates (..., T), 0 at the start."""
-    from scipy.integrate import cumulative_trapezoid
-
-    return cumulative_trapezoid(rates, time, initial=0.0)
+    steps = np.diff(time) * (rates[..., 1:] + rates[..., :-1]) / 2.0
+    return np.concatenate([np.zeros((*rates.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
 
 
 def local_level(series: np.ndarray, known: np.ndarray, place: float, walk: float) -> np.ndarray:

@@ -169,11 +169,13 @@ def _of_place(est: Estimator, signals: Mapping[str, np.ndarray], states: np.ndar
 
 def lagged(x: np.ndarray, time: np.ndarray, lag: float) -> np.ndarray:
     """First-order lag of a series (T,)."""
-    from scipy.signal import lfilter
+    from scipy.linalg import solve_banded
 
     dt = float(np.median(np.diff(time)))
     share = 1.0 - np.exp(-dt / lag)
-    return lfilter([share], [1.0, share - 1.0], x, zi=[(1.0 - share) * x[0]])[0]
+    forcing = share * x
+    forcing[0] = x[0]
+    return solve_banded((1, 0), [np.ones(x.size), np.full(x.size, share - 1.0)], forcing, check_finite=False)
 
 
 def _channel_shapes(est: Estimator, now: Innovations, c: int) -> dict[str, list[np.ndarray]]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...estimation.filters.innovations.vector import SYMBOLS
 from ..statistics.score_tests import log_tail
+from ..statistics.tails import chi2_quantile, normal_log_tail
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
     """Log p-values of the squared innovations not depending on what the ship does: (condition, log p)."""
-    from scipy.stats import norm
-
     names = list(est.kernels.STATES)
     r = np.abs(now.states[:, names.index("r")])
     rudder = est.joined(lambda d: np.abs(d.rudder))
@@ -47,7 +46,7 @@ def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
             z = np.minimum(e[used] ** 2, 20.0) - 1.0
             h = (g[used] - g[used].mean()) / np.std(g[used])
             t = np.sum((z - z.mean()) * h) / np.sqrt(used.sum() * max(np.var(z), 1e-12))
-            out.append((f"{SYMBOLS[c]} with {label}", float(np.log(2.0) + norm.logsf(abs(t)))))
+            out.append((f"{SYMBOLS[c]} with {label}", float(np.log(2.0) + normal_log_tail(abs(t)))))
     return out
 
 
@@ -118,8 +117,6 @@ def whiteness_tests(est: Estimator, now: Innovations, lags: int = 12) -> list[tu
 
 def line_test(est: Estimator, now: Innovations) -> tuple[float, float]:
     """A spectral line in the innovations of heading, yaw rate and sway: log p and its angular frequency (rad/s)."""
-    from scipy.stats import chi2
-
     best = (0.0, 1.0)
     dt = est.segments[0].step_s
     size = 4096
@@ -137,7 +134,7 @@ def line_test(est: Estimator, now: Innovations) -> tuple[float, float]:
             runs += 1
         if not runs:
             continue
-        median = float(chi2.median(2 * runs)) / 2.0
+        median = chi2_quantile(0.5, 2 * runs) / 2.0
         background = [np.median(power[max(3, k - 80) : k + 80]) / median for k in band.tolist()]
         level = 2.0 * power[band] / np.maximum(background, 0.9)
         k = int(np.argmax(level))

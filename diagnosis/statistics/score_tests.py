@@ -11,6 +11,7 @@ from ...estimation.filters.innovations.estimator import Innovations
 from ...estimation.filters.innovations.noise_fit import CLIP
 from ...estimation.filters.innovations.vector import CHANNELS
 from ...estimation.linear_algebra import finite
+from .tails import chi2_log_tail, chi2_tail, normal_tail
 
 DRAWS = 5000
 
@@ -18,11 +19,10 @@ DRAWS = 5000
 def log_tail(statistic: float, k: int) -> float:
     """log P(chi2_k > statistic), also far in the tail."""
     from scipy.special import gammaln
-    from scipy.stats import chi2
 
     x = max(float(statistic), 1e-9)
     if x < 300.0:
-        return float(chi2.logsf(x, k))
+        return chi2_log_tail(x, k)
     return float(-0.5 * x + (0.5 * k - 1.0) * np.log(0.5 * x) - gammaln(0.5 * k))
 
 
@@ -108,8 +108,6 @@ def effective_number(
     families : for each cause the columns (k, n) of its variants; a cause's p-value counts its variants.
     The smallest p-value of the null bank is below p in a share 1 - (1 - p)^n_eff of the draws.
     """
-    from scipy.stats import chi2
-
     flat = [(columns, len(variants)) for variants in families for columns in variants]
     correlation = correlations(np.vstack([projector.terms(projector.project(columns)) for columns, _ in flat]))
     draws = normal_draws(rng, correlation)
@@ -122,7 +120,7 @@ def effective_number(
         at += k
         statistic = np.einsum("ij,ij->i", own @ inverse, own)
         largest[k, variants] = np.maximum(largest.get((k, variants), 0.0), statistic)
-    smallest = np.min([chi2.sf(x, k) * variants for (k, variants), x in largest.items()], axis=0)
+    smallest = np.min([chi2_tail(x, k) * variants for (k, variants), x in largest.items()], axis=0)
     return float(np.clip(_tests(float(np.quantile(smallest, level)), level), 1.0, 1000.0))
 
 
@@ -133,8 +131,6 @@ def independent_tests(rng: np.random.Generator, terms: np.ndarray, sided: bool =
     terms : (m, N) what each sample adds to each score.
     sided : the parameter cannot be negative, so that only positive scores count: one score is half a test.
     """
-    from scipy.stats import norm
-
     correlation = correlations(terms)
     kept = np.diag(correlation) > 0.0
     correlation = correlation[np.ix_(kept, kept)]
@@ -143,7 +139,7 @@ def independent_tests(rng: np.random.Generator, terms: np.ndarray, sided: bool =
         return 0.5 * sides
     draws = normal_draws(rng, correlation)
     largest = np.max(draws if sided else np.abs(draws), axis=1)
-    p = sides * float(norm.sf(np.quantile(largest, 1.0 - level)))
+    p = sides * normal_tail(float(np.quantile(largest, 1.0 - level)))
     return 0.5 * sides * float(np.clip(_tests(p, level), 1.0, len(correlation)))
 
 

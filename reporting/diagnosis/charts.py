@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..numbers import number
-from ..plots import INK, SOFT, chart, svg
+from ..plots import INK, SOFT, Sheet, svg
 
 MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
 WIDTH, HEIGHT = 6.4, 3.4
@@ -18,6 +18,9 @@ WIDTH, HEIGHT = 6.4, 3.4
 
 MARGINS = {"left": 0.11, "right": 0.965, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
 """Fixed margins of the charts of a record: a page has dozens of them, and fitting margins is slow."""
+RUDDER = Sheet(lambda figure: figure.subplots(), (WIDTH, HEIGHT), MARGINS)
+TRACK = Sheet(lambda figure: figure.subplots(), (WIDTH, HEIGHT), MARGINS)
+CHANNEL = Sheet(lambda figure: figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)), (WIDTH, HEIGHT), MARGINS)
 
 
 @dataclass(frozen=True)
@@ -34,12 +37,11 @@ class Curve:
 def rudder_chart(time: np.ndarray, rudder: np.ndarray) -> str:
     """The rudder angle (N,) in degrees over time in s."""
 
-    def draw(figure) -> None:
-        axes = figure.subplots()
+    def draw(axes) -> None:
         axes.plot(time, rudder, color=SOFT, linewidth=1.0)
         axes.set(xlim=(time[0], time[-1]), ylabel="deg", xlabel="time, s")
 
-    return chart(draw, (WIDTH, HEIGHT), "rudder", MARGINS)
+    return RUDDER.chart(draw, "rudder")
 
 
 def channel_chart(
@@ -53,15 +55,15 @@ def channel_chart(
     if value_range([c.values for c in overlay]) is None:
         return ""
 
-    def draw(figure) -> None:
-        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    def draw(axes) -> None:
+        above, below = axes
         _lines(above, time, overlay)
         _lines(below, time, residual)
         below.axhline(0.0, color=SOFT, linewidth=0.7)
         above.set(ylim=value_range([c.values for c in overlay], limit), ylabel=unit, xlim=(time[0], time[-1]))
         below.set(ylim=error_range([c.values for c in residual], limit), ylabel=unit, xlabel="time, s")
 
-    return chart(draw, (WIDTH, HEIGHT), title, MARGINS)
+    return CHANNEL.chart(draw, title)
 
 
 def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: str) -> str:
@@ -70,8 +72,7 @@ def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: s
     if not known:
         return ""
 
-    def draw(figure) -> None:
-        axes = figure.subplots()
+    def draw(axes) -> None:
         for north, east, curve in known:
             x, y = _within(east, [e for _, e, _ in known]), _within(north, [n for n, _, _ in known])
             axes.plot(x, y, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
@@ -80,7 +81,7 @@ def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: s
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
         axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
 
-    return chart(draw, (WIDTH, HEIGHT), title, MARGINS)
+    return TRACK.chart(draw, title)
 
 
 def spectra(frequency: np.ndarray, curves: Sequence[Curve], unit: str) -> str:

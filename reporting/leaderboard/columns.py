@@ -87,6 +87,7 @@ FAILURE = (
     Column("status", lambda row: row["status"].replace("_", " ")),
     field("label", "method"),
     field("vessel"),
+    field("error", "reason"),
     field("model"),
     field("train"),
     field("noise"),
@@ -94,5 +95,4 @@ FAILURE = (
     *SAMPLING,
     count("runs"),
     field("seeds"),
-    field("error", "reason"),
 )

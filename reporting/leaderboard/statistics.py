@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..numbers import number, p_value, percent
+from ..numbers import MISSING, number, p_value, percent
 from ..plots import SOFT, chart, legend_beside
 from ..tables import Column, Table, field, make_table
 from . import profiles
@@ -82,7 +82,7 @@ class Statistics:
             field("choice", "ranking"),
             Column("Kendall's tau", lambda row: number(row["tau"]), lambda row: row["tau"]),
             field("first", "first method"),
-            Column("largest move", lambda row: f"{row['moved']} by {row['places']:+d}", lambda row: row["places"]),
+            Column("largest move", _move, lambda row: row["places"]),
             Column("problems", lambda row: str(row["problems"]), lambda row: row["problems"]),
         ]
         note = "1: the same order of the methods; the largest move is in places, + upwards."
@@ -143,6 +143,10 @@ class Statistics:
             figure.colorbar(image, ax=axes, label="median prediction error (-)")
 
         return chart(draw, (7.0, 1.6 + 0.19 * len(methods)), "prediction error of method and vessel")
+
+
+def _move(row) -> str:
+    return f"{row['moved']} by {row['places']:+d}" if row["places"] else MISSING
 
 
 def _levels(axes, curves, levels: Sequence[str]) -> None:

@@ -44,6 +44,7 @@ const Drawing = (function () {
     const size = Math.abs(value);
     return size && (size < 1e-3 || size >= 1e5) ? value.toExponential(0) : String(Number(value.toPrecision(6)));
   }
+  function room(parent) { return Math.round(Math.min(640, Math.max(300, parent.clientWidth - 20))); } // texts keep their size
   // frame: {width, height, x: [low, high], y: [low, high], logX, logY, xTitle, yTitle}
   function axes(figure, frame, label) {
     const left = 62, right = 14, top = 10, bottom = 42, w = frame.width, h = frame.height;
@@ -96,7 +97,7 @@ const Drawing = (function () {
     const finite = points.filter(function (p) { return isFinite(p.y); }), xs = points.map(function (p) { return p.x; });
     const ys = finite.map(function (p) { return Math.max(p.y, 1e-6); });
     const low = Math.min(...ys, 1), high = Math.max(...ys, ys.length ? 0 : 1), lost = points.length > finite.length;
-    const frame = { width: 640, height: 340, logX: true, logY: true, xTitle: xTitle, yTitle: yTitle,
+    const frame = { width: room(figure), height: 340, logX: true, logY: true, xTitle: xTitle, yTitle: yTitle,
       x: [Math.min(...xs) / 1.6, Math.max(...xs) * 4], y: [low / 1.6, high * (lost ? 6 : 1.6)] };
     const plot = axes(figure, frame, "Median error of every method against its median time");
     const front = points.filter(function (p) { return p.front && isFinite(p.y); }).sort(function (a, b) { return a.x - b.x; });
@@ -125,7 +126,7 @@ const Drawing = (function () {
     });
     saveButton(figure, plot.svg, "error-against-time");
   }
-  return { make: make, draw: draw, axes: axes, line: line, scatter: scatter, saveButton: saveButton, download: download };
+  return { make: make, draw: draw, room: room, axes: axes, line: line, scatter: scatter, saveButton: saveButton, download: download };
 })();
 
 const Runs = (function () {
@@ -156,7 +157,7 @@ const Runs = (function () {
     Drawing.saveButton(own, plot.svg, name);
   }
   function curves(parent, run, entry, method) {
-    const t = run.time, span = range([t]), time = { width: 640, height: 220, x: span, xTitle: "time (s)" };
+    const t = run.time, span = range([t]), time = { width: Drawing.room(parent), height: 220, x: span, xTitle: "time (s)" };
     const channels = {};
     Object.keys(entry.curves).forEach(function (name) {
       const m = run.measured[name], r = entry.curves[name];
@@ -176,9 +177,9 @@ const Runs = (function () {
     });
     if (channels.north_m && channels.east_m) {
       const a = channels.east_m, b = channels.north_m, x = range([a.measured, a.predicted]), y = range([b.measured, b.predicted]);
-      const size = Math.max((x[1] - x[0]) / 564, (y[1] - y[0]) / 308);
+      const across = time.width - 76, size = Math.max((x[1] - x[0]) / across, (y[1] - y[0]) / 308);
       const wide = function (r, pixels) { const mid = (r[0] + r[1]) / 2, half = size * pixels / 2; return [mid - half, mid + half]; };
-      figure(parent, "track ", "track", { width: 640, height: 360, x: wide(x, 564), y: wide(y, 308), xTitle: "east (m)", yTitle: "north (m)" },
+      figure(parent, "track ", "track", { width: time.width, height: 360, x: wide(x, across), y: wide(y, 308), xTitle: "east (m)", yTitle: "north (m)" },
         [[a.measured, b.measured, "measured", "measured"], [a.predicted, b.predicted, "predicted", "predicted"]], "track, measured and predicted");
     }
   }

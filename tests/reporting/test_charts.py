@@ -19,7 +19,7 @@ from helmbench.reporting.diagnosis.charts import (
     track_chart,
     value_range,
 )
-from helmbench.reporting.plots import embedded, svg
+from helmbench.reporting.plots import Sheet, embedded, svg
 
 
 def test_rates_are_drawn_with_their_names():
@@ -32,6 +32,23 @@ def test_the_same_drawing_has_the_same_bytes_and_leaves_no_figure_open():
     first = svg(lambda figure: figure.subplots().plot([1, 2], [3, 4], "o"))
     assert first == svg(lambda figure: figure.subplots().plot([1, 2], [3, 4], "o"))
     assert plt.get_fignums() == [] and "<metadata>" not in first
+
+
+def test_a_chart_does_not_show_what_was_drawn_before_it(rng):
+    def curves(scale, n):
+        values = scale * np.cumsum(rng.normal(size=(2, n)), axis=1)
+        return lambda axes: (
+            axes.plot(np.arange(n), values[0]),
+            axes.plot(np.arange(n), values[1], "--"),
+            axes.set(xlim=(0, n), ylabel=f"{scale} m"),
+        )
+
+    def sheet():
+        return Sheet(lambda figure: figure.subplots(), (4.0, 3.0), {"left": 0.15, "bottom": 0.15})
+
+    drawn, used = [curves(1.0, 50), curves(300.0, 20), curves(0.1, 80)], sheet()
+    alone = [sheet().chart(draw, "one") for draw in drawn]
+    assert [used.chart(draw, "one") for draw in (*drawn, drawn[0])] == [*alone, alone[0]]
 
 
 def test_an_embedded_drawing_has_a_title_and_no_names_of_groups():

@@ -22,6 +22,8 @@ SELECTIONS = [
     ({"vessel": "s175"}, 1.0),
 ]
 BUDGETS = {1.0: "1 s"}
+LONG = "heading:10deg/0.0105rad_s+4deg/0.031rad_s+2deg/0.083rad_s+1deg/0.166rad_s+zigzag:20/20"
+"""Training records in a text that no blank divides."""
 
 
 @pytest.fixture(scope="module")
@@ -63,6 +65,8 @@ def made_up_results():
             trace = _trace(rng, error) | ({"log": _log(1.0 + error)} if m == "a" else {})
             runs.append(run | ({"trace": trace} if s == 0 else {}))
         runs.append(make_run(method="only-here", vessel="cargo", r2=0.9, train="zigzag:10/10", wall_s=0.1))
+        long = make_run(method="e", vessel="patrol", r2=0.9, train=LONG, wall_s=0.1)
+        runs.append(long | {"trace": _trace(rng, 0.1)})
         runs.append(make_run(method="c", vessel="s175", status="not_applicable", reason="no sway", train="turn:20"))
         manifest = {"suite": "made-up", "version": "0", "planned": len(runs), "seeds": "0-2", "title": "made up"}
         with Store.create(folder, manifest) as store:
@@ -213,6 +217,21 @@ def test_nothing_overflows_and_axe_finds_nothing_serious(opened, width, scheme):
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
     found = [item for item in Axe().run(tab).response["violations"] if item["impact"] in ("serious", "critical")]
     assert found == []
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_a_run_with_a_long_name_overflows_no_screen_and_its_texts_are_legible(opened, results, width):
+    problem = next(i for i, row in enumerate(board(results).problems.to_dict("records")) if row["train"] == LONG)
+    tab = opened(f"#_method=e&_problem={problem}", width=width)
+    assert LONG in tab.inner_text("#run .sub")
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    heights = tab.evaluate(
+        "[...document.querySelectorAll('#run text, #front text')].map(t => t.getBoundingClientRect().height)"
+    )
+    turned = tab.evaluate(
+        "[...document.querySelectorAll('#run text, #front text')].map(t => t.getBoundingClientRect().width)"
+    )
+    assert min(min(pair) for pair in zip(heights, turned, strict=True)) > 5.0 and min(heights) > 10.0
 
 
 def test_csv_and_svg_are_downloaded(opened):
