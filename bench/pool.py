@@ -24,6 +24,8 @@ from .environment import THREAD_VARIABLES, cpu_count
 
 Item = TypeVar("Item")
 IDLE_S = 60
+MOST_GROWTH_BYTES = 2 * 2**30
+"""Growth of a worker's memory beyond which loky renews it."""
 QUEUED_PER_WORKER = 2
 CHECKED_EVERY_S = 5.0
 TOGETHER_S, MOST_TOGETHER = 0.25, 64
@@ -156,14 +158,14 @@ def processes(jobs: int | None = None) -> Iterator[Pool]:
         return get_reusable_executor(
             max_workers=jobs,
             timeout=IDLE_S,
-            initializer=_end_with,
+            initializer=_begin,
             initargs=(os.getpid(),),
             env=dict.fromkeys(THREAD_VARIABLES, "1"),
         )
 
     try:
         with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "A worker stopped while some jobs")  # loky renews workers that have grown
+            warnings.filterwarnings("ignore", "A worker stopped while some jobs")  # one that has grown is renewed
             yield Pool(connect, jobs * QUEUED_PER_WORKER)
     except BaseException:  # an interrupt, too, shall not wait for the tasks in flight
         connect().shutdown(wait=True, kill_workers=True)
@@ -171,8 +173,12 @@ def processes(jobs: int | None = None) -> Iterator[Pool]:
     connect().shutdown(wait=True)
 
 
-def _end_with(parent: int) -> None:
-    """End this worker soon after its parent has gone, however that ended (loky's own workers wait for ever)."""
+def _begin(parent: int) -> None:
+    """Prepare a worker: it ends soon after its parent has gone, however that ended (loky's own workers wait for ever),
+    and it is not renewed when it has grown by 300 MB, which libraries and compiled kernels alone do."""
+    from joblib.externals.loky import process_executor
+
+    process_executor._MAX_MEMORY_LEAK_SIZE = MOST_GROWTH_BYTES
 
     def watch() -> None:
         while os.getppid() == parent:
