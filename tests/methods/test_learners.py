@@ -13,8 +13,9 @@ from helmbench.models.errors import BadInput
 LEARNERS = sorted(name for name, cls in methods().items() if issubclass(cls, Learner))
 
 
-def scores(text, vessel="kvlcc2-l7"):
+def scores(text, vessel="kvlcc2-l7", samples=None):
     model, records = contract.sample(vessel)
+    records = [record.slice(0, samples or record.n) for record in records]
     estimate = make(text).fit(records, model)
     return prediction_scores(estimate.model, records, estimate.predictor), estimate
 
@@ -63,5 +64,5 @@ def test_impossible_options_are_refused(text):
 
 
 def test_lightgbm_is_a_regressor_by_its_dotted_path():
-    found, estimate = scores("sklearn:lightgbm.LGBMRegressor,n_estimators=20")
+    found, estimate = scores("sklearn:lightgbm.LGBMRegressor,n_estimators=20", samples=60)
     assert estimate.predictor is not None and np.isfinite(found["rmse_one_yaw_rate_rad_s"])
