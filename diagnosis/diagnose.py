@@ -41,8 +41,10 @@ CAUSES = "causes and gain"
 """Stages of a diagnosis; not every diagnosis has all of them."""
 
 
+LARGEST = 4 * 2**30
+"""Memory, bytes, that the records of one diagnosis may need."""
 SAMPLE_BYTES, STATE_BYTES = 36_000, 12_000
-"""Memory of a sample and of each of its states, measured: 59 kB (two states) and 107 kB (six) a sample."""
+"""Memory of a sample and of each of its states, not less than measured: 77 kB a sample of six states."""
 
 
 def diagnose(
@@ -82,11 +84,11 @@ def _diagnosed(
     started = time.perf_counter(), time.process_time()
     watch(CHECKS)
     given = corrected_records(model, train, held_out, options)
+    _require_room(model, given)
     if options.base_parameters == "identify":
         given = behind_sensors(given, sensors_of(given.train, given.held_out, options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
-    _require_memory(model, given)
     found = _found(model, given, options, watch)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
@@ -112,12 +114,22 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
     return by_residuals(model, given, options)
 
 
-def _require_memory(model: Model, given: Prepared) -> None:
-    """Refuse records whose filter needs more memory than is free, before anything of size is computed."""
+def _require_room(model: Model, given: Prepared) -> None:
+    """Refuse records that are too long before anything of size is computed.
+
+    Raises
+    ------
+    BadInput : their filter needs more memory than is free, or than LARGEST: that would also take longer than one waits.
+    """
     records = thinned([*given.train, *given.held_out], model)
     samples = sum(record.n for record in records)
-    needed = samples * (SAMPLE_BYTES + STATE_BYTES * len(model.states))
-    require_memory(needed, f"{samples} samples of {len(records)} record{'s' if len(records) > 1 else ''}")
+    of_sample = SAMPLE_BYTES + STATE_BYTES * len(model.states)
+    what = f"{samples} samples of {len(records)} record{'s' if len(records) > 1 else ''}"
+    require_memory(samples * of_sample, what)
+    most = LARGEST // of_sample
+    if samples > most:
+        hint = f"cut out the manoeuvres, or take a longer step: at most {most} samples of this model"
+        raise BadInput(f"{what} are too many for one diagnosis", hint=hint)
 
 
 def _by_sensors(found: Diagnosis, cleaned: Prepared) -> Diagnosis:

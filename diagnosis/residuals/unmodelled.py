@@ -11,6 +11,7 @@ import numpy as np
 from ...estimation.filters.innovations.derivatives import responses, traces
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.settings import Noise, Setting
+from ...estimation.filters.innovations.vector import CHANNELS
 from ...estimation.linear_algebra import finite
 from ..state import IN_SPAN, Candidate, State, Unmodelled, candidate, exceeds_misfit, projector
 from ..statistics.gusts import gust_cost, penalised_likelihood
@@ -31,7 +32,7 @@ GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
 NOT_GUSTS = Unmodelled("a force that does not act on surge, sway and yaw at once, as gusts do")
 SEARCHES = 4
 """Searches that share the level: features, periodic moments, pulses, and forces unlike gusts."""
-BLOCK, LONGEST_PULSE = 192, 8
+BLOCK, LONGEST_PULSE = 64, 8
 """Features (or pairs of them) whose columns are held at once, and windows that a pulse may last."""
 FURTHER_NATS = 12.0
 """Log likelihood, less the log of how many were tried, by which every named cause after the first must beat a single
@@ -68,14 +69,19 @@ class Linearised:
     def projected(self, state: State, found: Sequence[Feature]) -> tuple[np.ndarray, np.ndarray]:
         """Projected columns (m, N*6) of features, and (m,) whether enough of each is left to be seen."""
 
-        def work(block: Sequence[Feature]) -> tuple[np.ndarray, np.ndarray]:
-            columns = self.columns([f.axis for f in block], [f.series for f in block])
-            left = self.projector.project(columns)
-            whole = np.einsum("ij,ij->i", columns, columns)
-            return left, np.einsum("ij,ij->i", left, left) > IN_SPAN * np.maximum(whole, 1e-300)
+        left = np.empty((len(found), self.est.edges[-1] * CHANNELS))
+        seen = np.empty(len(found), bool)
 
-        left, seen = zip(*state.in_threads(work, _blocks(found)), strict=True)
-        return np.concatenate(left), np.concatenate(seen)
+        def work(first: int) -> None:
+            block = slice(first, min(first + BLOCK, len(found)))
+            columns = self.columns([f.axis for f in found[block]], [f.series for f in found[block]])
+            left[block] = self.projector.project(columns)
+            whole = np.einsum("ij,ij->i", columns, columns)
+            kept = np.einsum("ij,ij->i", left[block], left[block])
+            seen[block] = kept > IN_SPAN * np.maximum(whole, 1e-300)
+
+        state.in_threads(work, range(0, len(found), BLOCK))
+        return left, seen
 
 
 def try_features(state: State, before: float, rng: np.random.Generator) -> list[Tried]:
@@ -96,7 +102,7 @@ def try_features(state: State, before: float, rng: np.random.Generator) -> list[
         here = Linearised(est, traces(est, at), project)
         left, seen = here.projected(state, found)
         if level == 1.0:
-            tests = independent_tests(rng, project.terms(left[seen]))
+            tests = independent_tests(rng, project.terms(left)[seen])
         cost = gust_cost(est) if s.noise.has_forces and level > 0.0 else 0.0
         loss = 2.0 * (now.log_likelihood - before - cost)
         of_sets = _sets(found, left, project.residual, seen)

@@ -74,7 +74,8 @@ class Projector:
 
     def terms(self, left: np.ndarray) -> np.ndarray:
         """What each sample adds (m, N) to the scores of projected columns (m, n)."""
-        return -(left * self.residual).reshape(len(left), -1, CHANNELS).sum(axis=2)
+        rows = left.reshape(len(left), -1, CHANNELS)
+        return -np.einsum("mnc,nc->mn", rows, self.residual.reshape(-1, CHANNELS))
 
     def products(self, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Inner products (..., k, k) of projected columns (..., k, n), and (..., k) of those with the residual, without

@@ -4,6 +4,7 @@ import pytest
 
 import helmbench
 from helmbench.diagnosis import diagnose as engine
+from helmbench.diagnosis.options import Options
 
 
 @pytest.fixture
@@ -27,3 +28,12 @@ def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, by_run
     monkeypatch.setattr(engine, "by_residuals", lambda *_: made)
     engine.diagnose(helmbench.resolve("response-1"), [record], watch=told.append)
     assert told == stages
+
+
+@pytest.mark.parametrize("base_parameters", ["file", "identify"])
+def test_records_too_long_for_one_diagnosis_are_refused_before_it_starts(monkeypatch, record, base_parameters):
+    monkeypatch.setattr(engine, "LARGEST", 10**6)
+    told, options = [], Options(base_parameters=base_parameters)
+    with pytest.raises(helmbench.BadInput, match="samples of 1 record are too many for one diagnosis"):
+        engine.diagnose(helmbench.resolve("response-1"), [record], (), options, told.append)
+    assert told == [engine.CHECKS]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .settings import Setting
 
     Made = tuple[Run, Trace | None]
-KEPT = 8
+KEPT = 3
 """Runs of each segment that are kept."""
 
 
