@@ -20,7 +20,7 @@ from .standings import CELL, Frame, labels
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 GAP, MOST_CODE = 4095, 4094
 """Code of a missing value, and the largest one of a value."""
-MOST_TRACE_CHARACTERS = 3_000_000
+MOST_TRACE_CHARACTERS = 4_500_000
 BUDGETS_S = {"0.1 s": 0.1, "1 s": 1.0, "10 s": 10.0, "1 min": 60.0, "10 min": 600.0}
 COARSER = ("held_out", "length", "thinning", "train", "disturbance", "model", "vessel")
 """Columns of a cell that are put together, one after the other, where there are too many cells for a page."""
