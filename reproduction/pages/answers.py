@@ -147,4 +147,5 @@ def _ready(heading: str, text) -> Column:
 RULE = f"""*On its own example*: the median ratio of the errors over our runs, yes below {1.0 - SLIGHT:g};
 *partly* where the comparisons differ. *On other vessels*: yes where the method is better in at least two thirds of
 the comparisons, no where it is in at most one third; better and worse are settled by paired tests and a difference of
-more than {100.0 * MATERIAL:g} %."""
+more than {100.0 * MATERIAL:g} %. *When to use it instead*: the vessels on which it was better than everything that
+it was compared with."""
