@@ -170,9 +170,9 @@ def crossover(vessel: str, rng: np.random.Generator) -> StudyResult:
             for name, ratio in zip(STATES, ratios, strict=False):
                 values[f"{method}_kf_{name}_{-np.log10(level):.0f}"] = float(ratio)
     euler, exact = np.array(wins["euler"]), np.array(wins["exact"])
-    values["crossover"] = _up_to(euler[:, 1:].all(axis=1), CROSSED)
+    values["crossover"] = _up_to(euler[:, 1] & euler[:, 2], CROSSED)
     values["crossover_heading"] = _up_to(euler[:, 0], CROSSED)
-    values["exact"] = _up_to(exact[:, 1:].all(axis=1), CROSSED[::3])
+    values["exact"] = _up_to(exact[:, 1] & exact[:, 2], CROSSED[::3])
     values["eso_beats_kf"] = bool(np.isfinite(values["crossover"]) or np.isfinite(values["exact"]))
     return StudyResult(values)
 
