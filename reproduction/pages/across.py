@@ -29,7 +29,7 @@ class Cell:
     def outcome(self) -> str:
         """better, worse, no difference, or both fail."""
         f = self.found
-        return statistics.outcome(self.adjusted, f["ratio"], f["failed"], f["baseline_failed"])
+        return statistics.outcome(self.adjusted, f["ratio"], f["error"], f["baseline"])
 
 
 def cells(results: Results, pair: str) -> list[Cell]:
@@ -68,8 +68,9 @@ _LEGEND = f"""The error is the root mean square of the free-run errors of surge,
 deviation of each; a fit that fails or a run that diverges counts as {LOST:g}. A ratio below 1 means that the method has
 the smaller error. *better* and *worse* need both a two-sided Wilcoxon signed-rank test on the {SEEDS} paired runs below
 {statistics.LEVEL:g} after Holm's correction over all comparisons of the pair, and a median ratio further than
-{percent(statistics.MATERIAL)} from 1. *both fail*: more than half of the runs of both diverge. The effect is the
-matched-pairs rank-biserial correlation: 1 where the method always has the smaller error, -1 where the baseline has."""
+{percent(statistics.MATERIAL)} from 1. *both fail*: the median errors of both are above {statistics.USELESS:g}, that of
+a constant prediction. The effect is the matched-pairs rank-biserial correlation: 1 where the method always has the
+smaller error, -1 where the baseline has."""
 
 
 def _summary(pairs: dict[str, list[Cell]]) -> str:

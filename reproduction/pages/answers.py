@@ -16,8 +16,8 @@ from .across import Cell, cells, counts, title
 YES, NO, PARTLY, OPEN = "yes", "no", "partly", "not settled"
 MOSTLY = 2.0 / 3.0
 """Share of the comparisons that makes a yes or a no."""
-SLIGHT = 0.05
-"""A single ratio nearer to 1 than this is taken as no difference."""
+SLIGHT = 0.15
+"""A single ratio nearer to 1 than this is taken as no difference: medians over some runs are no surer."""
 
 
 def own_answer(found: Spread) -> str:
@@ -147,4 +147,5 @@ def _ready(heading: str, text) -> Column:
 RULE = f"""*On its own example*: the median ratio of the errors over our runs, yes below {1.0 - SLIGHT:g};
 *partly* where the comparisons differ. *On other vessels*: yes where the method is better in at least two thirds of
 the comparisons, no where it is in at most one third; better and worse are settled by paired tests and a difference of
-more than {100.0 * MATERIAL:g} %."""
+more than {100.0 * MATERIAL:g} %. *When to use it instead*: the vessels on which it was better than all that it was
+compared with."""

@@ -125,6 +125,8 @@ _LEGEND = """## How to read the pages
   the interval of our runs is wider than the value itself; or about half of our runs agree with a statement.
 - **contradicted**: neither form gives it, although all that decides it is printed; or although what is not printed
   (time step, rudder rate and lag, speed, zigzag angle, noise, start) was searched over a range that the reason names.
+  Since a search leaves gaps, its values must stay away from the published one by more than half of their own range;
+  a statement must be false at every point, and true in less than a tenth of our runs.
 
 Where a paper has noise we repeat its experiment with other noise. The number given is the median of the runs, and the
 interval behind it is the one in which a single further run, like the one that the authors made, would lie with a
@@ -132,8 +134,8 @@ probability of 95 % (order statistics from 39 runs on; below, Student's t, for e
 published value counts as equal where it lies in the interval, widened by a tolerance that each claim states and that
 covers rounding in print. Bounds ("at most") need only a part of the interval on the right side; a statement counts as
 true where at least 60 % of the runs agree, as false where at most 40 % do; between, it is not settled. A run that
-diverges, or whose time constants come out complex,
-gives no number; "no finite value" stands where more than half of the runs do so."""
+diverges, or whose time constants come out complex, gives no number; "no finite value" stands where more than half of
+the runs do so."""
 
 
 def _items(judged: Sequence[Judged]) -> Iterable[str]:

@@ -22,6 +22,10 @@ HALF_TOLERANCE = 0.1
 
 LEAST_POINTS = 8
 """A search for a value with fewer points than these does not cover its range, and contradicts nothing."""
+GAP = 0.5
+"""A search leaves gaps: the range of what it found is widened by this share of its width at either end."""
+RARE = 0.1
+"""A statement that is true in this share of our runs may have been true in the one run of the authors."""
 ROUNDING = 1e-6
 """Values that differ by less, relatively, are equal, so that no verdict depends on the last stored digit."""
 
@@ -56,7 +60,7 @@ def judge(
     - `reproduced`: the printed equations give it; or ours, where no other were printed.
     - `reproduced with correction`: only the corrected equations give it.
     - `contradicted`: neither do, although everything that decides it is printed (`claim.stated`), or although what is
-      not printed was searched over a range, `over`, and no value in `searched` agrees.
+      not printed was searched over a range, `over`, and the values in `searched` stay away from it (see `reached`).
     - `not reproducible`: nothing can be computed (`claim.missing`); a decisive setting is not printed; no run gave a
       number; about half of the runs agree with a statement; or the published value only agrees with an interval that
       does not settle its sign (`claim.nonzero`) or is too wide (`claim.limit`).
@@ -83,7 +87,8 @@ def _verdict(claim: Claim, corrected: Spread, printed: Spread, tried: tuple[Spre
     if claim.search and any(found.finite for found in tried):
         if claim.form != "holds" and max(found.n for found in tried) < LEAST_POINTS:
             return IMPOSSIBLE
-        return IMPOSSIBLE if any(reached(claim, found) for found in tried) else CONTRADICTED
+        may_be = any(reached(claim, found) for found in tried) or any(happens(claim, own) for own in (first, corrected))
+        return IMPOSSIBLE if may_be else CONTRADICTED
     return CONTRADICTED if claim.stated else IMPOSSIBLE
 
 
@@ -93,12 +98,21 @@ def undecided(claim: Claim, found: Spread) -> bool:
 
 
 def reached(claim: Claim, found: Spread) -> bool:
-    """Whether the published value lies among the values that a search found."""
+    """Whether the published value lies among the values that a search found, whose range is widened by `GAP`."""
     if not found.finite:
         return False
     if claim.form == "holds":
         return (found.largest if claim.published else 1.0 - found.smallest) >= 0.5
-    return _between(claim, found.smallest, found.largest)
+    if claim.scale == "log" and found.smallest > 0.0:
+        beyond = (found.largest / found.smallest) ** GAP
+        return _between(claim, found.smallest / beyond, found.largest * beyond)
+    gap = GAP * (found.largest - found.smallest)
+    return _between(claim, found.smallest - gap, found.largest + gap)
+
+
+def happens(claim: Claim, found: Spread) -> bool:
+    """Whether a statement is true in a few of our runs at least."""
+    return claim.form == "holds" and found.known and (found.mean if claim.published else 1.0 - found.mean) >= RARE
 
 
 def determines(claim: Claim, found: Spread) -> bool:
@@ -176,14 +190,21 @@ def _of_search(claim: Claim, verdict: str, tried: tuple[Spread, ...], over: str)
         return ""
     if claim.form == "holds":
         share = max(found.mean if claim.published else 1.0 - found.mean for found in known)
-        values = f"true in {share:.0%} of {known[0].n} settings"
+        values = f"true in {share:.0%} of {known[0].n} settings" if known[0].n > 1 else _somewhere(share)
     else:
         values = f"{shown(min(f.smallest for f in known), 4)} to {shown(max(f.largest for f in known), 4)}"
     return f"Searched: {over}; found: {values}."
 
 
+def _somewhere(share: float) -> str:
+    """Of a study that tries the whole range in one run."""
+    return "true at a part of it" if share else "nowhere true"
+
+
 def _default(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
     if verdict != IMPOSSIBLE or not (corrected.known or printed.known):
+        if verdict == REPRODUCED and not claim.as_printed and corrected.n == 1:
+            return "Ours agrees."
         return _DEFAULTS[verdict, bool(claim.as_printed)]
     both = [found for found in (printed, corrected) if found.known]
     if any(undecided(claim, found) for found in both):

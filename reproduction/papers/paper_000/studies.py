@@ -30,6 +30,8 @@ METHODS = {
     "weighted": ("fw-rls", {**PRIOR, "mu": 1.0, "weight": 20.0}),
 }
 """Recursions by the name their values bear: Table 2's settings, rls from 20 P(0), and the weight without forgetting."""
+SEARCHED = ("rls", "fw", "printed", "wide")
+"""Recursions that the search repeats."""
 SETTINGS = {
     "dt": STEP_S,
     "P0": PRIOR["p0"],
@@ -132,10 +134,10 @@ def made_otherwise(rng: np.random.Generator, *, index: int) -> StudyResult:
     model = vehicle()
     steps = {"eq. 8": records.difference_step, "eq. 5": records.continuous_step}
     step = steps[chosen["record by"]](model)
-    start = np.deg2rad(chosen["yaw rate at the start"])
+    start = np.deg2rad(chosen["yaw rate at the start (deg/s)"])
     gear = records.Gear(np.deg2rad(chosen["rudder rate"]), chosen["rudder lag"], chosen["first order"], start)
     record = records.steered(step, gear)
-    values = compared({name: recursion(name).fit([record], model) for name in ("rls", "fw", "printed", "wide")}, model)
+    values = compared({name: recursion(name).fit([record], model) for name in SEARCHED}, model)
     rows = {angle: records.steered(step, gear, angle) for angle in TABLE_3}
     for angle, run in rows.items():
         for name in ("fw", "printed"):

@@ -1,7 +1,7 @@
 """Paper 001: Euler-difference least squares (A1, A2) for the 60 coefficients of a Mariner model.
 
-The paper states neither speed, time step, duration nor steering gear of its 15 deg zigzag.  `settings` draws them
-(40 times) and gives the interval of what A1 and A2 find; the other studies use one setting, `SETTING`.
+The paper states neither speed, time step, duration nor steering gear of its 15 deg zigzag.  `settings` tries 40 points
+of a range of them and gives the interval of what A1 and A2 find; the other studies use one setting, `SETTING`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...claims.files import load
-from ..study import Study, StudyResult
+from ..study import Study, StudyResult, point
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
@@ -137,14 +137,10 @@ def _operations(model: Model) -> float:
 
 
 def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
-    """A1 and A2 on one draw of what the paper leaves unsaid; as printed: A1 backward, A2 by normal equations."""
-    setting = Setting(
-        speed=rng.uniform(1.0, 2.0),
-        rate=np.deg2rad(rng.uniform(2.5, 25.0)),
-        lag=0.0,
-        dt=float(np.exp(rng.uniform(np.log(0.005), np.log(0.02)))),
-        duration=rng.uniform(60.0, 300.0),
-    )
+    """A1 and A2 at one point of what the paper leaves unsaid; as printed: A1 backward, A2 by normal equations."""
+    chosen = point(load("001").search("settings"), index)
+    rate = np.deg2rad(chosen["rudder rate"])
+    setting = Setting(chosen["speed"], rate, 0.0, chosen["step"], chosen["length"])
     record, model = sailed(setting), vessel(setting)
     found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
     found["A1p"] = backward(record, model)

@@ -350,8 +350,8 @@ def _course(estimate: Estimate) -> dict[str, np.ndarray]:
 
 
 STUDIES = {
-    "first_order": Study(first_order, seeds=40),
-    "second_order": Study(second_order, seeds=40),
+    "first_order": Study(first_order, seeds=120),
+    "second_order": Study(second_order, seeds=120),
     "noise_free": Study(noise_free),
     "noise": Study(noise, seeds=8, drawn=8),
     "arithmetic": Study(arithmetic),

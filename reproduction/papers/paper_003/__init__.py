@@ -33,8 +33,8 @@ STUDIES = {
     "states_patrol": Study(_of(states.table_4, "patrol"), seeds=20),
     "observers_cargo": Study(_of(states.observers, "cargo"), seeds=3),
     "observers_patrol": Study(_of(states.observers, "patrol"), seeds=8),
-    "identified_cargo": Study(_of(identification.tables_5_and_6, "cargo"), seeds=20),
-    "identified_patrol": Study(_of(identification.tables_5_and_6, "patrol"), seeds=40),
+    "identified_cargo": Study(partial(identification.tables_5_and_6, "cargo"), seeds=20),
+    "identified_patrol": Study(partial(identification.tables_5_and_6, "patrol"), seeds=40),
     "states_cargo_searched": Study(partial(search.states_searched, "cargo"), seeds=24),
     "states_patrol_searched": Study(partial(search.states_searched, "patrol"), seeds=32),
     "motions_searched": Study(search.motions_searched, seeds=32),
@@ -44,6 +44,6 @@ STUDIES = {
     "crossover_patrol": Study(_of(states.crossover, "patrol")),
     "aligned": Study(identification.aligned, seeds=5),
     "sensitivity": Study(robustness.sensitivity, seeds=20),
-    "outliers": Study(robustness.outliers, seeds=60),
+    "outliers": Study(robustness.outliers, seeds=150),
     "efficiency": Study(robustness.efficiency, seeds=12),
 }

@@ -27,6 +27,8 @@ WIDE_POWERS, WIDE_OMEGAS = np.arange(-22.0, 9.0, 2.0), np.append(np.geomspace(0.
 """The same where all levels of noise are compared; 45 rad/s is the paper's."""
 DRAWN = 600
 COMPARED = 1e-4
+LOST = 0.5
+"""A state is not estimated where the error is larger than this share of its standard deviation."""
 CLOSE = 0.5
 """Relative difference up to which an RMSE counts as the published one."""
 CROSSED = np.power(10.0, np.arange(-14.0, -2.0))
@@ -142,6 +144,8 @@ def observers(vessel: str, rng: np.random.Generator) -> StudyResult:
         values |= {f"kf_{name}": errors["kf"][k] / errors["eso"][k], f"rts_{name}": errors["eso"][k] / errors["rts"][k]}
     ratios = errors["kf"] / errors["eso"]
     values["eso_over_kf_r"] = 1.0 / ratios[1]
+    spread = np.array([np.std(motion[settled:]) for motion in (run.psi, run.r, run.psi_ddot)])
+    values["kf_loses_a_state"] = bool((errors["kf"] > LOST * spread).any())
     values |= {"eso_beats_kf": bool((ratios > 1.0).all()), "kf_worst": float(ratios.max())}
     return StudyResult(values | {"kf_best": float(ratios.min())} | _optimal(run, rng, settled))
 
@@ -149,22 +153,42 @@ def observers(vessel: str, rng: np.random.Generator) -> StudyResult:
 def crossover(vessel: str, rng: np.random.Generator) -> StudyResult:
     """The best ESO against the best Kalman filter, by the truth, at one heading noise after the other.
 
-    crossover : the largest noise [rad] at which the observer has the smaller error in all three states.
+    In a simulation by Euler steps (eq 11), by which the observer steps as well, and, at some levels, solved exactly.
+
+    crossover : the largest noise [rad] up to which the observer has the smaller error in yaw rate and yaw acceleration,
+        the states that are not measured, under Euler steps;  crossover_heading, exact : the same for the heading, and
+        for yaw rate and acceleration where all is solved exactly; nan where the observer is worse at the smallest.
     """
-    run = vessels.motion(vessel, "S3")
-    settled, draw = len(run.psi) // 10, rng.normal(size=len(run.psi))
+    draw = rng.normal(size=vessels.samples(vessel))
     values: dict[str, float] = {}
-    wins = []
-    for level in CROSSED:
-        psi = run.psi + level * draw
-        best = _best_eso(psi, run, settled, WIDE_OMEGAS)[0]
-        filtered = np.min([_errors(_kalman_states(psi, 10.0**p), run, settled) for p in WIDE_POWERS], axis=0)
-        wins.append(bool((best < filtered).all()))
-        for name, ratio in zip(STATES, filtered / best, strict=False):
-            values[f"kf_{name}_{-np.log10(level):.0f}"] = float(ratio)
-    values["eso_beats_kf"] = any(wins)
-    values["crossover"] = float(CROSSED[np.flatnonzero(wins)].max()) if any(wins) else float("nan")
+    wins: dict[str, list[np.ndarray]] = {}
+    for hold, method, levels in (("euler", "euler", CROSSED), ("zero", "exact", CROSSED[::3])):
+        run = vessels.motion(vessel, "S3", hold)
+        for level in levels:
+            ratios = _filter_over_observer(run, run.psi + level * draw, method)
+            wins.setdefault(method, []).append(ratios > 1.0)
+            for name, ratio in zip(STATES, ratios, strict=False):
+                values[f"{method}_kf_{name}_{-np.log10(level):.0f}"] = float(ratio)
+    euler, exact = np.array(wins["euler"]), np.array(wins["exact"])
+    values["crossover"] = _up_to(euler[:, 1] & euler[:, 2], CROSSED)
+    values["crossover_heading"] = _up_to(euler[:, 0], CROSSED)
+    values["exact"] = _up_to(exact[:, 1] & exact[:, 2], CROSSED[::3])
+    values["eso_beats_kf"] = bool(np.isfinite(values["crossover"]) or np.isfinite(values["exact"]))
     return StudyResult(values)
+
+
+def _filter_over_observer(run: Motion, psi: np.ndarray, method: str) -> np.ndarray:
+    """Errors (3,) of the best Kalman filter over those of the best observer, state by state."""
+    settled = len(psi) // 10
+    filtered = np.min([_errors(_kalman_states(psi, 10.0**p), run, settled) for p in WIDE_POWERS], axis=0)
+    return filtered / _best_eso(psi, run, settled, WIDE_OMEGAS, method)[0]
+
+
+def _up_to(wins: np.ndarray, levels: np.ndarray) -> float:
+    """The largest of ascending levels up to which every one is won; nan where the first is not."""
+    lost = np.flatnonzero(~wins)
+    n = int(lost[0]) if lost.size else len(wins)
+    return float(levels[n - 1]) if n else float("nan")
 
 
 def _errors(states: np.ndarray, run: Motion, settled: int) -> np.ndarray:
@@ -173,11 +197,13 @@ def _errors(states: np.ndarray, run: Motion, settled: int) -> np.ndarray:
     return np.sqrt(np.mean((states - truth)[settled:] ** 2, axis=0))
 
 
-def _best_eso(psi: np.ndarray, run: Motion, settled: int, omegas: np.ndarray = OMEGAS) -> tuple[np.ndarray, np.ndarray]:
+def _best_eso(
+    psi: np.ndarray, run: Motion, settled: int, omegas: np.ndarray = OMEGAS, method: str = "exact"
+) -> tuple[np.ndarray, np.ndarray]:
     """Smallest RMSE (3,) over omega0, and the omega0 (3,) where each is."""
     table = []
     for omega in omegas:
-        seen = eso.observe(psi, DT, float(omega))
+        seen = eso.observe(psi, DT, float(omega), method)
         table.append(_errors(np.column_stack([seen.psi, seen.r, seen.psi_ddot]), run, settled))
     found = np.array(table)
     return found.min(axis=0), omegas[found.argmin(axis=0)]

@@ -13,6 +13,8 @@ LEVEL = 0.05
 """Level of the tests, after Holm's correction."""
 MATERIAL = 0.01
 """A median ratio nearer to 1 than this is no difference, however regular it is."""
+USELESS = 1.0
+"""Error of a constant prediction, in standard deviations: a method with more has failed."""
 BETTER, WORSE, EQUAL, BOTH_FAIL = OUTCOMES = ("better", "worse", "no difference", "both fail")
 
 
@@ -59,9 +61,9 @@ def holm(p: Mapping[str, float]) -> dict[str, float]:
     return dict(zip(p, stepped_down([*p.values()]).tolist(), strict=True))
 
 
-def outcome(adjusted: float, ratio: float, failed: float, baseline_failed: float) -> str:
-    """What a comparison shows, at `LEVEL` and beyond `MATERIAL`."""
-    if failed > 0.5 and baseline_failed > 0.5:
+def outcome(adjusted: float, ratio: float, error: float, baseline: float) -> str:
+    """What a comparison shows, at `LEVEL` and beyond `MATERIAL`; error, baseline : medians of both."""
+    if min(error, baseline) > USELESS:
         return BOTH_FAIL
     if adjusted >= LEVEL or abs(np.log(ratio)) <= np.log1p(MATERIAL):
         return EQUAL

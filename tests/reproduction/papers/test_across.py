@@ -53,18 +53,18 @@ def test_holm():
 
 
 @pytest.mark.parametrize(
-    ("adjusted", "ratio", "failed", "baseline_failed", "expected"),
+    ("adjusted", "ratio", "error", "baseline", "expected"),
     [
-        (0.01, 0.5, 0.0, 0.0, BETTER),
-        (0.01, 2.0, 0.0, 0.0, WORSE),
-        (0.06, 0.5, 0.0, 0.0, EQUAL),
-        (0.001, 0.995, 0.0, 0.0, EQUAL),
-        (0.001, 0.5, 0.6, 0.6, BOTH_FAIL),
-        (0.001, 50.0, 1.0, 0.0, WORSE),
+        (0.01, 0.5, 0.1, 0.2, BETTER),
+        (0.01, 2.0, 0.2, 0.1, WORSE),
+        (0.06, 0.5, 0.1, 0.2, EQUAL),
+        (0.001, 0.995, 0.199, 0.2, EQUAL),
+        (0.001, 0.5, 5.0, 10.0, BOTH_FAIL),
+        (0.001, 50.0, 10.0, 0.2, WORSE),
     ],
 )
-def test_outcomes(adjusted, ratio, failed, baseline_failed, expected):
-    assert outcome(adjusted, ratio, failed, baseline_failed) == expected
+def test_outcomes(adjusted, ratio, error, baseline, expected):
+    assert outcome(adjusted, ratio, error, baseline) == expected
 
 
 def test_one_vessel_with_two_records(monkeypatch, rng):
@@ -94,7 +94,7 @@ def test_ships_get_a_response_model_with_their_own_rudder():
 
 
 @pytest.mark.parametrize(
-    ("ratio", "expected"), [([0.5], "yes"), ([0.97], "no"), ([2.0], "no"), ([0.1, 0.2, 3.0], "yes")]
+    ("ratio", "expected"), [([0.5], "yes"), ([0.9], "no"), ([2.0], "no"), ([0.1, 0.2, 3.0], "yes")]
 )
 def test_answers_on_the_own_example(ratio, expected):
     assert answers.own_answer(spread(ratio)) == expected

@@ -6,7 +6,7 @@ import pytest
 from helmbench.models.model import resolve
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.papers import paper_001
-from helmbench.reproduction.papers.paper_001 import STUDIES, studies
+from helmbench.reproduction.papers.paper_001 import STUDIES, search, studies
 from helmbench.reproduction.verdicts.spread import spread
 from helmbench.reproduction.verdicts.verdict import within
 
@@ -75,3 +75,17 @@ def test_figures_are_drawn(name, paper, found):
     figure = next(figure for figure in paper.figures if figure.id == name)
     drawn = draw(getattr(paper_001, figure.draw), [found[figure.study]])
     assert drawn.startswith("<?xml") and len(drawn) < 200_000
+
+
+def test_settings_are_points_of_a_sequence_and_not_of_a_seed():
+    one, two = (studies.settings(np.random.default_rng(seed), index=3).values for seed in (0, 1))
+    assert one == two and np.isfinite(one["A1.median"])
+
+
+def test_a_constant_speed_in_the_primes_makes_a2_singular():
+    """u(t) is then the sum of two other columns: scaled to unit length they have no full rank."""
+    record, model = studies.sailed(studies.SETTING), studies.vessel(studies.SETTING)
+    surge = search._terms(record, model)[:, np.array([name[0] == "X" for name in model.coordinates])]
+    columns = np.column_stack([record.column("surge_m_s"), surge])
+    columns /= np.linalg.norm(columns, axis=0)
+    assert np.linalg.matrix_rank(columns[:, 1:]) == np.linalg.matrix_rank(columns) == surge.shape[1]

@@ -48,6 +48,34 @@ def test_the_kalman_filter_observes_a_cubic_heading(rng):
     assert found[-1, 2] == pytest.approx(c[2], rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("wins", "expected"),
+    [([1, 1, 0, 1], 2e-3), ([1, 1, 1, 1], 4e-3), ([0, 1, 1, 1], np.nan)],
+)
+def test_the_crossover_is_the_end_of_an_unbroken_row(wins, expected):
+    levels = np.array([1e-3, 2e-3, 3e-3, 4e-3])
+    assert states._up_to(np.array(wins, bool), levels) == pytest.approx(expected, nan_ok=True)
+
+
+def test_the_observer_beats_a_filter_where_it_steps_as_the_vessel_does(rng):
+    """At 1e-11 rad: by Euler steps in yaw rate and acceleration, not in the heading; solved exactly in nothing."""
+    for hold, method, expected in (("euler", "euler", [False, True, True]), ("zero", "exact", [False] * 3)):
+        run = vessels.motion("patrol", "S3", hold)
+        psi = run.psi + 1e-11 * rng.normal(size=len(run.psi))
+        assert (states._filter_over_observer(run, psi, method) > 1.0).tolist() == expected
+
+
+def test_runs_are_spread_over_the_noise(monkeypatch):
+    """20 runs: in each fifth of the decades of the range there are 3 to 5 of them, whatever the seed."""
+    levels = []
+    monkeypatch.setattr(identification, "on_sines", lambda vessel, sines, level, rng: levels.append(level))
+    for index in range(20):
+        identification.tables_5_and_6("cargo", np.random.default_rng(), index=index)
+    low, high = np.log(identification.NOISE)
+    counts, _ = np.histogram((np.log(levels) - low) / (high - low), 5, (0.0, 1.0))
+    assert counts.sum() == 20 and counts.min() >= 3 and counts.max() <= 5
+
+
 def test_equal_streams_give_equal_results():
     one, two = (states.table_4("patrol", stream("003", "states_patrol", 5)).values for _ in range(2))
     assert one == two

@@ -92,8 +92,9 @@ def test_nothing_is_contradicted_that_depends_on_what_is_not_printed():
 @pytest.mark.parametrize(
     ("searched", "expected"),
     [
-        ([11.0, 12.0, 30.0] * 3, CONTRADICTED),
-        ([11.0, 12.0, 30.0], IMPOSSIBLE),
+        ([14.0, 16.0, 18.0] * 3, CONTRADICTED),
+        ([14.0, 16.0, 23.0] * 3, IMPOSSIBLE),  # a search leaves gaps: the published 10 is near its range
+        ([14.0, 16.0, 18.0], IMPOSSIBLE),
         ([9.0, 12.0] * 4, IMPOSSIBLE),
         ([10.4, math.nan] * 4, IMPOSSIBLE),
     ],
@@ -108,6 +109,28 @@ def test_a_statement_that_is_true_somewhere_in_the_range_is_not_contradicted():
     claim = ALONE.model_copy(update=dict(stated=False, search="wide", form="holds", published=True))
     for found, expected in (([True] + [False] * 9, IMPOSSIBLE), ([False] * 10, CONTRADICTED)):
         assert judge(claim, {"c": spread([False])}, searched={"c": spread(found)}, over="x").verdict == expected
+
+
+@pytest.mark.parametrize(("low", "expected"), [(101.0, CONTRADICTED), (99.0, IMPOSSIBLE)])
+def test_the_range_of_sizes_is_widened_by_its_ratio(low, expected):
+    """Half of the decades from 100 to 10000 reach down to 10."""
+    claim = ALONE.model_copy(update=dict(stated=False, search="wide", scale="log", tolerance=Tolerance()))
+    found = spread([low, 1e4 * low / 100.0] * 4)
+    assert judge(claim, {"c": spread([1e3])}, searched={"c": found}, over="x").verdict == expected
+
+
+@pytest.mark.parametrize(("true", "expected"), [(2, IMPOSSIBLE), (0, CONTRADICTED)])
+def test_a_statement_that_is_true_in_a_few_of_our_runs_is_not_contradicted(true, expected):
+    claim = ALONE.model_copy(update=dict(stated=False, search="wide", form="holds", published=True))
+    own = spread([True] * true + [False] * (20 - true))
+    assert judge(claim, {"c": own}, searched={"c": spread([False] * 10)}, over="x").verdict == expected
+
+
+def test_a_search_in_one_run_says_where_it_is_true():
+    claim = ALONE.model_copy(update=dict(stated=False, search="wide", form="holds", published=True))
+    for found, text in ((True, "true at a part of it"), (False, "nowhere true")):
+        judged = judge(claim, {"c": spread([False])}, searched={"c": spread([found])}, over="x")
+        assert judged.reason.endswith(f"Searched: x; found: {text}.")
 
 
 def test_verdicts_do_not_depend_on_the_last_digit():
