@@ -149,7 +149,7 @@ def run_suite(
         found before anything is written.  Later, where the machine is at fault (a full disk, a lost cluster): what is
         finished is kept, and `resume` goes on.  Also code that is not trusted.
     """
-    from ..bench.job_array import JobArray
+    from ..bench.job_array import CLUSTERS, JobArray
     from ..bench.kinds.base import Selection
     from ..bench.limits import UNLIMITED, Limits
     from ..bench.pool import worker_count
@@ -171,6 +171,8 @@ def run_suite(
         raise BadInput("--timeout and --memory are for worker processes of this machine", hint=hint)
     if scheduler and array:
         raise BadInput("--scheduler and --array exclude each other")
+    if array is not None and array not in CLUSTERS:
+        raise BadInput(f"--array is {array!r}", hint=f"known: {', '.join(CLUSTERS)}")
     if message is not None and not scheduler and not array and (jobs or 0) > worker_count(jobs):
         message(f"{jobs} workers asked for, {worker_count(jobs)} processors here: {worker_count(jobs)} workers")
     place = _Place(jobs, scheduler, JobArray(array, jobs, array_options or {}) if array else None, limits)

@@ -39,7 +39,7 @@ def suite(tmp_path):
 
 
 def submitted(suite, folder, **options):
-    return helmbench.run_suite(suite, directory=folder, array="local", jobs=2, trust=True, **options)
+    return helmbench.run_suite(suite, directory=folder, **{"array": "local", "jobs": 2, "trust": True} | options)
 
 
 def started(folder):
@@ -104,7 +104,11 @@ def test_a_job_with_other_code_stores_nothing(suite, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("options", "told"),
-    [({"array_options": {"no_such_option": 1}}, "no_such_option"), ({"scheduler": "tcp://127.0.0.1:1"}, "exclude")],
+    [
+        ({"array": "pbs"}, "known: slurm, local"),
+        ({"array_options": {"no_such_option": 1}}, "no_such_option"),
+        ({"scheduler": "tcp://127.0.0.1:1"}, "exclude"),
+    ],
 )
 def test_wrong_options_are_one_line(suite, tmp_path, options, told):
     with pytest.raises(BadInput, match=told):
