@@ -1,5 +1,7 @@
 """Names that are used, but not where vulture looks for it: by users, by other packages, or through `_asdict`."""
 
+from joblib.externals.loky import process_executor
+
 from helmbench.datasets import indices, manoeuvres
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.calibration.result import Share
@@ -28,4 +30,5 @@ USED = (
     simulate_batch,  # Monte Carlo, timed against other implementations
     contract.check_method,  # by authors of other methods
     check_cause,  # by authors of other causes
+    process_executor._MAX_MEMORY_LEAK_SIZE,  # read by loky
 )
