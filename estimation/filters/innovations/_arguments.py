@@ -126,5 +126,5 @@ def signatures():
     a1, a2, a3 = (typeof(array) for array in a[1:])
     return (
         types.void(*models, I1, *kinds[1:3], i8, *kinds[3:]),
-        types.void(*models, I1, *kinds[1:3], i8, I1, a1, a2, a3),
+        types.void(*models, I1, *kinds[1:3], I1, a1, a2, a3),
     )

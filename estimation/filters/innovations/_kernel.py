@@ -82,10 +82,10 @@ def _samples(rhs, jacobian, shape, channel, recorded, values, free, rudder, w, r
             variance = sensor_sd[c] ** 2 + ((q[JITTER] * rate[i]) ** 2 if jitter else 0.0)
             e[k, c], root = measure(x, cov, h, ph, innovation, variance, k < free)
             log_s[k, c] = -np.log(root)
-            if kept and k < free:
+            if kept:
                 trace.roots[k, c] = root
                 for j in range(nx):
-                    trace.slopes[k, c, j], trace.gains[k, c, j] = h[j], ph[j]
+                    trace.slopes[k, c, j], trace.gains[k, c, j] = h[j], ph[j] if k < free else 0.0
         for i in range(nx):
             states[k, i] = x[i]
         if k == size - 1:
@@ -94,7 +94,7 @@ def _samples(rhs, jacobian, shape, channel, recorded, values, free, rudder, w, r
         for i in range(nf):
             force[i] = x[n + i] + added[k, i]
         hold_inputs(u, k, other, environment, q, shape, unit, force)
-        if k < free:
+        if k < free or kept:
             set_inputs(u, rudder[k * parts], x[i_psi], q, shape, unit, force)
             jacobian(own, u, theta, rate, by_state, by_input)
         propagate(rhs, x, u, rate, probe, total, rudder, k * parts, dt, theta, q, shape, unit, force, i_psi, k < free)
@@ -103,13 +103,17 @@ def _samples(rhs, jacobian, shape, channel, recorded, values, free, rudder, w, r
             x[n + i] *= decay
         if nx > na:
             waves(x, wave, dt, q, na)
-        if k >= free:
+        if k >= free and not kept:
             continue
         transition(phi, slope, power, next_power, by_state, by_input, wave, dt, decay, live, shape, unit)
         if kept:
             for i in range(nx):
+                known = live[i] if i < n else (k + 1 != free or i >= na)  # random forces end at the release
                 for j in range(nx):
-                    trace.transition[k, i, j] = phi[i, j] if i >= n or live[i] else 0.0
+                    trace.transition[k, i, j] = phi[i, j] if known else 0.0
+        if k >= free:
+            continue
+        if kept:
             for i in range(nf):
                 for j in range(nx):
                     trace.spreads[k, i, j] = cov[n + i, j]

@@ -68,10 +68,10 @@ def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probe
 
 
 @njit(signatures()[1], **JIT)
-def run_pushes(rhs, jacobian, shape, channel, recorded, values, free, varied, probes, states, pushes):
+def run_pushes(rhs, jacobian, shape, channel, recorded, values, varied, probes, states, pushes):
     """Fill pushes (m, T, n): change of the states over the next step by each varied entry (midpoint rule).
 
-    channel, free : see `_kernel.run_filter`; no pushes from `free` on.
+    channel : see `_kernel.run_filter`.
     varied : (m,) entries of the vector (model, rudder chain or environment), differenced over `probes` (m,).
     states : (T, nx) of the run.
     """
@@ -82,7 +82,7 @@ def run_pushes(rhs, jacobian, shape, channel, recorded, values, free, varied, pr
     live = live_states(channel, n)
     x, rate, probe, total, u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu)
     slope, by_state, by_input, force = np.zeros((n, n)), np.zeros(n * n), np.zeros(n * nu), np.zeros(nf)
-    for k in range(min(recorded.time.size - 1, free)):
+    for k in range(recorded.time.size - 1):
         dt = recorded.time[k + 1] - recorded.time[k]
         for i in range(n):
             x[i] = states[k, i]

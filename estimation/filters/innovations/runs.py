@@ -85,8 +85,7 @@ def pushes(est: Estimator, s: Setting, segment: int, run: Run, varied: Sequence[
     if len(varied):
         recorded, values = _arguments(est, s, segment)
         model, which = (est.kernels.rhs, est.kernels.jacobian), np.array(varied, np.int64)
-        free = est.released(segment)
-        run_pushes(*model, est.shape, est.places, recorded, values, free, which, steps, run.states, found)
+        run_pushes(*model, est.shape, est.places, recorded, values, which, steps, run.states, found)
     return found
 
 

@@ -124,6 +124,36 @@ def test_coefficients_of_a_linear_model_are_exact_but_for_the_midpoint_rule():
         assert _apart(found, own) < 0.03
 
 
+@pytest.mark.parametrize("entry", ["coefficient", "rudder_offset", "yaw_rate_bias"])
+def test_derivatives_hold_behind_the_release_of_a_free_run(short, entry):
+    """Behind the first seconds nothing is updated, and the innovations are output errors."""
+    est = short[0].simulating(10.0)
+    s = est.start()
+    at, h = (0, 1e-5) if entry == "coefficient" else (est.index[entry], 1e-5)
+    own = _difference(est, lambda v: est.moved(s, Parameter("", "", ((at, 1.0),)), v), h)
+    found, late = tangent(est, s, [at], {at: h})[0], slice(own.size // 2, None)
+    assert np.abs(own[late]).max() > 0.0
+    assert _apart(found, own) < 0.02 and _apart(found[late], own[late]) < 0.02
+
+
+def test_random_forces_have_no_effect_behind_the_release(short):
+    """An added force does; what the filter had found of random ones before is gone."""
+    est = short[0].simulating(10.0)
+    s = _gusty(est)
+    size = [d.time.size for d in est.segments]
+    force = [np.ones(n) for n in size]
+    found = responses(est, traces(est, s), [est.n_forces - 1], [force])[0]
+
+    def added(v):
+        arrays = [np.zeros((n, est.n_forces + 6)) for n in size]
+        for array in arrays:
+            array[:, est.n_forces - 1] = v
+        return replace(s, added=tuple(arrays))
+
+    own = (est.evaluate(added(1e-5)).e - est.evaluate(added(-1e-5)).e).ravel() / 2e-5
+    assert _apart(found, own) < 0.03
+
+
 def test_columns_sum_slots_and_keep_to_their_record(short):
     est, s = short
     index = est.index
