@@ -32,7 +32,7 @@ def fitted(text: str, width: int) -> str:
 def _wrapped(line: str, width: int) -> list[str]:
     from textwrap import wrap
 
-    indent = " " * len(re.match(r"\s*(?:[-*] |\d+\. )?", line)[0])  # type: ignore[index]
+    indent = " " * (len(line) - len(re.sub(r"\A\s*(?:[-*] |\d+\. )?", "", line)))
     found = wrap(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
     return found if len(line) > width else [line]
 

@@ -75,6 +75,13 @@ def inverse_spread(values: np.ndarray, mean: np.ndarray, constant: float = 0.0) 
     return np.where(varies, 1.0 / np.where(varies, spread, 1.0), constant)
 
 
+def on_steps(inputs: np.ndarray, dt: float, step_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (N,) of inputs (N, nu), times (S,) of a predictor's steps, and the inputs (S, nu) at these."""
+    time = dt * np.arange(len(inputs))
+    grid = step_s * np.arange(int(np.ceil(time[-1] / step_s - 1e-9)) + 1)
+    return time, grid, np.column_stack([np.interp(grid, time, column) for column in inputs.T])
+
+
 @dataclass(frozen=True)
 class NarxPredictor:
     """A learnt difference equation of step `step_s`; see `rows` and `predictor.Predictor`.
@@ -91,9 +98,7 @@ class NarxPredictor:
 
     def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
         """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""
-        time = dt * np.arange(len(inputs))
-        grid = self.step_s * np.arange(int(np.ceil(time[-1] / self.step_s - 1e-9)) + 1)
-        driven = np.column_stack([np.interp(grid, time, column) for column in inputs.T])
+        time, grid, driven = on_steps(inputs, dt, self.step_s)
         before = np.maximum(np.arange(len(grid))[:, None] - np.arange(self.lags.inputs), 0)
         first = np.array([start[self.states.index(name)] for name in self.outputs])
         with unchecked(), np.errstate(all="ignore"):

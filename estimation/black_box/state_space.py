@@ -18,7 +18,7 @@ import numpy as np
 
 from ...models.errors import CannotFit, FitFailed
 from .motion import one_ahead, whole_run
-from .narx import DIGITS, at_earlier, inverse_spread
+from .narx import DIGITS, at_earlier, inverse_spread, on_steps
 from .predictor import LARGEST, OUTSIDE
 from .rows import SYMMETRIC, Signals, averaged_signals, outputs_of, signals_of
 
@@ -132,9 +132,7 @@ class StateSpacePredictor:
 
     def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
         """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""
-        time = dt * np.arange(len(inputs))
-        grid = self.step_s * np.arange(int(np.ceil(time[-1] / self.step_s - 1e-9)) + 1)
-        driven = np.column_stack([np.interp(grid, time, column) for column in inputs.T])
+        time, grid, driven = on_steps(inputs, dt, self.step_s)
         first = np.array([start[self.states.index(name)] for name in self.outputs])
         with np.errstate(all="ignore"):
             z = self._run(first, driven)
