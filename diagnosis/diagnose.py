@@ -28,12 +28,14 @@ from .prepared import Prepared
 from .residuals.judged import unexplained
 from .result import Diagnosis
 from .selection.forward import select
+from .selection.materiality import material
 from .starting import starting_state, thinned
 from .state import Candidate, State, Unmodelled
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
+    from .causes.base import Cause
 
 CHECKS, BASE_MODEL = "checks of sensors and files", "identification of the base model"
 CAUSES_BESIDE, FREE_RUNS = "causes beside an uncertain base model", "free runs of left-out records"
@@ -109,9 +111,19 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
         elif not for_free_runs(beside):
             return beside
         watch(FREE_RUNS)
-        return by_free_runs(beside, cleaned, explained)
+        told = by_free_runs(beside, cleaned, explained)
+        return told if told.verdict != "unexplained" else _lacking(told, cleaned, explained)
     watch(CAUSES)
-    return by_residuals(model, given, options)
+    found = by_residuals(model, given, options)
+    if options.base_parameters != "identify" or found.verdict != "unexplained":
+        return found
+    watch(FREE_RUNS)
+    return _lacking(found, given, 0.0)
+
+
+def _lacking(found: Diagnosis, given: Prepared, least: float) -> Diagnosis:
+    """The diagnosis with the terms that a response model lacks, its own numbers refitted beside them."""
+    return found if found.model.is_3dof else by_free_runs(found, given, least, identified=True)
 
 
 def _require_room(model: Model, given: Prepared) -> None:
@@ -144,10 +156,13 @@ def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
     rng = np.random.default_rng(options.seed)
     train, held_out = thinned(given.train, model), thinned(given.held_out, model)
     est = estimator(model, train, threads=options.threads, terms=terms_for(model))
-    state, cannot = starting_state(est, options)
+    state, cannot = starting_state(est, options, given.decided)
     poor = verdict.undecidable(est, state.start)
     state = select(state, options.max_effects, rng) if poor is None else state
     left = unexplained(state, rng) if poor is None else None
+    small: frozenset[Cause] = frozenset()
+    if options.coefficient_sd != 0.0:  # of a model that is exactly known every effect counts
+        state, small = material(state)
     found = predicting(state, held_out, options, rng)
     left = left if left is not None else _failed(found, state)
     findings = all_findings(state, found.failing, given.faults, given.tracks, rng)
@@ -164,7 +179,7 @@ def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
         verdict=decided,
         reason=reason,
         causes=tuple(findings) if decided != "inconclusive" else (),
-        bank=bank_entries(state, cannot, findings, given.tracks),
+        bank=bank_entries(state, cannot, findings, given.tracks, small),
         gain=found.gain,
         hypothesis=hypothesis_of(state, left, held_out),
         noise=noise_of(est, state.setting),

@@ -25,7 +25,7 @@ LEAST = 0.03
 REFITTED = 4
 """Groups of the largest predicted gain that are refitted in each step."""
 SHORT, LONG = 4, 14
-"""Gauss-Newton steps of a candidate and of what is kept."""
+"""Gauss-Newton steps of a candidate and of what is kept; a response model costs so little that both take LONG."""
 MOST = 6
 
 
@@ -63,8 +63,11 @@ def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
     """The numbers of groups with their priors about the model's own values."""
     names = [*problem.model.coordinates, *problem.model.constant_names]
     theta = problem.model.theta
-    places = [(name, names.index(name), sd) for group in groups for name, sd in group.sd.items()]
-    return tuple(Number(name, place, float(theta[place]), sd) for name, place, sd in places)
+    return tuple(
+        Number(name, names.index(name), float(theta[names.index(name)]), sd, group.low.get(name, -np.inf))
+        for group in groups
+        for name, sd in group.sd.items()
+    )
 
 
 def attempt(problem: Problem, groups: Sequence[Group], start: Fitted | None, most: int) -> Attempt:
@@ -75,11 +78,19 @@ def attempt(problem: Problem, groups: Sequence[Group], start: Fitted | None, mos
     return Attempt(tuple(groups), fitted, leave_one_out(fitted))
 
 
-def select(problem: Problem, groups: Sequence[Group], most: int = MOST) -> Selection:
-    """Groups in the order in which they enter."""
+def select(problem: Problem, groups: Sequence[Group], free: Group | None = None, most: int = MOST) -> Selection:
+    """Groups in the order in which they enter.
+
+    free : a group whose numbers are fitted along with every other; it counts as a step where it would enter alone.
+    With it nothing has entered unless the last fit predicts better than the base does.
+    """
     base = now = attempt(problem, (), None, LONG)
     steps: list[Step] = []
     refused: tuple[tuple[Group, float, float], ...] = ()
+    if free is not None:
+        now = attempt(problem, (free,), None, LONG)
+        gain, error = score_difference(problem, base.left_out, now.left_out)
+        steps += [Step(free, now, gain, error)] if _enters(gain, error) else []
     while len(steps) < most:
         tried = _tried(problem, now, groups)
         if not tried:
@@ -92,17 +103,20 @@ def select(problem: Problem, groups: Sequence[Group], most: int = MOST) -> Selec
         kept = attempt(problem, best[0].groups, best[0].fitted, LONG)
         steps.append(Step(kept.groups[-1], kept, best[1], best[2], ties))
         now = kept
-    final = _without_idle(problem, now)
+    final = _without_idle(problem, now, () if free is None else (free,))
+    if not steps or (free is not None and not _enters(*score_difference(problem, base.left_out, final.left_out))):
+        return Selection(base, (), base, refused)
     kept_ids = {group.id for group in final.groups}
     return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
 
 
 def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[tuple[Attempt, float, float]]:
     """The leaders refitted: attempt, gain and its standard error, the largest gain first."""
+    most = SHORT if problem.model.is_3dof else LONG
     found = []
     for group in _leaders(problem, now, groups):
         try:
-            trial = attempt(problem, (*now.groups, group), now.fitted, SHORT)
+            trial = attempt(problem, (*now.groups, group), now.fitted, most)
         except np.linalg.LinAlgError:
             continue
         found.append((trial, *score_difference(problem, now.left_out, trial.left_out)))
@@ -138,11 +152,11 @@ def _new(now: Attempt, trial: Attempt) -> Group:
     return trial.groups[len(now.groups)]
 
 
-def _without_idle(problem: Problem, final: Attempt) -> Attempt:
+def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()) -> Attempt:
     """The attempt without groups that the others make needless."""
-    while len(final.groups) > 1:
+    while len(final.groups) > len(always) + 1:
         trials = []
-        for group in final.groups[:-1]:
+        for group in final.groups[len(always) : -1]:
             rest = tuple(g for g in final.groups if g.id != group.id)
             trial = attempt(problem, rest, None, LONG)
             gain, error = score_difference(problem, trial.left_out, final.left_out)
