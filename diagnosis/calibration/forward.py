@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,6 +60,10 @@ class Selection:
     refused: tuple[tuple[Group, float, float], ...] = field(default=())
 
 
+Tried = tuple[Attempt, float, float]
+"""An attempt with the fall of the score and its standard error."""
+
+
 def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
     """The numbers of groups with their priors about the model's own values."""
     names = [*problem.model.coordinates, *problem.model.constant_names]
@@ -93,16 +98,12 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
         steps += [Step(free, now, gain, error)] if _enters(gain, error) else []
     while len(steps) < most:
         tried = _tried(problem, now, groups)
-        if not tried:
-            break
-        best = tried[0]
-        if not _enters(best[1], best[2]):
+        entered = _single(problem, now, tried) or _pair(problem, now, tried)
+        if not entered:
             refused = tuple((_new(now, a), gain, error) for a, gain, error in tried)
             break
-        ties = tuple(_new(now, a) for a, _, _ in tried[1:] if _tied(problem, best[0], a))
-        kept = attempt(problem, best[0].groups, best[0].fitted, LONG)
-        steps.append(Step(kept.groups[-1], kept, best[1], best[2], ties))
-        now = kept
+        steps += entered
+        now = entered[-1].attempt
     final = _without_idle(problem, now, () if free is None else (free,))
     if not steps or (free is not None and not _enters(*score_difference(problem, base.left_out, final.left_out))):
         return Selection(base, (), base, refused)
@@ -110,7 +111,35 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
     return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
 
 
-def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[tuple[Attempt, float, float]]:
+def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
+    """The step of the best group, none where it does not enter."""
+    if not tried or not _enters(tried[0][1], tried[0][2]):
+        return []
+    best, gain, error = tried[0]
+    ties = tuple(_new(now, a) for a, _, _ in tried[1:] if _tied(problem, best, a))
+    return [Step(_new(now, best), attempt(problem, best.groups, best.fitted, LONG), gain, error, ties)]
+
+
+def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
+    """The steps of two groups of a response model that enter together only, each needed beside the other: what one of
+    them leaves may hide what the other takes off."""
+    if problem.model.is_3dof:
+        return []
+    found: list[tuple[float, list[Step]]] = []
+    for (one, _, _), (other, _, _) in combinations(tried, 2):
+        groups = _new(now, one), _new(now, other)
+        try:
+            both = attempt(problem, (*one.groups, groups[1]), one.fitted, LONG)
+        except np.linalg.LinAlgError:
+            continue
+        gains = [score_difference(problem, alone.left_out, both.left_out) for alone in (other, one)]
+        whole, error = score_difference(problem, now.left_out, both.left_out)
+        if _enters(whole, error) and all(_enters(*gain) for gain in gains):
+            found.append((whole, [Step(g, both, *gain) for g, gain in zip(groups, gains, strict=True)]))
+    return max(found, key=lambda item: item[0])[1] if found else []
+
+
+def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Tried]:
     """The leaders refitted: attempt, gain and its standard error, the largest gain first."""
     most = SHORT if problem.model.is_3dof else LONG
     found = []
@@ -124,8 +153,11 @@ def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[tupl
 
 
 def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Group]:
-    """Groups of the largest fall of the score after one Gauss-Newton step, all from one linearisation."""
+    """Groups of the largest fall of the score after one Gauss-Newton step, all from one linearisation; of a response
+    model all groups."""
     rest = [g for g in groups if g.id not in {used.id for used in now.groups}]
+    if not problem.model.is_3dof:
+        return rest
     numbers = numbers_of(problem, [*now.groups, *rest])
     fitted = now.fitted
     normal, slope, blocks = normal_equations(problem, numbers, fitted.theta, fitted.own, fitted.sd)
