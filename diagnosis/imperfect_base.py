@@ -60,7 +60,9 @@ def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0, identifi
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base) or _share(base) < least:
         return replace(found, calibration=base)
-    before = [f for f in found.causes if f.stage != "dynamics" and f.cause != BaseCoefficients.id]
+    # What describes the hull beside the numbers gives way to the numbers that free runs name.
+    described = (f for f in found.causes if BaseCoefficients.id not in (f.cause, *f.tied_with))
+    before = [f for f in described if f.stage != "dynamics"]
     before += [f for f in given.tracks.findings if f.cause not in {b.cause for b in before}]
     named = {f.cause for f in before}
     causes = (*before, *(f for f in _findings(base) if f.cause not in named))
@@ -94,7 +96,8 @@ def _worse(base: Calibration) -> bool:
 
 def _findings(base: Calibration) -> list[Finding]:
     """One finding for each group that is a cause of the bank, one for all others."""
-    causes = _causes_of(base.model)
+    clear = {m.group for m in base.moved if m.low > 0.0 or m.high < 0.0}
+    causes = {group: cause for group, cause in _causes_of(base.model).items() if group in clear}
     groups = list(dict.fromkeys(step.group for step in base.steps))
     own = [_finding(base, causes[group], {group}) for group in groups if group in causes]
     rest = set(groups) - set(causes)

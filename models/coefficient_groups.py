@@ -61,7 +61,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     found = []
     for name, (title, extension, numbers) in _stated(model.family.partition("+")[0]).items():
         known = values
-        if extension is not None:
+        if extension is not None and extension not in model.family.split("+"):
             known = dict.fromkeys(extension_of(extension).units, 0.0) if carries(definition, extension) else {}
         group = _group(name, title, extension, _matched(numbers, known), model)
         if group.sd:
@@ -83,7 +83,8 @@ def grown(model: Model, groups: Iterable[Group]) -> Model:
     """The model with the extensions of the groups, in the order in which the family states them, parameters at their
     prior means."""
     wanted = {group.id for group in groups}
-    added = [group for group in groups_of(model) if group.id in wanted and group.extension is not None]
+    own = model.family.split("+")
+    added = [g for g in groups_of(model) if g.id in wanted and g.extension is not None and g.extension not in own]
     family = "+".join([model.family, *(str(group.extension) for group in added)])
     kernels = kernel_store.load(family)
     known = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
