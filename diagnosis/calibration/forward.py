@@ -21,7 +21,7 @@ from ...estimation.mixed_effects.problem import Problem
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
 
-LEAST = 0.03
+LEAST = 0.05
 """Fall of the score (half a log squared error, summed over channels) below which a group does not matter."""
 REFITTED = 4
 """Groups of the largest predicted gain that are refitted in each step."""

@@ -116,7 +116,7 @@ def behind_sensors(given: Prepared, sensors: Sensors) -> Prepared:
 
 
 def _exact(found: Found) -> bool:
-    """Whether the discrepancy gains nothing beside the causes that were found, none of them the hull's, or without any."""
+    """Whether the discrepancy gains nothing beside causes none of which is the hull's, or without any."""
     if any(of_hull(a.cause) for a in found.accepted):
         return False
     final = found.final
