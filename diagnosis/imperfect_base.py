@@ -107,7 +107,17 @@ def _findings(base: Calibration) -> list[Finding]:
 def _causes_of(model: Model) -> dict[str, str]:
     """The cause of every group whose extension of the model is a cause's."""
     by_extension = {cause.extension: cause.id for cause in bank() if cause.extension is not None}
-    return {g.id: by_extension[g.extension] for g in groups_of(model) if g.extension in by_extension}
+    try:
+        groups = groups_of(model)
+    except BadInput:
+        return {}
+    return {g.id: by_extension[g.extension] for g in groups if g.extension in by_extension}
+
+
+def refused_by_free_runs(found: Diagnosis) -> frozenset[str]:
+    """Causes that free runs of left-out records could have named, and did not, or had too few records for."""
+    named = {f.cause for f in _findings(found.calibration)} if found.calibration is not None else set()
+    return frozenset(_causes_of(found.model).values()) - named
 
 
 def _finding(base: Calibration, cause: str, groups: set[str]) -> Finding:

@@ -131,5 +131,15 @@ def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     assert entries["yaw_rate_scale"].why == DECIDED
 
 
+def test_a_term_that_free_runs_refuse_does_not_enter_the_extended_model(rng):
+    """Of two short records none can be left out: a misfit that looks like a known term stays out of the model."""
+    odd = [zigzag(rng, 20.0, 20.0, cubic=400.0, loss=2000.0, seconds=150.0) for _ in range(2)]
+    bent = [r.with_channels(rudder_rad=np.where(r.time_s > 75.0, 0.6, 1.0) * r.rudder()) for r in odd]
+    found = diagnose(resolve("nomoto-1"), bent, options=Options(base_parameters="identify"))
+    print(found.verdict, found.reason, found.causes, found.extended.family)
+    assert found.verdict == "unexplained" and found.calibration is None
+    assert found.extended.family == "nomoto-1"
+
+
 def ids():
     return [c.id for c in causes().values()]
