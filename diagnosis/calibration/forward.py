@@ -1,7 +1,7 @@
 """Forward selection of groups of numbers by free runs of records that were left out.
 
-A group enters if the score of the left-out records falls by more than LEAST, and surely by the jackknife standard error
-over records; groups whose scores cannot be distinguished from the best are ties.  At the end groups whose
+A group enters if the score of the left-out records falls by more than LEAST, and by more than two jackknife standard
+errors over records; groups whose scores cannot be distinguished from the best are ties.  At the end groups whose
 removal costs less than that leave again.
 """
 
@@ -17,15 +17,12 @@ import numpy as np
 from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equations, stepped
 from ...estimation.mixed_effects.left_out import LeftOut, leave_one_out, score_difference
 from ...estimation.mixed_effects.problem import Problem
-from ..statistics.tails import student_quantile
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
 
 LEAST = 0.05
 """Fall of the score (half a log squared error, summed over channels) below which a group does not matter."""
-LEVEL = 0.977
-"""Probability that a fall is above zero, from which a group enters: two standard errors of many records."""
 REFITTED = 4
 """Groups of the largest predicted gain that are refitted in each step."""
 SHORT, LONG = 4, 14
@@ -98,7 +95,7 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
     if free is not None:
         now = attempt(problem, (free,), None, LONG)
         gain, error = score_difference(problem, base.left_out, now.left_out)
-        steps += [Step(free, now, gain, error)] if _enters(problem, gain, error) else []
+        steps += [Step(free, now, gain, error)] if _enters(gain, error) else []
     while len(steps) < most:
         tried = _tried(problem, now, groups)
         entered = _single(problem, now, tried) or _pair(problem, now, tried)
@@ -108,9 +105,7 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
         steps += entered
         now = entered[-1].attempt
     final = _without_idle(problem, now, () if free is None else (free,))
-    if not steps or (
-        free is not None and not _enters(problem, *score_difference(problem, base.left_out, final.left_out))
-    ):
+    if not steps or (free is not None and not _enters(*score_difference(problem, base.left_out, final.left_out))):
         return Selection(base, (), base, refused)
     kept_ids = {group.id for group in final.groups}
     return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
@@ -118,7 +113,7 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
 
 def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
     """The step of the best group, none where it does not enter."""
-    if not tried or not _enters(problem, tried[0][1], tried[0][2]):
+    if not tried or not _enters(tried[0][1], tried[0][2]):
         return []
     best, gain, error = tried[0]
     ties = tuple(_new(now, a) for a, _, _ in tried[1:] if _tied(problem, best, a))
@@ -139,7 +134,7 @@ def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
             continue
         gains = [score_difference(problem, alone.left_out, both.left_out) for alone in (other, one)]
         whole, error = score_difference(problem, now.left_out, both.left_out)
-        if _enters(problem, whole, error) and all(_enters(problem, *gain) for gain in gains):
+        if _enters(whole, error) and all(_enters(*gain) for gain in gains):
             found.append((whole, [Step(g, both, *gain) for g, gain in zip(groups, gains, strict=True)]))
     return max(found, key=lambda item: item[0])[1] if found else []
 
@@ -175,9 +170,8 @@ def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Gr
     return [rest[i] for i in np.argsort(gains)[::-1][:REFITTED]]
 
 
-def _enters(problem: Problem, gain: float, error: float) -> bool:
-    """Whether the score falls enough; the standard error of few records is itself uncertain (Student)."""
-    return gain > max(LEAST, student_quantile(LEVEL, len(problem.runs) - 1) * error)
+def _enters(gain: float, error: float) -> bool:
+    return gain > max(LEAST, 2.0 * error)
 
 
 def _tied(problem: Problem, best: Attempt, other: Attempt) -> bool:
@@ -200,7 +194,7 @@ def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()
             gain, error = score_difference(problem, trial.left_out, final.left_out)
             trials.append((gain, error, trial))
         gain, error, trial = min(trials, key=lambda item: item[0])
-        if _enters(problem, gain, error):
+        if _enters(gain, error):
             return final
         final = trial
     return final
