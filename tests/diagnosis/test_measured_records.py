@@ -49,7 +49,7 @@ def test_public_column_names_are_seen_through():
 
 
 def test_of_one_short_record_a_response_model_learns_no_term():
-    """One zigzag cannot be left out: what looks like speed lost in it makes others worse, and stays out of the model."""
+    """One zigzag cannot be left out: what looks like speed lost in it makes others worse, and does not enter."""
     names = ("Z_25_05", "Z_10_10_P", "Z_10_10_S", "Z_20_10_S")
     options = Options(base_parameters="identify")
     found = diagnose(resolve("nomoto-1-cubic"), [thinned("Z_15_05", 5)], [thinned(s, 5) for s in names], options)
