@@ -34,7 +34,7 @@ from .base import KINDS, Method
 VESSELS = ("response-1", "remus-kt", "kvlcc2-l7")
 """A first-order and a second-order response model and a 3-DOF model."""
 SAMPLES = 160
-"""Samples of a record of the contract: two executions of a zigzag and more; slow methods keep the contract in seconds."""
+"""Samples of a record: enough for two executions of a zigzag; a slow method is checked in seconds."""
 GARBAGE_SAMPLES = 100
 """Samples of a record of garbage, on which methods that search iterate longest."""
 FACTORS = {"_rad_s": (np.rad2deg(1.0), "_deg_s"), "_rad": (np.rad2deg(1.0), "_deg"), "_m_s": (3600.0 / 1852.0, "_kn")}
@@ -303,7 +303,7 @@ def check_missing_channels(cls: type[Method]) -> None:
 
 
 def check_garbage(cls: type[Method]) -> None:
-    """A record of noise, constants, huge or infinite values ends in an estimate, CannotFit or FitFailed, nothing else."""
+    """A record of noise, constants, huge or infinite values ends in an estimate, CannotFit or FitFailed."""
     rng = np.random.default_rng(7)
     for model, records, _ in applicable(cls):
         for corrupt in (_noise, _constant, _huge, _infinite):
