@@ -132,26 +132,6 @@ def simulate(
     return states
 
 
-def simulate_batch(
-    model: Model, coefficients: ArrayLike, inputs: ArrayLike, dt: float, x0: ArrayLike
-) -> NDArray[np.float64]:
-    """States (B, N+1, n) of B runs at once: coefficients (B, p), inputs (B, N+1, nu), x0 (B, n)."""
-    from . import drivers
-
-    u, start, sets = _array(inputs, 3), _array(x0, 2), _array(coefficients, 2)
-    runs, width, count = len(u), model.kernels.LANES, substeps(model, dt)
-    states = np.empty((runs, u.shape[1], start.shape[1]))
-    for first in range(0, runs, width):
-        pick = np.minimum(np.arange(first, first + width), runs - 1)
-        theta = np.ascontiguousarray(np.hstack([sets[pick], np.tile(model.constants, (width, 1))]).T).ravel()
-        block = np.empty((u.shape[1], start.shape[1] * width))
-        series = np.ascontiguousarray(u[pick].transpose(1, 2, 0)).reshape(u.shape[1], -1)
-        drivers.lanes(model.kernels.rhs_lanes, start[pick].T.ravel(), series, theta, dt, count, block)
-        block = block.reshape(u.shape[1], start.shape[1], width).transpose(2, 0, 1)
-        states[first : first + width] = block[: runs - first]
-    return states
-
-
 def sensitivities(
     model: Model,
     inputs: ArrayLike,
@@ -309,16 +289,19 @@ def closed_loop(
         inputs = np.ascontiguousarray(np.hstack([inputs, surroundings]))
     start = initial_state(model) if x0 is None else _array(x0, 1)
     states, order, rudder = np.empty((count, start.size)), np.empty(count), np.empty(count)
-    gear = control.gear
-    order_of = (control.execute_s, control.rudder_rad, control.heading_rad, control.first)
-    setting = np.array([*order_of, gear.lag_s, gear.rate_rad_s, gear.max_rad, control.kp, control.kd, 0.0])
     heading, yaw_rate = model.states.index("psi"), model.states.index("r")
     drivers.closed_loop(
         kernels.rhs, start, inputs, theta, dt, substeps(model, dt), integrator == "euler",
-        KINDS.index(control.kind), _array(control.reference, 1), setting, heading, yaw_rate,
+        KINDS.index(control.kind), _array(control.reference, 1), setting_of(control), heading, yaw_rate,
         linkage(model.instruments), states, order, rudder,
     )  # fmt: skip
     return Run(dt * np.arange(count, dtype=float), states, order, rudder)
+
+
+def setting_of(control: ClosedLoop) -> NDArray[np.float64]:
+    """The numbers (10,) of a closed loop as the drivers take them; the rudder starts midships."""
+    gear, order = control.gear, (control.execute_s, control.rudder_rad, control.heading_rad, control.first)
+    return np.array([*order, gear.lag_s, gear.rate_rad_s, gear.max_rad, control.kp, control.kd, 0.0])
 
 
 def _array(values: ArrayLike, dimensions: int) -> NDArray[np.float64]:

@@ -30,8 +30,9 @@ from helmbench.estimation.series import series_of
 from helmbench.estimation.svr import solve
 from helmbench.methods.registry import make, methods
 from helmbench.models.errors import CannotFit, FitFailed
+from helmbench.models.lanes import open_loops
 from helmbench.models.model import resolve
-from helmbench.models.simulate import initial_state, inputs_of, simulate, simulate_batch, substeps
+from helmbench.models.simulate import initial_state, inputs_of, simulate, substeps
 
 from ..models import test_reference_kvlcc2 as reference
 from .conftest import Side
@@ -75,7 +76,7 @@ def test_lanes_and_scalar_kernel(ratios, vessel):
     model, inputs, dt, start = ship(vessel)
     coefficients, batch, starts = (np.stack([value] * RUNS) for value in (model.coefficients, inputs, start))
     steps = RUNS * (len(inputs) - 1) * substeps(model, dt)
-    ours = Side(lambda: simulate_batch(model, coefficients, batch, dt, starts), steps)
+    ours = Side(lambda: open_loops(model, coefficients, batch, dt, starts), steps)
     other = Side(lambda: [simulate(model, inputs, dt, start) for _ in range(RUNS)], steps)
     ratios.compare(f"lanes, scalar kernel, {RUNS} runs: {vessel}", "steps/s", ours, other, 4.0)
 
@@ -259,6 +260,7 @@ def test_output_error_and_least_squares(ratios):
 
 FIRST = """
 import time
+from helmbench.models.lanes import open_loops
 from helmbench.models.model import resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
 import numpy as np
