@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 FAR = 3.0
 """Error of a run, in standard deviations of the measured channel, from which it is restarted at the measurements."""
-SHORTEST_PIECE = 64
+SHORTEST_PIECE = 8
 """Samples of the first piece that is simulated after a restart."""
 SHORTEST_HORIZON = 8
 """Samples between two restarts at least."""
