@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil
 
 import numpy as np
@@ -165,20 +166,23 @@ def sensitivities(
 def tangent_tables(model: Model, columns: Sequence[int], extra: int = 0):
     """Index tables for `drivers.tangent_sample`: which sparse value of df/dc goes to which sensitivity element.
 
-    Returns source, target (int64 arrays) and the number of sparse values; the column stride is
+    Returns source, target (int64 arrays, not to be changed) and the number of sparse values; the column stride is
     ``len(columns) + extra``.
     """
+    return _tangent_tables(model.kernels, tuple(columns), extra)
+
+
+@lru_cache(maxsize=64)
+def _tangent_tables(kernels: kernel_store.Kernels, columns: tuple[int, ...], extra: int):
     place = {column: index for index, column in enumerate(columns)}
     stride = len(columns) + extra
     pairs = [
         (k, row * stride + place[column])
-        for k, (column, row) in enumerate(
-            zip(model.kernels.JT_COLUMN.tolist(), model.kernels.JT_ROW.tolist(), strict=True)
-        )
+        for k, (column, row) in enumerate(zip(kernels.JT_COLUMN.tolist(), kernels.JT_ROW.tolist(), strict=True))
         if column in place
     ]
     source, target = (np.array([pair[i] for pair in pairs], dtype=np.int64) for i in range(2))
-    return source, target, model.kernels.JT_COLUMN.size
+    return source, target, kernels.JT_COLUMN.size
 
 
 def step_map(model: Model, states: ArrayLike, inputs: ArrayLike, dt: float) -> NDArray[np.float64]:
