@@ -26,8 +26,6 @@ STARTS = 2
 """Starts that are minimised from."""
 STRETCHES = 8
 """Stretches of multiple shooting where it replaces growing horizons."""
-LONG, PART = 200_000, 10
-"""Samples of every record from which on the search begins at the fit of a part of the records, one of so many."""
 SAME = 10.0
 """Difference of log likelihood below which two minima of a rough search count as the same."""
 
@@ -66,9 +64,6 @@ def fit_output_error(
     ------
     FitFailed : the model diverges from every start.
     """
-    if all(len(s.outputs) >= LONG for s in series):
-        part = fit_output_error(_first_parts(series), model, starts, max_iterations, unknowns, loss, shooting)
-        starts = [part.minimum.z[: part.problem.n_parameters], *starts]
     free = free_start_problem(series, model, unknowns, loss)
     weighted = replace(free, sensor=sensor_sd_of(free))
     starts, stretched = _best_starts(weighted, starts), None
@@ -90,17 +85,6 @@ def fit_output_error(
     if explains_records(free, best.point, ADEQUATE):
         return _polished(free, best, True, found, max_iterations)
     return _inadequate(free, tried, found, stretched, max_iterations)
-
-
-def _first_parts(series: Sequence[Series]) -> list[Series]:
-    """The first samples of every series, one of `PART`."""
-    found = []
-    for s in series:
-        stop = max(len(s.outputs) // PART, 2)
-        last = int(s.index[:stop][-1]) + 2
-        cut = {"outputs": s.outputs[:stop], "index": s.index[:stop], "part": s.part[:stop]}
-        found.append(replace(s, inputs=np.ascontiguousarray(s.inputs[:last]), **cut))
-    return found
 
 
 def _inadequate(
