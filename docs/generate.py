@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import large_study
 
 import helmbench
 from helmbench.cli import cli
@@ -225,4 +226,5 @@ PAGES = {
     "formats": format_page,
     "suites": suite_page,
     "commands": command_page,
+    "large-study": large_study.page,
 }

@@ -196,13 +196,6 @@ class Model:
         """Coefficients (p,) of published parameters, (q,) or by name."""
         return coefficients_of(self.kernels, parameters)
 
-    def many_from_parameters(self, named: Mapping[str, ArrayLike], runs: int) -> NDArray[np.float64]:
-        """Coefficients (runs, p) with published parameters by name (runs,); the others are the model's."""
-        sets = np.tile(self.to_parameters(self.coefficients), (runs, 1))
-        for name, values in named.items():
-            sets[:, self.parameter_names.index(name)] = values
-        return sets if not self.kernels.PUBLISHED else np.array([self.from_parameters(row) for row in sets])
-
     @property
     def parameters(self) -> dict[str, float]:
         """Published parameter name -> value."""

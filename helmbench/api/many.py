@@ -77,10 +77,10 @@ def simulate_many(
         take, no duration or step, or more to keep than fits into the memory: ask for fewer channels or samples.
     """
     from ..bench.environment import cpu_count
+    from ..datasets import many
     from ..datasets.disturbances import parse_disturbance
     from ..datasets.generator import check, sampling
     from ..datasets.indices_of_many import INDICES
-    from ..datasets.many import Plan, simulate_runs
     from ..datasets.sensors import parse_noise
 
     ship, weather = as_model(model), parse_disturbance(disturbance)
@@ -91,7 +91,7 @@ def simulate_many(
     steered, length = _manoeuvres(manoeuvre, runs)
     dt, duration = sampling(ship, _duration(ship, duration_s, dt_s, length), dt_s)
     able = _channels(ship, weather)
-    plan = Plan(
+    plan = many.Plan(
         model=ship,
         manoeuvres=steered,
         coefficients=sets,
@@ -105,7 +105,7 @@ def simulate_many(
         every=every,
         indices=_chosen(indices, INDICES, "index"),
     )
-    return simulate_runs(plan, jobs or cpu_count())
+    return many.simulate_runs(plan, jobs or cpu_count())
 
 
 def _coefficients(
@@ -121,8 +121,10 @@ def _coefficients(
         raise BadInput(f"coefficients have the shape {given.shape}", hint=f"({runs}, {width}) or ({width},) is needed")
     sets = np.array(np.broadcast_to(given, (runs, width)))
     if parameters:
-        named = _known(parameters, model.parameter_names, "parameter", runs)
-        sets = model.many_from_parameters(named, runs)
+        public = np.tile(model.to_parameters(model.coefficients), (runs, 1))
+        for name, values in _known(parameters, model.parameter_names, "parameter", runs).items():
+            public[:, model.parameter_names.index(name)] = values
+        sets = np.array([model.from_parameters(row) for row in public]) if model.kernels.PUBLISHED else public
     if coefficients is not None or parameters:
         bad = ~np.isfinite(sets).all(axis=1)
         if bad.any():

@@ -5,6 +5,7 @@ measured again: an interrupted run goes on.  `helmbench.reporting.timing` makes 
 """
 
 import json
+import os
 import time
 from pathlib import Path
 from typing import NamedTuple
@@ -45,7 +46,8 @@ class Ratios:
         self.benchmark.extra_info.setdefault("ratios", []).append(row)
         if path := self.config.getoption("--rows"):
             with Path(path).open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"test": self.test, "code": code_version(), **row}) + "\n")
+                load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+                file.write(json.dumps({"test": self.test, "code": code_version(), "load": load, **row}) + "\n")
 
     def compare(self, what, unit, ours, other, least, rounds=5, remark="", limit=""):
         """Time both sides in turn, one warm-up and `rounds` each (one round: no warm-up), by CPU time."""

@@ -27,7 +27,7 @@ SHIPS = {
 SAMPLES = 2000
 COUNTS = (20, 200, 2000)
 RECORD_S = 10.0
-TINY = 300
+TINY = 2000
 REPEATS = 3
 
 MEMORY = """
@@ -190,6 +190,8 @@ def test_tiny_runs_of_a_suite(ratios, benchmark, tmp_path):
     benchmark.pedantic(lambda: None, rounds=1)
     facts = {
         "cpu_s": cpu,
+        "parent_cpu_s": (many["cpu"] - few["cpu"]) / more,
+        "parent_bytes": 1e9 * (many["gb"] - few["gb"]) / more,
         "start_cpu_s": few["cpu"] + few["children"],
         "stored_bytes": (many["bytes"] - few["bytes"]) / more,
         "fixed_bytes": few["bytes"],
