@@ -48,9 +48,9 @@ def overshoots(order: np.ndarray, heading: np.ndarray, count: int) -> np.ndarray
 def _turning(time_s: np.ndarray, channels: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Indices of turning circles, run by run; nan where the rudder never moves."""
     out = {name: np.full(len(channels["rudder_rad"]), np.nan) for name in TURNING}
-    for i, moved in enumerate(channels["rudder_rad"].any(axis=1)):
+    for i in np.flatnonzero(np.abs(channels["rudder_rad"]).max(axis=1) > 0.0).tolist():
         run = {name: values[i] for name, values in channels.items()}
-        if moved and np.isfinite(run["heading_rad"]).all():
+        if np.isfinite(run["heading_rad"]).all():
             found = turning_indices(Record(time_s, run))
             for name in TURNING:
                 out[name][i] = found[name]

@@ -164,6 +164,12 @@ def channel_names(model: Model) -> list[str]:
     return list(channels_of(model, np.zeros((1, len(model.states))), np.zeros(1), np.zeros(1)))
 
 
+def duration_of(model: Model, duration_s: float | None, dt_s: float | None, samples: int | None) -> float | None:
+    """The duration that was given, s, or that of commands of so many samples; None: that of the vessel's suite."""
+    dt = model.suite.get("dt_s") if dt_s is None else dt_s
+    return duration_s if duration_s is not None or samples is None or dt is None else (samples - 1) * float(dt)
+
+
 def simulate_runs(plan: Plan, threads: int = 1) -> SimulatedRuns:
     """Simulate all runs of a plan, in blocks on so many threads.
 

@@ -54,7 +54,7 @@ class Arrow:
             stacked = np.zeros((len(group), max(width, *(len(part.values) for part in group)), width))
             for place, part in zip(stacked, group, strict=True):
                 place[: len(part.values)] = part.values
-            triangle = np.linalg.qr(stacked, mode="r")
+            triangle = np.asarray(np.linalg.qr(stacked, mode="r"))
             places = np.array([part.place for part in group])[:, None] + np.arange(free)
             own.append(Own(places, triangle[:, :free, :free], triangle[:, :free, free:]))
             rest.append(triangle[:, free:, free:].reshape(-1, width - free))
@@ -118,7 +118,7 @@ def _eliminated(own: Own, length: np.ndarray, damping: float) -> tuple[np.ndarra
     stacked = np.zeros((count, 2 * free, free + width))
     stacked[:, :free, :free], stacked[:, :free, free:] = own.triangle / length[:, None, :], own.shared
     stacked[:, free + np.arange(free), np.arange(free)] = np.sqrt(damping)
-    found = np.linalg.qr(stacked, mode="r")
+    found = np.asarray(np.linalg.qr(stacked, mode="r"))
     rest = np.zeros((count, free, width))
     rest[:, : found.shape[1] - free] = found[:, free:, free:]
     return found[:, :free, :free], found[:, :free, free:], rest

@@ -49,8 +49,8 @@ class LinearProblem:
 
     def __init__(self, factor: np.ndarray, length: np.ndarray | None = None) -> None:
         self.a, self.b = factor[:, :-1], factor[:, -1]
-        length = np.linalg.norm(self.a, axis=0) if length is None else length
-        self.length = np.where(length > 0.0, length, 1.0)
+        full = np.linalg.norm(self.a, axis=0) if length is None else length
+        self.length = np.where(full > 0.0, full, 1.0)
         u, s, vt = np.linalg.svd(self.a / self.length, full_matrices=False)
         kept = s > NULL * s[0]
         self.singular, self.projected = s[kept], (u.T @ self.b)[kept]

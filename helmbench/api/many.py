@@ -89,7 +89,7 @@ def simulate_many(
     sets = _coefficients(ship, runs, parameters, coefficients)
     check(ship.with_coefficients(sets[0]), weather, seed)
     steered, length = _manoeuvres(manoeuvre, runs)
-    dt, duration = sampling(ship, _duration(ship, duration_s, dt_s, length), dt_s)
+    dt, duration = sampling(ship, many.duration_of(ship, duration_s, dt_s, length), dt_s)
     able = _channels(ship, weather)
     plan = many.Plan(
         model=ship,
@@ -160,12 +160,6 @@ def _manoeuvres(given: str | Sequence[str] | Array, runs: int) -> tuple[list[Man
         raise BadInput(f"{len(given)} manoeuvres for {runs} runs", hint="give one, or one for each run")
     read = {text: parse_manoeuvre(text) for text in set(given)}
     return [read[text] for text in given], None
-
-
-def _duration(model: Model, duration_s: float | None, dt_s: float | None, length: int | None) -> float | None:
-    """The duration that was given, or that of the commands, s."""
-    dt = model.suite.get("dt_s") if dt_s is None else dt_s
-    return duration_s if duration_s is not None or length is None or dt is None else (length - 1) * dt
 
 
 def _channels(model: Model, weather: Disturbance) -> list[str]:

@@ -111,7 +111,7 @@ def drawing(rows: Sequence[Row], axis: str) -> str:
             label = f"{row.what.rpartition(': ')[2]} ({fixed(row.ours, 2)})"
             axes.plot(*zip(*row.points, strict=True), style, marker="o", markersize=2.5, label=label)
         axes.set(xscale="log", yscale="log", xlabel=axis, ylabel="CPU time of a fit [s]")
+        axes.set_title("the slope stands behind the method", fontsize="medium")
         legend_beside(axes)
-        axes.get_legend().set_title("method (slope)")
 
     return svg(draw, (SIZE[0], max(4.0, 0.17 * len(rows) + 1.0)))
