@@ -7,29 +7,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ..datasets.instruments import corrected
-from ..estimation.filters.innovations.estimator import estimator
 from ..estimation.fit import arithmetic_guard
 from ..models.errors import BadInput
 from ..models.memory import require_memory
-from . import verdict
-from .causes.registry import terms_for
+from .by_residuals import concluded, selected
 from .discrepancy.diagnosed import behind_sensors, of_uncertain_base
-from .findings import all_findings, bank_entries, hypothesis_of, noise_of
-from .gain.extension import extended_model
-from .gain.measured import Predicted, predicting
-from .imperfect_base import by_free_runs, for_free_runs
+from .imperfect_base import by_free_runs, for_free_runs, refused_by_free_runs
 from .kinematics import gross_errors, tracks
 from .kinematics.stage import sensors_of
 from .options import Options
 from .prepared import Prepared
-from .residuals.judged import unexplained
 from .result import Diagnosis
-from .selection.forward import select
-from .starting import starting_state, thinned
-from .state import Candidate, State, Unmodelled
+from .starting import thinned
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -102,16 +92,28 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
         beside, cleaned, explained = of_uncertain_base(model, given, options)
         if beside is None:
             watch(CAUSES)
-            found = by_residuals(model, given, options)
+            found = concluded(model, given, options, selected(model, given, options))
             if found.verdict != "unexplained":
                 return found
             beside = _by_sensors(found, cleaned)
         elif not for_free_runs(beside):
             return beside
         watch(FREE_RUNS)
-        return by_free_runs(beside, cleaned, explained)
+        told = by_free_runs(beside, cleaned, explained)
+        if told.verdict != "unexplained" or model.is_3dof:
+            return told
+        return by_free_runs(told, cleaned, explained, identified=True)
     watch(CAUSES)
-    return by_residuals(model, given, options)
+    shown = selected(model, given, options)
+    found = concluded(model, given, options, shown)
+    if options.base_parameters != "identify" or found.verdict != "unexplained" or model.is_3dof:
+        return found
+    watch(FREE_RUNS)
+    told = by_free_runs(found, given, identified=True)
+    refused = refused_by_free_runs(told)
+    if told.verdict != "unexplained" or not refused & {f.cause for f in found.causes}:
+        return told
+    return replace(concluded(model, given, options, shown, refused), calibration=told.calibration)
 
 
 def _require_room(model: Model, given: Prepared) -> None:
@@ -137,43 +139,6 @@ def _by_sensors(found: Diagnosis, cleaned: Prepared) -> Diagnosis:
     own = [f for f in cleaned.tracks.findings if f.stage == "kinematics"]
     names = {f.cause for f in own}
     return replace(found, causes=(*own, *(f for f in found.causes if f.cause not in names)))
-
-
-def by_residuals(model: Model, given: Prepared, options: Options) -> Diagnosis:
-    """The diagnosis from the innovations of the filter: the base model is exact, or free as the options say."""
-    rng = np.random.default_rng(options.seed)
-    train, held_out = thinned(given.train, model), thinned(given.held_out, model)
-    est = estimator(model, train, threads=options.threads, terms=terms_for(model))
-    state, cannot = starting_state(est, options)
-    poor = verdict.undecidable(est, state.start)
-    state = select(state, options.max_effects, rng) if poor is None else state
-    left = unexplained(state, rng) if poor is None else None
-    found = predicting(state, held_out, options, rng)
-    left = left if left is not None else _failed(found, state)
-    findings = all_findings(state, found.failing, given.faults, given.tracks, rng)
-    instead = bool(state.accepted) and left is not None and left is state.rival
-    decided, reason = verdict.decide(poor, left, instead, findings)
-    return Diagnosis(
-        model=model,
-        extended=extended_model(est, found.setting, found.state.causes, given.instruments),
-        base_parameters=str(options.base_parameters),
-        records=(),
-        alpha=options.alpha,
-        seed=options.seed,
-        threads=options.threads,
-        verdict=decided,
-        reason=reason,
-        causes=tuple(findings) if decided != "inconclusive" else (),
-        bank=bank_entries(state, cannot, findings, given.tracks),
-        gain=found.gain,
-        hypothesis=hypothesis_of(state, left, held_out),
-        noise=noise_of(est, state.setting),
-        traces=found.traces,
-        where=tuple(verdict.where(found.traces)),
-        next_manoeuvre=verdict.next_manoeuvre(poor, findings),
-        wall_s=0.0,
-        cpu_s=0.0,
-    )
 
 
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
@@ -206,12 +171,3 @@ def identified(model: Model, records: Sequence[Record]) -> Model:
     from ..methods.registry import make
 
     return make("output-error").fit(records, model.blanked()).model
-
-
-def _failed(found: Predicted, state: State) -> Candidate | None:
-    """What was named but predicts worse, as an effect that is not known."""
-    if not found.failing:
-        return None
-    names = " and ".join(cause.id for cause in found.failing)
-    label = Unmodelled(f"{names}, or what looks like it here: held-out records are predicted worse with it")
-    return Candidate(label, (), 0.0, 0.0, state.setting, state.now)

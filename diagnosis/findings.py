@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -90,12 +90,22 @@ def _evidence(cause: Cause, a: Candidate, tests: float) -> str:
 
 # ---- the bank
 def bank_entries(
-    state: State, cannot: Mapping[Cause, str], findings: Sequence[Finding], tracks: Tracks
+    state: State,
+    cannot: Mapping[Cause, str],
+    findings: Sequence[Finding],
+    tracks: Tracks,
+    small: Collection[Cause] = (),
 ) -> tuple[Entry, ...]:
-    """One line for every cause of the taxonomy."""
+    """One line for every cause of the taxonomy.
+
+    small : causes that the records show, below the size that matters.
+    """
     named = {f.cause: f for f in findings}
     tied = {name: f for f in findings for name in f.tied_with}
-    return tuple(_entry(state, cause, named, tied, cannot, dict(tracks.statistics)) for cause in causes().values())
+    every = [_entry(state, cause, named, tied, cannot, dict(tracks.statistics)) for cause in causes().values()]
+    why = "detectable, immaterial: below the size that matters"
+    ids = {cause.id for cause in small}
+    return tuple(replace(e, status="explained_by", why=why) if e.cause in ids else e for e in every)
 
 
 def _entry(

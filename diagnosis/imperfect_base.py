@@ -9,23 +9,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..estimation.fit import arithmetic_guard
+from ..models.coefficient_groups import groups_of
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.instruments import combined
 from . import verdict
 from .calibration.calibrate import calibrate_on
 from .causes.base_coefficients import BaseCoefficients
+from .causes.registry import bank
 from .causes.rudder_offset import RudderOffset
 from .gain.free_runs import gains_of_traces
 from .result import Entry, Finding, Size
 from .statistics.tails import student_tail
 
 if TYPE_CHECKING:
+    from ..models.model import Model
     from .calibration.result import Calibration, Moved, StepTold
     from .prepared import Prepared
     from .result import Diagnosis
 
-OWN_CAUSE = {"neutral_rudder_angle": RudderOffset.id}
-"""Groups that are causes of the bank under a name of their own."""
 OF_RECORDS = ("current", "wind")
 """Causes that a record has of its own: where they show at all, the numbers of free runs would take them up."""
 STAGE = "free runs"
@@ -39,26 +40,29 @@ def for_free_runs(found: Diagnosis) -> bool:
     hold: else free runs would give to the numbers what is the causes'."""
     if any(entry.status == "explained_by" and entry.cause in OF_RECORDS for entry in found.bank):
         return False
-    held = {BaseCoefficients.id, *OWN_CAUSE.values()}
+    held = {BaseCoefficients.id, RudderOffset.id}
     return all(
         f.stage == "kinematics" or f.cause in held or f.tied_with == (BaseCoefficients.id,) for f in found.causes
     )
 
 
-def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0) -> Diagnosis:
-    """The diagnosis with what the base model's numbers explain of free runs; as it was where they explain little, or
-    where the family states no groups.
+def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0, identified: bool = False) -> Diagnosis:
+    """The diagnosis with what the base model's numbers, or terms that it lacks, explain of free runs; as it was where
+    they explain little, or where the family states no groups.
 
     least : share of the squared error of left-out records that is explained already.
+    identified : the model's numbers come from these records.
     """
     try:
         with arithmetic_guard():
-            base = calibrate_on(found.model, given.train, given.held_out)
+            base = calibrate_on(found.model, given.train, given.held_out, identified)
     except (BadInput, CannotFit, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base) or _share(base) < least:
         return replace(found, calibration=base)
-    before = [f for f in found.causes if f.stage != "dynamics" and f.cause != BaseCoefficients.id]
+    # What describes the hull beside the numbers gives way to the numbers that free runs name.
+    described = (f for f in found.causes if BaseCoefficients.id not in (f.cause, *f.tied_with))
+    before = [f for f in described if f.stage != "dynamics"]
     before += [f for f in given.tracks.findings if f.cause not in {b.cause for b in before}]
     named = {f.cause for f in before}
     causes = (*before, *(f for f in _findings(base) if f.cause not in named))
@@ -91,11 +95,29 @@ def _worse(base: Calibration) -> bool:
 
 
 def _findings(base: Calibration) -> list[Finding]:
-    """One finding for each cause with a name of its own, one for all other groups."""
-    groups = {step.group for step in base.steps}
-    own = [_finding(base, OWN_CAUSE[group], {group}) for group in groups if group in OWN_CAUSE]
-    rest = groups - set(OWN_CAUSE)
+    """One finding for each group that is a cause of the bank, one for all others."""
+    clear = {m.group for m in base.moved if m.low > 0.0 or m.high < 0.0}
+    causes = {group: cause for group, cause in _causes_of(base.model).items() if group in clear}
+    groups = list(dict.fromkeys(step.group for step in base.steps))
+    own = [_finding(base, causes[group], {group}) for group in groups if group in causes]
+    rest = set(groups) - set(causes)
     return [*([_finding(base, BaseCoefficients.id, rest)] if rest else []), *own]
+
+
+def _causes_of(model: Model) -> dict[str, str]:
+    """The cause of every group whose extension of the model is a cause's."""
+    by_extension = {cause.extension: cause.id for cause in bank() if cause.extension is not None}
+    try:
+        groups = groups_of(model)
+    except BadInput:
+        return {}
+    return {g.id: by_extension[g.extension] for g in groups if g.extension in by_extension}
+
+
+def refused_by_free_runs(found: Diagnosis) -> frozenset[str]:
+    """Causes that free runs of left-out records could have named, and did not, or had too few records for."""
+    named = {f.cause for f in _findings(found.calibration)} if found.calibration is not None else set()
+    return frozenset(_causes_of(found.model).values()) - named
 
 
 def _finding(base: Calibration, cause: str, groups: set[str]) -> Finding:

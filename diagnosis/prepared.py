@@ -8,17 +8,22 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from .causes._records import RecordFault
+    from .causes.base import Cause
     from .kinematics.tracks import Tracks
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """Records in the model's rudder sign with what was corrected: gross faults, and sensors by the tracks."""
+    """Records in the model's rudder sign with what was corrected: gross faults, and sensors by the tracks.
+
+    decided : causes that the sensors' channels have decided on without a model.
+    """
 
     train: list[Record]
     held_out: list[Record]
     faults: list[RecordFault]
     tracks: Tracks
+    decided: frozenset[Cause] = frozenset()
 
     @property
     def instruments(self) -> dict[str, float]:

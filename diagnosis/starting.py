@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..estimation.filters.innovations.settings import Parameter
-from ..estimation.mixed_effects.problem import ship_length_s
 from ..models.errors import CannotFit
+from ..models.time_scale import ship_length_s
 from .causes.registry import testable
 from .state import State, first_state
 
@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..estimation.filters.innovations.estimator import Estimator
     from ..models.model import Model
+    from .causes.base import Cause
     from .options import Options
 
+DECIDED = "the sensors' channels were compared with each other and show no more of it"
 FINEST = 0.03
 """Finest sampling of the records, in ship lengths sailed."""
 
@@ -32,13 +34,17 @@ def thinned(records: Sequence[Record], model: Model) -> list[Record]:
     return [record.thinned(max(1, int(step_s / record.dt + 1e-9))) for record in records]
 
 
-def starting_state(est: Estimator, options: Options) -> tuple[State, dict]:
-    """The first state of the selection, and the causes that cannot be tested with the reason."""
+def starting_state(est: Estimator, options: Options, decided: Collection[Cause] = ()) -> tuple[State, dict]:
+    """The first state of the selection, and the causes that cannot be tested with the reason.
+
+    decided : causes that the sensors' channels have decided on without the model.
+    """
     bank, cannot = testable(est)
     only = options.causes()
+    cannot |= {cause: DECIDED for cause in bank if cause in decided}
     if only is not None:
         cannot |= {cause: "left out" for cause in bank if cause not in only}
-        bank = {cause: variants for cause, variants in bank.items() if cause in only}
+    bank = {cause: variants for cause, variants in bank.items() if cause not in cannot}
     nuisance, prior = _free_coefficients(est, options)
     speed = _reference_speed(est)
     prior = None if prior is None else np.append(prior, np.zeros(len(speed)))

@@ -6,8 +6,8 @@ Each file of `families/coefficient_groups` holds the groups of one or more famil
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,10 +17,15 @@ import numpy as np
 from . import kernels as kernel_store
 from .errors import BadInput
 from .families.extensions import carries, extension_of
+from .time_scale import time_scale_s
 
 if TYPE_CHECKING:
     from .model import Model
 
+Stated = str | float | dict[str, float]
+"""A prior as a file states it: a percentage of the value, a standard deviation, or several numbers by name."""
+BARELY = 3.0
+"""Prior standard deviations that a number may be off by where it was identified."""
 FOLDER = Path(__file__).parent / "families" / "coefficient_groups"
 
 
@@ -30,12 +35,18 @@ class Group:
 
     extension : model extension that they belong to, None for numbers of the family itself.
     sd : name -> prior standard deviation, in the unit of the number.
+    mean : name -> prior mean of a parameter of the extension, for those where it is not 0.
+    low : name -> smallest value that means anything, for those that have one.
+    unit : name -> size of which the number is for most ships, in its unit, where the family states it.
     """
 
     id: str
     title: str
     extension: str | None
     sd: dict[str, float]
+    mean: dict[str, float] = field(default_factory=dict)
+    low: dict[str, float] = field(default_factory=dict)
+    unit: dict[str, float] = field(default_factory=dict)
 
 
 def groups_of(model: Model) -> tuple[Group, ...]:
@@ -49,48 +60,71 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     definition = kernel_store.definition_of(model.family)
     found = []
     for name, (title, extension, numbers) in _stated(model.family.partition("+")[0]).items():
-        if extension is None:
-            sd = _matched(numbers, values)
-        elif carries(definition, extension):
-            sd = _matched(numbers, dict.fromkeys(extension_of(extension).units, 0.0))
-        else:
-            sd = {}
-        if sd:
-            found.append(Group(name, title, extension, sd))
+        known = values
+        if extension is not None and extension not in model.family.split("+"):
+            known = dict.fromkeys(extension_of(extension).units, 0.0) if carries(definition, extension) else {}
+        group = _group(name, title, extension, _matched(numbers, known), model)
+        if group.sd:
+            found.append(group)
     return tuple(found)
 
 
+def every_own_number(groups: Iterable[Group]) -> Group:
+    """The numbers of the family itself as one group, barely restricted: for a model that was identified from records.
+
+    A number that is nearly zero may reach the size that it has for most ships.
+    """
+    own = [group for group in groups if group.extension is None]
+    sd = {name: max(BARELY * one, group.unit.get(name, 0.0)) for group in own for name, one in group.sd.items()}
+    return Group("own_numbers", "all of the model's own numbers", None, sd)
+
+
 def grown(model: Model, groups: Iterable[Group]) -> Model:
-    """The model with the extensions of the groups, in the order in which the family states them, parameters at zero."""
+    """The model with the extensions of the groups, in the order in which the family states them, parameters at their
+    prior means."""
     wanted = {group.id for group in groups}
-    names = [group.extension for group in groups_of(model) if group.id in wanted and group.extension is not None]
-    family = "+".join([model.family, *names])
+    own = model.family.split("+")
+    added = [g for g in groups_of(model) if g.id in wanted and g.extension is not None and g.extension not in own]
+    family = "+".join([model.family, *(str(group.extension) for group in added)])
     kernels = kernel_store.load(family)
     known = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
+    known |= {name: mean for group in added for name, mean in group.mean.items()}
     values = np.array([known.get(name, 0.0) for name in kernels.COEFFICIENTS])
     constants = np.array([known[name] for name in kernels.CONSTANTS])
     return replace(model, family=family, coefficients=values, constants=constants)
 
 
-def _matched(numbers: dict[str, str | float], values: dict[str, float]) -> dict[str, float]:
-    """Standard deviation of every value whose name matches; a percentage of zero is left out."""
-    found = {}
-    for pattern, stated in numbers.items():
-        for name, value in values.items():
-            if re.fullmatch(pattern, name):
-                sd = _sd(stated, value)
-                found |= {name: sd} if sd > 0.0 else {}
-    return found
+def _matched(numbers: Mapping[str, Stated], values: Mapping[str, float]) -> dict[str, tuple[Stated, float]]:
+    """What is stated of every value whose name matches, and the value."""
+    return {
+        name: (stated, value)
+        for pattern, stated in numbers.items()
+        for name, value in values.items()
+        if re.fullmatch(pattern, name)
+    }
 
 
-def _sd(stated: str | float, value: float) -> float:
-    if isinstance(stated, str):
-        return abs(value) * float(stated.removesuffix("%")) / 100.0
-    return float(stated)
+def _group(
+    name: str, title: str, extension: str | None, numbers: Mapping[str, tuple[Stated, float]], model: Model
+) -> Group:
+    """The group in SI units; a percentage of zero is left out."""
+    group = Group(name, title, extension, {})
+    for number, (stated, value) in numbers.items():
+        if not isinstance(stated, dict):
+            sd = abs(value) * float(stated.removesuffix("%")) / 100.0 if isinstance(stated, str) else float(stated)
+            group.sd.update({number: sd} if sd > 0.0 else {})
+            continue
+        power = stated.get("time_power")
+        unit = time_scale_s(model) ** power if power is not None else 1.0
+        group.unit.update({number: unit} if power is not None else {})
+        group.sd[number] = stated["share"] * abs(value) if "share" in stated else unit * stated["sd"]
+        group.mean.update({number: unit * stated["mean"]} if "mean" in stated else {})
+        group.low.update({number: unit * stated["low"]} if "low" in stated else {})
+    return group
 
 
 @lru_cache(maxsize=16)
-def _stated(family: str) -> dict[str, tuple[str, str | None, dict[str, str | float]]]:
+def _stated(family: str) -> dict[str, tuple[str, str | None, dict[str, Stated]]]:
     from .yaml_file import read_yaml
 
     for path in sorted(FOLDER.glob("*.yaml")):

@@ -16,9 +16,10 @@ from ...estimation.gaps import unbroken
 from ...estimation.linear_algebra import finite
 from ...estimation.mixed_effects.left_out import jackknife
 from ...estimation.mixed_effects.problem import THRUST, Problem, pooled, problem, squares
-from ...models.coefficient_groups import groups_of, grown
+from ...models.coefficient_groups import every_own_number, groups_of, grown
 from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS
+from ...models.time_scale import time_scale_s
 from ..causes.base import NORMAL_90
 from .advice import next_runs
 from .forward import Attempt, Selection, select
@@ -68,13 +69,22 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     return calibrate_on(model, *([hull_record(record, model) for record in records] for records in (train, held_out)))
 
 
-def calibrate_on(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
-    """`calibrate` on true motions: records behind the model's instruments, in its rudder sign."""
+def calibrate_on(
+    model: Model, train: Sequence[Record], held_out: Sequence[Record], identified: bool = False
+) -> Calibration:
+    """`calibrate` on true motions: records behind the model's instruments, in its rudder sign.
+
+    identified : the model's own numbers come from such records: they are free in every fit, and what counts is what
+    the model lacks.
+    """
     started = time.perf_counter()
-    groups = groups_of(model)
+    groups: Sequence[Group] = groups_of(model)
     whole = grown(model, groups)
     given = problem(whole, _pieces(unbroken(train, whole), whole))
-    found = select(given, groups)
+    own = every_own_number(groups) if identified else None
+    if own is not None:
+        groups = [*(g for g in groups if g.extension is not None), own]
+    found = select(given, [g for g in groups if g is not own], own)
     kept = problem(whole, unbroken(held_out, whole)) if held_out else None
     shares = _shares(given, found)
     verdict, reason = _verdict(given, found, shares)
@@ -120,8 +130,6 @@ def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
     ------
     CannotFit : they are too short to be cut.
     """
-    from ...estimation.mixed_effects.problem import time_scale_s
-
     if len(records) >= FEWEST:
         return list(records)
     shortest, out = PIECE * time_scale_s(model), []

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,12 +21,12 @@ from ...estimation.mixed_effects.problem import Problem
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
 
-LEAST = 0.03
+LEAST = 0.05
 """Fall of the score (half a log squared error, summed over channels) below which a group does not matter."""
 REFITTED = 4
 """Groups of the largest predicted gain that are refitted in each step."""
 SHORT, LONG = 4, 14
-"""Gauss-Newton steps of a candidate and of what is kept."""
+"""Gauss-Newton steps of a candidate and of what is kept; a response model costs so little that both take LONG."""
 MOST = 6
 
 
@@ -59,12 +60,19 @@ class Selection:
     refused: tuple[tuple[Group, float, float], ...] = field(default=())
 
 
+Tried = tuple[Attempt, float, float]
+"""An attempt with the fall of the score and its standard error."""
+
+
 def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
     """The numbers of groups with their priors about the model's own values."""
     names = [*problem.model.coordinates, *problem.model.constant_names]
     theta = problem.model.theta
-    places = [(name, names.index(name), sd) for group in groups for name, sd in group.sd.items()]
-    return tuple(Number(name, place, float(theta[place]), sd) for name, place, sd in places)
+    return tuple(
+        Number(name, names.index(name), float(theta[names.index(name)]), sd, group.low.get(name, -np.inf))
+        for group in groups
+        for name, sd in group.sd.items()
+    )
 
 
 def attempt(problem: Problem, groups: Sequence[Group], start: Fitted | None, most: int) -> Attempt:
@@ -75,34 +83,69 @@ def attempt(problem: Problem, groups: Sequence[Group], start: Fitted | None, mos
     return Attempt(tuple(groups), fitted, leave_one_out(fitted))
 
 
-def select(problem: Problem, groups: Sequence[Group], most: int = MOST) -> Selection:
-    """Groups in the order in which they enter."""
+def select(problem: Problem, groups: Sequence[Group], free: Group | None = None, most: int = MOST) -> Selection:
+    """Groups in the order in which they enter.
+
+    free : a group whose numbers are fitted along with every other; it counts as a step where it would enter alone.
+    With it nothing has entered unless the last fit predicts better than the base does.
+    """
     base = now = attempt(problem, (), None, LONG)
     steps: list[Step] = []
     refused: tuple[tuple[Group, float, float], ...] = ()
+    if free is not None:
+        now = attempt(problem, (free,), None, LONG)
+        gain, error = score_difference(problem, base.left_out, now.left_out)
+        steps += [Step(free, now, gain, error)] if _enters(gain, error) else []
     while len(steps) < most:
         tried = _tried(problem, now, groups)
-        if not tried:
-            break
-        best = tried[0]
-        if not _enters(best[1], best[2]):
+        entered = _single(problem, now, tried) or _pair(problem, now, tried)
+        if not entered:
             refused = tuple((_new(now, a), gain, error) for a, gain, error in tried)
             break
-        ties = tuple(_new(now, a) for a, _, _ in tried[1:] if _tied(problem, best[0], a))
-        kept = attempt(problem, best[0].groups, best[0].fitted, LONG)
-        steps.append(Step(kept.groups[-1], kept, best[1], best[2], ties))
-        now = kept
-    final = _without_idle(problem, now)
+        steps += entered
+        now = entered[-1].attempt
+    final = _without_idle(problem, now, () if free is None else (free,))
+    if not steps or (free is not None and not _enters(*score_difference(problem, base.left_out, final.left_out))):
+        return Selection(base, (), base, refused)
     kept_ids = {group.id for group in final.groups}
     return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
 
 
-def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[tuple[Attempt, float, float]]:
+def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
+    """The step of the best group, none where it does not enter."""
+    if not tried or not _enters(tried[0][1], tried[0][2]):
+        return []
+    best, gain, error = tried[0]
+    ties = tuple(_new(now, a) for a, _, _ in tried[1:] if _tied(problem, best, a))
+    return [Step(_new(now, best), attempt(problem, best.groups, best.fitted, LONG), gain, error, ties)]
+
+
+def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
+    """The steps of two groups of a response model that enter together only, each needed beside the other: what one of
+    them leaves may hide what the other takes off."""
+    if problem.model.is_3dof:
+        return []
+    found: list[tuple[float, list[Step]]] = []
+    for (one, _, _), (other, _, _) in combinations(tried, 2):
+        groups = _new(now, one), _new(now, other)
+        try:
+            both = attempt(problem, (*one.groups, groups[1]), one.fitted, LONG)
+        except np.linalg.LinAlgError:
+            continue
+        gains = [score_difference(problem, alone.left_out, both.left_out) for alone in (other, one)]
+        whole, error = score_difference(problem, now.left_out, both.left_out)
+        if _enters(whole, error) and all(_enters(*gain) for gain in gains):
+            found.append((whole, [Step(g, both, *gain) for g, gain in zip(groups, gains, strict=True)]))
+    return max(found, key=lambda item: item[0])[1] if found else []
+
+
+def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Tried]:
     """The leaders refitted: attempt, gain and its standard error, the largest gain first."""
+    most = SHORT if problem.model.is_3dof else LONG
     found = []
     for group in _leaders(problem, now, groups):
         try:
-            trial = attempt(problem, (*now.groups, group), now.fitted, SHORT)
+            trial = attempt(problem, (*now.groups, group), now.fitted, most)
         except np.linalg.LinAlgError:
             continue
         found.append((trial, *score_difference(problem, now.left_out, trial.left_out)))
@@ -110,8 +153,11 @@ def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[tupl
 
 
 def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Group]:
-    """Groups of the largest fall of the score after one Gauss-Newton step, all from one linearisation."""
+    """Groups of the largest fall of the score after one Gauss-Newton step, all from one linearisation; of a response
+    model all groups."""
     rest = [g for g in groups if g.id not in {used.id for used in now.groups}]
+    if not problem.model.is_3dof:
+        return rest
     numbers = numbers_of(problem, [*now.groups, *rest])
     fitted = now.fitted
     normal, slope, blocks = normal_equations(problem, numbers, fitted.theta, fitted.own, fitted.sd)
@@ -138,11 +184,11 @@ def _new(now: Attempt, trial: Attempt) -> Group:
     return trial.groups[len(now.groups)]
 
 
-def _without_idle(problem: Problem, final: Attempt) -> Attempt:
+def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()) -> Attempt:
     """The attempt without groups that the others make needless."""
-    while len(final.groups) > 1:
+    while len(final.groups) > len(always) + 1:
         trials = []
-        for group in final.groups[:-1]:
+        for group in final.groups[len(always) : -1]:
             rest = tuple(g for g in final.groups if g.id != group.id)
             trial = attempt(problem, rest, None, LONG)
             gain, error = score_difference(problem, trial.left_out, final.left_out)

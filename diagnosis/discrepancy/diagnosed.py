@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,11 +26,12 @@ from ..kinematics.stage import Sensors, sensors_of
 from ..result import Diagnosis, Entry, Finding, Size
 from ..starting import starting_state, thinned
 from ..state import Candidate, State
+from .entering import entering
 from .fit import Base, Fitted
 from .quadratic import MOST, mode
 from .search import Found, search
 from .shares import Shares, shares
-from .terms import NUMBERS, terms_of
+from .terms import NUMBERS, terms_of, with_scales, without_idle_scales
 from .told import STAGE, Sized, finding, sized
 
 if TYPE_CHECKING:
@@ -40,13 +42,12 @@ if TYPE_CHECKING:
     from ..state import Variant
 
 LEFT_OUT = ("coefficient_shift", "clock_jitter", "wave_drift", "speed_loss", "second_order_lead")
-"""Causes that a discrepancy takes the place of, or that its remains feed."""
+"""Causes that a discrepancy takes the place of, or that its remains feed; of a response model a rudder of another
+effectiveness too, which is its turning gain."""
 OF_HULL = ("shallow_water",)
 """Causes beside those of the hull that describe its numbers."""
 EXACT = 3.0
 """Nats of marginal likelihood below which the base model's own numbers count as exact."""
-WORSE = 1.05
-"""Ratio of free-run errors, left-out records, that the extended model may not exceed in any channel."""
 BOUND = 0.98
 """Share of the largest variance of the model's numbers from which they are further off than their priors hold: no cause
 can be told beside them, and free runs have to say more."""
@@ -81,19 +82,22 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[
     """
     rng = np.random.default_rng(options.seed)
     sensors = sensors_of(given.train, given.held_out, options.causes())
-    state, cannot = starting_state(_estimator(model, sensors.train, options), options)
+    whole = with_scales(model)
+    state, cannot = starting_state(_estimator(whole, sensors.train, options), options)
     if verdict.undecidable(state.est, state.start) is not None:
         return None, given, 0.0
     if state.now.diverged:
         raise FitFailed(f"model {model.id} cannot be run with the records: its filter is not finite")
     base = Base(state.est, terms_of(state.est, state.now), state.start)
-    bank = {c: v for c, v in state.bank.items() if c.id not in LEFT_OUT}
+    left = LEFT_OUT if model.is_3dof else (*LEFT_OUT, RudderEffectiveness.id)
+    bank = {c: v for c, v in state.bank.items() if c.id not in left}
     found = search(state, base, bank, options.max_effects, rng)
     if _exact(found):
         return None, behind_sensors(given, sensors), 0.0
     done = _concluded(found, bank, rng)
-    raw = state if sensors.train is given.train else starting_state(_estimator(model, given.train, options), options)[0]
+    raw = state if sensors.train is given.train else starting_state(_estimator(whole, given.train, options), options)[0]
     told = _told(done, raw, sensors, given, options, cannot, rng)
+    told = replace(told, model=model, extended=without_idle_scales(told.extended, model))
     return told, behind_sensors(given, sensors), done.shares.both.value
 
 
@@ -108,11 +112,13 @@ def behind_sensors(given: Prepared, sensors: Sensors) -> Prepared:
         findings=(*given.tracks.findings, *sensors.findings),
         instruments=tuple(combined(dict(given.tracks.instruments), sensors.instruments).items()),
     )
-    return replace(given, train=sensors.train, held_out=sensors.held_out, tracks=found)
+    return replace(given, train=sensors.train, held_out=sensors.held_out, tracks=found, decided=sensors.decided)
 
 
 def _exact(found: Found) -> bool:
-    """Whether the discrepancy gains nothing beside the causes that were found, or without any."""
+    """Whether the discrepancy gains nothing beside causes none of which is the hull's, or without any."""
+    if any(of_hull(a.cause) for a in found.accepted):
+        return False
     final = found.final
     held = len(final.base.terms.parameters)
     x = final.x.copy()
@@ -129,11 +135,7 @@ def _exact(found: Found) -> bool:
 def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.random.Generator) -> Conclusion:
     """The causes that matter: by size, by an interval without zero, and by what they take off free runs."""
     every = sized(found, bank)
-    places, at = [], len(found.final.base.terms.parameters)
-    for a in found.accepted:
-        places.append(np.arange(at, at + len(a.variant)))
-        at += len(a.variant)
-    parts = shares(found.null, found.final, places, rng)
+    parts = shares(found.null, found.final, places_of(found), rng)
     held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS]
     matter = [held and _matters(found.final, one, felt) for one, felt in zip(every, parts.felt, strict=True)]
     chosen = list(enumerate(every))
@@ -143,6 +145,12 @@ def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.ra
         tuple(item for item, ok in zip(chosen, matter, strict=True) if not ok),
         parts,
     )
+
+
+def places_of(found: Found) -> list[np.ndarray]:
+    """Places of each accepted cause's parameters among those of the last fit."""
+    edges = np.cumsum([len(found.final.base.terms.parameters), *(len(a.variant) for a in found.accepted)])
+    return [np.arange(a, b) for a, b in pairwise(edges.tolist())]
 
 
 def _matters(final: Fitted, one: Sized, felt: bool) -> bool:
@@ -263,31 +271,16 @@ def _groups_of(est: Estimator, names: Sequence[str]) -> list[str]:
 
 
 def _built_in(done: Conclusion, est: Estimator, instruments: Mapping[str, float]):
-    """Accepted causes that the extended model holds, and the setting of it, sensors' errors among the instruments.
-
-    The model's own numbers enter where left-out records are predicted better with them in every channel; causes that
-    make a channel worse are left out.
-    """
+    """Accepted causes that the extended model holds, and the setting of it, sensors' errors among the instruments."""
     final = done.found.final
+    chosen = entering(final, places_of(done.found), [i for i, _ in done.named])
+    named = [done.found.accepted[i] for i in chosen.causes]
+    x = chosen.x.copy()
     held = len(final.base.terms.parameters)
-    named = [one.accepted for _, one in done.named]
-    ratios = done.shares.channels.values()
-    least = 1.0 - WORSE**2
-    with_numbers = all(both > least for _, _, both, _ in ratios) and done.shares.both.value >= done.shares.causes.value
-    with_numbers = with_numbers and done.shares.both.low > 0.0
-    alone = all(causes > least for causes, _, _, _ in ratios)
-    if not with_numbers and not alone:
-        named = []
-    x = np.where(final.base.terms.simulating, final.x[:held], 0.0) if with_numbers else np.zeros(held)
-    sizes, at = [], held
-    for a in done.found.accepted:
-        part = final.x[at : at + len(a.variant)]
-        sizes.append(part if a in named else np.zeros(len(part)))
-        at += len(a.variant)
-    whole = np.concatenate([x, *sizes])
+    x[:held] = np.where(final.base.terms.simulating, x[:held], 0.0)
     kept = any(a.time_s is not None or not a.variant for a in named)
     base = final.base if kept else replace(final.base, origin=est.start())
-    s = base.at(whole, final.variant, final.setting)
+    s = base.at(x, final.variant, final.setting)
     values = {name: value for name, value in instruments.items() if name in est.index}
     return named, est.with_entries(s, values)
 

@@ -92,7 +92,29 @@ def search(
         near = [c.cause for c in tried[1:] if _near(best, c, threshold)]
         accepted.append(replace(best, tied=tuple(near[:MOST_TIED])))
         final = best.fitted
-    return Found(null, tuple(accepted), final, first)
+    kept, final = _without_needless(accepted, final, float(np.log(state.alpha * LATER / TESTS)))
+    return Found(null, kept, final, first)
+
+
+def _without_needless(
+    accepted: Sequence[Accepted], final: Fitted, threshold: float
+) -> tuple[tuple[Accepted, ...], Fitted]:
+    """The causes without the earlier ones that the later ones make needless, and the fit of those that stay.
+
+    What changes at a time, and waves, stand in the origin of the fit and stay.
+    """
+    kept = list(accepted)
+    for one in accepted[:-1]:
+        others = [a for a in kept if a is not one]
+        if any(a.time_s is not None or not a.variant for a in kept) or not others:
+            break
+        sizes = dict(zip(final.variant, final.sizes.tolist(), strict=True))
+        variant = tuple(p for a in others for p in a.variant)
+        fitted = fit(final.base, final.setting, variant, np.array([sizes[p] for p in variant]), final.variances)
+        statistic = 2.0 * (final.evidence - fitted.evidence) / one.inflation
+        if log_tail(max(statistic, 0.0), len(one.variant)) > threshold:
+            kept, final = others, fitted
+    return tuple(kept), final
 
 
 def _near(best: Accepted, other: Accepted, threshold: float) -> bool:

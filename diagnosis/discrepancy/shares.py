@@ -75,21 +75,26 @@ def shares(null: Fitted, final: Fitted, causes: Sequence[np.ndarray], rng: np.ra
     sd = final.setting.noise.sensor_sd
     ways: dict[str, list[np.ndarray]] = {}
     for i, d in enumerate(base.est.segments):
-        own = _left_out(q, final, d.record)
-        alone = _left_out(hull, null, d.record)
+        own = left_out(q, final, d.record, final.free)
+        alone = left_out(hull, null, d.record, null.free)
         bare = np.zeros(final.x.size)
-        runs = {"base": bare, "causes": _only(final, final.x), "numbers": _numbers(null, alone, final), "both": own}
+        runs = {
+            "base": bare,
+            "causes": without_numbers(final, final.x),
+            "numbers": _numbers(null, alone, final),
+            "both": own,
+        }
         for j, places in enumerate(causes):
             less = own.copy()
             less[places] = 0.0
             runs[f"without {j}"] = less
         for name, x in runs.items():
-            ways.setdefault(name, []).append(_error(final, x, i))
+            ways.setdefault(name, []).append(simulated_error(final, x, i))
     errors = {name: _sums(found, sd) for name, found in ways.items()}
     return _shares(errors, len(causes), base.est.channels, sd, rng)
 
 
-def _only(final: Fitted, x: np.ndarray) -> np.ndarray:
+def without_numbers(final: Fitted, x: np.ndarray) -> np.ndarray:
     """The causes' parameters alone."""
     out = x.copy()
     out[: len(final.base.terms.parameters)] = 0.0
@@ -100,17 +105,20 @@ def _numbers(null: Fitted, x: np.ndarray, final: Fitted) -> np.ndarray:
     return np.concatenate([x[: len(null.base.terms.parameters)], np.zeros(len(final.variant))])
 
 
-def _left_out(q: Quadratic, found: Fitted, record: int) -> np.ndarray:
-    """Parameters by the other records; those that belong to a record are its own."""
+def left_out(q: Quadratic, found: Fitted, record: int, kept: np.ndarray) -> np.ndarray:
+    """Parameters by the other records; those that belong to a record are its own.
+
+    kept : places of the causes' parameters that are not zero.
+    """
     variances = found.variances.copy()
     if not found.base.est.model.is_3dof:
         variances[FORCES:] = 0.0  # they cannot simulate
     use = q.record != record
     if not use.any():
         return _simulating(found, found.x)
-    told = [place for place, p in zip(found.free, found.variant, strict=True) if p.record != record]
-    x = mode(q, variances, told, use).x
-    own = [place for place, p in zip(found.free, found.variant, strict=True) if p.record == record]
+    records = [(place, p.record) for place, p in zip(found.free, found.variant, strict=True) if place in kept]
+    x = mode(q, variances, [place for place, r in records if r != record], use).x
+    own = [place for place, r in records if r == record]
     x[own] = found.x[own]
     return _simulating(found, found.base.bounded(x, found.variant))
 
@@ -123,7 +131,7 @@ def _simulating(found: Fitted, x: np.ndarray) -> np.ndarray:
     return out
 
 
-def _error(found: Fitted, x: np.ndarray, segment: int) -> np.ndarray:
+def simulated_error(found: Fitted, x: np.ndarray, segment: int) -> np.ndarray:
     """Measured minus simulated channels (T, 6) of a segment; nan before release and at gaps."""
     base = found.base
     est, d = base.est, base.est.segments[segment]

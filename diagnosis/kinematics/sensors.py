@@ -55,13 +55,15 @@ class Sizes(NamedTuple):
 
 @dataclass(frozen=True)
 class Compared:
-    """One chain on some records: what was selected, the records corrected, and why others could not be compared."""
+    """One chain on some records: what was selected, the records corrected, why others could not be compared, and the
+    options that were tested."""
 
     chain: Chain
     records: tuple[Record, ...]
     found: tuple[Sizes, ...]
     reasons: tuple[str, ...]
     corrected: Sequence[Record] = ()
+    tested: tuple[Option, ...] = ()
 
 
 def compare(chain: Chain, records: Sequence[Record]) -> Compared:
@@ -80,7 +82,7 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
         return Compared(chain, (), (), tuple(reasons))
     chosen, facts = _forward(chain, kept, options)
     found = _without_small(chain, kept, _sized(chain, kept, chosen, facts))
-    return Compared(chain, tuple(kept), found, tuple(reasons), _corrected_for(kept, found))
+    return Compared(chain, tuple(kept), found, tuple(reasons), _corrected_for(kept, found), tuple(options))
 
 
 def _testable(option: Option, chain: Chain, records: Sequence[Record]) -> bool:

@@ -25,12 +25,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sensors:
-    """Records with the sensors' errors removed, findings, and the numbers that were removed as instruments."""
+    """Records with the sensors' errors removed, findings, the numbers that were removed as instruments, and the causes
+    that the channels have decided on."""
 
     train: list[Record]
     held_out: list[Record]
     findings: tuple[Finding, ...] = ()
     instruments: dict[str, float] = field(default_factory=dict)
+    decided: frozenset[Cause] = frozenset()
 
 
 def sensors_of(train: Sequence[Record], held_out: Sequence[Record], only: Collection[Cause] | None = None) -> Sensors:
@@ -61,6 +63,7 @@ def sensors_of(train: Sequence[Record], held_out: Sequence[Record], only: Collec
             [corrected(r, numbers) for r in done.held_out] if numbers else done.held_out,
             (*done.findings, *told),
             done.instruments | numbers,
+            done.decided | {option.cause for option in found.tested},
         )
     return done
 

@@ -21,7 +21,7 @@ from ..causes.registry import bank, cause
 from ..result import Finding, Size
 from ..selection.ties import MOST_TIED, TIE_NATS
 from ..statistics.score_tests import log_tail
-from .series import NEEDED, SensorEffect, whitened
+from .series import NEEDED, SensorEffect, path_of, whitened
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -67,7 +67,10 @@ def options(only: Collection[Cause] | None) -> list[Option]:
 
 
 def compare(records: Sequence[Record], alpha: float, only: Collection[Cause] | None = None) -> Tracks:
-    """Sensor causes that the tracks show, at most two, by forward selection at a share of the level `alpha`."""
+    """Sensor causes that the tracks show, at most two, by forward selection at a share of the level `alpha`.
+
+    What is below its floor is neither told nor corrected.
+    """
     records, tried = usable(records), options(only)
     if not records or not tried:
         return Tracks()
@@ -89,10 +92,16 @@ def compare(records: Sequence[Record], alpha: float, only: Collection[Cause] | N
         alike = dict.fromkeys(x for o in near for x in (o.cause, *rivals(o.cause)))
         chosen[best] = tuple(x for x in alike if x != best.cause)
         passed.append(statistics[best])
-    instruments = {slot: float(v) for o, v in zip(chosen, values, strict=True) for slot in o.effect.instruments}
+    paths = [path_of(r) for r in records]
+    material = [
+        abs(v) > np.median([o.effect.floor(path) for path in paths]) for o, v in zip(chosen, values, strict=True)
+    ]
+    told = [
+        one for one, matters in zip(zip(chosen, values, spread, passed, strict=True), material, strict=True) if matters
+    ]
+    instruments = {slot: float(v) for o, v, _, _ in told for slot in o.effect.instruments}
     findings = tuple(
-        _finding(o, ties[:MOST_TIED], float(v), float(sd), statistic, len(tried))
-        for (o, ties), v, sd, statistic in zip(chosen.items(), values, spread, passed, strict=True)
+        _finding(o, chosen[o][:MOST_TIED], float(v), float(sd), statistic, len(tried)) for o, v, sd, statistic in told
     )
     best_of = {o.cause: max(first[x] for x in first if x.cause == o.cause) for o in first}
     best_of |= {other: best_of[c] for c in list(best_of) for other in rivals(c)}

@@ -27,12 +27,21 @@ LONGEST = 3.0
 
 @dataclass(frozen=True)
 class Number:
-    """One number of the model that may move: place in `Model.theta`, prior mean and standard deviation."""
+    """One number of the model that may move: place in `Model.theta`, prior mean and standard deviation, smallest
+    value."""
 
     name: str
     place: int
     mean: float
     sd: float
+    low: float = -np.inf
+
+
+def moved(theta: np.ndarray, numbers: Sequence[Number], step: np.ndarray) -> np.ndarray:
+    """Theta (m,) with the numbers moved by a step (p,), not below their smallest values."""
+    out, places = theta.copy(), [n.place for n in numbers]
+    out[places] = np.maximum(out[places] + step, [n.low for n in numbers])
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +108,7 @@ def _damped(normal: np.ndarray, slope: np.ndarray, damping: float) -> tuple[np.n
 
 def _moved(p: Problem, numbers: Sequence[Number], here: _Here, blocks: Sequence[Block], step: np.ndarray) -> _Here:
     """Where a step of the free numbers leads; the own effects follow it."""
-    theta = here.theta.copy()
-    theta[[n.place for n in numbers]] += step
+    theta = moved(here.theta, numbers, step)
     own = np.array([b + x[:, -1] - x[:, :-1] @ step for b, (_, _, x) in zip(here.own, blocks, strict=True)])
     return _at(p, numbers, theta, own)
 
@@ -121,8 +129,7 @@ def stepped(
     block = normal[np.ix_(pick, pick)]
     step = np.linalg.lstsq(finite(block), slope[pick], rcond=None)[0]
     step *= min(1.0, LONGEST / max(float(np.max(np.abs(step) / [n.sd for n in numbers], initial=0.0)), 1e-9))
-    theta = found.theta.copy()
-    theta[[n.place for n in numbers]] += step
+    theta = moved(found.theta, numbers, step)
     own = np.array([b + x[:, -1] - x[:, pick] @ step for b, (_, _, x) in zip(found.own, blocks, strict=True)])
     criterion, sd = _criterion(p, numbers, theta, own)
     parts = tuple((a[np.ix_(pick, pick)], g[pick] - a[np.ix_(pick, pick)] @ step) for a, g, _ in blocks)

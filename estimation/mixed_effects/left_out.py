@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..likelihood.minimiser import Damping, try_steps
-from .fit import LONGEST, Fitted, block_of
+from .fit import LONGEST, Fitted, block_of, moved
 from .problem import THRUST, Problem, Squares, pooled, squares
 
 RULE = Damping(growth=8.0, least=0.8, trials=4)
@@ -70,7 +70,7 @@ def _left_out(found: Fitted, i: int) -> LeftOut:
         matrix, slope = found.parts[i]
         step = np.linalg.solve(found.normal - matrix, found.slope - slope)
         size = float(np.max(np.abs(step) / np.array([n.sd for n in found.numbers])))
-        theta[[n.place for n in found.numbers]] += step * min(1.0, LONGEST / max(size, 1e-9))
+        theta = moved(theta, found.numbers, step * min(1.0, LONGEST / max(size, 1e-9)))
     own = own_effects(p, i, theta, found.sd, found.own[i])
     penalty = 0.5 * float(np.sum((own / p.own_sd) ** 2))
     adapted, free = squares(p, theta, p.runs[i], own), squares(p, theta, p.runs[i])

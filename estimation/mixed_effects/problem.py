@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import CannotFit
+from ...models.time_scale import time_scale_s
 from ..series import MEASURED, Series, samples, series_of
 from ..weather import with_wind
 
@@ -169,37 +170,6 @@ def problem(model: Model, records: Sequence[Record]) -> Problem:
     held = thrust is not None and any(run.thrust is not None for run in runs)
     relaxed = replace(model, max_step_s=max(model.max_step_s, STEP * length_s))
     return Problem(relaxed, runs, (*symbols, *((THRUST,) if held else ())), length_s, thrust)
-
-
-def ship_length_s(model: Model) -> float:
-    """Time in which the ship sails her own length, s.
-
-    Raises
-    ------
-    CannotFit : the model has no speed or no length.
-    """
-    length = model.particulars.get("L") or dict(zip(model.constant_names, model.constants, strict=True)).get("L")
-    if not length or not model.speed_m_s > 0.0:
-        raise CannotFit(f"model {model.id} states no length and speed to scale by")
-    return float(length / model.speed_m_s)
-
-
-def time_scale_s(model: Model) -> float:
-    """Time in which the ship sails her own length, s; of a response model without speed and length sqrt(T / K), as K'
-    and T' are near one.
-
-    Raises
-    ------
-    CannotFit : the model states neither.
-    """
-    try:
-        return ship_length_s(model)
-    except CannotFit:
-        own = dict(zip(model.coordinates, np.abs(model.coefficients).tolist(), strict=True))
-        gain = own.get("b", own.get("b1", np.nan) / (own.get("a1", np.nan) or np.nan))
-        if model.is_3dof or not 0.0 < gain < np.inf:
-            raise
-        return float(gain**-0.5)
 
 
 def _measures(record: Record, symbol: str) -> bool:

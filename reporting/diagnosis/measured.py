@@ -88,6 +88,14 @@ REPORTS = {
         ("Z_25_05", "Z_10_10_P", "Z_10_10_S", "Z_20_10_S"),
         {"base_parameters": "identify"},
     ),
+    "hsva-nomoto-runs": Report(
+        "HSVA zigzags with a second-order Nomoto model",
+        "Five runs for training; the terms that the model lacks are named by free runs of runs that were left out.",
+        "nomoto-2",
+        ("Z_10_05", "Z_10_10_P", "Z_15_05", "Z_20_05", "Z_25_05"),
+        ("Z_10_10_S", "Z_20_10_S", "Z_35_05"),
+        {"base_parameters": "identify"},
+    ),
     "hsva-small-angles": Report(
         "HSVA 5/1 zigzag, heading and rudder alone",
         "The neutral rudder angle, from the smallest zigzag and the fewest channels.",

@@ -7,8 +7,8 @@ from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
+from helmbench.diagnosis.causes.rudder_offset import RudderOffset
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.imperfect_base import OWN_CAUSE
 from helmbench.diagnosis.options import Options
 from helmbench.models.coefficient_groups import groups_of
 from helmbench.models.model import model_to_json, resolve
@@ -36,8 +36,7 @@ def found():
 def test_the_numbers_are_named_with_shares(found):
     print(found.verdict, found.reason, found.causes)
     assert found.verdict in ("named", "partly_named")
-    names = {f.cause for f in found.causes if f.stage == "free runs"}
-    assert BaseCoefficients.id in names and names <= {BaseCoefficients.id, *OWN_CAUSE.values()}
+    assert {f.cause for f in found.causes} == {BaseCoefficients.id, RudderOffset.id}
     shares = found.calibration.shares
     assert all(0.0 < s.coefficients <= 1.0 for s in shares.values())
     assert not any(f.stage == "dynamics" for f in found.causes)

@@ -25,7 +25,8 @@ def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, by_run
     monkeypatch.setattr(engine, "of_uncertain_base", lambda model, given, _: (made if uncertain else None, given, 0.5))
     monkeypatch.setattr(engine, "for_free_runs", lambda _: by_runs)
     monkeypatch.setattr(engine, "by_free_runs", lambda *_: made)
-    monkeypatch.setattr(engine, "by_residuals", lambda *_: made)
+    monkeypatch.setattr(engine, "selected", lambda *_: None)
+    monkeypatch.setattr(engine, "concluded", lambda *_: made)
     engine.diagnose(helmbench.resolve("response-1"), [record], watch=told.append)
     assert told == stages
 

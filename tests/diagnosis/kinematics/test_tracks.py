@@ -52,6 +52,14 @@ def test_sizes_put_the_records_right(rng):
         assert back.column(name) == pytest.approx(true[0].column(name), abs=0.02)
 
 
+def test_a_size_below_the_floor_is_neither_told_nor_corrected(rng):
+    """A scale of .05 % that noise-free channels show beyond doubt."""
+    true = inject(Case("mariner", ()), rng).train
+    found = compare([observed(r, {"surge_scale": 5e-4, "sway_scale": 5e-4}) for r in true], 0.01)
+    assert found.findings == () and found.instruments == ()
+    assert {c.id: s for c, s in found.statistics}["speed_scale"] > 20.0
+
+
 def test_records_without_a_track_say_nothing(rng):
     bare = [r.with_channels(north_m=None) for r in inject(Case("mariner", ()), rng).train]
     assert compare(bare, 0.01).findings == () and compare(bare, 0.01).statistics == ()

@@ -10,9 +10,10 @@ from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.estimation.mixed_effects.fit import Number, fit
 from helmbench.estimation.mixed_effects.left_out import jackknife, leave_one_out, score_difference
-from helmbench.estimation.mixed_effects.problem import LARGEST, THRUST, pooled, problem, squares, time_scale_s
+from helmbench.estimation.mixed_effects.problem import LARGEST, THRUST, pooled, problem, squares
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
+from helmbench.models.time_scale import time_scale_s
 
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5")
 TRIM = np.deg2rad([0.2, -0.3, 0.1, -0.1])

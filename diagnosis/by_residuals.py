@@ -1,0 +1,113 @@
+"""The diagnosis from the innovations of the filter: the base model is exact, or free as the options say."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..estimation.filters.innovations.estimator import estimator
+from . import verdict
+from .causes.registry import terms_for
+from .findings import all_findings, bank_entries, hypothesis_of, noise_of
+from .gain.extension import extended_model
+from .gain.measured import Predicted, predicting
+from .residuals.judged import unexplained
+from .result import Diagnosis
+from .selection.forward import select, without
+from .selection.materiality import material
+from .starting import starting_state, thinned
+from .state import Candidate, State, Unmodelled
+
+if TYPE_CHECKING:
+    from ..models.model import Model
+    from .causes.base import Cause
+    from .options import Options
+    from .prepared import Prepared
+
+
+@dataclass(frozen=True)
+class Selected:
+    """What the residuals show, before anything is predicted.
+
+    left : what is not explained.  poor : why the records cannot decide anything.  cannot : causes that were not tested,
+    with the reason.  small : causes below the size that matters.  rng : goes on with what follows.
+    """
+
+    state: State
+    left: Candidate | None
+    poor: str | None
+    cannot: dict[Cause, str]
+    small: frozenset[Cause]
+    rng: np.random.Generator
+
+
+def selected(model: Model, given: Prepared, options: Options) -> Selected:
+    """Causes by forward selection, and what they leave unexplained."""
+    rng = np.random.default_rng(options.seed)
+    train = thinned(given.train, model)
+    est = estimator(model, train, threads=options.threads, terms=terms_for(model))
+    state, cannot = starting_state(est, options, given.decided)
+    poor = verdict.undecidable(est, state.start)
+    state = select(state, options.max_effects, rng) if poor is None else state
+    left = unexplained(state, rng) if poor is None else None
+    small: frozenset[Cause] = frozenset()
+    if options.coefficient_sd != 0.0:  # of a model that is exactly known every effect counts
+        state, small = material(state)
+    return Selected(state, left, poor, cannot, small, rng)
+
+
+def concluded(
+    model: Model, given: Prepared, options: Options, found: Selected, barred: Collection[str] = ()
+) -> Diagnosis:
+    """The diagnosis with its extended model and gain.
+
+    barred : causes that the extended model may not hold.
+    """
+    state, rng, held_out = found.state, found.rng, thinned(given.held_out, model)
+    out = [a for a in state.accepted if not isinstance(a.cause, Unmodelled) and a.cause.id in barred]
+    predicted = predicting(_without(state, out), held_out, options, rng)
+    failing = (*predicted.failing, *(a.cause for a in out if not isinstance(a.cause, Unmodelled)))
+    left = found.left if found.left is not None else _failed(predicted, state)
+    findings = all_findings(state, failing, given.faults, given.tracks, rng)
+    instead = bool(state.accepted) and left is not None and left is state.rival
+    decided, reason = verdict.decide(found.poor, left, instead, findings)
+    est = state.est
+    return Diagnosis(
+        model=model,
+        extended=extended_model(est, predicted.setting, predicted.state.causes, given.instruments),
+        base_parameters=str(options.base_parameters),
+        records=(),
+        alpha=options.alpha,
+        seed=options.seed,
+        threads=options.threads,
+        verdict=decided,
+        reason=reason,
+        causes=tuple(findings) if decided != "inconclusive" else (),
+        bank=bank_entries(state, found.cannot, findings, given.tracks, found.small),
+        gain=predicted.gain,
+        hypothesis=hypothesis_of(state, left, held_out),
+        noise=noise_of(est, state.setting),
+        traces=predicted.traces,
+        where=tuple(verdict.where(predicted.traces)),
+        next_manoeuvre=verdict.next_manoeuvre(found.poor, findings),
+        wall_s=0.0,
+        cpu_s=0.0,
+    )
+
+
+def _without(state: State, causes: Collection[Candidate]) -> State:
+    for cause in causes:
+        state = without(state, next(a for a in state.accepted if a.cause == cause.cause))
+    return state
+
+
+def _failed(found: Predicted, state: State) -> Candidate | None:
+    """What was named but predicts worse, as an effect that is not known."""
+    if not found.failing:
+        return None
+    names = " and ".join(cause.id for cause in found.failing)
+    label = Unmodelled(f"{names}, or what looks like it here: held-out records are predicted worse with it")
+    return Candidate(label, (), 0.0, 0.0, state.setting, state.now)

@@ -1,0 +1,32 @@
+"""Causes that the records show, but whose size is below what matters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..state import Unmodelled
+from .forward import without
+
+if TYPE_CHECKING:
+    from ..causes.base import Cause
+    from ..state import Candidate, State
+
+
+def material(state: State) -> tuple[State, frozenset[Cause]]:
+    """The state without causes whose sizes are below their floors, and these causes."""
+    small: set[Cause] = set()
+    while True:
+        found = next((a for a in state.accepted if not _matters(state, a)), None)
+        if found is None:
+            return state, frozenset(small)
+        small.add(found.cause)
+        state = without(state, found)
+
+
+def _matters(state: State, a: Candidate) -> bool:
+    if isinstance(a.cause, Unmodelled):
+        return True
+    values = np.array([state.est.value(state.setting, p) for p in a.variant])
+    return a.cause.matters(state.est, a.variant, values)

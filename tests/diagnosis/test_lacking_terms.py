@@ -1,0 +1,145 @@
+"""Terms that a response model lacks, planted by the tests' own integrator: free runs of left-out records name them."""
+
+import numpy as np
+import pytest
+
+from helmbench.datasets.record import Record, RecordMeta
+from helmbench.diagnosis.calibration.calibrate import calibrate_on
+from helmbench.diagnosis.causes.registry import causes
+from helmbench.diagnosis.diagnose import diagnose, identified
+from helmbench.diagnosis.kinematics.stage import sensors_of
+from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.starting import DECIDED
+from helmbench.models.coefficient_groups import every_own_number, groups_of, grown
+from helmbench.models.model import model_to_json, resolve
+
+DT = 0.5
+GAIN, TIME = 0.05, 20.0
+"""K, 1/s, and T, s, of the ship."""
+
+
+def zigzag(rng, angle, heading, cubic=0.0, second=0.0, loss=0.0, seconds=400.0):
+    """Free-running zigzag of T2 T r'' + (T + T2) r' + r + cubic r^3 = K delta at a speed that turning takes off."""
+    fine, n = 0.05, int(seconds / DT)
+    r = q = psi = slow = rudder = 0.0
+    order = np.deg2rad(angle)
+    rows = []
+    for i in range(n * int(DT / fine)):
+        if i % int(DT / fine) == 0:
+            rows.append((i * fine, rudder, psi, r))
+        if order * psi > 0.0 and abs(psi) > np.deg2rad(heading) and order * rudder > 0.0:
+            order = -order
+        rudder += np.clip(order - rudder, -0.05 * fine, 0.05 * fine)
+        speed = 1.0 - slow
+        wanted = (GAIN * speed**2 * rudder - speed * r - cubic * r**3) / TIME
+        q = wanted if second == 0.0 else q + fine * (wanted - q) / second
+        r, psi = r + fine * q, psi + fine * r
+        slow += fine * (loss * r**2 - slow) / 60.0
+    time, rudder, psi, r = np.array(rows).T
+    channels = {
+        "rudder_rad": rudder,
+        "heading_rad": psi + np.deg2rad(0.1) * rng.normal(size=n),
+        "yaw_rate_rad_s": r + np.deg2rad(0.02) * rng.normal(size=n),
+    }
+    return Record(time, channels, f"zigzag {angle:g}/{heading:g}", RecordMeta(positive_rudder="starboard"))
+
+
+def runs(rng, **terms):
+    pairs = [(10.0, 10.0), (20.0, 20.0), (25.0, 5.0), (-10.0, 10.0), (-20.0, 10.0), (35.0, 20.0)]
+    return [zigzag(rng, *pair, **terms) for pair in pairs]
+
+
+@pytest.mark.parametrize(
+    ("family", "terms", "names"),
+    [
+        ("nomoto-1", {"cubic": 400.0}, {"yaw_damping_cubic", "yaw_damping_quadratic"}),
+        ("nomoto-1", {"second": 6.0}, {"second_order_lead"}),
+    ],
+)
+def test_a_term_that_is_lacking_is_named_and_held_out_records_gain(family, terms, names, rng, tmp_path):
+    records = runs(rng, **terms)
+    found = diagnose(resolve(family), records[:-1], records[-1:], Options(base_parameters="identify"))
+    print(found.verdict, found.reason, found.causes, found.gain)
+    assert found.verdict in ("named", "tied", "partly_named")
+    assert {f.cause for f in found.causes if f.stage != "kinematics"} <= names
+    gain = found.gain["yaw_rate_rad_s"]
+    assert gain.rmse_after < 0.7 * gain.rmse_before
+    model_to_json(found.extended, tmp_path / "extended.json")
+    assert resolve(tmp_path / "extended.json").family == found.extended.family
+
+
+def test_free_runs_name_what_is_lacking(rng):
+    """Damping and a second time constant at once, each by its own cause."""
+    records = runs(rng, cubic=400.0, second=6.0)
+    model = identified(resolve("nomoto-1"), records)
+    found = calibrate_on(model, records, (), identified=True)
+    print(found.verdict, found.steps, found.moved)
+    groups = {step.group for step in found.steps}
+    assert "second_order" in groups and groups & {"yaw_damping_cubic", "yaw_damping_quadratic"}
+    assert found.verdict == "named"
+
+
+def test_nothing_is_lacking_where_the_family_is_right(rng):
+    records = runs(rng)
+    model = identified(resolve("nomoto-1"), records)
+    found = calibrate_on(model, records, (), identified=True)
+    print(found.verdict, found.steps, found.refused)
+    assert found.steps == () and found.verdict == "adequate"
+
+
+def test_speed_that_turning_takes_off_is_found(rng):
+    """The loss stands in no channel: it shows in the yaw rate alone."""
+    records = runs(rng, loss=1500.0)
+    model = identified(resolve("nomoto-1"), records)
+    found = calibrate_on(model, records, (), identified=True)
+    print(found.verdict, found.steps, found.moved)
+    first = found.steps[0]
+    assert "speed_loss" in {first.group, *first.tied_with}
+
+
+def test_priors_scale_with_the_ship():
+    """A ship 25 times as long is five times as slow (Froude): priors follow by their powers of time."""
+    small = resolve("nomoto-1-cubic").with_coefficients(np.array([-0.1, 0.02, -5.0]))
+    large = small.with_coefficients(np.array([-0.02, 0.02 / 25.0, -25.0]))
+    for one, other in zip(groups_of(small), groups_of(large), strict=True):
+        assert one.id == other.id
+        ratio = {name: other.sd[name] / sd for name, sd in one.sd.items()}
+        wanted = {"a": 0.2, "b": 0.04, "c": 5.0, "added_Nrrr": 5.0, "lead_T2": 5.0, "loss_gain": 25.0, "loss_time": 5.0}
+        assert ratio == pytest.approx({name: wanted.get(name, 1.0) for name in ratio})
+
+
+def test_terms_that_come_along_start_at_their_prior_means():
+    model = resolve("nomoto-1").with_coefficients(np.array([-0.05, 0.0025]))
+    groups = {g.id: g for g in groups_of(model)}
+    whole = grown(model, [groups["second_order"], groups["speed_loss"]])
+    values = dict(zip(whole.coordinates, whole.coefficients.tolist(), strict=True))
+    assert values == pytest.approx({"a": -0.05, "b": 0.0025, "lead": 0.0, "lead_T2": 20.0} | LOSS)
+    assert every_own_number(groups.values()).sd == pytest.approx({"a": 0.05, "b": 0.0025})
+
+
+LOSS = {"loss_gain": 0.0, "loss_time": 80.0, "loss_power": 1.5}
+
+
+def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
+    records = runs(rng, cubic=400.0)
+    decided = {c.id for c in sensors_of(records, ()).decided}
+    assert {"yaw_rate_scale", "yaw_rate_bias", "heading_delay"} <= decided <= set(ids())
+    found = diagnose(resolve("nomoto-1"), records, options=Options(base_parameters="identify"))
+    entries = {entry.cause: entry for entry in found.bank}
+    assert all(entries[name].why == DECIDED for name in decided if entries[name].status == "not_testable")
+    assert not [f.cause for f in found.causes if f.cause in decided and f.stage == "dynamics"]
+    assert entries["yaw_rate_scale"].why == DECIDED
+
+
+def test_a_term_that_free_runs_refuse_does_not_enter_the_extended_model(rng):
+    """Of two short records none can be left out: a misfit that looks like a known term stays out of the model."""
+    odd = [zigzag(rng, 20.0, 20.0, cubic=400.0, loss=2000.0, seconds=150.0) for _ in range(2)]
+    bent = [r.with_channels(rudder_rad=np.where(r.time_s > 75.0, 0.6, 1.0) * r.rudder()) for r in odd]
+    found = diagnose(resolve("nomoto-1"), bent, options=Options(base_parameters="identify"))
+    print(found.verdict, found.reason, found.causes, found.extended.family)
+    assert found.verdict == "unexplained" and found.calibration is None
+    assert found.extended.family == "nomoto-1"
+
+
+def ids():
+    return [c.id for c in causes().values()]
