@@ -12,14 +12,15 @@ from typing import Any
 from ...bench.environment import environment
 from ...bench.store import write_atomic
 from ...models.errors import BadInput
+from . import study_page
 from .page import AXES, drawing, readme
 from .rows import read_rows
 
-README, ROWS = "README.md", "rows.jsonl"
+README, ROWS, STUDY = "README.md", "rows.jsonl", "study.md"
 
 
 def publish(source: Path, folder: Path, machine: Mapping[str, Any]) -> tuple[Path, ...]:
-    """Write README, rows and drawings into a folder; the paths.
+    """Write README, rows, drawings and the study of very many runs into a folder; the paths.
 
     Raises
     ------
@@ -27,6 +28,8 @@ def publish(source: Path, folder: Path, machine: Mapping[str, Any]) -> tuple[Pat
     """
     rows = sorted(read_rows(source), key=lambda row: row.what)
     texts = {README: readme(rows, machine), ROWS: "".join(json.dumps(asdict(row)) + "\n" for row in rows)}
+    for tiny in (row for row in rows if row.run):
+        texts[STUDY] = study_page.page(tiny, rows)
     for axis in AXES:
         if own := [row for row in rows if row.axis == axis]:
             texts[f"{axis}.svg"] = drawing(own, axis)

@@ -88,6 +88,23 @@ def test_what_breaks_first_is_what_is_scarcest():
     assert study.demands(1e6, 1e12)[0] == ("its memory", pytest.approx(4000.0))
 
 
+def test_the_page_of_a_study_has_its_figures(tmp_path):
+    tiny = {"what": "a tiny run of a suite", "unit": "CPU s", "ours": 0.01, "run": RUN, "remark": "made up"}
+    growing = {**GROWING, "points": [[1e3, 0.002], [1e4, 0.02]]}
+    paths = publish(written(tmp_path, tiny, growing), tmp_path / "out", MACHINE)
+    text = {path.name: path for path in paths}["study.md"].read_text()
+    assert "| CPU time in a worker | 8 ms |" in text
+    assert "| results on disk | 100 GB |" in text
+    assert "| the process that hands out and stores | 250 |" in text
+    assert f"| `ls` | 2 ms | {1e8 * 0.002 / 1000 / 3600:.3g} h | 1 |" in text
+
+
+def test_the_published_study_is_that_of_the_published_rows(tmp_path):
+    paths = publish(PUBLISHED, tmp_path, MACHINE)
+    (study,) = (path for path in paths if path.name == "study.md")
+    assert study.read_text() == (PUBLISHED.parent / "study.md").read_text()
+
+
 def test_every_published_target_that_is_missed_says_why():
     rows = read_rows(PUBLISHED)
     assert any(row.run for row in rows) and any(row.axis == "samples" for row in rows)

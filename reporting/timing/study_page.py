@@ -1,15 +1,13 @@
-"""The page on a study of very many runs: every figure is computed from a row of `reports/timing`."""
+"""The page on a study of very many runs: every figure is computed from measured rows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
-from helmbench.reporting.numbers import number
-from helmbench.reporting.timing.rows import Row, read_rows
-from helmbench.reporting.timing.study import START_SHARE, Study
+from ..numbers import number
+from .rows import Row
+from .study import START_SHARE, Study
 
-ROWS = Path(__file__).parents[1] / "reports" / "timing" / "rows.jsonl"
 RUNS, CORES = 1e8, 1000
 MEMORY_BYTES, DISK_BYTES = 64e9, 10e12
 """What one machine of the example has."""
@@ -17,17 +15,14 @@ METHODS = ("ls", "rls", "ekf", "output-error")
 SAMPLES = 1000.0
 
 
-def page() -> Iterator[str]:
-    """The page as lines of Markdown."""
-    rows = read_rows(ROWS)
-    (tiny,) = (row for row in rows if row.run)
-    assert tiny.run is not None
+def page(tiny: Row, rows: Sequence[Row]) -> str:
+    """The page as Markdown, from the row of a tiny run and the costs against samples."""
+    assert tiny.run is not None, "the row of a tiny run has its measured parts"
     study = Study(tiny.run, RUNS, CORES)
-    yield from ("# A study of 10^8 runs on 1000 cores", "")
-    yield from _cost(study, tiny)
-    yield from _first(study)
-    yield from _parts(study)
-    yield from _methods(study, rows)
+    lines = ["# A study of 10^8 runs on 1000 cores", ""]
+    for part in (_cost(study, tiny), _first(study), _parts(study), _methods(study, rows)):
+        lines += part
+    return "\n".join(lines)
 
 
 def _cost(study: Study, tiny: Row) -> Iterator[str]:
