@@ -1,4 +1,4 @@
-# make bench | board-picture | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | fuzz | timing | lint | types | format | env | clean
+# make bench | board-picture | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | fuzz | timing | fit-times | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -12,6 +12,7 @@ BIN := .venv/bin
 RESULTS := out/quick
 REPRODUCTION := out/reproduction
 TIMES := out/timing.json
+ROWS := out/timing/rows.jsonl
 STAMP := .venv/installed-at
 TYPES := build/types/helmbench
 TOOLS := build/tools
@@ -24,7 +25,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly fuzz timing clean hashes audit \
+.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly fuzz timing fit-times clean hashes audit \
 	browser reports
 .DELETE_ON_ERROR:
 
@@ -38,7 +39,8 @@ help:
 	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised"
 	@echo "make ugly     give identify, diagnose and calibrate 300 ugly records: each ends in a result or in one line"
 	@echo "make fuzz     change valid files of every reader at random, FUZZ_SECONDS=600 each: none may crash, hang or run code"
-	@echo "make timing   time simulation, fits, a suite row, record files and other implementations; store all in $(TIMES)"
+	@echo "make timing   compare speed and memory with other implementations and the targets, write reports/timing"
+	@echo "make fit-times  time simulation, every method's fit, a suite row and record files; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make reports  run the suites of the published leaderboard into out/, write reports/leaderboard"
 	@echo "make hashes   write hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
@@ -125,9 +127,15 @@ fuzz: env
 ugly: env
 	$(BIN)/pytest tests/robustness -n $(WORKERS) -rP
 
+# Rows that are there for the same code are not measured again, so an interrupted `make timing` goes on.
 timing: env
+	@mkdir -p $(dir $(ROWS))
+	$(BIN)/pytest tests/timing/test_ratios.py tests/timing/test_growth.py --rows $(ROWS) || test $$? -eq 5
+	$(BIN)/python -m helmbench.reporting.timing.publish $(ROWS) reports/timing
+
+fit-times: env
 	@mkdir -p $(dir $(TIMES))
-	$(BIN)/pytest tests/timing --benchmark-json=$(TIMES)
+	$(BIN)/pytest tests/timing/test_timing.py --benchmark-json=$(TIMES)
 
 hashes: $(TOOLS)/installed
 	$(TOOLS)/bin/uv pip compile constraints.txt --quiet --generate-hashes --no-deps --no-annotate --no-header \

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations, product
 
 import numpy as np
@@ -26,8 +26,7 @@ def check_no_copies(records: Sequence[Record], others: Sequence[Record] | None =
     ------
     BadInput : naming both records.
     """
-    pairs = combinations(records, 2) if others is None else product(records, others)
-    for first, second in pairs:
+    for first, second in _suspects(records, others):
         shared = shared_samples(first, second)
         if shared < max(FEWEST, SHARE * min(first.n, second.n)):
             continue
@@ -39,6 +38,33 @@ def check_no_copies(records: Sequence[Record], others: Sequence[Record] | None =
             training = "" if others is None else "the training record "
             said = f"shares {shared} of its {second.n} samples with {training}{first.name}"
         raise BadInput(said, file=second.name, hint=hint)
+
+
+def _suspects(records: Sequence[Record], others: Sequence[Record] | None) -> Iterable[tuple[Record, Record]]:
+    """The pairs to compare: those with a sample in common, or all where the records' channels differ."""
+    every = [*records, *(others or ())]
+    if len({frozenset(record.channels) for record in every}) > 1:
+        return combinations(records, 2) if others is None else product(records, others)
+    pairs = sorted(_with_common_samples(every))
+    if others is not None:
+        pairs = [(i, j) for i, j in pairs if i < len(records) <= j]
+    return [(every[i], every[j]) for i, j in pairs]
+
+
+def _with_common_samples(records: Sequence[Record]) -> set[tuple[int, int]]:
+    """Numbers (i, j), i < j, of records with the same channels that have at least one sample in common."""
+    names = sorted(records[0].channels) if records else []
+    rows = [_rows(record, names) for record in records]
+    owner = np.repeat(np.arange(len(rows)), [row.size for row in rows])
+    values = np.concatenate([np.zeros(0, dtype=np.uint64), *rows])
+    order = np.lexsort((owner, values))
+    values, owner = values[order], owner[order]
+    starts = np.flatnonzero(np.append(True, values[1:] != values[:-1])) if values.size else np.zeros(0, dtype=int)
+    ends = np.append(starts[1:], values.size)
+    found: set[tuple[int, int]] = set()
+    for start, end in zip(starts[ends - starts > 1].tolist(), ends[ends - starts > 1].tolist(), strict=True):
+        found.update(combinations(np.unique(owner[start:end]).tolist(), 2))
+    return found
 
 
 def shared_samples(first: Record, second: Record) -> int:

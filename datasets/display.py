@@ -14,10 +14,12 @@ from ..models.display import html_table
 from ..models.errors import BadInput
 from .columns import CANONICAL, UNITS, in_order
 from .geometry import unwrapped
+from .indices_of_many import INDICES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from .many import SimulatedRuns
     from .record import Record
 
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
@@ -37,7 +39,10 @@ class Curve:
 
 def shown_unit(channel: str) -> tuple[str, float]:
     """The unit in which a channel is shown, and the factor to it from SI."""
-    unit = CANONICAL[channel]
+    return _shown(CANONICAL[channel])
+
+
+def _shown(unit: str) -> tuple[str, float]:
     return (IN_DEGREES[unit], 180.0 / math.pi) if unit in IN_DEGREES else (unit, 1.0)
 
 
@@ -90,6 +95,24 @@ def record_html(record: Record, extent: str) -> str:
     facts.append(f"positive rudder to {side}" if side else None)
     told = "; ".join(escape(fact) for fact in facts if fact)
     return f"<p><b>{escape(record.name)}</b>: {escape(extent)}{'<br>' + told if told else ''}</p>{table}"
+
+
+def runs_html(runs: SimulatedRuns) -> str:
+    """Many runs as a table for notebooks: quantiles of the indices, and of the channels at the end of the runs."""
+    rows = [_spread_row(name.replace("_", " "), INDICES[name], values) for name, values in runs.indices.items()]
+    rows += [
+        _spread_row(f"{shown_name(name)} at the end", CANONICAL[name], values[:, -1])
+        for name, values in runs.channels.items()
+    ]
+    table = html_table(("quantity", "unit", "5 %", "median", "95 %"), rows)
+    return f"<p>{escape(repr(runs)[1:-1])}</p>{table}"
+
+
+def _spread_row(label: str, si_unit: str, values: np.ndarray) -> tuple[str, ...]:
+    unit, factor = _shown(si_unit)
+    known = factor * values[np.isfinite(values)]
+    numbers = np.quantile(known, [0.05, 0.5, 0.95]) if known.size else (math.nan,) * 3
+    return (label, unit, *(f"{number:.4g}" for number in numbers))
 
 
 def _channel_row(name: str, values: np.ndarray) -> tuple[str, ...]:

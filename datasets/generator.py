@@ -80,16 +80,46 @@ def record_run(
     check(model, disturbance, seed)
     dt, duration = sampling(model, duration_s, dt_s)
     require_memory(SIMULATED_SAMPLE * steps(dt, duration), f"{steps(dt, duration)} samples of {manoeuvre.text!r}")
-    run_name = (model.id, manoeuvre.text.removesuffix(EULER))
-    control = manoeuvre.control(model, dt, duration, stream(seed, "manoeuvre", *run_name))
-    weather = (*run_name, disturbance.text)
-    environment = disturbance.environment(model, dt * np.arange(steps(dt, duration) + 1), stream(seed, "air", *weather))
+    draw = Draws(model, manoeuvre, sensors, disturbance, seed)
+    control = draw.control(dt, duration)
+    environment = disturbance.environment(model, dt * np.arange(steps(dt, duration) + 1), draw.weather("air"))
     run = sail(model, dt, control, disturbance, environment, manoeuvre.integrator, start_speed)
     require_finite(model, manoeuvre, run)
-    record = as_record(model, manoeuvre, run, notes(disturbance, sensors, seed))
-    record = disturbance.motion(model, record, stream(seed, "waves", *weather))
-    record = observed(record, model.instruments, stream(seed, "instruments", *weather))
-    return apply(record, sensors, stream(seed, "sensors", *weather, sensors.text))
+    return as_measured(as_record(model, manoeuvre, run, f"{conditions(disturbance, sensors)}; seed {seed}"), draw)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """The random streams of one run, and what they are named by."""
+
+    model: Model
+    manoeuvre: Manoeuvre
+    sensors: Sensors
+    disturbance: Disturbance
+    seed: int
+
+    def control(self, dt: float, duration_s: float) -> ClosedLoop:
+        """The closed loop of the manoeuvre."""
+        return self.manoeuvre.control(self.model, dt, duration_s, stream(self.seed, "manoeuvre", *self._run))
+
+    def weather(self, what: str) -> np.random.Generator:
+        """Stream of the air, the waves or the instruments' waves."""
+        return stream(self.seed, what, *self._run, self.disturbance.text)
+
+    def noise(self) -> np.random.Generator:
+        """Stream of the sensors."""
+        return stream(self.seed, "sensors", *self._run, self.disturbance.text, self.sensors.text)
+
+    @property
+    def _run(self) -> tuple[str, str]:
+        return self.model.id, self.manoeuvre.text.removesuffix(EULER)
+
+
+def as_measured(record: Record, draw: Draws) -> Record:
+    """A true record with the waves' motion, as the instruments show it and the sensors measure it."""
+    record = draw.disturbance.motion(draw.model, record, draw.weather("waves"))
+    record = observed(record, draw.model.instruments, draw.weather("instruments"))
+    return apply(record, draw.sensors, draw.noise())
 
 
 def check(model: Model, disturbance: Disturbance, seed: int) -> None:
@@ -136,9 +166,13 @@ def sail(
         run = closed_loop(model, dt, control, environment, start, integrator)
         if not np.max(np.abs(run.states[:, column] - heading)) > DRIFT_TOLERANCE_RAD:
             return run
-    raise BadInput(
-        f"{model.id} under {disturbance.text!r}: the wave drift force does not converge", hint="shorten the run"
-    )
+    raise no_convergence(model, disturbance)
+
+
+def no_convergence(model: Model, disturbance: Disturbance) -> BadInput:
+    """What is raised where the passes of `sail` do not settle."""
+    said = f"{model.id} under {disturbance.text!r}: the wave drift force does not converge"
+    return BadInput(said, hint="shorten the run")
 
 
 def steady_start(model: Model, environment: np.ndarray, start_speed: float = 1.0) -> np.ndarray:
@@ -159,21 +193,32 @@ def require_finite(model: Model, manoeuvre: Manoeuvre, run: Run) -> None:
 
 def as_record(model: Model, manoeuvre: Manoeuvre, run: Run, note: str) -> Record:
     """The run as a noise-free record: command, rudder, propeller where there is one, and every visible state."""
-    channels = {"rudder_command_rad": run.command_rad, "rudder_rad": run.rudder_rad}
-    if "n" in model.inputs:
-        channels["propeller_rps"] = np.full(run.time_s.size, model.n0_rps, dtype=float)
-    channels |= {CHANNELS[s]: run.states[:, i] for i, s in enumerate(model.states) if s in CHANNELS}
-    side = model.positive_rudder if is_side(model.positive_rudder) else None
-    meta = RecordMeta(
-        vessel=model.vessel or model.id,
-        source="simulated",
-        positive_rudder=side,
-        manoeuvre=manoeuvre.text,
-        notes=note,
-    )
+    channels = channels_of(model, run.states, run.command_rad, run.rudder_rad)
+    meta = meta_of(model, manoeuvre, note)
     return Record(run.time_s, channels, name=f"{model.id} {manoeuvre.text}", meta=meta)
 
 
-def notes(disturbance: Disturbance, sensors: Sensors, seed: int) -> str:
-    """The notes of a generated record: noise, disturbance and seed."""
-    return f"noise {sensors.text}; disturbance {disturbance.text}; seed {seed}"
+def meta_of(model: Model, manoeuvre: Manoeuvre, note: str) -> RecordMeta:
+    """What is known about a simulated record."""
+    return RecordMeta(
+        vessel=model.vessel or model.id,
+        source="simulated",
+        positive_rudder=model.positive_rudder if is_side(model.positive_rudder) else None,
+        manoeuvre=manoeuvre.text,
+        notes=note,
+    )
+
+
+def channels_of(
+    model: Model, states: np.ndarray, command_rad: np.ndarray, rudder_rad: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Channels (..., N+1) of states (..., N+1, n), rudder command and rudder (..., N+1)."""
+    channels = {"rudder_command_rad": command_rad, "rudder_rad": rudder_rad}
+    if "n" in model.inputs:
+        channels["propeller_rps"] = np.full(rudder_rad.shape, model.n0_rps, dtype=float)
+    return channels | {CHANNELS[s]: states[..., i] for i, s in enumerate(model.states) if s in CHANNELS}
+
+
+def conditions(disturbance: Disturbance, sensors: Sensors) -> str:
+    """Noise and disturbance, as the notes of a generated record tell them."""
+    return f"noise {sensors.text}; disturbance {disturbance.text}"

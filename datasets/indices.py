@@ -20,6 +20,9 @@ import numpy as np
 from ..models.errors import BadInput
 from .record import Record
 
+OVERSHOOTS = ("first_overshoot", "second_overshoot")
+TURNING = ("advance", "transfer", "tactical_diameter")
+"""Names of the indices of zigzags, rad, and of turning circles, m."""
 PLATEAU = 0.9
 MOVED = 0.05
 STEADY_SHARE = 0.05

@@ -101,6 +101,11 @@ class Manoeuvre:
         """Name of the integrator for `simulate` and `closed_loop`."""
         return "euler" if self.euler else "rk4"
 
+    @property
+    def random(self) -> bool:
+        """Whether the rudder is drawn at random."""
+        return KINDS[self.kind].random
+
     def control(self, model: Model, dt: float, duration_s: float, rng: np.random.Generator) -> ClosedLoop:
         """The closed loop that performs this manoeuvre with ``model``, sampled at ``dt`` s for ``duration_s`` s.
 
@@ -114,7 +119,8 @@ class Manoeuvre:
 class Kind:
     """One kind of manoeuvre: how it is written, what it does, how it is read and built.
 
-    ``read`` turns the text after the colon into (values in SI, canonical text); ``sided`` allows ``:port``.
+    ``read`` turns the text after the colon into (values in SI, canonical text); ``sided`` allows ``:port``;
+    ``random`` says that the control draws from the generator.
     """
 
     form: str
@@ -122,6 +128,7 @@ class Kind:
     read: Callable[[str], tuple[tuple[float, ...], str]]
     build: Callable[[Manoeuvre, Setting], ClosedLoop]
     sided: bool = True
+    random: bool = False
 
 
 def steps(dt: float, duration_s: float) -> int:
@@ -334,6 +341,7 @@ KINDS: dict[str, Kind] = {
         read_clocked,
         _prbs,
         sided=False,
+        random=True,
     ),
     "steps": Kind(
         "steps:AMPLITUDEdeg/HOLDs, e.g. steps:30deg/20s",
@@ -341,6 +349,7 @@ KINDS: dict[str, Kind] = {
         read_clocked,
         _random_steps,
         sided=False,
+        random=True,
     ),
     "straight": Kind("straight", "rudder midships", read_nothing, _straight, sided=False),
     "heading": Kind(

@@ -217,6 +217,11 @@ def _help(command: click.Command, name: str) -> Iterator[str]:
         yield from ("", "```text", command.get_help(context), "```", "")
 
 
+def large_study_page() -> Iterator[str]:
+    """What `make timing` has worked out from the measured cost of a run."""
+    yield (Path(__file__).parents[1] / "reports" / "timing" / "study.md").read_text(encoding="utf-8").rstrip("\n")
+
+
 PAGES = {
     "methods": method_page,
     "causes": cause_page,
@@ -225,4 +230,5 @@ PAGES = {
     "formats": format_page,
     "suites": suite_page,
     "commands": command_page,
+    "large-study": large_study_page,
 }

@@ -31,11 +31,13 @@ if TYPE_CHECKING:
         list_suites,
         list_vessels,
     )
+    from .api.many import simulate_many
     from .api.reproduction import Reproduction, reproduce
     from .api.suites import SuiteResults, compare_results, leaderboard, load_results, merge_results, run_suite
     from .api.validation import Validation, validate
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
+    from .datasets.many import SimulatedRuns
     from .datasets.measured import fetch
     from .datasets.plausibility import PlausibilityWarning
     from .datasets.record import Record, RecordMeta
@@ -70,6 +72,7 @@ __all__ = [
     "RecordMeta",
     "Reproduction",
     "RudderSignWarning",
+    "SimulatedRuns",
     "SuiteResults",
     "Validation",
     "__version__",
@@ -101,6 +104,7 @@ __all__ = [
     "rudder_sign_doubt",
     "run_suite",
     "simulate",
+    "simulate_many",
     "validate",
     "with_tuner",
     "write_record",
@@ -128,6 +132,7 @@ _HOME = {
     "RecordMeta": ("datasets.record", "RecordMeta"),
     "Reproduction": ("api.reproduction", "Reproduction"),
     "RudderSignWarning": ("datasets.rudder_sign", "RudderSignWarning"),
+    "SimulatedRuns": ("datasets.many", "SimulatedRuns"),
     "SuiteResults": ("api.suites", "SuiteResults"),
     "Validation": ("api.validation", "Validation"),
     "calibrate": ("api.calibration", "calibrate"),
@@ -158,6 +163,7 @@ _HOME = {
     "rudder_sign_doubt": ("api.identification", "rudder_sign_doubt"),
     "run_suite": ("api.suites", "run_suite"),
     "simulate": ("api.identification", "simulate"),
+    "simulate_many": ("api.many", "simulate_many"),
     "validate": ("api.validation", "validate"),
     "with_tuner": ("methods.tuned", "with_tuner"),
     "write_record": ("datasets.io", "write_record"),

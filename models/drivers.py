@@ -124,42 +124,31 @@ def sensitivities(tangent, x0, inputs, theta, dt, substeps, hold, source, target
         columns[k + 1] = s
 
 
-@njit(types.void(RHS, A1, A2, A1, f8, i8, A2), **JIT)
-def lanes(rhs_lanes, x0, inputs, theta, dt, substeps, states):
-    """RK4 of a block of records held as structure of arrays: x0 (n*W), inputs (N+1, nu*W), states (N+1, n*W)."""
-    n, nu, h = x0.size, inputs.shape[1], dt / substeps
-    x, rate, total, probe, u = x0.copy(), np.empty(n), np.empty(n), np.empty(n), np.empty(nu)
-    states[0] = x
-    for k in range(inputs.shape[0] - 1):
-        for s in range(substeps):
-            for stage in range(4):
-                moved = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-                part = (s + moved) / substeps
-                if stage != 2:
-                    for i in range(nu):
-                        u[i] = inputs[k, i] + part * (inputs[k + 1, i] - inputs[k, i])
-                if stage == 0:
-                    rhs_lanes(x, u, theta, rate)
-                    for i in range(n):
-                        total[i] = x[i] + h / 6.0 * rate[i]
-                        probe[i] = x[i] + 0.5 * h * rate[i]
-                else:
-                    rhs_lanes(probe, u, theta, rate)
-                    weight = h / 6.0 if stage == 3 else h / 3.0
-                    ahead = h if stage == 2 else 0.5 * h
-                    for i in range(n):
-                        total[i] += weight * rate[i]
-                        probe[i] = x[i] + ahead * rate[i]
-            for i in range(n):
-                x[i] = total[i]
-        states[k + 1] = x
-
-
 @njit(types.void(REGRESS, A2, A2, A2, A1, A2, A2), **JIT)
 def regressors(regress, states, accelerations, inputs, theta, left, right):
     """left (N, k) and right (N, k*p) of the regression, row by row."""
     for i in range(states.shape[0]):
         regress(states[i], accelerations[i], inputs[i], theta, left[i], right[i])
+
+
+@njit(inline="always")
+def helm(kind, due, reference, start, heading, yaw_rate, amplitude, check, kp, kd, command, side, running):
+    """The order at a sample, the side of a zigzag's next order, and whether the zigzag has begun.
+
+    kind : SERIES (`reference` is the order), HEADING (it is the heading to follow), else a zigzag, which begins at the
+        first sample that is `due` and reverses where the heading is `check` off the one at the start.
+    """
+    if kind == SERIES:
+        command = reference
+    elif kind == HEADING:
+        command = kp * (reference - heading) - kd * yaw_rate
+    elif not running:
+        running = due
+        command = side * amplitude if running else 0.0
+    elif side * (heading - start) >= check:
+        side = -side
+        command = side * amplitude
+    return command, side, running
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, i8, b1, i8, A1, A1, i8, i8, A1, A2, A1, A1), **JIT)
@@ -187,16 +176,10 @@ def closed_loop(
     inputs[0, 0] = felt(time[0], dt, time[0], linkage, chain)
     command, running = 0.0, False
     for k in range(states.shape[0]):
-        if kind == SERIES:
-            command = reference[k]
-        elif kind == HEADING:
-            command = kp * (reference[k] - x[i_psi]) - kd * x[i_r]
-        elif not running:
-            running = k * dt >= execute - 1e-9 * dt
-            command = side * amplitude if running else 0.0
-        elif side * (x[i_psi] - start) >= check:
-            side = -side
-            command = side * amplitude
+        due = k * dt >= execute - 1e-9 * dt
+        command, side, running = helm(
+            kind, due, reference[k], start, x[i_psi], x[i_r], amplitude, check, kp, kd, command, side, running
+        )
         order[k] = min(max(command, -limit), limit)
         if k == states.shape[0] - 1:
             break

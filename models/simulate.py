@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil
 
 import numpy as np
@@ -132,26 +133,6 @@ def simulate(
     return states
 
 
-def simulate_batch(
-    model: Model, coefficients: ArrayLike, inputs: ArrayLike, dt: float, x0: ArrayLike
-) -> NDArray[np.float64]:
-    """States (B, N+1, n) of B runs at once: coefficients (B, p), inputs (B, N+1, nu), x0 (B, n)."""
-    from . import drivers
-
-    u, start, sets = _array(inputs, 3), _array(x0, 2), _array(coefficients, 2)
-    runs, width, count = len(u), model.kernels.LANES, substeps(model, dt)
-    states = np.empty((runs, u.shape[1], start.shape[1]))
-    for first in range(0, runs, width):
-        pick = np.minimum(np.arange(first, first + width), runs - 1)
-        theta = np.ascontiguousarray(np.hstack([sets[pick], np.tile(model.constants, (width, 1))]).T).ravel()
-        block = np.empty((u.shape[1], start.shape[1] * width))
-        series = np.ascontiguousarray(u[pick].transpose(1, 2, 0)).reshape(u.shape[1], -1)
-        drivers.lanes(model.kernels.rhs_lanes, start[pick].T.ravel(), series, theta, dt, count, block)
-        block = block.reshape(u.shape[1], start.shape[1], width).transpose(2, 0, 1)
-        states[first : first + width] = block[: runs - first]
-    return states
-
-
 def sensitivities(
     model: Model,
     inputs: ArrayLike,
@@ -185,20 +166,23 @@ def sensitivities(
 def tangent_tables(model: Model, columns: Sequence[int], extra: int = 0):
     """Index tables for `drivers.tangent_sample`: which sparse value of df/dc goes to which sensitivity element.
 
-    Returns source, target (int64 arrays) and the number of sparse values; the column stride is
+    Returns source, target (int64 arrays, not to be changed) and the number of sparse values; the column stride is
     ``len(columns) + extra``.
     """
+    return _tangent_tables(model.kernels, tuple(columns), extra)
+
+
+@lru_cache(maxsize=64)
+def _tangent_tables(kernels: kernel_store.Kernels, columns: tuple[int, ...], extra: int):
     place = {column: index for index, column in enumerate(columns)}
     stride = len(columns) + extra
     pairs = [
         (k, row * stride + place[column])
-        for k, (column, row) in enumerate(
-            zip(model.kernels.JT_COLUMN.tolist(), model.kernels.JT_ROW.tolist(), strict=True)
-        )
+        for k, (column, row) in enumerate(zip(kernels.JT_COLUMN.tolist(), kernels.JT_ROW.tolist(), strict=True))
         if column in place
     ]
     source, target = (np.array([pair[i] for pair in pairs], dtype=np.int64) for i in range(2))
-    return source, target, model.kernels.JT_COLUMN.size
+    return source, target, kernels.JT_COLUMN.size
 
 
 def step_map(model: Model, states: ArrayLike, inputs: ArrayLike, dt: float) -> NDArray[np.float64]:
@@ -309,16 +293,19 @@ def closed_loop(
         inputs = np.ascontiguousarray(np.hstack([inputs, surroundings]))
     start = initial_state(model) if x0 is None else _array(x0, 1)
     states, order, rudder = np.empty((count, start.size)), np.empty(count), np.empty(count)
-    gear = control.gear
-    order_of = (control.execute_s, control.rudder_rad, control.heading_rad, control.first)
-    setting = np.array([*order_of, gear.lag_s, gear.rate_rad_s, gear.max_rad, control.kp, control.kd, 0.0])
     heading, yaw_rate = model.states.index("psi"), model.states.index("r")
     drivers.closed_loop(
         kernels.rhs, start, inputs, theta, dt, substeps(model, dt), integrator == "euler",
-        KINDS.index(control.kind), _array(control.reference, 1), setting, heading, yaw_rate,
+        KINDS.index(control.kind), _array(control.reference, 1), setting_of(control), heading, yaw_rate,
         linkage(model.instruments), states, order, rudder,
     )  # fmt: skip
     return Run(dt * np.arange(count, dtype=float), states, order, rudder)
+
+
+def setting_of(control: ClosedLoop) -> NDArray[np.float64]:
+    """The numbers (10,) of a closed loop as the drivers take them; the rudder starts midships."""
+    gear, order = control.gear, (control.execute_s, control.rudder_rad, control.heading_rad, control.first)
+    return np.array([*order, gear.lag_s, gear.rate_rad_s, gear.max_rad, control.kp, control.kd, 0.0])
 
 
 def _array(values: ArrayLike, dimensions: int) -> NDArray[np.float64]:

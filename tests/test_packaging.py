@@ -294,8 +294,8 @@ def test_constraints_pin_all_that_is_installed() -> None:
     assert names == sorted(set(names))
     project = PROJECT["project"]
     extras = project["optional-dependencies"]
-    needed = closure(project["dependencies"] + extras["dev"] + extras["docs"])
-    assert needed - set(names) == {project["name"]}  # the extra dev names the extra docs
+    needed = closure(project["dependencies"] + extras["dev"] + extras["docs"] + extras["peers"])
+    assert needed - set(names) == {project["name"]}  # the extra dev names the extras docs and peers
     assert {Requirement(text).name for text in project["optional-dependencies"]["distributed"]} <= set(names)
 
 

@@ -3,6 +3,7 @@
 from joblib.externals.loky import process_executor
 
 from helmbench.datasets import indices, manoeuvres
+from helmbench.datasets.many import SimulatedRuns
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.calibration.result import Share
 from helmbench.diagnosis.contract import check_cause
@@ -11,7 +12,7 @@ from helmbench.estimation.likelihood.profile import Interval
 from helmbench.estimation.tuning.abc import ABCSampler
 from helmbench.methods import contract
 from helmbench.methods.base import RecursiveMethod
-from helmbench.models.simulate import simulate_batch
+from helmbench.models.lanes import open_loops
 
 USED = (
     ABCSampler.infer_relative_search_space,  # by Optuna
@@ -23,11 +24,14 @@ USED = (
     Estimate.to_dataframe,  # by users
     Record.from_dataframe,
     Record.to_dataframe,
+    SimulatedRuns.record,
+    SimulatedRuns.to_dataframe,
+    SimulatedRuns.indices_to_dataframe,
     indices.overshoots,
     indices.overshoot_times,
     manoeuvres.from_series,
     Share.trim,  # by a table, by name
-    simulate_batch,  # Monte Carlo, timed against other implementations
+    open_loops,  # timed against the scalar kernel
     contract.check_method,  # by authors of other methods
     check_cause,  # by authors of other causes
     process_executor._MAX_MEMORY_LEAK_SIZE,  # read by loky

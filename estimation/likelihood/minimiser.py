@@ -11,6 +11,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from .arrow import LinearArrow
 from .problem import Point, Problem
 
 ROUGH, FINE = 1.0, 1e-6
@@ -42,13 +43,14 @@ Stepper = Callable[[float], tuple[np.ndarray, float]]
 class LinearProblem:
     """The weighted problem linearised about one point, in columns of unit length.
 
-    factor (rows, width + 1) is the triangular factor of [derivatives | residuals].
+    factor (rows, width + 1) is the triangular factor of [derivatives | residuals]; length (width,) are the lengths of
+    the columns where the factor does not hold all of their rows.
     """
 
-    def __init__(self, factor: np.ndarray) -> None:
+    def __init__(self, factor: np.ndarray, length: np.ndarray | None = None) -> None:
         self.a, self.b = factor[:, :-1], factor[:, -1]
-        length = np.linalg.norm(self.a, axis=0)
-        self.length = np.where(length > 0.0, length, 1.0)
+        full = np.linalg.norm(self.a, axis=0) if length is None else length
+        self.length = np.where(full > 0.0, full, 1.0)
         u, s, vt = np.linalg.svd(self.a / self.length, full_matrices=False)
         kept = s > NULL * s[0]
         self.singular, self.projected = s[kept], (u.T @ self.b)[kept]
@@ -150,10 +152,10 @@ def levenberg_marquardt(problem: Problem, z: np.ndarray, max_iterations: int, ga
         if not np.isfinite(here.cost):
             return Minimum(here, False, iteration)
         enough = max(gain, SHARE * here.cost) if problem.sensor is not None else gain
-        factor = problem.factor(here)
-        if not np.isfinite(factor).all():
+        linear = _linearised(problem, here)
+        if linear is None:
             return Minimum(here, False, iteration)
-        step = _stepper(LinearProblem(factor), here, limits)
+        step = _stepper(linear, here, limits)
         trial = try_steps(step, partial(_moved, problem, here), here.cost, damping, enough, Damping())
         if not trial.better:
             return Minimum(here, True, iteration + 1)
@@ -166,7 +168,16 @@ def levenberg_marquardt(problem: Problem, z: np.ndarray, max_iterations: int, ga
     return Minimum(here, False, max_iterations)
 
 
-def _stepper(linear: LinearProblem, here: Point, limits: tuple[np.ndarray, np.ndarray] | None) -> Stepper:
+def _linearised(problem: Problem, here: Point) -> LinearProblem | LinearArrow | None:
+    """The problem linearised at a point; None where its derivatives are not finite."""
+    if problem.arrow_shaped:
+        arrow = problem.arrow(here)
+        return LinearArrow(arrow) if arrow.finite else None
+    factor = problem.factor(here)
+    return LinearProblem(factor) if np.isfinite(factor).all() else None
+
+
+def _stepper(linear: LinearProblem | LinearArrow, here: Point, limits: tuple[np.ndarray, np.ndarray] | None) -> Stepper:
     """Steps from `here`, within the limits of the unknowns if there are any."""
     if limits is None:
         return linear.step

@@ -29,6 +29,7 @@ from ..series import series_of
 from ..starts import starts_of
 from .loss import Loss
 from .minimiser import NULL
+from .problem import Point, Problem
 from .search import Outcome, fit_output_error
 from .shooting import ShootingProblem
 from .unknowns import Unknowns
@@ -80,9 +81,7 @@ def as_fit(outcome: Outcome) -> Fit:
     """The outcome as a method's result, with the facts of the fit in `extra`."""
     problem, minimum = outcome.problem, outcome.minimum
     names, point, unknowns = problem.model.states, minimum.point, problem.unknowns
-    solution = factors.solve(problem.information(point), NULL)
-    n = problem.n_parameters
-    covariance = solution.covariance[:n, :n]
+    covariance, rank = _covariance(problem, point)
     rms = np.sqrt(point.squares / np.maximum(problem.counts, 1.0))
     used = np.flatnonzero(problem.counts)
     shooting = isinstance(problem, ShootingProblem)
@@ -101,13 +100,23 @@ def as_fit(outcome: Outcome) -> Fit:
         extra["jumps"] = {names[i]: float(np.abs(jumps[:, i]).max(initial=0.0)) for i in range(len(names))}
     return Fit(
         problem.coefficients(minimum.z),
-        covariance if unknowns is None else unknowns.covariance(minimum.z[:n], covariance),
+        covariance if unknowns is None else unknowns.covariance(minimum.z[: problem.n_parameters], covariance),
         converged=minimum.converged,
-        message=_message(outcome, solution.rank),
+        message=_message(outcome, rank),
         n_iterations=outcome.n_iterations,
         extra=extra,
         fixed=() if unknowns is None else unknowns.fixed_names,
     )
+
+
+def _covariance(problem: Problem, point: Point) -> tuple[np.ndarray, int]:
+    """Covariance (k, k) of the parameters, and how many directions of all unknowns the records determine."""
+    if problem.arrow_shaped:
+        arrow = problem.arrow(point, information=True)
+        solution = factors.solve(arrow.shared, NULL)
+        return solution.covariance, solution.rank + arrow.own_rank
+    solution, n = factors.solve(problem.information(point), NULL), problem.n_parameters
+    return solution.covariance[:n, :n], solution.rank
 
 
 def _message(outcome: Outcome, rank: int) -> str:

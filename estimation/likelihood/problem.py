@@ -12,6 +12,7 @@ import numpy as np
 from .. import free_run
 from ..regression import factors
 from ..series import Series
+from .arrow import Arrow, Rows
 from .loss import Loss
 from .unknowns import Unknowns
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 RELATIVE_FLOOR = 1e-13
 """Smallest residual standard deviation, relative to the channel's size."""
+WIDE = 120
+"""Initial states from which on the records' own unknowns are eliminated one record after the other."""
 VISIBLE = 1e-5
 """Smallest sensor noise that weights a channel, relative to its size: a clean channel must not outweigh all others."""
 
@@ -177,12 +180,42 @@ class Problem:
 
     def information(self, point: Point) -> np.ndarray:
         """The same for the covariance: with a robust loss, weighted by the average information of a residual."""
-        weight = 1.0 if point.moments is None else point.moments[:, 0] / np.sqrt(point.moments[:, 1])
-        return self._folded(point, weight / point.sd, None)
+        return self._folded(point, self._informative(point), None)
 
-    def _folded(self, point: Point, scale: np.ndarray, weights: tuple[np.ndarray, ...] | None) -> np.ndarray:
+    @property
+    def arrow_shaped(self) -> bool:
+        """Whether there are so many initial states that `arrow` takes the place of `factor`."""
+        return sum(map(len, self.free)) >= WIDE
+
+    def arrow(self, point: Point, information: bool = False) -> Arrow:
+        """The factor, or that for the covariance, with the initial states of every record apart."""
+        weights = None if information else point.weights
+        scale = self._informative(point) if information else 1.0 / point.sd
+        n, model, runs, jacobian = self.n_parameters, *self._linearised(point)
+        parts = []
+        for i, (s, state, free, place) in enumerate(runs):
+            found = free_run.output_factors(model, s, state, free, None if weights is None else weights[i])
+            rows = np.vstack([scale[c] * factor for c, factor in zip(s.columns, found, strict=True)])
+            p = rows.shape[1] - 1 - len(free)
+            shared = rows[:, :p] if jacobian is None else rows[:, :p] @ jacobian
+            parts.append(Rows(place, len(free), np.hstack([rows[:, p:-1], shared, rows[:, -1:]])))
+        prior = [np.hstack([rows[:, :n], rows[:, -1:]]) for rows in self._prior_rows(point.z)]
+        return Arrow.of(parts, np.vstack([np.zeros((0, n + 1)), *prior]))
+
+    @staticmethod
+    def _informative(point: Point) -> np.ndarray:
+        """Weight (n,) of each channel's residuals in the information."""
+        weight = 1.0 if point.moments is None else point.moments[:, 0] / np.sqrt(point.moments[:, 1])
+        return weight / point.sd
+
+    def _linearised(self, point: Point) -> tuple[Model, list[SeriesRun], np.ndarray | None]:
+        """The model and the runs at a point, and d coefficients / d parameters where parameters are the unknowns."""
         model, runs = self.unpack(point.z)
         jacobian = None if self.unknowns is None else self.unknowns.jacobian(point.z[: self.n_parameters])
+        return model, runs, jacobian
+
+    def _folded(self, point: Point, scale: np.ndarray, weights: tuple[np.ndarray, ...] | None) -> np.ndarray:
+        model, runs, jacobian = self._linearised(point)
         rows = [factors.empty(self.width), *self._prior_rows(point.z)]
         for i, (s, state, free, place) in enumerate(runs):
             found = free_run.output_factors(model, s, state, free, None if weights is None else weights[i])

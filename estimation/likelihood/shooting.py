@@ -53,6 +53,10 @@ class ShootingProblem(Problem):
         cost = point.cost + 0.5 * float(np.sum((self.jumps(z) / self.jump_sd) ** 2))
         return point._replace(cost=cost if np.isfinite(cost) else np.inf)
 
+    @property
+    def arrow_shaped(self) -> bool:
+        return False  # joints couple the initial states
+
     def _folded(self, point: Point, scale: np.ndarray, weights: tuple[np.ndarray, ...] | None) -> np.ndarray:
         return factors.fold(super()._folded(point, scale, weights), self._jump_rows(point.z))
 
@@ -60,7 +64,7 @@ class ShootingProblem(Problem):
         """Rows of [derivatives | -jump] in units of the jumps' standard deviation."""
         model, runs = self.unpack(z)
         jacobian = None if self.unknowns is None else self.unknowns.jacobian(z[: self.n_parameters])
-        rows = []
+        rows = [np.zeros((0, self.width + 1))]
         for left, right in self.joints:
             series, state, free, place = runs[left]
             end, columns = free_run.end_of(model, series, state, free)

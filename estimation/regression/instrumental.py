@@ -76,32 +76,43 @@ def refined_fit(
     convergence the solution that simulates the records best is returned.
     """
 
-    def misfit(c: np.ndarray) -> float:
+    outputs = [series_of(record, model).outputs for record in records]
+    own = [_evaluated(record, model, scheme)[:2] for record in records]
+
+    def tried(c: np.ndarray) -> _Tried:
         known = model.with_coefficients(c)
-        return sum(_distance(record, restarted_run(record, known, horizon_s), known) for record in records)
+        runs = [restarted_run(record, known, horizon_s) for record in records]
+        return _Tried(c, runs, sum(_distance(y, run, known) for y, run in zip(outputs, runs, strict=True)))
 
     candidates = [first.coefficients, *(start.coefficients for start in starts_of(records, model))]
-    c, best, found = min(candidates, key=misfit), np.inf, first
+    here, best, found = min(map(tried, candidates), key=lambda one: one.misfit), np.inf, first
     for count in range(1, max_iterations + 1):
-        runs = [restarted_run(record, model.with_coefficients(c), horizon_s) for record in records]
-        new = _solve([_simulated(r, run, model, scheme) for r, run in zip(records, runs, strict=True)])
-        cost = misfit(new.coefficients)
+        rows = zip(own, here.runs, strict=True)
+        new = _solve([_without_gaps(y, phi, _evaluated(run, model, scheme)[1]) for (y, phi), run in rows])
+        before, here = here.coefficients, tried(new.coefficients)
+        cost = here.misfit
         sd = np.sqrt(np.diag(new.covariance))
-        change = np.abs(new.coefficients - c) / np.where(sd > 0.0, sd, 1.0)
-        still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(new.coefficients, c, rtol=1e-9, atol=0.0)
+        change = np.abs(new.coefficients - before) / np.where(sd > 0.0, sd, 1.0)
+        still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(new.coefficients, before, rtol=1e-9, atol=0.0)
         if cost <= best or count == 1:
             best, found = cost, new
         if still:
             return new, count, True
-        c = new.coefficients
     return found, max_iterations, False
 
 
-def _distance(record: Record, run: Record, model: Model) -> float:
-    """Mean squared error of a run over all channels, in units of their standard deviations; inf where not finite."""
-    series, own = series_of(record, model), series_of(run, model)
-    error = (series.outputs - own.outputs) / np.maximum(np.nanstd(series.outputs, axis=0), 1e-12)
-    known = np.isfinite(series.outputs)
+class _Tried(NamedTuple):
+    """Coefficients (p,), the records that they simulate, and how far those are from the measured ones."""
+
+    coefficients: np.ndarray
+    runs: list[Record]
+    misfit: float
+
+
+def _distance(outputs: np.ndarray, run: Record, model: Model) -> float:
+    """Mean squared error of a run from outputs (N, c), in units of their standard deviations; inf where not finite."""
+    error = (outputs - series_of(run, model).outputs) / np.maximum(np.nanstd(outputs, axis=0), 1e-12)
+    known = np.isfinite(outputs)
     value = float((np.where(known, error, 0.0) ** 2).sum() / max(known.sum(), 1))
     return value if np.isfinite(value) else np.inf
 
@@ -120,11 +131,6 @@ def _evaluated(record: Record, model: Model, scheme: str) -> tuple[np.ndarray, n
 def _without_gaps(y: np.ndarray, phi: np.ndarray, z: np.ndarray) -> InstrumentedRows:
     good = np.isfinite(y).all(axis=1) & np.isfinite(phi).all(axis=(1, 2)) & np.isfinite(z).all(axis=(1, 2))
     return InstrumentedRows(y[good], phi[good], z[good])
-
-
-def _simulated(record: Record, run: Record, model: Model, scheme: str) -> InstrumentedRows:
-    y, phi, _ = _evaluated(record, model, scheme)
-    return _without_gaps(y, phi, _evaluated(run, model, scheme)[1])
 
 
 def _lagged(record: Record, model: Model, scheme: str, lag: int) -> InstrumentedRows:

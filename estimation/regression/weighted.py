@@ -15,7 +15,7 @@ from .samples import RegressionSamples, n_accelerations
 if TYPE_CHECKING:
     from ...models.model import Model
 
-KEPT = 4_000_000
+KEPT = 20_000_000
 """Numbers up to which an evaluated regression is kept in memory; a larger one is evaluated again in each pass."""
 SMALLEST_SCALE = 1e-13
 """Smallest scale of an equation's residuals, relative to the root mean square of its left side."""
@@ -76,7 +76,10 @@ class RegressionRows:
         for rows, y, phi in self.blocks():
             stacked = np.column_stack([phi.reshape(-1, self.p), y.ravel()])
             chosen = root[rows].ravel()
-            found = factors.fold(found, stacked[chosen > 0.0] * chosen[chosen > 0.0, None])
+            if not (chosen > 0.0).all():
+                stacked, chosen = stacked[chosen > 0.0], chosen[chosen > 0.0]
+            stacked *= chosen[:, None]
+            found = factors.fold(found, stacked)
         return found
 
     def scale(self, residuals: np.ndarray) -> np.ndarray:

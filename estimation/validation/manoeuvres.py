@@ -15,6 +15,8 @@ import numpy as np
 
 from ...datasets.columns import RUDDERS
 from ...datasets.indices import (
+    OVERSHOOTS,
+    TURNING,
     Performed,
     heading_extremes,
     initial_turning,
@@ -26,8 +28,6 @@ from ..prediction import as_shown
 from .result import Index
 from .runs import Stretch
 
-OVERSHOOTS = ("first_overshoot", "second_overshoot")
-TURNING = ("advance", "transfer", "tactical_diameter")
 INITIAL = "initial_turning"
 UNITS: dict[str, str] = {**dict.fromkeys(OVERSHOOTS, "rad"), **dict.fromkeys((INITIAL, *TURNING), "m")}
 INITIAL_RUDDER_RAD = math.radians(9.0), math.radians(11.0)

@@ -88,6 +88,16 @@ def test_short_items_are_handed_over_together_and_each_comes_back_once():
     assert len(executor.groups) < 5000 / 20 and max(executor.groups) <= pools.MOST_TOGETHER
 
 
+def test_twenty_thousand_tiny_runs_are_handed_over_in_hundreds_of_calls(monkeypatch):
+    """What a run costs beside its work is handing it over: a call takes as many runs as it may."""
+    monkeypatch.setattr(pools, "TOGETHER_S", 1e9)  # however slow the machine is, all runs are tiny
+    items, width = 20_000, 4
+    with Counting(1) as executor:
+        found = [outcome.item for outcome in pools.Pool(lambda: executor, width).outcomes(abs, range(items))]
+    assert sorted(found) == list(range(items))
+    assert len(executor.groups) < 1.2 * items / pools.MOST_TOGETHER + 10 * width
+
+
 def test_long_items_come_back_one_by_one(monkeypatch):
     """The first items are short, so that many are handed over together; those that a call does not begin go back."""
     monkeypatch.setattr(pools, "TOGETHER_S", 0.02)

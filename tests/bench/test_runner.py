@@ -114,3 +114,15 @@ def test_the_manifest_says_what_was_run_with_what(tmp_path):
     assert {"python", "platform", "cpu", "cpus", "packages", "version"} <= manifest.keys()
     assert json.loads((tmp_path / "out" / store.MANIFEST).read_text()) == json.loads(json.dumps(manifest))
     assert sys.prefix not in json.dumps(manifest)
+
+
+def test_the_manifest_does_not_grow_with_the_runs(tmp_path):
+    sizes = []
+    for seeds in (2, 5000):
+        entry = f"  - {{vessels: response-1, methods: [ls, rls], noise: low, seeds: {seeds}}}\n"
+        suite, selection = suite_file(tmp_path, entry), Selection("mine")
+        specs = plan(suite, selection)
+        assert len(specs) == 2 * seeds
+        runner.open_store(tmp_path / f"of-{seeds}", suite, selection, specs).close()
+        sizes.append((tmp_path / f"of-{seeds}" / store.MANIFEST).stat().st_size)
+    assert abs(sizes[1] - sizes[0]) < 100

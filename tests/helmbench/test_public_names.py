@@ -22,7 +22,7 @@ MEMBERS = (
         "RecordMeta",
         "Reproduction",
     ),
-    *("Import", "SuiteResults", "Validation"),
+    *("Import", "SimulatedRuns", "SuiteResults", "Validation"),
 )
 """Classes whose methods and properties are public, too."""
 

@@ -66,6 +66,7 @@ def shown(records, results, logged):
         "Record": train,
         "Report": helmbench.write_report(results.directory),
         "Reproduction": Reproduction((row,), {"003": "1 claim"}, ()),
+        "SimulatedRuns": helmbench.simulate_many("mariner", "zigzag:10/10", 3, indices=["first_overshoot"]),
         "SuiteResults": results,
         "Validation": helmbench.validate("response-1", records),
     }

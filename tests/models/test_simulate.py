@@ -16,7 +16,6 @@ from helmbench.models.simulate import (
     regression,
     sensitivities,
     simulate,
-    simulate_batch,
     simulated_states,
     state_matrices,
     step_map,
@@ -97,18 +96,6 @@ def test_chosen_columns_are_those_of_the_full_set(rng):
     chosen = sorted(rng.choice(60, 7, replace=False).tolist())
     _, some = sensitivities(vessel, inputs, dt, x0, columns=chosen)
     np.testing.assert_allclose(some, every[:, :, chosen], rtol=1e-10, atol=1e-12 * np.abs(every).max())
-
-
-def test_a_batch_is_its_runs(vessel, rng):
-    dt, inputs, x0 = course(vessel, rng)
-    runs = 35  # more than one block of lanes, the last one partly filled
-    sets = vessel.coefficients * (1 + 0.01 * rng.standard_normal((runs, len(vessel.coordinates))))
-    series = inputs * rng.uniform(0.5, 1.0, (runs, 1, 1))
-    starts = np.tile(x0, (runs, 1))
-    together = simulate_batch(vessel, sets, series, dt, starts)
-    for run in (0, 31, 32, 34):
-        alone = simulate(vessel.with_coefficients(sets[run]), series[run], dt, x0)
-        np.testing.assert_allclose(together[run], alone, rtol=1e-7, atol=1e-8 * np.abs(alone).max())
 
 
 def test_explicit_euler_is_the_difference_equation(vessel, rng):

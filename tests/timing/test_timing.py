@@ -16,8 +16,9 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.io import read_record, write_record
 from helmbench.methods.registry import make, methods
 from helmbench.models.errors import CannotFit, FitFailed
+from helmbench.models.lanes import open_loops
 from helmbench.models.model import resolve
-from helmbench.models.simulate import initial_state, inputs_of, sensitivities, simulate, simulate_batch
+from helmbench.models.simulate import initial_state, inputs_of, sensitivities, simulate
 
 SIMULATED = ("response-2", "mariner", "kvlcc2-l7", "s175")
 FITTED = ("response-2", "mariner")
@@ -47,7 +48,7 @@ def test_simulation_lanes(benchmark, ship):
     model, inputs, dt, start = ship
     coefficients, batch, starts = (np.stack([value] * RUNS) for value in (model.coefficients, inputs, start))
     benchmark.extra_info["runs"] = RUNS
-    benchmark(simulate_batch, model, coefficients, batch, dt, starts)
+    benchmark(open_loops, model, coefficients, batch, dt, starts)
 
 
 def test_simulation_sensitivities(benchmark, ship):

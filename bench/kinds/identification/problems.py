@@ -175,11 +175,25 @@ def _response_parameters(a1: float, a2: float, b1: float, b2: float) -> dict[str
 
 def _bounded(task: Task, known: Model, values: Mapping[str, float], kind: str) -> Truth:
     """Truth with Cramer-Rao bounds, from the same manoeuvres without noise and disturbance."""
-    calm = _records(task, task.train, "none", "none")
-    at_row = cramer_rao_sd(known, calm, task.noise)
-    at_low = cramer_rao_sd(known, calm, IDENTIFIABLE_NOISE)
+    calm = _calm(task)
+    at_row, at_low = _calm_bounds(calm, known, task.noise), _calm_bounds(calm, known, IDENTIFIABLE_NOISE)
     identifiable = {name: at_low[name] < IDENTIFIABLE_SHARE * abs(value) for name, value in values.items() if value}
-    return Truth(dict(values), kind, at_row, identifiable if at_low else {})
+    return Truth(dict(values), kind, dict(at_row), identifiable if at_low else {})
+
+
+def _calm(task: Task) -> Task:
+    """The training records without noise and disturbance: the same for all seeds unless a manoeuvre is random."""
+    from ....datasets.manoeuvres import parse_manoeuvre
+
+    seed = task.seed if any(parse_manoeuvre(text).random for text in task.train) else 0
+    kept = {"thinning": task.thinning, "length": task.length, "duration_s": task.duration_s, "dt_s": task.dt_s}
+    return Task(task.vessel, task.source, task.model, task.train, (), seed=seed, **kept)
+
+
+@lru_cache(maxsize=64)
+def _calm_bounds(calm: Task, known: Model, noise: str) -> Mapping[str, float]:
+    """`cramer_rao_sd` of the records of a calm task."""
+    return cramer_rao_sd(known, _records(calm, calm.train, "none", "none"), noise)
 
 
 def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[str, float]:

@@ -1,0 +1,93 @@
+"""Numerical drivers for blocks of W runs at once, held as structure of arrays: element `index * W + lane`.
+
+Each takes a model's `rhs_lanes` as a pointer.  Flat arrays let the compiler work on several runs in one instruction.
+N+1 samples, n states, nu inputs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from .compilation import A1, A2, I1, JIT, b1, f8, i8, njit
+from .drivers import RHS, helm
+from .rudder_chain import steer
+
+
+@njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1, A1, A1, A1), **JIT)
+def rk4_sample(rhs_lanes, x, u0, u1, theta, dt, substeps, rate, total, probe, u):
+    """Advance x (n*W,) in place over one sample, the inputs (nu*W,) linear from u0 to u1; the rest is working space."""
+    n, nu, h = x.size, u0.size, dt / substeps
+    for s in range(substeps):
+        for stage in range(4):
+            moved = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+            part = (s + moved) / substeps
+            if stage != 2:
+                for i in range(nu):
+                    u[i] = u0[i] + part * (u1[i] - u0[i])
+            if stage == 0:
+                rhs_lanes(x, u, theta, rate)
+                for i in range(n):
+                    total[i] = x[i] + h / 6.0 * rate[i]
+                    probe[i] = x[i] + 0.5 * h * rate[i]
+            else:
+                rhs_lanes(probe, u, theta, rate)
+                weight = h / 6.0 if stage == 3 else h / 3.0
+                ahead = h if stage == 2 else 0.5 * h
+                for i in range(n):
+                    total[i] += weight * rate[i]
+                    probe[i] = x[i] + ahead * rate[i]
+        for i in range(n):
+            x[i] = total[i]
+
+
+@njit(types.void(RHS, A1, A2, A1, f8, i8, A2), **JIT)
+def open_loop(rhs_lanes, x0, inputs, theta, dt, substeps, states):
+    """RK4 along given inputs (N+1, nu*W) from x0 (n*W,); states (N+1, n*W) is filled."""
+    n, x = x0.size, x0.copy()
+    rate, total, probe, u = np.empty(n), np.empty(n), np.empty(n), np.empty(inputs.shape[1])
+    states[0] = x
+    for k in range(inputs.shape[0] - 1):
+        rk4_sample(rhs_lanes, x, inputs[k], inputs[k + 1], theta, dt, substeps, rate, total, probe, u)
+        states[k + 1] = x
+
+
+@njit(types.void(RHS, A1, A2, A1, f8, i8, b1, I1, A2, A2, i8, i8, A2, A2, A2), **JIT)
+def closed_loop(
+    rhs_lanes, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order, rudder
+):  # fmt: skip
+    """`drivers.closed_loop` for W runs with ideal linkages, each with a helmsman of its own.
+
+    kind (W,), reference (N+1, W), setting (10, W) as there; states (N+1, n*W), order and rudder (N+1, W) and the
+    rudder's columns of inputs (N+1, nu*W) are filled.
+    """
+    width, last = kind.size, states.shape[0] - 1
+    n, x = x0.size, x0.copy()
+    rate, total, probe, u = np.empty(n), np.empty(n), np.empty(n), np.empty(inputs.shape[1])
+    command, side, running = np.zeros(width), setting[3].copy(), np.zeros(width, np.bool_)
+    start = x0[i_psi * width : (i_psi + 1) * width].copy()
+    execute, amplitude, check, lag, rates = setting[0], setting[1], setting[2], setting[4], setting[5]
+    limit, kp, kd = setting[6], setting[7], setting[8]
+    states[0] = x
+    rudder[0] = setting[9]
+    inputs[0, :width] = setting[9]
+    for k in range(last + 1):
+        for j in range(width):
+            due = k * dt >= execute[j] - 1e-9 * dt
+            command[j], side[j], running[j] = helm(
+                kind[j], due, reference[k, j], start[j], x[i_psi * width + j], x[i_r * width + j],
+                amplitude[j], check[j], kp[j], kd[j], command[j], side[j], running[j],
+            )  # fmt: skip
+            order[k, j] = min(max(command[j], -limit[j]), limit[j])
+        if k == last:
+            break
+        for j in range(width):
+            rudder[k + 1, j] = steer(rudder[k, j], command[j], dt, lag[j], rates[j], limit[j])
+            inputs[k + 1, j] = rudder[k + 1, j]
+        if explicit:
+            rhs_lanes(x, inputs[k], theta, rate)
+            for i in range(n):
+                x[i] += dt * rate[i]
+        else:
+            rk4_sample(rhs_lanes, x, inputs[k], inputs[k + 1], theta, dt, substeps, rate, total, probe, u)
+        states[k + 1] = x

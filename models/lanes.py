@@ -1,0 +1,141 @@
+"""Simulation of many runs of one model at once, in blocks of `width(model)` runs that advance together.
+
+Runs differ in coefficients, initial states, inputs, helmsmen and weather.  Sine, cosine and arc tangent of a block are
+polynomials of their own, and sums may be taken in another order: states agree with `simulate` and `closed_loop` to
+1e-9 of their largest value, not bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import BadInput
+from .instruments import linkage
+from .model import Model
+from .simulate import KINDS, ClosedLoop, closed_loop, initial_state, inputs_of, setting_of, substeps
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Runs:
+    """W simulated manoeuvres: states (W, N+1, n), rudder command and rudder (W, N+1) rad."""
+
+    states: Array
+    command_rad: Array
+    rudder_rad: Array
+
+
+def width(model: Model) -> int:
+    """Largest number of runs of a block."""
+    return int(model.kernels.LANES)
+
+
+def open_loops(model: Model, coefficients: ArrayLike, inputs: ArrayLike, dt: float, x0: ArrayLike) -> Array:
+    """States (B, N+1, n) of B runs: coefficients (B, p), inputs (B, N+1, nu), linear between samples, x0 (B, n)."""
+    from . import lane_drivers
+
+    u, start, sets = _runs(inputs, 3), _runs(x0, 2), _runs(coefficients, 2)
+    lanes, count, samples = width(model), substeps(model, dt), u.shape[1]
+    states = np.empty((len(u), samples, start.shape[1]))
+    for first in range(0, len(u), lanes):
+        pick = np.minimum(np.arange(first, first + lanes), len(u) - 1)
+        series = np.ascontiguousarray(u[pick].transpose(1, 2, 0).reshape(samples, -1))
+        block, begin = np.empty((samples, start.shape[1] * lanes)), start[pick].T.ravel()
+        lane_drivers.open_loop(model.kernels.rhs_lanes, begin, series, _theta(model, sets[pick]), dt, count, block)
+        states[first : first + lanes] = _by_run(block, lanes)[: len(u) - first]
+    return states
+
+
+def closed_loops(
+    model: Model,
+    dt: float,
+    controls: Sequence[ClosedLoop],
+    coefficients: ArrayLike | None = None,
+    x0: ArrayLike | None = None,
+    environment: ArrayLike | None = None,
+    integrator: str = "rk4",
+) -> Runs:
+    """As `simulate.closed_loop`, for at most `width(model)` runs at once whose controls are equally long.
+
+    Parameters
+    ----------
+    coefficients : (W, p), or the model's own for all.
+    x0 : initial states (W, n), or the straight course at the model's speed.
+    environment : (W, N+1, 7) as in `simulate.closed_loop`; 3-DOF models only.
+
+    A model whose rudder linkage is not ideal is simulated run by run: blocks do not hold what a linkage remembers.
+
+    Raises
+    ------
+    BadInput : more runs than a block holds, or no windage data in wind.
+    """
+    from . import lane_drivers
+
+    runs, lanes, samples = len(controls), width(model), len(controls[0].reference)
+    if runs > lanes:
+        raise BadInput(f"{runs} runs in a block of {lanes}")
+    pick = np.minimum(np.arange(lanes), runs - 1)
+    steered = [controls[i] for i in pick]
+    sets = _spread(model.coefficients if coefficients is None else coefficients, runs)[pick]
+    start = _spread(initial_state(model) if x0 is None else x0, runs)[pick]
+    if linkage(model.instruments).any():
+        return _one_by_one(model, dt, controls, sets[:runs], start[:runs], environment, integrator)
+    inputs = np.repeat(inputs_of(model, np.zeros(samples)), lanes, axis=1)
+    kernels, theta = model.kernels, _theta(model, sets)
+    if environment is not None and np.any(environment):
+        weather = _runs(environment, 3)
+        inputs = np.hstack([inputs, weather[pick].transpose(1, 2, 0).reshape(samples, -1)])
+        kernels, whole = model.environment(wind=bool(np.any(weather[..., 2:4])))
+        theta = np.concatenate([theta, np.repeat(whole[model.theta.size :], lanes)])
+    states = np.empty((samples, start.shape[1] * lanes))
+    order, rudder = np.empty((samples, lanes)), np.empty((samples, lanes))
+    lane_drivers.closed_loop(
+        kernels.rhs_lanes, start.T.ravel(), np.ascontiguousarray(inputs), theta, dt, substeps(model, dt),
+        integrator == "euler", np.array([KINDS.index(control.kind) for control in steered]),
+        np.column_stack([control.reference for control in steered]),
+        np.column_stack([setting_of(control) for control in steered]),
+        model.states.index("psi"), model.states.index("r"), states, order, rudder,
+    )  # fmt: skip
+    return Runs(_by_run(states, lanes)[:runs], order.T[:runs], rudder.T[:runs])
+
+
+def _one_by_one(
+    model: Model,
+    dt: float,
+    controls: Sequence[ClosedLoop],
+    sets: Array,
+    x0: Array,
+    environment: ArrayLike | None,
+    integrator: str,
+) -> Runs:
+    weather = [None] * len(controls) if environment is None else _runs(environment, 3)
+    own = [model.with_coefficients(c) for c in sets]
+    runs = [closed_loop(*run, integrator) for run in zip(own, [dt] * len(own), controls, weather, x0, strict=True)]
+    return Runs(*(np.array([getattr(run, name) for run in runs]) for name in ("states", "command_rad", "rudder_rad")))
+
+
+def _theta(model: Model, sets: Array) -> Array:
+    """Coefficients (W, p) and the model's constants as the kernels take them."""
+    return np.hstack([sets, np.tile(model.constants, (len(sets), 1))]).T.ravel()
+
+
+def _by_run(block: Array, lanes: int) -> Array:
+    """A view (W, N+1, n) of what a driver has filled."""
+    return block.reshape(len(block), -1, lanes).transpose(2, 0, 1)
+
+
+def _spread(values: ArrayLike, runs: int) -> Array:
+    array = np.asarray(values, float)
+    return np.broadcast_to(array, (runs, array.shape[-1]))
+
+
+def _runs(values: ArrayLike, dimensions: int) -> Array:
+    array = np.asarray(values, float)
+    if array.ndim != dimensions:
+        raise BadInput(f"an array of {dimensions} dimensions is needed, not {array.ndim}")
+    return array

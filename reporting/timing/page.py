@@ -1,0 +1,117 @@
+"""The README of the timings: a table of targets, costs over size, and a drawing of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..numbers import MISSING, fixed, is_missing, number
+from ..plots import legend_beside, svg
+from ..tables import Column, Table, make_table, markdown
+from .rows import Row
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+AXES = {"samples": "samples", "parameters": "parameters", "records": "records"}
+"""What a cost grows with -> name of its drawing."""
+IDLE = 0.5
+"""Load average for each processor up to which a machine counts as idle."""
+SIZE = (8.5, 6.0)
+
+
+def verdict(row: Row) -> str:
+    """Whether the target is reached, or else what limits the figure."""
+    if not row.target:
+        return MISSING
+    if row.reached is None:
+        return "not measured"
+    return "reached" if row.reached else f"not reached: {row.limit or 'not yet explained'}"
+
+
+def ratio(row: Row) -> str:
+    """Median and range of the ratios, or the value where there is no pair."""
+    if is_missing(row.ratio):
+        return MISSING
+    return f"{number(row.ratio)} ({number(row.low)} to {number(row.high)}, {row.repeats} repeats)"
+
+
+COLUMNS = (
+    Column("what", lambda row: row.what),
+    Column("unit", lambda row: row.unit),
+    Column("here", lambda row: number(row.ours), lambda row: row.ours),
+    Column("other", lambda row: number(row.other), lambda row: row.other),
+    Column("ratio: median (range)", ratio),
+    Column("target", lambda row: row.target.replace(">=", "at least").replace("<=", "at most")),
+    Column("verdict", verdict),
+    Column("remark", lambda row: row.remark),
+)
+
+
+def table(rows: Sequence[Row], title: str) -> Table:
+    """Rows as a table."""
+    return make_table(COLUMNS, rows, title)
+
+
+def readme(rows: Sequence[Row], environment: Mapping[str, Any]) -> str:
+    """The page as Markdown."""
+    judged = [row for row in rows if row.reached is not None]
+    lines = [
+        "# Speed and memory",
+        "",
+        "Made by `make timing`; the rows are in [rows.jsonl](rows.jsonl). Both sides of a pair are timed in turn in",
+        "one process, by CPU time with one thread; the ratio of each repeat is taken, and the table shows their median",
+        "and range. A ratio says how many times as much is done here as by the other side in the same time.",
+        "",
+        conditions(rows, environment),
+        "",
+        f"{sum(bool(row.reached) for row in judged)} of {len(judged)} targets are reached.",
+        "",
+        "## Pairs and values",
+        "",
+        markdown(table([row for row in rows if not row.axis], "")),
+        "",
+    ]
+    for axis in AXES:
+        own = [row for row in rows if row.axis == axis]
+        if own:
+            lines += [f"## Cost against {axis}", "", *growth(axis), "", f"![Cost against {axis}]({axis}.svg)", ""]
+            lines += [markdown(table(own, "")), ""]
+    return "\n".join(lines)
+
+
+def growth(axis: str) -> list[str]:
+    """What the slopes of an axis are."""
+    if axis == "parameters":
+        return ["The slope is that of log time over log number of parameters, over all models."]
+    return [f"The slope is that of log time over log number of {axis} in the last decade; 1 is linear."]
+
+
+def conditions(rows: Sequence[Row], environment: Mapping[str, Any]) -> str:
+    """Machine, code and load."""
+    loads = [row.load for row in rows if row.load is not None]
+    codes = sorted({row.code for row in rows if row.code})
+    told = f"{environment['cpu']}, {environment['cpus']} processors, Python {environment['python']}, "
+    told += f"code {', '.join(codes) or MISSING}."
+    if loads and max(loads) > IDLE * environment["cpus"]:
+        told += (
+            f" The machine did other work meanwhile (load average {fixed(min(loads), 1)} to {fixed(max(loads), 1)}): "
+        )
+        told += "ratios of one run are fair, times are longer than on an idle machine."
+    return told
+
+
+def drawing(rows: Sequence[Row], axis: str) -> str:
+    """Time over size of every row of an axis, as SVG."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        for place, row in enumerate(rows):
+            style = ("-", "--", ":")[place // 8 % 3]
+            label = f"{row.what.rpartition(': ')[2]} ({fixed(row.ours, 2)})"
+            axes.plot(*zip(*row.points, strict=True), style, marker="o", markersize=2.5, label=label)
+        axes.set(xscale="log", yscale="log", xlabel=axis, ylabel="CPU time of a fit [s]")
+        axes.set_title("the slope stands behind the method", fontsize="medium")
+        legend_beside(axes)
+
+    return svg(draw, (SIZE[0], max(4.0, 0.17 * len(rows) + 1.0)))

@@ -1,0 +1,204 @@
+"""Many runs, many parameters, many records, many rows of a suite, and what whole commands cost."""
+
+import json
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import helmbench
+from helmbench.datasets.generator import Case, generate
+from helmbench.methods.registry import make
+from helmbench.models.model import resolve
+
+from .conftest import Side
+
+pytestmark = pytest.mark.benchmark(timer=time.process_time)
+MANY = 100_000
+SHIPS = {
+    "response-1": "zigzag:20/20",
+    "response-2": "zigzag:20/20",
+    "kvlcc2-l7": "prbs:30deg/8s",
+    "mariner": "prbs:30deg/20s",
+}
+"""Vessel -> a manoeuvre; their numbers of parameters differ."""
+SAMPLES = 2000
+COUNTS = (20, 200, 2000)
+RECORD_S = 10.0
+TINY = 2000
+REPEATS = 3
+
+MEMORY = """
+import json, time
+import psutil
+from pathlib import Path
+
+def largest():
+    text = Path("/proc/self/status").read_text() if Path("/proc/self/status").exists() else ""
+    return float(text.split("VmHWM:")[1].split()[0]) / 1e6 if text else None
+
+def report(**more):
+    used = psutil.Process().cpu_times()
+    spent = {{"cpu": time.process_time(), "children": used.children_user + used.children_system}}
+    print(json.dumps({{"gb": largest(), **spent, **more}}))
+{body}
+"""
+
+
+def in_a_process(body, folder):
+    """What a new process of this text reports: CPU s, those of its children, largest memory in GB, wall time s."""
+    start = time.monotonic()
+    text = MEMORY.format(body=body)
+    done = subprocess.run([sys.executable, "-c", text], check=True, capture_output=True, text=True, cwd=folder)
+    return {"wall": time.monotonic() - start, **json.loads(done.stdout.splitlines()[-1])}
+
+
+def middle(found, key):
+    values = [one[key] for one in found if one[key] is not None]
+    return float(np.median(values)) if values else None
+
+
+def repeated(benchmark, body, folder, rounds=REPEATS):
+    """Reports of as many new processes, after one that may compile."""
+    found = []
+    benchmark.pedantic(lambda: found.append(in_a_process(body, folder)), rounds=rounds, warmup_rounds=1)
+    return found[1:]
+
+
+ZIGZAGS = """
+import numpy as np
+import helmbench
+model = helmbench.resolve("mariner")
+sets = model.coefficients * (1.0 + 0.02 * np.random.default_rng(1).standard_normal(({runs}, model.coefficients.size)))
+kept = {{"channels": [], "indices": ["first_overshoot", "second_overshoot"]}}
+found = helmbench.simulate_many(model, "zigzag:10/10", {runs}, coefficients=sets, **kept)
+report(samples=found.time_s.size)
+"""
+
+
+def test_a_hundred_thousand_zigzags(ratios, benchmark, tmp_path):
+    found = repeated(benchmark, ZIGZAGS.format(runs=MANY), tmp_path)
+    (few,) = [in_a_process(ZIGZAGS.format(runs=32), tmp_path)]
+    seconds, told = middle(found, "cpu") - few["cpu"], f"{found[0]['samples']} samples each, mariner"
+    name = f"{MANY} zigzags 10/10 by simulate_many"
+    ratios.row(f"{name}: CPU time on all processors", "CPU s", seconds, most=20.0, remark=told)
+    ratios.row(f"{name}: memory over 32 zigzags", "GB", middle(found, "gb") - few["gb"], remark="two angles kept a run")
+
+
+def test_simulate_many_and_simulate(ratios):
+    model, runs = resolve("mariner"), 320
+    kept = {"channels": ["heading_rad"], "jobs": 1}
+    ours = Side(lambda: helmbench.simulate_many(model, "zigzag:10/10", runs, **kept), runs)
+    other = Side(lambda: [helmbench.simulate(model, "zigzag:10/10", seed=i) for i in range(runs)], runs)
+    ratios.compare("simulate_many, simulate: zigzags without noise", "runs/s", ours, other, 4.0)
+
+
+# ---- cost against parameters and records
+
+
+def fit_time(name, records, model):
+    """Median CPU time (s) of three fits, after one."""
+    taken = []
+    for _ in range(REPEATS + 1):
+        start = time.process_time()
+        make(name).fit(records, model)
+        taken.append(time.process_time() - start)
+    return float(np.median(taken[1:]))
+
+
+@pytest.mark.parametrize("name", ["ls", "rls", "huber", "ekf", "output-error"])
+def test_cost_against_parameters(ratios, benchmark, name):
+    points = []
+    for vessel, manoeuvre in SHIPS.items():
+        model = resolve(vessel)
+        duration = (SAMPLES - 1) * model.suite["dt_s"]
+        record = generate(Case(vessel, manoeuvre, "medium", duration_s=duration))
+        points.append((len(model.coordinates), fit_time(name, [record], model.blanked())))
+    benchmark.pedantic(lambda: None, rounds=1)
+    ratios.cost(
+        f"cost against parameters: {name}", "parameters", points, remark=f"{', '.join(SHIPS)}; {SAMPLES} samples"
+    )
+
+
+@pytest.mark.parametrize("name", ["ls", "rls", "output-error"])
+def test_cost_against_records(ratios, benchmark, name):
+    points, model = [], resolve("response-2").blanked()
+    for count in COUNTS:
+        runs = helmbench.simulate_many("response-2", "prbs:20deg/3s", count, noise="medium", duration_s=RECORD_S)
+        records = [runs.record(i) for i in range(count)]
+        start = time.process_time()
+        make(name).fit(records, model)
+        points.append((count, time.process_time() - start))
+    benchmark.pedantic(lambda: None, rounds=1)
+    ratios.cost(
+        f"cost against records: {name}", "records", points, most=1.1, remark=f"records of {RECORD_S:g} s, response-2"
+    )
+
+
+SHORT = """
+import helmbench
+runs = helmbench.simulate_many("response-2", "prbs:20deg/3s", {count}, noise="medium", duration_s={duration})
+helmbench.identify([runs.record(i) for i in range({count})], "response-2", "output-error")
+report()
+"""
+
+
+def test_output_error_of_many_short_records(ratios, benchmark, tmp_path):
+    found = repeated(benchmark, SHORT.format(count=COUNTS[-1], duration=RECORD_S), tmp_path, rounds=1)
+    name = f"output error of {COUNTS[-1]} records of {RECORD_S:g} s, the whole process"
+    limit = "each record is admitted and simulated by calls of its own"
+    ratios.row(name, "CPU s", middle(found, "cpu"), most=30.0, limit=limit)
+    ratios.row(f"{name}: memory", "GB", middle(found, "gb"), most=1.0)
+
+
+# ---- whole commands
+
+DIAGNOSIS = """
+import helmbench
+texts = ["zigzag:10/10", "zigzag:20/20", "turn:20", "zigzag:20/20:port", "sine:15deg/120s"]
+long = {{"noise": "low", "duration_s": 600.0, "dt_s": 0.5}}
+made = [helmbench.simulate("mariner", text, seed=k, **long) for k, text in enumerate(texts)]
+helmbench.diagnose("mariner", made[:3], made[3:])
+report()
+"""
+
+
+def test_diagnosis_of_five_records(ratios, benchmark, tmp_path):
+    found = repeated(benchmark, DIAGNOSIS.format(), tmp_path)
+    name = "diagnose 3 + 2 records of 600 s at 2 Hz, the whole process"
+    told, limit = f"{middle(found, 'cpu'):.2f} CPU s", "the filter's likelihood is evaluated for every cause"
+    ratios.row(f"{name}: wall time", "s", middle(found, "wall"), most=3.0, remark=told, limit=limit)
+    limit = "kernels, SciPy and the filter's stored steps"
+    ratios.row(f"{name}: memory", "GB", middle(found, "gb"), most=0.4, limit=limit)
+
+
+SUITE = """
+import helmbench
+entry = "entries: [{{vessels: response-1, methods: [ls], noise: low, seeds: {seeds}}}]"
+Path("mine.yaml").write_text(entry)
+found = helmbench.run_suite("mine.yaml", directory="{folder}", jobs=1)
+size = sum(path.stat().st_size for path in Path("{folder}").rglob("*") if path.is_file())
+report(bytes=size, runs=len(found.rows))
+"""
+
+
+def test_tiny_runs_of_a_suite(ratios, benchmark, tmp_path):
+    """What a run costs beyond the start of the suite: the difference between many runs and few."""
+    cases = (("first", 2), ("few", 2), ("many", TINY + 2))
+    _, few, many = (in_a_process(SUITE.format(seeds=n, folder=f"{label}-{n}"), tmp_path) for label, n in cases)
+    more = many["runs"] - few["runs"]
+    cpu = (many["cpu"] + many["children"] - few["cpu"] - few["children"]) / more
+    benchmark.pedantic(lambda: None, rounds=1)
+    facts = {
+        "cpu_s": cpu,
+        "parent_cpu_s": (many["cpu"] - few["cpu"]) / more,
+        "parent_bytes": 1e9 * (many["gb"] - few["gb"]) / more,
+        "start_cpu_s": few["cpu"] + few["children"],
+        "stored_bytes": (many["bytes"] - few["bytes"]) / more,
+        "fixed_bytes": few["bytes"],
+    }
+    told = f"{more} runs of ls on response-1; a start {facts['start_cpu_s']:.2g} CPU s"
+    limit = "most of it is the run in its worker: records with noise, fit, scores, traces"
+    ratios.row("a tiny run of a suite, all included", "CPU s", cpu, most=0.002, remark=told, limit=limit, run=facts)
