@@ -36,7 +36,7 @@ def test_only_chosen_causes_are_looked_for(rng):
 def test_a_scale_that_no_sensor_has_is_not_told(rng):
     """A yaw rate ten times too large: its column is in another unit, or another channel's."""
     records = [
-        r.with_channels(yaw_rate_rad_s=10.0 * r.column("yaw_rate_rad_s")) for r in injected("response-2", (), rng).train
+        r.with_channels(yaw_rate_rad_s=10.0 * r.column("yaw_rate_rad_s")) for r in injected("mariner", (), rng).train
     ]
     found = sensors_of(records, ())
     print(found.findings)
