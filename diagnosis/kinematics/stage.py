@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .check_result import CheckFinding
 
 
-FARTHEST = 4.0
+FARTHEST = 1.0
 """Error of a scale that no sensor has: the columns are not what their names say, nothing is told of their sensors."""
 
 

@@ -21,7 +21,8 @@ def material(state: State) -> tuple[State, frozenset[Cause]]:
         found = next((a for a in state.accepted if not _matters(state, a)), None)
         if found is None:
             return state, frozenset(small)
-        small.add(found.cause)
+        if not isinstance(found.cause, Unmodelled):
+            small.add(found.cause)
         state = without(state, found)
 
 
