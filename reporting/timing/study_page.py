@@ -92,7 +92,8 @@ def _methods(study: Study, rows: Sequence[Row]) -> Iterator[str]:
     )
     for row in rows:
         name = row.what.rpartition(": ")[2]
-        seconds = dict(map(tuple, row.points)).get(SAMPLES) if row.axis == "samples" else None
+        times = {size: seconds for size, seconds in row.points} if row.axis == "samples" else {}
+        seconds = times.get(SAMPLES)
         if seconds:
             hours, fed = RUNS * seconds / CORES / 3600.0, seconds / study.run["parent_cpu_s"]
             yield f"| `{name}` | {_ms(seconds)} | {number(hours)} h | {number(max(fed, 1.0))} |"
