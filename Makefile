@@ -5,6 +5,9 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 WORKERS ?= 2
 FUZZ_SECONDS ?= 600
 
+# Containers often set this; then every process that is started compiles all that it imports anew, which takes seconds.
+unexport PYTHONDONTWRITEBYTECODE
+
 BIN := .venv/bin
 RESULTS := out/quick
 REPRODUCTION := out/reproduction

@@ -62,9 +62,15 @@ def _reached(start: Iterable[str]) -> tuple[set[Path], set[str]]:
 
 @lru_cache(maxsize=4096)
 def _file(name: str) -> Path | None:
-    """The file of a module of this package, or a given file; None for a name that is no module."""
+    """The file of a module of this package, or a given file; None for a name that is no module.
+
+    Only packages are imported: `find_spec` would import a module to look for what it is asked for in it.
+    """
     if name.endswith(".py"):
         return Path(name).resolve()
+    parent = name.rpartition(".")[0]
+    if parent and ((above := _file(parent)) is None or above.name != "__init__.py"):
+        return None
     try:
         spec = find_spec(name)
     except ModuleNotFoundError:

@@ -51,12 +51,16 @@ class JobArray:
 
 @dataclass(frozen=True)
 class Share:
-    """The runs of one job, and the folder that it stores them in."""
+    """The runs of one job, and the folder that it stores them in.
+
+    workers : worker processes of the job; None: one a processor that it may use.
+    """
 
     folder: Path
     specs: Sequence[Spec]
     limits: Limits
     version: str
+    workers: int | None = None
 
 
 def run_array(specs: Sequence[Spec], store: Store, array: JobArray, watch: Watch, limits: Limits) -> None:
@@ -91,7 +95,7 @@ def work(share: Share) -> None:
         if code_version() != share.version:
             told = f"a job has other code ({code_version()}, here {share.version})"
             raise EnvironmentFault(told, hint="install the same helmbench on every machine")
-        with Store.resume(share.folder) as part, processes() as pool:
+        with Store.resume(share.folder) as part, processes(share.workers) as pool:
             execute(share.specs, part, pool, limits=share.limits)
     except (BadInput, EnvironmentFault) as error:
         if share.folder.is_dir():
@@ -114,14 +118,18 @@ def _executor(array: JobArray, logs: Path) -> Any:
 
 
 def _shares(specs: Sequence[Spec], folder: Path, store: Store, array: JobArray, limits: Limits) -> list[Share]:
-    """The runs dealt out in turn, so that no share has all the long ones; a new folder for each."""
+    """The runs dealt out in turn, so that no share has all the long ones; a new folder for each.
+
+    Jobs of this machine share its processors.
+    """
     jobs = array.jobs or (MOST_JOBS if array.cluster == "slurm" else cpu_count())
     number, token = min(jobs, len(specs)), f"{os.getpid()}-{time.time_ns()}"
+    workers = max(1, cpu_count() // number) if array.cluster == "local" else None
     shares = []
     for i in range(number):
         own = folder / f"{token}-{i}"
         Store.create(own, store.manifest).close()
-        shares.append(Share(own.resolve(), list(specs[i::number]), limits, code_version()))
+        shares.append(Share(own.resolve(), list(specs[i::number]), limits, code_version(), workers))
     return shares
 
 

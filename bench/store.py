@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 RUNS, MANIFEST = "runs.jsonl", "environment.json"
 TIMING = "timing.json"
 """Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
+EXACT = 2**53
+"""Whole numbers below it are exact as floating-point numbers."""
 
 
 class DamagedRunsWarning(UserWarning):
@@ -262,7 +264,13 @@ def _fits(row: Mapping[str, Any], columns: Mapping[str, str], keys: Iterable[str
     """Whether a row has all its keys, and values of its columns' types."""
     types: dict[str, tuple[type, ...]] = {"string": (str,), "int": (int,), "bool": (bool,), "float": (int, float)}
     known = all(row.get(name) is None or type(row[name]) in types[kind] for name, kind in columns.items())
-    return known and all(row.get(name) is not None for name in keys)
+    stored = all(_storable(row.get(name), kind) for name, kind in columns.items())
+    return known and stored and all(row.get(name) is not None for name in keys)
+
+
+def _storable(value: Any, kind: str) -> bool:
+    """Whether a column of Parquet holds a whole number exactly."""
+    return type(value) is not int or abs(value) < (EXACT if kind == "float" else 2**63)
 
 
 @contextmanager

@@ -91,8 +91,9 @@ def lever_arm(record: Record, length_m: float | None) -> tuple[float, float] | N
     heading = integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s)
     if not np.isfinite(heading).any() or np.nanmax(heading) - np.nanmin(heading) < LEAST_TURN:
         return None
-    turning, drifting = float(np.sum(rate**2)), float(np.sum(sway**2))
-    if known.sum() < FEWEST or not turning > 0.0 or not drifting > 0.0:
+    with np.errstate(over="ignore"):
+        turning, drifting = float(np.sum(rate**2)), float(np.sum(sway**2))
+    if known.sum() < FEWEST or not 0.0 < turning < np.inf or not 0.0 < drifting < np.inf:
         return None
     ahead = -float(np.sum(sway * rate)) / turning
     if length_m is None:

@@ -9,6 +9,7 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.result import Size
 from helmbench.models.model import resolve
 
+from .inline_pool import without_workers
 from .made_up_cases import make_case, make_diagnosis
 from .made_up_runs import make_parameter, make_run
 
@@ -29,6 +30,13 @@ def seed(request) -> int:
 def rng(seed) -> np.random.Generator:
     """A generator made of the drawn seed."""
     return np.random.default_rng(seed)
+
+
+@pytest.fixture
+def in_this_process():
+    """Suites are executed in this process: for tests whose subject is not the worker processes."""
+    with without_workers():
+        yield
 
 
 @pytest.fixture

@@ -5,6 +5,8 @@ from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from typing import Any
 
+import pytest
+
 from helmbench.bench.pool import Pool
 
 
@@ -12,6 +14,14 @@ from helmbench.bench.pool import Pool
 def inline() -> Iterator[Pool]:
     """The pool."""
     yield Pool(_Inline, 1)
+
+
+@contextmanager
+def without_workers() -> Iterator[None]:
+    """Suites are executed in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("helmbench.bench.pool.processes", lambda jobs=None: inline())
+        yield
 
 
 class _Inline(Executor):

@@ -20,6 +20,7 @@ from helmbench.cli import status_of
 from .injections import injected
 from .inline_pool import inline
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
 TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 OWN_METHOD = "A method of your own, outside this repository"
 CAUSES = {

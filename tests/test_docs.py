@@ -14,6 +14,7 @@ from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 from helmbench.methods.registry import methods
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted(p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & set(p.relative_to(DOCS).parts))
 BLOCK = re.compile(r"^```(bash|python|yaml)\n(.*?)^```", re.DOTALL | re.MULTILINE)

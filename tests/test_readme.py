@@ -8,6 +8,8 @@ import pytest
 
 import helmbench
 
+from .inline_pool import without_workers
+
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -17,7 +19,7 @@ def ran(tmp_path_factory):
     """Folder and names after the example has run in an empty folder."""
     (code,) = re.findall(r"^```python\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
     folder, names = tmp_path_factory.mktemp("readme"), {}
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, without_workers():
         patch.chdir(folder)
         exec(compile(code, "README.md", "exec"), names)
     return folder, names

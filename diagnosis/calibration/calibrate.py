@@ -21,6 +21,7 @@ from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS
 from ...models.time_scale import time_scale_s
 from ..causes.base import NORMAL_90
+from ..causes.rudder_offset import RudderOffset
 from .advice import next_runs
 from .forward import Attempt, Selection, select
 from .remaining import remaining
@@ -80,6 +81,8 @@ def calibrate_on(
     started = time.perf_counter()
     groups: Sequence[Group] = groups_of(model)
     whole = grown(model, groups)
+    if not model.is_3dof and len(train) < FEWEST:  # pieces of the same run do not tell which terms a model lacks
+        groups = [g for g in groups if g.extension in (None, RudderOffset.extension)]
     given = problem(whole, _pieces(unbroken(train, whole), whole))
     own = every_own_number(groups) if identified else None
     if own is not None:

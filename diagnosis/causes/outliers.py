@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..result import Finding, Size
-from ._records import RecordCause
+from ._records import RecordCause, RecordFault
 from .base import NORMAL_90
 
 if TYPE_CHECKING:
@@ -15,22 +15,31 @@ if TYPE_CHECKING:
 
     from ...datasets.record import Record
     from ...estimation.filters.innovations.estimator import Estimator
-    from ._records import RecordFault
 
 MOST = 2
 """Gross errors that sensors' noise may give."""
 LIMIT = 6.5
+HUGE, COMMON = 1e4, 0.99
+"""Times the size that a share of the samples does not exceed, from which a sample cannot be."""
+STATISTIC = 100.0
+SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
 
 
 class Outliers(RecordCause):
     """Isolated gross errors: share of samples far from the curve through their neighbours."""
 
     id = "outliers"
-    rank = 4
+    rank = -1
     separate_by = "the sensor's own quality flag"
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[RecordFault], list[Record]]:
-        return [], list(records)  # they are gaps of the filter's segments: see `findings`
+        """Samples that cannot be become gaps here; the others are gaps of the filter's segments, see `findings`."""
+        cleaned = [_without_huge(record) for record in records]
+        count = sum(number for _, number in cleaned)
+        if not count:
+            return [], list(records)
+        said = f"{count} sample{'s' if count > 1 else ''} more than {HUGE:g} times as large as the others are left out"
+        return [RecordFault(self, {"samples": count}, said, STATISTIC, {})], [record for record, _ in cleaned]
 
     def findings(self, est: Estimator) -> list[Finding]:
         """Outliers if there are more than sensors' noise gives, and more than near misses (a heavy tail)."""
@@ -42,3 +51,17 @@ class Outliers(RecordCause):
         size = Size("share", share, max(share - half, 0.0), share + half, "1")
         said = f"{spikes} of {count + spikes} samples stand more than {LIMIT} standard deviations off their neighbours"
         return [Finding(self.id, (), "kinematics", float(spikes), 1e-6, (size,), evidence=said)]
+
+
+def _without_huge(record: Record) -> tuple[Record, int]:
+    """The record with samples that cannot be as gaps, and their number."""
+    channels, count = {}, 0
+    for name in (n for n in SENSED if record.has(n)):
+        values = record.column(name)
+        size = np.abs(values[np.isfinite(values)])
+        common = float(np.quantile(size, COMMON, method="lower")) if size.size else 0.0
+        huge = np.abs(values) > HUGE * common
+        if common > 0.0 and huge.any():
+            channels[name] = np.where(huge, np.nan, values)
+            count += int(huge.sum())
+    return (record.with_channels(**channels), count) if count else (record, 0)

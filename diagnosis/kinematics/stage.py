@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from .check_result import CheckFinding
 
 
+FARTHEST = 4.0
+"""Error of a scale that no sensor has: the columns are not what their names say, nothing is told of their sensors."""
+
+
 @dataclass(frozen=True)
 class Sensors:
     """Records with the sensors' errors removed, findings, the numbers that were removed as instruments, and the causes
@@ -48,8 +52,15 @@ def sensors_of(train: Sequence[Record], held_out: Sequence[Record], only: Collec
             found = compare(chain._replace(options=options), done.train)
         except UNUSABLE:
             continue
-        fixed = {r.name: r for r in found.corrected}
         named = [s for s in found.found if s.material]
+        if any(
+            abs(m.value) > FARTHEST
+            for s in named
+            for e, m in zip(s.option.effects, s.means, strict=True)
+            if e.unit == "1"
+        ):
+            continue
+        fixed = {r.name: r for r in found.corrected}
         numbers = {
             slot: mean.value
             for s in named

@@ -9,6 +9,10 @@ from helmbench.bench.merging import merge
 from helmbench.bench.store import read_manifest, read_tables
 from helmbench.models.errors import BadInput
 
+from ..inline_pool import without_workers
+
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
@@ -18,8 +22,9 @@ def folders(tmp_path_factory):
     suite.write_text(
         "title: small\nentries:\n  - vessels: [response-1]\n    methods: [ls, rls]\n    noise: [low]\n    seeds: 2\n"
     )
-    for name in ("ls", "rls"):
-        run_suite(str(suite), directory=base / name, methods=[name], jobs=1)
+    with without_workers():
+        for name in ("ls", "rls"):
+            run_suite(str(suite), directory=base / name, methods=[name], jobs=1)
     return base
 
 

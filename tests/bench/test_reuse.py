@@ -15,6 +15,7 @@ from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 from helmbench.models.errors import BadInput
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
 SUITE = "entries: [{{vessels: response-1, methods: [{methods}], noise: low, seeds: {seeds}}}]\n"
 OWN = """
 from helmbench.methods.ls import Ls

@@ -9,6 +9,7 @@ from helmbench.bench.store import MANIFEST
 from helmbench.bench.trust import foreign
 from helmbench.cli import status_of
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
 CODE = """
 open({canary!r}, "w").close()
 from helmbench.methods.ls import Ls as Base

@@ -99,8 +99,8 @@ def test_own_options_have_other_names_than_those_of_scikit_learn():
         assert not known & {"rows", "scheme", "seed", "tuner", "trials", "share"}, name
 
 
-def test_slow_regressors_are_given_a_subset():
-    model, records = contract.sample("response-1")
+def test_slow_regressors_are_given_a_subset(suite):
+    model, records = suite("response-1", noise="low")
     records = [record.slice(0, 300) for record in records]
     assert (
         make("sklearn:GaussianProcessRegressor").fit(records, model).extra["rows"] == ROWS["GaussianProcessRegressor"]

@@ -64,5 +64,5 @@ def test_impossible_options_are_refused(text):
 
 
 def test_lightgbm_is_a_regressor_by_its_dotted_path():
-    found, estimate = scores("sklearn:lightgbm.LGBMRegressor,n_estimators=20", samples=60)
+    found, estimate = scores("sklearn:lightgbm.LGBMRegressor,n_estimators=5,n_jobs=1", samples=40)
     assert estimate.predictor is not None and np.isfinite(found["rmse_one_yaw_rate_rad_s"])

@@ -144,5 +144,5 @@ def test_command_line_options(tmp_path, monkeypatch):
 def test_contract(check, monkeypatch):
     cls = tuned_module.tuned("fw-rls")
     monkeypatch.setattr(cls.__init__, "__defaults__", ("random", 2, "split", 0, None))
-    contract.applicable.cache_clear()
+    contract._fitted.cache_clear()
     check(cls)

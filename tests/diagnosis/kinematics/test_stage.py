@@ -31,3 +31,16 @@ def test_sound_sensors_leave_the_records_as_they_are(rng):
 def test_only_chosen_causes_are_looked_for(rng):
     case = injected("mariner", ("yaw_rate_bias",), rng)
     assert sensors_of(case.train, [], {cause("rudder_offset")}).findings == ()
+
+
+def test_a_scale_that_no_sensor_has_is_not_told(rng):
+    """A yaw rate ten times too large: its column is in another unit, or another channel's."""
+    records = [
+        r.with_channels(yaw_rate_rad_s=10.0 * r.column("yaw_rate_rad_s")) for r in injected("mariner", (), rng).train
+    ]
+    found = sensors_of(records, ())
+    print(found.findings)
+    assert found.findings == () and found.instruments == {}
+    assert all(
+        a.column("yaw_rate_rad_s") is b.column("yaw_rate_rad_s") for a, b in zip(records, found.train, strict=True)
+    )

@@ -19,8 +19,8 @@ from helmbench.diagnosis.statistics.score_tests import log_tail
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve
 
-NULLS, LEVEL, MOST = 40, 0.1, 12
-"""Of 40 records without an effect a right level of .1 passes 13 or more in .05 % of draws."""
+NULLS, LEVEL, MOST = 20, 0.1, 7
+"""Of 20 records without an effect a right level of .1 passes 8 or more in .04 % of draws."""
 
 
 AVERAGED = 9

@@ -4,6 +4,10 @@ import pytest
 
 import helmbench
 
+from ...inline_pool import without_workers
+
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 
 @pytest.fixture(scope="module")
 def suite(tmp_path_factory):
@@ -14,7 +18,8 @@ def suite(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(suite, tmp_path_factory):
-    return helmbench.run_suite(str(suite), directory=tmp_path_factory.mktemp("runs") / "out", jobs=1)
+    with without_workers():
+        return helmbench.run_suite(str(suite), directory=tmp_path_factory.mktemp("runs") / "out", jobs=1)
 
 
 def test_results_are_told_and_loaded_again(found):

@@ -277,6 +277,7 @@ def test_run_and_report_from_suite_to_leaderboard(call, suite, tmp_path):
     assert call("report", out, "--quiet")[1] == ""
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_resume_remembers_what_was_selected_and_has_nothing_to_do(call, suite, tmp_path):
     out = tmp_path / "out"
     arguments = ("--vessel", "remus-kt", "--method", "ls", "--seeds", "1")
@@ -286,11 +287,13 @@ def test_resume_remembers_what_was_selected_and_has_nothing_to_do(call, suite, t
     assert status == 0 and json.loads(told)["runs"] == 2 and (out / "runs.jsonl").read_bytes() == log
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_resume_starts_where_nothing_was_started(call, suite, tmp_path):
     arguments = ("--suite", suite, "--vessel", "remus-kt", "--method", "ls", "--jobs", 1, "--quiet")
     assert call("run", *arguments, "--resume", "-o", tmp_path / "out")[0] == 0
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_failed_runs_are_listed_and_status_one(call, tmp_path):
     own = tmp_path / "own.py"
     own.write_text(
@@ -311,6 +314,7 @@ def test_failed_runs_are_listed_and_status_one(call, tmp_path):
     assert "out of luck" in call("report", tmp_path / "out")[1]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_an_interrupt_is_told_and_what_was_finished_is_kept(call, suite, tmp_path, monkeypatch):
     def interrupted(specs, store, *_):
         store.append({"key": specs[0].key, "row": specs[0].row_key() | {"status": "ok"}, "parameters": []})
@@ -397,6 +401,7 @@ def test_a_run_does_not_touch_a_directory_that_holds_something(refused, tmp_path
     assert "not empty" in refused("run", "-o", "out")
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_started_run_is_not_started_again_nor_resumed_as_another(refused, call, suite, tmp_path):
     out = tmp_path / "out"
     chosen = ("--vessel", "remus-kt", "--method", "ls", "--jobs", 1)

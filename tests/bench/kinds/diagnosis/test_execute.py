@@ -17,6 +17,7 @@ from helmbench.cli import status_of
 
 from ....inline_pool import inline
 
+here = pytest.mark.usefixtures("in_this_process")
 STUB = """
 from helmbench.diagnosis.registry import Diagnoser
 from helmbench.diagnosis.result import Diagnosis, Finding, Gain, Size
@@ -67,6 +68,7 @@ def test_a_suite_is_run_and_reported(suite, guess, tmp_path, capsys):
     assert rows["named"]["value"] == 1.0 and rows["false_clean"]["value"] == 1.0
 
 
+@here
 def test_a_killed_run_is_continued_with_the_same_cases(suite, guess, tmp_path, capsys):
     out, whole = tmp_path / "out", tmp_path / "whole"
     arguments = ["run", "--suite", suite, "--method", guess, "--jobs", "1", "--quiet"]
@@ -83,6 +85,7 @@ def test_a_killed_run_is_continued_with_the_same_cases(suite, guess, tmp_path, c
     assert (out / RUNS).read_bytes().splitlines()[0] == lines[0].rstrip(b"\n")
 
 
+@here
 def test_another_seed_cannot_continue_a_run(suite, guess, tmp_path, capsys):
     arguments = ["run", "--suite", suite, "--method", guess, "--jobs", "1", "--quiet", "-o", str(tmp_path / "out")]
     assert status_of([*arguments, "--seed", "1"]) == 0
