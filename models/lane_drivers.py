@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from .compilation import A1, A2, I1, JIT, b1, f8, i8, njit
+from .compilation import A1, A2, A3, I1, JIT, b1, f8, i8, njit
 from .drivers import RHS, helm
 from .rudder_chain import steer
 
@@ -41,15 +41,19 @@ def rk4_sample(rhs_lanes, x, u0, u1, theta, dt, substeps, rate, total, probe, u)
             x[i] = total[i]
 
 
-@njit(types.void(RHS, A1, A2, A1, f8, i8, A2), **JIT)
+@njit(types.void(RHS, A1, A2, A1, f8, i8, A3), **JIT)
 def open_loop(rhs_lanes, x0, inputs, theta, dt, substeps, states):
-    """RK4 along given inputs (N+1, nu*W) from x0 (n*W,); states (N+1, n*W) is filled."""
-    n, x = x0.size, x0.copy()
-    rate, total, probe, u = np.empty(n), np.empty(n), np.empty(n), np.empty(inputs.shape[1])
-    states[0] = x
-    for k in range(inputs.shape[0] - 1):
-        rk4_sample(rhs_lanes, x, inputs[k], inputs[k + 1], theta, dt, substeps, rate, total, probe, u)
-        states[k + 1] = x
+    """RK4 along given inputs (N+1, nu*W) from x0 (n*W,); the states (R, N+1, n) of the first R runs are filled."""
+    size, x = x0.size, x0.copy()
+    runs, samples, n = states.shape
+    width = size // n
+    rate, total, probe, u = np.empty(size), np.empty(size), np.empty(size), np.empty(inputs.shape[1])
+    for k in range(samples):
+        if k:
+            rk4_sample(rhs_lanes, x, inputs[k - 1], inputs[k], theta, dt, substeps, rate, total, probe, u)
+        for j in range(runs):
+            for i in range(n):
+                states[j, k, i] = x[i * width + j]
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, i8, b1, I1, A2, A2, i8, i8, A2, A2, A2), **JIT)

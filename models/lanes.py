@@ -43,11 +43,13 @@ def open_loops(model: Model, coefficients: ArrayLike, inputs: ArrayLike, dt: flo
     lanes, count, samples = width(model), substeps(model, dt), u.shape[1]
     states = np.empty((len(u), samples, start.shape[1]))
     for first in range(0, len(u), lanes):
-        pick = np.minimum(np.arange(first, first + lanes), len(u) - 1)
+        pick = slice(first, first + lanes)
+        if first + lanes > len(u):
+            pick = np.minimum(np.arange(first, first + lanes), len(u) - 1)
         series = np.ascontiguousarray(u[pick].transpose(1, 2, 0).reshape(samples, -1))
-        block, begin = np.empty((samples, start.shape[1] * lanes)), start[pick].T.ravel()
-        lane_drivers.open_loop(model.kernels.rhs_lanes, begin, series, _theta(model, sets[pick]), dt, count, block)
-        states[first : first + lanes] = _by_run(block, lanes)[: len(u) - first]
+        theta, begin = _theta(model, sets[pick]), start[pick].T.ravel()
+        found = states[first : first + lanes]
+        lane_drivers.open_loop(model.kernels.rhs_lanes, begin, series, theta, dt, count, found)
     return states
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ...methods.registry import methods
 from ..numbers import MISSING, fixed, is_missing, number
 from ..plots import legend_beside, svg
 from ..tables import Column, Table, make_table, markdown
@@ -77,7 +78,15 @@ def readme(rows: Sequence[Row], environment: Mapping[str, Any]) -> str:
         if own:
             lines += [f"## Cost against {axis}", "", *growth(axis), "", f"![Cost against {axis}]({axis}.svg)", ""]
             lines += [markdown(table(own, "")), ""]
+    if left := unmeasured(rows):
+        lines += [f"Not measured yet, `make timing` goes on: cost against samples of {', '.join(left)}.", ""]
     return "\n".join(lines)
+
+
+def unmeasured(rows: Sequence[Row]) -> list[str]:
+    """The methods whose cost against samples is not among the rows."""
+    measured = {row.what.rpartition(": ")[2] for row in rows if row.axis == "samples"}
+    return [name for name in methods() if name not in measured]
 
 
 def growth(axis: str) -> list[str]:

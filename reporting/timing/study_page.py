@@ -11,7 +11,6 @@ from .study import START_SHARE, Study
 RUNS, CORES = 1e8, 1000
 MEMORY_BYTES, DISK_BYTES = 64e9, 10e12
 """What one machine of the example has."""
-METHODS = ("ls", "rls", "ekf", "output-error")
 SAMPLES = 1000.0
 
 
@@ -28,8 +27,9 @@ def page(tiny: Row, rows: Sequence[Row]) -> str:
 def _cost(study: Study, tiny: Row) -> Iterator[str]:
     yield f"""\
 What does a study of 10^8 runs take, and what breaks first? The figures on this page are computed from one measured
-row of `reports/timing` (`{tiny.what}`: {tiny.remark}), so they are those of the machine and the code named there. A
-run is as small as a run can be here: one fit of `ls` with its record, its scores and its row in the results.
+row of `reports/timing` (`{tiny.what}`:
+{tiny.remark}), so they are those of the machine and the code named there. A run is as small as a run can be here: one
+fit of `ls` with its record, its scores and its row in the results.
 
 | of one run | measured |
 |---|---|
@@ -92,8 +92,9 @@ def _methods(study: Study, rows: Sequence[Row]) -> Iterator[str]:
     )
     for row in rows:
         name = row.what.rpartition(": ")[2]
-        seconds = dict(map(tuple, row.points)).get(SAMPLES) if row.axis == "samples" else None
-        if name in METHODS and seconds:
+        times = {size: seconds for size, seconds in row.points} if row.axis == "samples" else {}
+        seconds = times.get(SAMPLES)
+        if seconds:
             hours, fed = RUNS * seconds / CORES / 3600.0, seconds / study.run["parent_cpu_s"]
             yield f"| `{name}` | {_ms(seconds)} | {number(hours)} h | {number(max(fed, 1.0))} |"
     yield ""

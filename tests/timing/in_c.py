@@ -1,11 +1,12 @@
 """A generated simulation kernel in C: assignments of the rates carried over, the same RK4 around them."""
 
 import ctypes
-import inspect
 import re
 import subprocess
 
 import numpy as np
+
+from helmbench.models import kernels
 
 FRAME = """
 #include <math.h>
@@ -42,7 +43,8 @@ FLAGS = ["-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-
 
 def text_of(model):
     """The C text of a model's scalar kernel."""
-    source = inspect.getsource(inspect.getmodule(model.kernels.simulate.py_func)._rates.py_func)
+    module = kernels._text(model.kernels._found["simulate"])
+    source = module[module.index("def _rates(") :].partition("\n\n")[0]
     for pattern, meaning in MEANINGS.items():
         source = re.sub(pattern, meaning, source)
     *lines, last = [line.strip() for line in source.split("\n") if line.startswith("    ")]

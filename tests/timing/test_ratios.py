@@ -4,6 +4,7 @@ The table of targets is that of the design; nothing is asserted but that both si
 """
 
 import contextlib
+import importlib
 import importlib.util
 import json
 import resource
@@ -12,6 +13,7 @@ import subprocess
 import sys
 import time
 import tracemalloc
+import warnings
 from functools import partial
 from pathlib import Path
 
@@ -60,6 +62,13 @@ def ship(vessel, samples=401):
     return model, inputs_of(model, rudder), dt, initial_state(model)
 
 
+def peer(name):
+    """A module of another package, None where that is not installed; old packages warn when they are compiled."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return importlib.import_module(name) if importlib.util.find_spec(name.partition(".")[0]) else None
+
+
 # ---- simulation
 
 
@@ -84,7 +93,8 @@ def test_lanes_and_scalar_kernel(ratios, vessel):
     steps = RUNS * (len(inputs) - 1) * substeps(model, dt)
     ours = Side(lambda: open_loops(model, coefficients, batch, dt, starts), steps)
     other = Side(lambda: [simulate(model, inputs, dt, start) for _ in range(RUNS)], steps)
-    ratios.compare(f"lanes, scalar kernel, {RUNS} runs: {vessel}", "steps/s", ours, other, 4.0)
+    limit = "the layout of inputs and results in memory, beside the kernel"
+    ratios.compare(f"lanes, scalar kernel, {RUNS} runs: {vessel}", "steps/s", ours, other, 4.0, limit=limit)
 
 
 def test_zigzag_and_shipmmg(ratios):
@@ -117,9 +127,7 @@ def test_zigzag_and_shipmmg(ratios):
 def test_rls_and_padasip(ratios, d, rows, target):
     """Both store every estimate; P starts at 1000 I and forgets."""
     what = f"recursive least squares, padasip: d = {d}"
-    try:
-        from padasip import filters
-    except ImportError:
+    if (filters := peer("padasip.filters")) is None:
         return ratios.absent(what, "rows/s", target, "padasip")
     rng, few = np.random.default_rng(d), 3000
     h = rng.normal(size=(rows, d))
@@ -226,9 +234,7 @@ def test_rbf_svr_and_naive_kkt(ratios, benchmark):
 def test_kalman_smoother_and_filterpy(ratios):
     """Integrated random walk of 5 states, two of them measured.  Filterpy gives smoothed covariances besides."""
     what = "Kalman + RTS, filterpy: 5 states"
-    try:
-        from filterpy import kalman
-    except ImportError:
+    if (kalman := peer("filterpy.kalman")) is None:
         return ratios.absent(what, "samples/s", 60.0, "filterpy")
     n, size, few, rng = 5, 100_000, 2000, np.random.default_rng(7)
     f, q = random_walk(n, 1e-3)

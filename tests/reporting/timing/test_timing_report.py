@@ -52,6 +52,8 @@ def test_a_growing_cost_is_drawn(tmp_path):
     assert [path.name for path in paths] == ["README.md", "rows.jsonl", "samples.svg"]
     texts = " ".join(ElementTree.parse(paths[-1]).getroot().itertext())
     assert "ls (1.00)" in texts
+    (left,) = (line for line in paths[0].read_text().splitlines() if line.startswith("Not measured yet"))
+    assert "output-error" in left and " ls," not in left
     assert read_rows(paths[1])[0].points == row["points"]
 
 
