@@ -67,7 +67,8 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
         raise BadInput("no training record", hint="give at least one")
     if not model.known:
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
-    return calibrate_on(model, *([hull_record(record, model) for record in records] for records in (train, held_out)))
+    train, held_out = ([hull_record(record, model) for record in records] for records in (train, held_out))
+    return calibrate_on(model, train, held_out)
 
 
 def calibrate_on(

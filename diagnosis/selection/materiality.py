@@ -18,15 +18,17 @@ def material(state: State) -> tuple[State, frozenset[Cause]]:
     """The state without causes whose sizes are below their floors, and these causes."""
     small: set[Cause] = set()
     while True:
-        found = next((a for a in state.accepted if not _matters(state, a)), None)
+        found = next(((a, cause) for a in state.accepted if (cause := _immaterial(state, a)) is not None), None)
         if found is None:
             return state, frozenset(small)
-        small.add(found.cause)
-        state = without(state, found)
+        accepted, cause = found
+        small.add(cause)
+        state = without(state, accepted)
 
 
-def _matters(state: State, a: Candidate) -> bool:
+def _immaterial(state: State, a: Candidate) -> Cause | None:
+    """The cause, where its sizes are below their floors."""
     if isinstance(a.cause, Unmodelled):
-        return True
+        return None
     values = np.array([state.est.value(state.setting, p) for p in a.variant])
-    return a.cause.matters(state.est, a.variant, values)
+    return None if a.cause.matters(state.est, a.variant, values) else a.cause

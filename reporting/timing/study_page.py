@@ -92,7 +92,7 @@ def _methods(study: Study, rows: Sequence[Row]) -> Iterator[str]:
     )
     for row in rows:
         name = row.what.rpartition(": ")[2]
-        seconds = dict(map(tuple, row.points)).get(SAMPLES) if row.axis == "samples" else None
+        seconds = {p[0]: p[1] for p in row.points}.get(SAMPLES) if row.axis == "samples" else None
         if name in METHODS and seconds:
             hours, fed = RUNS * seconds / CORES / 3600.0, seconds / study.run["parent_cpu_s"]
             yield f"| `{name}` | {_ms(seconds)} | {number(hours)} h | {number(max(fed, 1.0))} |"
