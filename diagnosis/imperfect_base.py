@@ -65,6 +65,8 @@ def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0, identifi
     before = [f for f in described if f.stage != "dynamics"]
     before += [f for f in given.tracks.findings if f.cause not in {b.cause for b in before}]
     named = {f.cause for f in before}
+    if found.base_parameters == "identify":  # the records have decided on the model's own numbers already
+        named |= {BaseCoefficients.id}
     causes = (*before, *(f for f in _findings(base) if f.cause not in named))
     instruments = combined(base.calibrated.instruments, given.instruments)
     return replace(

@@ -7,12 +7,14 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 
 import helmbench
 from helmbench.bench import job_array
+from helmbench.bench.limits import Limits
 from helmbench.bench.store import RUNS
 from helmbench.models.errors import BadInput, EnvironmentFault
 
@@ -93,6 +95,16 @@ def test_jobs_that_outlive_their_parent_are_waited_for(tmp_path):
     found = helmbench.run_suite(directory=tmp_path / "out", array="local", jobs=1, resume=True, trust=True)
     assert found.counts["ok"] == 12
     assert_each_run_once(tmp_path / "out", 12)
+
+
+@pytest.mark.parametrize(("cluster", "workers"), [("local", 2), ("slurm", None)])
+def test_jobs_of_one_machine_share_its_processors(tmp_path, monkeypatch, manifest, cluster, workers):
+    monkeypatch.setattr(job_array, "cpu_count", lambda: 6)
+    store = SimpleNamespace(manifest=manifest(9))
+    array = job_array.JobArray(cluster, 3)
+    shares = job_array._shares(list(range(9)), tmp_path, store, array, Limits())
+    assert [share.workers for share in shares] == [workers] * 3
+    assert [share.specs for share in shares] == [[0, 3, 6], [1, 4, 7], [2, 5, 8]]
 
 
 def test_a_job_with_other_code_stores_nothing(suite, tmp_path, monkeypatch):

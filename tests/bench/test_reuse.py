@@ -1,6 +1,8 @@
 """Stored results stand for equal runs; a changed source, option or task makes a new one."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -89,6 +91,16 @@ def test_the_sources_of_a_method_are_those_that_it_imports():
     assert {"methods/gp_narx.py", "methods/learner.py", "estimation/black_box/narx.py"} <= reached
     assert "methods/pem.py" not in reached and not any(name.startswith("reporting/") for name in reached)
     assert {"sklearn", "numpy"} <= packages
+
+
+def test_sources_are_found_without_importing_them():
+    code = (
+        "import sys; from helmbench.bench.content import sources_digest; "
+        "print(sources_digest('helmbench.models.families.extensions'), 'sympy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    digest, imported = done.stdout.split()
+    assert len(digest) == 20 and imported == "False"
 
 
 def test_what_belongs_to_no_package_is_not_reused(suite_of, tmp_path, monkeypatch):
