@@ -76,6 +76,7 @@ class Worker:
         self._process = context.Process(target=_serve, args=(child, self.reader, self.folder), daemon=True)
         self._process.start()
         child.close()
+        self._pipe.recv()  # it has read the seeds: what an input takes begins here
 
 
 def _serve(pipe: Connection, reader: Reader, folder: Path) -> None:
@@ -90,6 +91,7 @@ def _serve(pipe: Connection, reader: Reader, folder: Path) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
     sys.addaudithook(lambda event, given: ran.append(event) if _is_code(event, given, folder) else None)
     signal.signal(signal.SIGPROF, _stop)
+    pipe.send(None)
     while True:
         try:
             data = pipe.recv_bytes()
