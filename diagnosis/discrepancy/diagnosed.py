@@ -31,7 +31,7 @@ from .fit import Base, Fitted
 from .quadratic import MOST, mode
 from .search import Found, search
 from .shares import Shares, shares
-from .terms import NUMBERS, terms_of, with_scales, without_idle_scales
+from .terms import NUMBERS, terms_of
 from .told import STAGE, Sized, finding, sized
 
 if TYPE_CHECKING:
@@ -82,8 +82,7 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[
     """
     rng = np.random.default_rng(options.seed)
     sensors = sensors_of(given.train, given.held_out, options.causes())
-    whole = with_scales(model)
-    state, cannot = starting_state(_estimator(whole, sensors.train, options), options)
+    state, cannot = starting_state(_estimator(model, sensors.train, options), options)
     if verdict.undecidable(state.est, state.start) is not None:
         return None, given, 0.0
     if state.now.diverged:
@@ -95,9 +94,8 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[
     if _exact(found):
         return None, behind_sensors(given, sensors), 0.0
     done = _concluded(found, bank, rng)
-    raw = state if sensors.train is given.train else starting_state(_estimator(whole, given.train, options), options)[0]
+    raw = state if sensors.train is given.train else starting_state(_estimator(model, given.train, options), options)[0]
     told = _told(done, raw, sensors, given, options, cannot, rng)
-    told = replace(told, model=model, extended=without_idle_scales(told.extended, model))
     return told, behind_sensors(given, sensors), done.shares.both.value
 
 

@@ -10,22 +10,18 @@ units, each of rms one).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...estimation.filters.innovations.settings import Parameter
-from ...models import kernels as kernel_store
-from ...models.coefficient_groups import groups_of, grown
+from ...models.coefficient_groups import groups_of
 from ...models.errors import BadInput
-from ...models.families.extensions import extension_of
-from ..causes.registry import bank
 from ..residuals.features import lagged
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
-    from ...models.model import Model
 
 ASYMMETRY = np.deg2rad(0.3)
 """Rudder angle whose force a ship's own asymmetry is measured in."""
@@ -63,39 +59,6 @@ class Terms:
     def simulating(self) -> np.ndarray:
         """(m,) terms that are numbers of the model, so that a simulation can carry them."""
         return np.array([bool(p.slots) for p in self.parameters])
-
-
-def with_scales(model: Model) -> Model:
-    """The model with the scales that its groups hold beside its own numbers, such as that of the propeller's thrust.
-
-    What is a cause of the bank, or stands among the terms in another form, is not added.
-    """
-    try:
-        groups = groups_of(model)
-    except BadInput:
-        return model
-    taken = {cause.extension for cause in bank()}
-    return grown(model, [g for g in groups if g.extension not in taken and g.id not in AS_CAUSE])
-
-
-def without_idle_scales(model: Model, given: Model) -> Model:
-    """The model without scales that `with_scales` added to the given one and that stayed at zero."""
-    values = dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
-    kept = [x for x in model.family.split("+") if x in given.family.split("+") or _moved(x, values)]
-    family = "+".join(kept)
-    kernels = kernel_store.load(family)
-    constants = dict(zip(model.constant_names, model.constants.tolist(), strict=True))
-    return replace(
-        model,
-        family=family,
-        coefficients=np.array([values[name] for name in kernels.COEFFICIENTS], float),
-        constants=np.array([constants[name] for name in kernels.CONSTANTS], float),
-    )
-
-
-def _moved(extension: str, values: Mapping[str, float]) -> bool:
-    units = extension_of(extension).units
-    return len(units) != 1 or any(values[name] != 0.0 for name in units)
 
 
 def terms_of(est: Estimator, now: Innovations) -> Terms:

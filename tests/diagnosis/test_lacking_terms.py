@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.record import Record, RecordMeta
+from helmbench.diagnosis.by_residuals import concluded, selected
 from helmbench.diagnosis.calibration.calibrate import calibrate_on
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose, identified
 from helmbench.diagnosis.kinematics.stage import sensors_of
+from helmbench.diagnosis.kinematics.tracks import Tracks
 from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.prepared import Prepared
 from helmbench.diagnosis.starting import DECIDED
 from helmbench.models.coefficient_groups import every_own_number, groups_of, grown
 from helmbench.models.model import model_to_json, resolve
@@ -131,14 +134,24 @@ def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     assert entries["yaw_rate_scale"].why == DECIDED
 
 
-def test_a_term_that_free_runs_refuse_does_not_enter_the_extended_model(rng):
-    """Of two short records none can be left out: a misfit that looks like a known term stays out of the model."""
-    odd = [zigzag(rng, 20.0, 20.0, cubic=400.0, loss=2000.0, seconds=150.0) for _ in range(2)]
-    bent = [r.with_channels(rudder_rad=np.where(r.time_s > 75.0, 0.6, 1.0) * r.rudder()) for r in odd]
-    found = diagnose(resolve("nomoto-1"), bent, options=Options(base_parameters="identify"))
-    print(found.verdict, found.reason, found.causes, found.extended.family)
-    assert found.verdict == "unexplained" and found.calibration is None
+def test_a_barred_cause_is_told_but_not_built_in(rng):
+    records = runs(rng, cubic=400.0)[:3]
+    options = Options(base_parameters="identify").checked(resolve("nomoto-1"))
+    model, given = identified(resolve("nomoto-1"), records), Prepared(records, [], [], Tracks())
+    shown = selected(model, given, options)
+    names = {cause.id for cause in shown.state.causes}
+    found = concluded(model, given, options, shown, names)
+    print(names, found.verdict, found.extended.family)
+    assert names and names <= {f.cause for f in found.causes}
     assert found.extended.family == "nomoto-1"
+
+
+def test_two_records_tell_no_term_that_a_model_lacks(rng):
+    records = runs(rng, cubic=400.0, second=6.0)[2:4]
+    model = identified(resolve("nomoto-1"), records)
+    found = calibrate_on(model, records, (), identified=True)
+    print(found.verdict, found.steps)
+    assert {step.group for step in found.steps} <= {"own_numbers", "neutral_rudder_angle"}
 
 
 def ids():
