@@ -147,7 +147,7 @@ def test_a_barred_cause_is_told_but_not_built_in(rng):
 
 
 def test_two_records_tell_no_term_that_a_model_lacks(rng):
-    records = runs(rng, cubic=400.0, second=6.0)[2:4]
+    records = runs(rng, cubic=400.0, second=6.0, seconds=800.0)[2:4]
     model = identified(resolve("nomoto-1"), records)
     found = calibrate_on(model, records, (), identified=True)
     print(found.verdict, found.steps)
