@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..models.data_file import json_of, load
 from ..models.errors import BadInput
-from ..models.plain import plain
+from ..models.plain import EXACT_BELOW, plain
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, Tables
 from .traces import TRACES, trace_line
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 RUNS, MANIFEST = "runs.jsonl", "environment.json"
 TIMING = "timing.json"
 """Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
-EXACT = 2**53
-"""Whole numbers below it are exact as floating-point numbers."""
 
 
 class DamagedRunsWarning(UserWarning):
@@ -270,7 +268,7 @@ def _fits(row: Mapping[str, Any], columns: Mapping[str, str], keys: Iterable[str
 
 def _storable(value: Any, kind: str) -> bool:
     """Whether a column of Parquet holds a whole number exactly."""
-    return type(value) is not int or abs(value) < (EXACT if kind == "float" else 2**63)
+    return type(value) is not int or abs(value) < (EXACT_BELOW if kind == "float" else 2**63)
 
 
 @contextmanager

@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
+EXACT_BELOW = 2**53
+"""Whole numbers below it are exact as floating-point numbers too, as which some readers take them."""
+
 
 def plain(value: Any) -> Any:
     """Built-in types only: arrays become lists, dataclasses mappings, and what is not a finite number null."""

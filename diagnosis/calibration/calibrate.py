@@ -85,10 +85,11 @@ def calibrate_on(
     if not model.is_3dof and len(train) < FEWEST:  # pieces of the same run do not tell which terms a model lacks
         groups = [g for g in groups if g.extension in (None, RudderOffset.extension)]
     given = problem(whole, _pieces(unbroken(train, whole), whole))
-    own = every_own_number(groups) if identified else None
-    if own is not None:
-        groups = [*(g for g in groups if g.extension is not None), own]
-    found = select(given, [g for g in groups if g is not own], own)
+    if identified:
+        own, lacking = every_own_number(groups), [g for g in groups if g.extension is not None]
+        found, groups = select(given, lacking, own), [*lacking, own]
+    else:
+        found = select(given, groups)
     kept = problem(whole, unbroken(held_out, whole)) if held_out else None
     shares = _shares(given, found)
     verdict, reason = _verdict(given, found, shares)

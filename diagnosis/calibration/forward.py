@@ -68,10 +68,10 @@ def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
     """The numbers of groups with their priors about the model's own values."""
     names = [*problem.model.coordinates, *problem.model.constant_names]
     theta = problem.model.theta
+    places = [(group, name, names.index(name)) for group in groups for name in group.sd]
     return tuple(
-        Number(name, names.index(name), float(theta[names.index(name)]), sd, group.low.get(name, -np.inf))
-        for group in groups
-        for name, sd in group.sd.items()
+        Number(name, place, float(theta[place]), group.sd[name], group.low.get(name, -np.inf))
+        for group, name, place in places
     )
 
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..kinematics.fault import Fault, exact
+from ..kinematics.fault import SENSED, Fault, exact
 from ..kinematics.integrity.runs import COARSE, frozen_runs, held_rows
 from ._check import CheckCause
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-
-SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
-"""Columns that move in every sample: a rudder or a propeller may be held."""
 
 
 class FrozenSamples(CheckCause):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..kinematics.fault import SENSED
 from ..result import Finding, Size
 from ._records import RecordCause, RecordFault
 from .base import NORMAL_90
@@ -22,7 +23,6 @@ LIMIT = 6.5
 HUGE, COMMON = 1e4, 0.99
 """Times the size that a share of the samples does not exceed, from which a sample cannot be."""
 STATISTIC = 100.0
-SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
 
 
 class Outliers(RecordCause):

@@ -21,10 +21,10 @@ WORSE = 1.05
 
 
 class Entering(NamedTuple):
-    """Which of the causes enter, whether the model's own numbers do, and the parameters (m,) of the fit with them."""
+    """Which of the causes enter, and the parameters (m,) of the fit with them, the model's own numbers at zero where
+    these do not enter."""
 
     causes: tuple[int, ...]
-    numbers: bool
     x: np.ndarray
 
 
@@ -33,38 +33,35 @@ def entering(final: Fitted, places: Sequence[np.ndarray], named: Sequence[int]) 
 
     places : of each cause's parameters among those of the fit.  named : causes that may enter.
     """
-    base = _rms(final, None, None)
-    best, least = Entering((), False, np.zeros(final.x.size)), 0.0
-    for count in range(len(named), -1, -1):
-        for causes in combinations(named, count):
-            kept = np.concatenate([*(places[j] for j in causes), np.zeros(0, int)]).astype(int)
-            for numbers in (True, False):
-                if not (numbers or causes):
-                    continue
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    ratio = _rms(final, kept, numbers) / base
-                known = ratio[np.isfinite(ratio)]
-                score = float(np.mean(np.log(known))) if known.size else 0.0
-                if score < least and np.all(known <= WORSE):
-                    best, least = Entering(causes, numbers, _whole(final, kept, numbers)), score
+    segments, nothing = final.base.est.segments, np.zeros(final.x.size)
+    base = _rms(final, [nothing] * len(segments))
+    best, least = Entering((), nothing), 0.0
+    for causes in (chosen for count in range(len(named), -1, -1) for chosen in combinations(named, count)):
+        kept = np.concatenate([*(places[j] for j in causes), np.zeros(0, int)]).astype(int)
+        whole, others = _whole(final, kept), [left_out(final.expansion, final, d.record, kept) for d in segments]
+        alone = without_numbers(final, whole), [without_numbers(final, x) for x in others]
+        for x, each in ((whole, others), alone) if causes else ((whole, others),):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = _rms(final, each) / base
+            known = ratio[np.isfinite(ratio)]
+            score = float(np.mean(np.log(known))) if known.size else 0.0
+            if score < least and np.all(known <= WORSE):
+                best, least = Entering(causes, x), score
     return best
 
 
-def _whole(final: Fitted, kept: np.ndarray, numbers: bool) -> np.ndarray:
+def _whole(final: Fitted, kept: np.ndarray) -> np.ndarray:
     """Parameters by all records with these causes only."""
     if kept.size == len(final.variant):
-        x = final.x
-    else:
-        x = final.base.bounded(mode(final.expansion, final.variances, kept).x, final.variant)
-    return x if numbers else without_numbers(final, x)
+        return final.x
+    return final.base.bounded(mode(final.expansion, final.variances, kept).x, final.variant)
 
 
-def _rms(final: Fitted, kept: np.ndarray | None, numbers: bool | None) -> np.ndarray:
-    """Root mean squared free-run error (6,) of left-out records; of the base model where nothing is kept."""
+def _rms(final: Fitted, each: Sequence[np.ndarray]) -> np.ndarray:
+    """Root mean squared free-run error (6,) of all segments, each with parameters (m,) of its own."""
     square, known = np.zeros(6), np.zeros(6)
-    for i, d in enumerate(final.base.est.segments):
-        x = np.zeros(final.x.size) if kept is None else left_out(final.expansion, final, d.record, kept)
-        e = simulated_error(final, x if numbers else without_numbers(final, x), i)
+    for i, x in enumerate(each):
+        e = simulated_error(final, x, i)
         square += np.nansum(e**2, axis=0)
         known += np.isfinite(e).sum(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):

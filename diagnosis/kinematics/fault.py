@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
 
 
+SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+"""Columns of sensors, which change in every sample: a rudder or a propeller may be held."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """What is wrong, as a sentence with its figures.

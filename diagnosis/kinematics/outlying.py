@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.filters.innovations.spikes import LIMIT, without_spikes
-from .fault import Fault, exact
+from .fault import SENSED, Fault, exact
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
-SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
 FEW = 0.05
 """Share of the samples above which they are no isolated errors any more."""
 COARSE = 0.05

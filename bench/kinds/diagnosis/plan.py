@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....models.errors import BadInput
+from ....models.plain import EXACT_BELOW
 from ....models.suggestions import suggestion
 from ..base import limited
 from .bases import EXACT, carried
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 NOTHING, PLAIN = "none", "plain"
 ORACLE = "oracle"
 """Name in the tables of the diagnosis that is given the true causes: a bound on the gain, not a competitor."""
-DIGITS = 2**53
-"""Seeds of cases stay below it, so that they are exact also where a reader makes them floating-point numbers."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[C
         for _ in range(entry.each):
             base = next(bases)
             strength = next(strengths) if injected else NOTHING
-            seed = int(rng.integers(DIGITS))
+            seed = int(rng.integers(EXACT_BELOW))
             vessel, weather = next(vessels[base], carriers[0]), next(gusts)
             kind = next(records)
             yield CaseSpec(suite, "", "", entry.group, vessel, injected, strength, weather, seed, base, kind)
