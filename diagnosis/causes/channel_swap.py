@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 RATES = ("yaw_rate_rad_s", "roll_rate_rad_s")
 STEERED = ("heading_rad", "rudder_rad")
 UNEXPLAINED = 0.3
-"""Share of the heading's changes that the yaw-rate column must leave unexplained."""
+"""Share of the heading's changes that the yaw-rate column must leave unexplained, and a column in its place may not."""
 
 
 class ChannelSwap(RecordCause):
@@ -63,7 +63,7 @@ class ChannelSwap(RecordCause):
         """
         swap = exchanged(*STEERED)
         errors = [_with_rudder(r) for r in records]
-        bad = [own > UNEXPLAINED and other < BETTER * own for own, other in errors]
+        bad = [own > UNEXPLAINED > other and other < BETTER * own for own, other in errors]
         if not any(bad):
             return [], records
         own, other = np.mean([pair for pair, is_bad in zip(errors, bad, strict=True) if is_bad], axis=0)
