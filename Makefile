@@ -102,7 +102,7 @@ browser:
 # pyright keeps one processor busy for a minute, and the tests leave some: they run side by side.  Both statuses count.
 test: lint browser
 	@mkdir -p build
-	@$(MAKE) --no-print-directory types > build/types.log 2>&1 & types=$$!; \
+	@{ $(CHECK_TYPES); } > build/types.log 2>&1 & types=$$!; \
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal; tests=$$?; \
 	wait $$types; types=$$?; cat build/types.log; \
 	test $$tests -eq 0 && test $$types -eq 0
@@ -112,11 +112,12 @@ lint: env
 	$(BIN)/ruff format --check .
 
 # Links to the sources, laid out as they install: see [tool.pyright] in pyproject.toml.
+CHECK_TYPES = rm -rf $(TYPES) && mkdir -p $(TYPES) \
+	&& ln -s $(addprefix $(CURDIR)/,$(filter-out %__pycache__,$(wildcard helmbench/*)) $(ROOMS)) $(TYPES) \
+	&& $(BIN)/pyright --pythonpath $(BIN)/python
+
 types: env
-	@rm -rf $(TYPES)
-	@mkdir -p $(TYPES)
-	@ln -s $(addprefix $(CURDIR)/,$(filter-out %__pycache__,$(wildcard helmbench/*)) $(ROOMS)) $(TYPES)
-	$(BIN)/pyright --pythonpath $(BIN)/python
+	@$(CHECK_TYPES)
 
 format: env
 	$(BIN)/ruff check --fix .
