@@ -147,7 +147,7 @@ def fit(
     causes = np.arange(free, x.size)
     variances = START if variances is None else variances
     best: Fitted | None = None
-    settled, before, most = True, -np.inf, STATED
+    settled, before, most = True, -np.inf, STATED if np.all(variances <= STATED) else MOST
     for _ in range(rounds):
         q = expanded(base, s, now, x, variant)
         if settled:  # far from the mode the quadratic says nothing of the variances

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ..statistics.score_tests import log_tail
-from .fit import Base, Fitted, fit, with_forces
+from .fit import ROUNDS, Base, Fitted, fit, with_forces
 from .quadratic import START
 from .screen import GRID, Lead, screen
 
@@ -31,6 +31,8 @@ PROMISING, FAR, LEADERS = 0.6, 0.05, 4
 are."""
 KEPT = 0.5
 """Share of its screened statistic below which a fit is tried again from the discrepancy as it is."""
+TRIAL = 3
+"""Rounds of a fit that only compares times of a change."""
 TIE = 4.6
 """Log p-values, times the inflation, within which causes are tied."""
 MOST_TIED = 2
@@ -110,7 +112,8 @@ def _without_needless(
             break
         sizes = dict(zip(final.variant, final.sizes.tolist(), strict=True))
         variant = tuple(p for a in others for p in a.variant)
-        fitted = fit(final.base, final.setting, variant, np.array([sizes[p] for p in variant]), final.variances)
+        start, terms = np.array([sizes[p] for p in variant]), final.x[: len(final.base.terms.parameters)]
+        fitted = fit(final.base, final.setting, variant, start, final.variances, terms=terms)
         statistic = 2.0 * (final.evidence - fitted.evidence) / one.inflation
         if log_tail(max(statistic, 0.0), len(one.variant)) > threshold:
             kept, final = others, fitted
@@ -163,12 +166,26 @@ def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> Accepted:
         return _changing(now, lead, [x.time_s for x in leads if x.cause == lead.cause and x.time_s is not None])
     base, variant = now.base, lead.variant
     start = np.concatenate([now.sizes, _start(base, lead)])
-    held = len(base.terms.parameters)
-    fitted = fit(base, now.setting, (*now.variant, *variant), start, now.variances, terms=now.x[:held])
-    if 2.0 * (fitted.evidence - now.evidence) < KEPT * lead.statistic:  # the numbers have taken the effect up
-        other = fit(base, base.origin, (*now.variant, *variant), start)
-        fitted = max(fitted, other, key=lambda f: f.evidence)
+    fitted = _refitted(now, base, variant, start, lead)
     return _accepted(now, lead, variant, fitted, float(len([x for x in leads if x.cause == lead.cause])))
+
+
+def _refitted(now: Fitted, base: Base, variant: Variant, start: np.ndarray, lead: Lead) -> Fitted:
+    """A fit with a lead's parameters from the numbers as they are, and from none where that shows far less than the
+    screen: the numbers have taken the effect up."""
+    fitted = _beside(now, base, variant, start)
+    if 2.0 * (fitted.evidence - now.evidence) < KEPT * lead.statistic:
+        other = fit(base, base.origin, (*now.variant, *variant), start)
+        return max(fitted, other, key=lambda f: f.evidence)
+    return fitted
+
+
+def _beside(
+    now: Fitted, base: Base, variant: Variant, start: np.ndarray, s: Setting | None = None, rounds: int = ROUNDS
+) -> Fitted:
+    """A fit with further parameters that starts from the numbers of another; s : whose noise it starts from."""
+    terms = now.x[: len(base.terms.parameters)]
+    return fit(base, s or now.setting, (*now.variant, *variant), start, now.variances, rounds, terms)
 
 
 def _from_far(now: Fitted, leads: Sequence[Lead]) -> list[Accepted]:
@@ -217,26 +234,28 @@ def _changing(now: Fitted, lead: Lead, times: Sequence[float]) -> Accepted:
     base, (size, time) = now.base, lead.variant
     done: dict[float, Fitted] = {}
 
-    def tried(t: float, rounds: int) -> Fitted:
-        origin = base.est.at(base.origin, time, t)
-        there = replace(base, origin=origin)
-        start = np.concatenate([now.sizes, [0.0]])
-        return fit(there, origin, (*now.variant, size), start, rounds=rounds)
+    start = np.concatenate([now.sizes, [0.0]])
+
+    def at_time(t: float) -> Base:
+        return replace(base, origin=base.est.at(base.origin, time, t))
+
+    def tried(t: float) -> Fitted:
+        return _beside(now, at_time(t), (size,), start, rounds=TRIAL)
 
     def best_time() -> float:
         return max(done, key=lambda t: done[t].evidence)
 
     ends = 1.0, float(time.high) - 1.0
     for t in times[:BEST_TIMES]:
-        done[t] = tried(t, 3)
+        done[t] = tried(t)
     for step in AROUND_S:
         middle = best_time()
         for t in (middle - step * base.est.clock, middle + step * base.est.clock):
             t = float(np.clip(t, *ends))
             if t not in done:
-                done[t] = tried(t, 3)
+                done[t] = tried(t)
     t = best_time()
-    return _accepted(now, lead, (size,), tried(t, 6), GRID, t)
+    return _accepted(now, lead, (size,), _refitted(now, at_time(t), (size,), start, lead), GRID, t)
 
 
 def _scanned(
@@ -254,7 +273,7 @@ def _scanned(
             continue
         if c.variant:  # its parameter joins the others
             size = [state.est.value(c.setting, p) for p in c.variant]
-            fitted = fit(now.base, c.setting, (*now.variant, *c.variant), np.concatenate([now.sizes, size]))
+            fitted = _beside(now, now.base, c.variant, np.concatenate([now.sizes, size]), c.setting)
         else:
             fitted = fit(replace(now.base, origin=_with_numbers_of(now, c.setting)), c.setting, now.variant, now.sizes)
         lead = Lead(cause, c.variant, c.statistic, 1.0, c.log_p, np.zeros(len(c.variant)))
