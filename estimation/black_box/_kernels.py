@@ -17,9 +17,9 @@ from .forms import KERNELS, NETWORKS, OUTSIDE, TERMS
 def _trees(ints, floats, x, rounded, found):
     """Sum of decision trees and constants b (k,).
 
-    ints : nodes, trees, k, whether features are rounded to single precision first; then feature, left and right (nodes,)
-    and roots (trees,).  A leaf is its own successor.  floats : threshold (nodes,), left where x <= threshold; value
-    (nodes, k); b (k,).
+    ints : nodes, trees, k, whether features are rounded to single precision first; then feature, left and right
+    (nodes,) and roots (trees,).  A leaf is its own successor.  floats : threshold (nodes,), left where x <= threshold;
+    value (nodes, k); b (k,).
     """
     nodes, trees, k = ints[0], ints[1], ints[2]
     for i in range(x.size):
@@ -166,7 +166,10 @@ def difference_run(form, ints, floats, scaling, y_scale, work, lags, step_s, dri
 
 @njit(types.void(i8, I1, A1, A2, A1, A1, f8, I1, RHS, A1, f8, i8, A2, A2), **JIT)
 def hybrid_run(form, ints, floats, scaling, y_scale, work, share, columns, rhs, theta, dt, substeps, inputs, states):
-    """States (N, n) from the first row: RK4 of the model plus share dt f(states[columns], inputs); nan where it diverges."""
+    """States (N, n) from the first row: RK4 of the model plus share dt f(states[columns], inputs).
+
+    Rows from where it diverges on are nan.
+    """
     n, nu, k = states.shape[1], inputs.shape[1], columns.size
     x, features, rate, steps = states[0].copy(), np.empty(k + nu), np.zeros(k), np.empty(3 * n + nu)
     states[1:] = np.nan

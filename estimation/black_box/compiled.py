@@ -7,6 +7,7 @@ each is only used where it agrees with `predict` on rows of the training set.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,7 +91,7 @@ def _layers(networks: Sequence[Sequence[tuple[np.ndarray, np.ndarray]]], d: int,
     """Networks of layers with weights (d, m) and biases (m,)."""
     sizes = [[len(layers[0][0]), *(len(b) for _, b in layers)] for layers in networks]
     for own, layers in zip(sizes, networks, strict=True):
-        _check([own[0], *(w.shape for w, _ in layers)], [d, *zip(own, own[1:], strict=False)])
+        _check([own[0], *(w.shape for w, _ in layers)], [d, *pairwise(own)])
     _check(sum(own[-1] for own in sizes), k)
     ints = [len(networks), *([len(own) - 1, *own] for own in sizes)]
     floats = [part for layers in networks for layer in layers for part in layer]
