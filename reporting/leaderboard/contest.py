@@ -159,12 +159,12 @@ def described(cells: Frame, runs: Frame) -> Frame:
     channels = _scored(runs).rename("channels")
     problems = problems.merge(channels, left_on=CELL, right_index=True, how="left")
     texts = {
-        "excitation": problems["train"].map(excitation),
+        "excitation": problems["train"].astype(str).map(excitation),
         "sampling": [sampling(n, share) for n, share in zip(problems["thinning"], problems["length"], strict=True)],
     }
     problems = problems.assign(**texts)
     places = {name: {text: n for n, text in enumerate(levels(problems[name]))} for name in ("vessel", "noise")}
-    key = problems.assign(**{f"_{name}": problems[name].map(own) for name, own in places.items()})
+    key = problems.assign(**{f"_{name}": problems[name].astype(str).map(own) for name, own in places.items()})
     keys = ["_vessel", "excitation", "held_out", "model", "_noise", "disturbance", "thinning", "length"]
     return problems.loc[key.sort_values(keys).index].reset_index(drop=True)
 

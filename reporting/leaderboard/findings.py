@@ -72,7 +72,7 @@ def beyond(board: Contest) -> Finding | None:
 
 def _bound(of: Statistics) -> Finding | None:
     """How near the best method comes to the Cramer-Rao bound at low noise."""
-    curves, floor = profiles.noise_curves(of.cells, of.parameters, of.board.methods)
+    curves, floor = profiles.noise_curves(of.cells, of.estimates, of.board.methods)
     known = {
         method: curve["low"] / floor["low"] for method, curve in curves.items() if "low" in curve and floor.get("low")
     }

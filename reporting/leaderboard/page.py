@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...bench.store import TIMING, read_manifest, read_tables
+from ...bench.store import TIMING, read_manifest
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
@@ -14,7 +14,9 @@ from ..report import Report, environment_rows, listed, unfinished, write_files
 from ..templating import render
 from . import standings
 from .answer import answer
+from .compact import read_compact
 from .contest import contest
+from .estimates import summarised
 from .page_data import as_script, page_data
 from .standings import Frame, Leaderboard
 from .statistics import Statistics
@@ -50,13 +52,15 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     """
     directory = Path(directory)
     manifest = read_manifest(directory)
-    results, parameters = read_tables(directory)
+    results, parameters = read_compact(directory)
     if results.empty:
         raise BadInput("no run is finished yet", file=directory, hint="continue with helmbench run --resume")
-    runs = standings.judged(results, parameters)
+    estimates = summarised(parameters)
+    del parameters  # some gigabytes where there are millions
+    runs = standings.judged(results, estimates)
     cells = standings.cell_table(runs)
-    board = standings.build(results, parameters, runs, cells)
-    found = Statistics(contest(cells, runs), cells, parameters)
+    board = standings.build(results, estimates, runs, cells)
+    found = Statistics(contest(cells, runs), cells, estimates)
     timings = read_timing(Path(timing) if timing else directory / TIMING, required=timing is not None)
     texts = {
         "leaderboard.md": markdown(manifest, results, board, timings, found),
@@ -67,7 +71,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
             board,
             timings,
             found,
-            as_script(page_data(cells, runs, parameters, read_traces(directory))),
+            as_script(page_data(cells, runs, estimates, read_traces(directory))),
         ),
     }
     paths = write_files(directory, texts)
@@ -81,8 +85,8 @@ def markdown(
     """The report as Markdown text; cells are listed where no true parameters are known, as in measured sets."""
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
     parts += [f"**{tables.in_markdown(answer(found.board))}**", *map(tables.in_markdown, statements(found))]
-    unknown = board.detail["rel_error"].isna().groupby(board.detail["vessel"]).transform("all")
-    details = detail_tables(board.detail[unknown])
+    unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
+    details = detail_tables(standings.details(board.cells[unknown], board.estimates))
     tail = [failure_table(board.failures), timing_table(timings)]
     for table in [overall_table(board), choice_table(board), *matrices(board), *details, *tail]:
         if table.rows:

@@ -21,6 +21,7 @@ from . import standings
 from .answer import answer
 from .charts import standings_figure
 from .contest import contest
+from .estimates import summarised
 from .findings import Finding, beyond, findings
 from .page import headline, html
 from .page_data import as_script, page_data
@@ -69,11 +70,12 @@ def pages(
     manifest: Mapping[str, Any], results: Frame, parameters: Frame, traces: Sequence[Mapping[str, Any]]
 ) -> dict[str, bytes]:
     """README, page and picture by name."""
-    runs = standings.judged(results, parameters)
+    estimates = summarised(parameters)
+    runs = standings.judged(results, estimates)
     cells = standings.cell_table(runs)
-    board = standings.build(results, parameters, runs, cells)
-    found = Statistics(contest(cells, runs), cells, parameters)
-    data = as_script(page_data(cells, runs, parameters, traces))
+    board = standings.build(results, estimates, runs, cells)
+    found = Statistics(contest(cells, runs), cells, estimates)
+    data = as_script(page_data(cells, runs, estimates, traces))
     texts = {
         README: readme(manifest, results, board, found, _generalise(runs)),
         PAGE: html(manifest, results, board, (), found, data),

@@ -30,7 +30,7 @@ class Statistics:
 
     board: Contest
     cells: Frame
-    parameters: Frame
+    estimates: Frame
 
     @cached_property
     def comparison(self) -> Comparison:
@@ -101,7 +101,7 @@ class Statistics:
 
     def _noise(self, methods: Sequence[str]) -> str:
         own = [method for method in methods if method in set(self.cells["label"])]
-        curves, floor = profiles.noise_curves(self.cells, self.parameters, own)
+        curves, floor = profiles.noise_curves(self.cells, self.estimates, own)
         curves = dict(list((m, curves[m]) for m in own if m in curves)[:DRAWN])
         levels = sorted({level for curve in curves.values() for level in curve}, key=in_order)
         if len(levels) < 2:

@@ -12,6 +12,7 @@ from playwright.sync_api import sync_playwright
 from helmbench.bench.store import Store, read_tables
 from helmbench.reporting.leaderboard import contest, page, standings
 from helmbench.reporting.leaderboard.answer import answer, rivals
+from helmbench.reporting.leaderboard.estimates import summarised
 
 SELECTIONS = [
     ({}, math.inf),
@@ -125,7 +126,8 @@ def opened(browser, results):
 
 
 def board(results):
-    runs = standings.judged(*read_tables(results))
+    stored, parameters = read_tables(results)
+    runs = standings.judged(stored, summarised(parameters))
     return contest.contest(standings.cell_table(runs), runs)
 
 

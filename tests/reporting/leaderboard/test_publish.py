@@ -10,6 +10,7 @@ from helmbench.models.errors import BadInput
 from helmbench.reporting.leaderboard import comparing, publish, standings
 from helmbench.reporting.leaderboard.answer import answer
 from helmbench.reporting.leaderboard.contest import contest
+from helmbench.reporting.leaderboard.estimates import summarised
 from helmbench.reporting.leaderboard.findings import findings
 from helmbench.reporting.leaderboard.statistics import Statistics
 from helmbench.reporting.tables import in_markdown
@@ -54,6 +55,7 @@ def folder(folder_of, run_of, parameter_of):
 def check_published(folder):
     """README and page hold what the stored tables give."""
     results, parameters = (pd.read_parquet(folder / name) for name in (publish.RESULTS, publish.PARAMETERS))
+    parameters = summarised(parameters)
     runs = standings.judged(results, parameters)
     cells = standings.cell_table(runs)
     found = Statistics(contest(cells, runs), cells, parameters)
@@ -77,9 +79,10 @@ def test_the_published_leaderboard_says_what_its_results_say(folder, tmp_path):
 
 
 def test_findings_are_computed_from_the_results(folder):
-    runs = standings.judged(*read_tables(folder))
+    results, parameters = read_tables(folder)
+    runs = standings.judged(results, summarised(parameters))
     cells = standings.cell_table(runs)
-    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, read_tables(folder)[1]))]
+    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, summarised(parameters)))]
     assert any("the black box errs 4.0 times as much" in text and "the grey box beats" in text for text in told)
     assert any(
         "With high instead of low noise, pem predicts best: median error 0.03 against 0.01" in text for text in told
@@ -127,6 +130,6 @@ def test_two_folders_are_compared_by_pairs(folder, folder_of, run_of):
         "ratio"
     ] == pytest.approx(2)
     assert rows["pem", "parameter error"]["problems"] == 3 and found.only_second == 1 and found.only_first == 27 - 4
-    assert [row["method"] for row in found.statuses] == ["ls"] and "0 -> 1" in found.summary()
+    assert [row["method"] for row in found.statuses] == ["ls"] and "0 to 1" in found.summary()
     same = comparing.changes(read_tables(folder), read_tables(folder))
     assert all(row["unchanged"] == row["problems"] and row["p"] == 1.0 for row in same.rows) and not same.statuses

@@ -11,6 +11,13 @@ from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
 from helmbench.reporting.leaderboard import contest, paired, profiles, standings
 from helmbench.reporting.leaderboard.answer import answer
+from helmbench.reporting.leaderboard.estimates import summarised
+
+
+def tables_of(runs):
+    """The results of runs, and their parameters put together over seeds."""
+    results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
+    return results, summarised(parameters)
 
 
 @pytest.fixture
@@ -18,8 +25,8 @@ def board_of():
     """The contest of stored runs."""
 
     def build(runs, criterion="prediction"):
-        results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
-        judged = standings.judged(results, parameters)
+        results, estimates = tables_of(runs)
+        judged = standings.judged(results, estimates)
         return contest.contest(standings.cell_table(judged), judged, criterion)
 
     return build
@@ -100,9 +107,9 @@ def test_the_floor_is_the_median_error_at_the_bound(run_of, parameter_of):
         for n, e, sd in (("low", 0.02, 0.1), ("high", 0.1, 0.4))
         for m in "ab"
     ]
-    results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
-    cells = standings.cell_table(standings.judged(results, parameters))
-    curves, floor = profiles.noise_curves(cells, parameters, ["a"])
+    results, estimates = tables_of(runs)
+    cells = standings.cell_table(standings.judged(results, estimates))
+    curves, floor = profiles.noise_curves(cells, estimates, ["a"])
     assert curves == {"a": pytest.approx({"low": 0.02, "high": 0.1})}
     assert floor == pytest.approx({"low": 0.6745 * 0.05, "high": 0.6745 * 0.2})
 
@@ -133,14 +140,14 @@ def test_a_method_of_few_problems_stands_below_the_others(board_of, run_of, eigh
 
 
 def test_the_ranking_is_that_of_the_standings(eight_problems, board_of):
-    results, parameters = frames(eight_problems, kind_of(IDENTIFICATION).tables)
+    results, estimates = tables_of(eight_problems)
     order = [place.method for place in board_of(eight_problems).order()]
-    assert standings.build(results, parameters).overall["method"].tolist() == order
+    assert standings.build(results, estimates).overall["method"].tolist() == order
 
 
 def test_sensitivity_leaves_vessels_out_and_takes_other_metrics(board_of, eight_problems):
-    results, parameters = frames(eight_problems, kind_of(IDENTIFICATION).tables)
-    judged = standings.judged(results, parameters)
+    results, estimates = tables_of(eight_problems)
+    judged = standings.judged(results, estimates)
     cells = standings.cell_table(judged)
     board = contest.contest(cells, judged)
     found = {row.choice: row for row in profiles.sensitivity(board, profiles.other_metrics(cells, board))}
