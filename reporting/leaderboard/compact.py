@@ -1,13 +1,16 @@
 """The tables of a run directory with the columns that a report needs, in little memory: a million runs in a gigabyte.
 
 Texts are pandas categories in alphabetical order, the same ones in both tables, so that groups sort as texts do and
-merge.  A missing truth value is false.
+merge.  A missing truth value is false.  What is only shown, or of which only counts whether it is there, has single
+precision (`SINGLE`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from ...bench.kinds.identification.columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
 from ...bench.store import read_tables
@@ -19,6 +22,8 @@ WIDE = tuple(dict.fromkeys((*KEYS, "status", "error", "diverged", *JUDGED, *MEDI
 """Columns of the runs, as far as they are stored."""
 LONG = ("method", "variant", *CELL, "seed", "parameter", "unit", "true", "true_kind", "estimate", "stderr", "rel_error")
 LONG = (*LONG, "crb_sd", "identifiable")
+
+SINGLE = ("stderr", "rel_error")
 
 
 def read_compact(directory: str | Path) -> tuple[Frame, Frame]:
@@ -52,6 +57,7 @@ def _columns(path: Path, wanted: Sequence[str]) -> Iterator[tuple[Hashable, Seri
         for name in schema.names:
             if name in wanted:
                 yield name, file.read([name]).column(0).unify_dictionaries().to_pandas()
+                pa.default_memory_pool().release_unused()
     except (OSError, ValueError) as error:
         raise BadInput(f"cannot be read ({error})", file=path) from None
 
@@ -59,6 +65,7 @@ def _columns(path: Path, wanted: Sequence[str]) -> Iterator[tuple[Hashable, Seri
 def _compact(columns: Iterable[tuple[Hashable, Series]], wanted: Sequence[str], kinds: Mapping[str, str]) -> Frame:
     import pandas as pd
 
+    kinds = {**kinds, **dict.fromkeys(SINGLE, "single")}
     found = {str(name): _smaller(values, kinds.get(str(name), "float")) for name, values in columns if name in wanted}
     return pd.DataFrame(found, copy=False)
 
@@ -72,6 +79,8 @@ def _smaller(values: Series, kind: str) -> Series:
         return own.cat.reorder_categories(sorted(own.cat.categories))
     if kind == "bool":
         return values.eq(True)
+    if kind == "single":
+        return values.astype(np.float32)
     return pd.to_numeric(values, downcast="integer") if kind == "int" else values
 
 

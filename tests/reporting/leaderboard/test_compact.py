@@ -42,6 +42,7 @@ def test_values_are_those_of_the_store(folder, written):
         assert len(own) == len(stored) and {"method", "vessel", "noise", "seed"} <= set(own)
         for name in own:
             expected = stored[name].eq(True) if own[name].dtype == bool else stored[name]
+            expected = expected.astype(own[name].dtype) if own[name].dtype == np.float32 else expected
             assert own[name].astype(object).where(own[name].notna(), None).tolist() == (
                 expected.astype(object).where(expected.notna(), None).tolist()
             )
