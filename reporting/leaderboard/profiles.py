@@ -14,7 +14,6 @@ METRICS = {
     "rel_error": "parameter error",
     "rmse_yaw_rate_rad_s": "yaw rate RMSE",
     "rmse_heading_rad": "heading RMSE",
-    "wall_s": "time",
 }
 """Further metrics that methods could be ranked by: column of the cells -> name."""
 MEDIAN_OF_NORMAL = 0.6745

@@ -85,7 +85,7 @@ def test_findings_are_computed_from_the_results(folder):
     told = [own.text for own in findings(Statistics(contest(cells, runs), cells, summarised(parameters)))]
     assert any("the black box errs 4.0 times as much" in text and "the grey box beats" in text for text in told)
     assert any(
-        "With high instead of low noise, pem predicts best: median error 0.03 against 0.01" in text for text in told
+        "With high noise, pem predicts best: median error 0.03 against 0.01 with low noise" in text for text in told
     )
     assert any("pem comes nearest to the Cramer-Rao floor" in text for text in told)
 
