@@ -133,3 +133,24 @@ def test_two_folders_are_compared_by_pairs(folder, folder_of, run_of):
     assert [row["method"] for row in found.statuses] == ["ls"] and "0 to 1" in found.summary()
     same = comparing.changes(read_tables(folder), read_tables(folder))
     assert all(row["unchanged"] == row["problems"] and row["p"] == 1.0 for row in same.rows) and not same.statuses
+
+
+def test_simpler_models_are_told_apart_from_the_ships_own(folder, folder_of, run_of):
+    simple = [
+        run_of(r2=1.0 - e**2, error=None, method=m, vessel=v, noise=n, model="nomoto-1", parameters=[])
+        for m, e in (("pem", 0.4), ("ls", 0.5), ("arx", 0.2))
+        for v in ("cargo", "mariner", "s175")
+        for n in ("low", "high")
+    ]
+    results, parameters = publish.together([read_tables(folder), read_tables(folder_of("simple", simple))])
+    estimates = summarised(parameters)
+    runs = standings.judged(results, estimates)
+    cells = standings.cell_table(runs)
+    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, estimates))]
+    assert any(
+        text.startswith("Where the fitted model is not the ship's own: In free runs the black box") for text in told
+    )
+    assert any(
+        "instead of the ship's own equations pem errs 0.4 instead of 0.02 in the median" in text for text in told
+    )
+    assert any("With the ships' own equations pem has its largest" in text for text in told)
