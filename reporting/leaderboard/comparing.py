@@ -13,7 +13,7 @@ from .estimates import summarised
 from .paired import holm, log_ratios, signed_rank
 from .standings import CELL, FLOOR, Frame, bootstrap_interval, cell_table, judged
 
-FIGURES = {"nrmse": "prediction error", "rel_error": "parameter error", "wall_s": "time"}
+FIGURES = {"nrmse": "prediction error", "rel_error": "parameter error", "cpu_s": "CPU time"}
 """Column of the cells -> what is compared."""
 SAME = 1e-4
 """Relative difference below which a figure counts as unchanged."""

@@ -44,7 +44,7 @@ class Contest:
     problems : one row a problem: `CELL` and the texts of `DIMENSIONS`.
     errors : (P, M), medians over seeds.
     runs : (P, M, S), errors of single seeds, nan where there is none.
-    times : (P, M), median wall time of a fit, s.
+    times : (P, M), median CPU time of a fit, s: it depends less than wall time on what else the machine does.
     failed, diverged, absent : (P, M), numbers of runs that failed, diverged and were not applicable.
     criterion : of `CRITERIA`.
     """
@@ -145,7 +145,7 @@ def contest(cells: Frame, runs: Frame, criterion: str = "prediction") -> Contest
         problems,
         errors if singles is None else _medians(singles),
         errors[:, :, None] if singles is None else singles,
-        filled(significant(cells["wall_s"], 3), np.nan),
+        filled(significant(cells["cpu_s"], 3), np.nan),
         filled(cells["failed"], 0.0).astype(int),
         filled(cells["diverged"], 0.0).astype(int),
         filled(cells["not_applicable"], 0.0).astype(int),

@@ -33,8 +33,9 @@ READING = (
     f"[intervals]: {standings.LEVEL:.0%} percentile bootstrap over cells, {standings.BOOTSTRAP_DRAWS} draws, "
     f"seed {standings.BOOTSTRAP_SEED}. Efficiency: Cramer-Rao variance (rudder exactly known) over mean squared "
     f"error, from {standings.EFFICIENCY_SEEDS} seeds on. A failed run ranks last and counts as an infinite error, a "
-    "diverged run as an infinite prediction error; runs that are not applicable are counted, not ranked. Medians are "
-    "over the cells in which methods are compared, or over all cells where there are none. Levels of a factor are "
+    "diverged run as an infinite prediction error; runs that are not applicable are counted, not ranked. Time: CPU "
+    "time of a fit. Medians are over the cells in which methods are compared, or over all cells where there are none. "
+    "Levels of a factor are "
     "compared over the same other conditions; the best value of a column is in bold type."
 )
 

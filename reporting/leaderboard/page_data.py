@@ -62,7 +62,7 @@ def coarsened(cells: Frame) -> tuple[Frame, list[str]]:
             break
         together.append(name)
         keys = [key for key in CELL if key not in together]
-        numbers = ["rel_error", "nrmse", "wall_s"]
+        numbers = ["rel_error", "nrmse", "cpu_s"]
         counts = ["failed", "diverged", "not_applicable"]
         groups = cells.groupby([*keys, "label"], observed=True, sort=False)
         how = dict.fromkeys(numbers, "median") | dict.fromkeys(counts, "sum")

@@ -111,6 +111,7 @@ def readme(
             f"Save [{PAGE}]({PAGE}) and open it: it chooses by vessel, excitation, noise, disturbance, channels and "
             f"time, and shows every run. The runs are in [{RESULTS}]({RESULTS}) and [{PARAMETERS}]({PARAMETERS}); "
             "`make reports` makes all of it anew.",
+            "Times are CPU times of a fit; they hardly depend on what else the machine does.",
             f"![Median prediction error of every method with its interval]({PICTURE})",
             "## Ranking",
             tables.markdown(shown),

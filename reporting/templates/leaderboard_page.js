@@ -29,7 +29,7 @@
       });
     });
     const budgets = Object.keys(data.budgets);
-    if (budgets.length) addSelect("budget", "time for a fit", [["", "any"]].concat(budgets.map(function (text) {
+    if (budgets.length) addSelect("budget", "CPU time for a fit", [["", "any"]].concat(budgets.map(function (text) {
       return [text, "at most " + text];
     })), function (value) { state.budget = value; });
     const names = { prediction: "prediction of held-out records", parameters: "parameters" };
@@ -88,7 +88,7 @@
     ["failed", "failed runs", function (r) { return String(r.failed); }, ""],
     ["diverged", "diverged runs", function (r) { return String(r.diverged); }, ""],
     ["absent", "not applicable", function (r) { return String(r.absent); }, "runs; not ranked"],
-    ["time", "time of a fit", function (r) { return seconds(r.time); }, "median over the problems"],
+    ["time", "CPU time of a fit", function (r) { return seconds(r.time); }, "median over the problems"],
   ];
   let shown = [];
   function showTable() {
@@ -150,7 +150,7 @@
     points.slice().sort(function (a, b) { return a.x - b.x || a.y - b.y; }).forEach(function (point) {
       point.front = point.y < least; least = Math.min(least, point.y);
     });
-    Drawing.scatter(document.getElementById("front"), points, "median time of a fit (s)", "median error (-)");
+    Drawing.scatter(document.getElementById("front"), points, "median CPU time of a fit (s)", "median error (-)");
   }
 
   function writeHash() {

@@ -59,14 +59,14 @@ def made_up_results():
         runs = []
         for (m, (factor, wall)), v, n, t, s in product(methods.items(), vessels, noises, trains, range(3)):
             error = 0.02 * factor * float(np.exp(rng.normal(scale=0.1)))
-            facts = {"method": m, "vessel": v, "noise": n, "seed": s, "train": f"zigzag:{t}/{t}", "wall_s": wall}
+            facts = {"method": m, "vessel": v, "noise": n, "seed": s, "train": f"zigzag:{t}/{t}", "cpu_s": wall}
             facts |= {"diverged": m == "lost" and (v == "remus" or s == 0)}
             parameters = [make_parameter("K", 1.0, 1.0 + error, 0.1)]
             run = make_run(error=error, r2=1.0 - error**2, parameters=parameters, **facts)
             trace = _trace(rng, error) | ({"log": _log(1.0 + error)} if m == "a" else {})
             runs.append(run | ({"trace": trace} if s == 0 else {}))
-        runs.append(make_run(method="only-here", vessel="cargo", r2=0.9, train="zigzag:10/10", wall_s=0.1))
-        long = make_run(method="e", vessel="patrol", r2=0.9, train=LONG, wall_s=0.1)
+        runs.append(make_run(method="only-here", vessel="cargo", r2=0.9, train="zigzag:10/10", cpu_s=0.1))
+        long = make_run(method="e", vessel="patrol", r2=0.9, train=LONG, cpu_s=0.1)
         runs.append(long | {"trace": _trace(rng, 0.1)})
         runs.append(make_run(method="c", vessel="s175", status="not_applicable", reason="no sway", train="turn:20"))
         manifest = {"suite": "made-up", "version": "0", "planned": len(runs), "seeds": "0-2", "title": "made up"}
@@ -164,12 +164,12 @@ def test_what_was_not_run_cannot_be_chosen(opened):
 
 def test_the_table_is_sorted_by_keyboard(opened):
     tab = opened()
-    button = tab.locator("#ranking thead button", has_text="time of a fit")
+    button = tab.locator("#ranking thead button", has_text="CPU time of a fit")
     button.focus()
     tab.keyboard.press("Enter")
     head = button.locator("xpath=..")
     assert head.get_attribute("aria-sort") == "ascending" and ranking(tab)[0] == "d"
-    assert tab.evaluate("document.activeElement.textContent") == "time of a fit"
+    assert tab.evaluate("document.activeElement.textContent") == "CPU time of a fit"
     tab.keyboard.press("Space")
     assert head.get_attribute("aria-sort") == "descending" and ranking(tab)[0] == "a"
     assert tab.locator("#ranking th[aria-sort]").count() == 1

@@ -46,7 +46,7 @@ def folder(folder_of, run_of, parameter_of):
                     "vessel": v,
                     "noise": n,
                     "disturbance": d,
-                    "wall_s": 1 / factor,
+                    "cpu_s": 1 / factor,
                 }
                 runs.append(run_of(error=None if m == "arx" else e, r2=1.0 - e**2, parameters=rows, **facts))
     return folder_of("default", runs)
@@ -120,13 +120,13 @@ def test_a_run_that_two_suites_have_is_taken_once(folder, folder_of, run_of, tmp
 
 def test_two_folders_are_compared_by_pairs(folder, folder_of, run_of):
     vessels = ("cargo", "mariner", "s175")
-    better = [run_of(error=0.005, r2=1.0 - (0.5 * 0.01) ** 2, method="pem", vessel=v, wall_s=2.0) for v in vessels] + [
+    better = [run_of(error=0.005, r2=1.0 - (0.5 * 0.01) ** 2, method="pem", vessel=v, cpu_s=2.0) for v in vessels] + [
         run_of(method="ls", vessel="cargo", status="failed", reason="singular"),
         run_of(method="new", r2=0.5),
     ]
     found = comparing.changes(read_tables(folder), read_tables(folder_of("other", better)))
     rows = {(row["method"], row["figure"]): row for row in found.rows}
-    assert rows["pem", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["pem", "time"][
+    assert rows["pem", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["pem", "CPU time"][
         "ratio"
     ] == pytest.approx(2)
     assert rows["pem", "parameter error"]["problems"] == 3 and found.only_second == 1 and found.only_first == 27 - 4

@@ -40,7 +40,7 @@ def eight_problems(run_of, rng):
     return [
         run_of(
             r2=1.0 - (0.01 * (p + 1) * factor * math.exp(spread[m, p, s])) ** 2,
-            method=m, vessel=f"v{p // 2}", noise=("low", "medium")[p % 2], seed=s, wall_s=seconds,
+            method=m, vessel=f"v{p // 2}", noise=("low", "medium")[p % 2], seed=s, cpu_s=seconds,
         )
         for m, (factor, seconds) in factors.items()
         for p, s in product(range(8), range(2))
@@ -134,7 +134,7 @@ def test_nothing_is_chosen_where_nothing_was_run(board_of, eight_problems):
 
 
 def test_a_method_of_few_problems_stands_below_the_others(board_of, run_of, eight_problems):
-    extra = run_of(r2=1.0, method="d", vessel="v0", noise="low", wall_s=0.1)
+    extra = run_of(r2=1.0, method="d", vessel="v0", noise="low", cpu_s=0.1)
     order = board_of([*eight_problems, extra]).order()
     assert order[-1].method == "d" and order[-1].partial and order[-1].mean_rank == 1.0
 
