@@ -71,7 +71,7 @@ def _boxes_of_simpler_models(of: Statistics) -> Finding | None:
     found = grey_against_black(of.board.kept(~own))
     if found is None or own.all():
         return None
-    return Finding(f"Where the fitted model is not the ship's own: {found.sentence()}", _command("default"))
+    return Finding(found.sentence("Where the fitted model is not the ship's own"), _command("default"))
 
 
 def _simpler_models(of: Statistics) -> Finding | None:
@@ -101,7 +101,7 @@ def beyond(board: Contest) -> Finding | None:
     found = grey_against_black(board)
     if found is None:
         return None
-    return Finding(f"Beyond the training records: {found.sentence()}", _command("generalise"))
+    return Finding(found.sentence("Beyond the training records"), _command("generalise"))
 
 
 def _bound(of: Statistics) -> Finding | None:

@@ -102,7 +102,7 @@ def test_grey_against_black_box_beyond_the_training_records_comes_from_its_suite
     )
     publish.publish([folder, apart], tmp_path / "published")
     readme = (tmp_path / "published" / publish.README).read_text()
-    assert "Beyond the training records: In free runs the black box beats the grey box: pem" in readme
+    assert "Beyond the training records, in free runs the black box beats the grey box: pem" in readme
     assert "better in 0 of 6 problems" in readme and "better in 9 of 15 problems" in readme
     publish.publish([folder], tmp_path / "alone")
     assert "Beyond the training" not in (tmp_path / "alone" / publish.README).read_text()
@@ -148,7 +148,7 @@ def test_simpler_models_are_told_apart_from_the_ships_own(folder, folder_of, run
     cells = standings.cell_table(runs)
     told = [own.text for own in findings(Statistics(contest(cells, runs), cells, estimates))]
     assert any(
-        text.startswith("Where the fitted model is not the ship's own: In free runs the black box") for text in told
+        text.startswith("Where the fitted model is not the ship's own, in free runs the black box") for text in told
     )
     assert any(
         "instead of the ship's own equations pem errs 0.4 instead of 0.02 in the median" in text for text in told

@@ -122,6 +122,16 @@ def test_the_answer_names_the_best_and_who_is_as_good(board_of, eight_problems):
     assert "too few for a test" in answer(board.where({"vessel": "v0", "noise": "low"}))
 
 
+def test_a_difference_that_no_test_shows_is_not_called_one(board_of, run_of):
+    ratios = (3.0, 0.5, 3.0, 0.4, 3.0, 3.0)
+    runs = [
+        run_of(r2=1.0 - (0.01 * factor) ** 2, method=m, vessel=f"v{p}")
+        for p, ratio in enumerate(ratios)
+        for m, factor in (("a", 1.0), ("b", ratio))
+    ]
+    assert "b errs 3.0 times as much, but no test tells the two apart (p = " in answer(board_of(runs))
+
+
 def test_a_budget_ranks_slow_methods_last(board_of, eight_problems):
     board = board_of(eight_problems).where(budget_s=2.0)
     place = {place.method: place for place in board.order()}
