@@ -11,6 +11,8 @@ unexport PYTHONDONTWRITEBYTECODE
 BIN := .venv/bin
 RESULTS := out/quick
 REPRODUCTION := out/reproduction
+RATES := out/rates
+RATE_ROUNDS ?= 2
 TIMES := out/timing.json
 ROWS := out/timing/rows.jsonl
 STAMP := .venv/installed-at
@@ -36,7 +38,8 @@ help:
 	@echo "make docs     build the documentation site in docs/_build; nothing is loaded from the network"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
 	@echo "make verdicts   reproduce once more with another seed: at most 2 % of the verdicts may change, no headline"
-	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised"
+	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised;"
+	@echo "              run the suite of imperfect base models (RATE_ROUNDS=2) into $(RATES), with its report"
 	@echo "make ugly     give identify, diagnose and calibrate 300 ugly records: each ends in a result or in one line"
 	@echo "make fuzz     change valid files of every reader at random, FUZZ_SECONDS=600 each: none may crash, hang or run code"
 	@echo "make timing   compare speed and memory with other implementations and the targets, write reports/timing"
@@ -118,8 +121,12 @@ docs: env
 	$(BIN)/python -m sphinx -q -W --keep-going docs docs/_build
 	@echo "docs/_build/index.html"
 
+# The suite draws its seed anew and prints it; more rounds are more cases.
 rates: env
 	$(BIN)/pytest tests/rates -n $(WORKERS) -rP
+	rm -rf $(RATES)
+	$(BIN)/helmbench run --suite imperfect --seeds $(RATE_ROUNDS) -o $(RATES)
+	$(BIN)/helmbench report $(RATES)
 
 fuzz: env
 	FUZZ_SECONDS=$(FUZZ_SECONDS) $(BIN)/python -m tests.fuzz.run

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 EXCITED = 8.0
 """Yaw motion over its sensor's noise (rms, smoothed) below which a record tells nothing about manoeuvring."""
 RUDDER_MOVED = np.deg2rad(0.3)
+FOLLOWED = 0.5
+"""Share of the squared yaw motion that free runs must hold for a cause to be named: nonsense is not followed."""
 FAINTEST = (1e-6, 1e-8)
 """Heading (rad) and yaw rate (rad/s) that no sensor resolves."""
 
@@ -67,6 +69,33 @@ def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Se
     if findings:
         return "named", "; ".join(_spoken(f) for f in findings)
     return "adequate", "the residuals are those of the model, its sensors' noise and zero-mean gusts"
+
+
+def without_motion(traces: Sequence[Trace]) -> str | None:
+    """Why nothing can be named although causes fit: free runs of the training records with all that is named do not
+    follow the yaw motion; None where they do."""
+    share = motion_explained([t for t in traces if t.role == "train"])
+    if share is None or share >= FOLLOWED:
+        return None
+    said = f"hold {100.0 * share:.0f} %" if share > 0.0 else "hold nothing"
+    return f"free runs with all that is named {said} of the yaw motion: the rudder of the records does not explain it"
+
+
+def motion_explained(traces: Sequence[Trace]) -> float | None:
+    """1 - squared error of the free runs after extension over the squared yaw motion (yaw rate; where no record has
+    it, heading about its mean); None without a known value."""
+    for channel in ("yaw_rate_rad_s", "heading_rad"):
+        error = motion = 0.0
+        for t in traces:
+            y = t.measured.get(channel, np.zeros(0))
+            lost = y - t.after[channel] if y.size else y
+            known = np.isfinite(lost)
+            error += float(np.sum(lost[known] ** 2))
+            middle = float(np.mean(y[known])) if channel == "heading_rad" and known.any() else 0.0
+            motion += float(np.sum((y[known] - middle) ** 2))
+        if motion > 0.0:
+            return 1.0 - error / motion
+    return None
 
 
 def _spoken(f: Finding) -> str:

@@ -30,7 +30,7 @@ from .entering import entering
 from .fit import Base, Fitted
 from .quadratic import MOST, mode
 from .search import Found, search
-from .shares import Shares, shares
+from .shares import Shares, shares, simulating_variances
 from .terms import NUMBERS, terms_of
 from .told import STAGE, Sized, finding, sized
 
@@ -173,7 +173,8 @@ def _told(
     raw : the base model on these.
     """
     findings = _findings(done, rng)
-    causes, setting = _built_in(done, raw.est, sensors.instruments)
+    of_numbers = any(BaseCoefficients.id in (f.cause, *f.tied_with) for f in findings)
+    causes, setting = _built_in(done, of_numbers, raw.est, sensors.instruments)
     entered = [Candidate(a.cause, a.variant, a.log_p, a.statistic, setting, raw.now) for a in causes]
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
     held_out = thinned(given.held_out, raw.est.model)
@@ -225,25 +226,25 @@ def _findings(done: Conclusion, rng: np.random.Generator) -> list[Finding]:
 
 def _of_numbers(done: Conclusion) -> Finding | None:
     """The base model's own numbers, with those that moved most; None where they take nothing off free runs."""
-    part = done.shares.numbers
-    if not part.low > 0.0 and not done.shares.both.low > 0.0:
+    ways = (done.shares.beside,) if done.named else (done.shares.numbers, done.shares.beside)
+    part = max(ways, key=lambda share: share.low)
+    if not part.low > 0.0:
         return None
-    final = done.found.final
-    spread = np.sqrt(np.diag(mode(final.expansion, final.variances, final.free).covariance))
-    terms = final.base.terms.parameters
-    values = final.x[: len(terms)]
-    z = np.where(final.base.terms.simulating, values / np.maximum(spread[: len(terms)], 1e-300), 0.0)
+    final, est = done.found.final, done.found.final.base.est
+    values, spread = _numbers_at(final)
+    z = values / np.maximum(spread, 1e-300)
     moved = [int(j) for j in np.argsort(-np.abs(z)) if abs(z[j]) > MOVED][:SHOWN]
-    est = final.base.est
     sizes = []
     for j in moved:
-        (entry, sd), name = terms[j].slots[0], terms[j].name.partition(" ")[2]
+        p = final.base.terms.parameters[j]
+        (entry, sd), name = p.slots[0], p.name.partition(" ")[2]
         middle, half = est.base[entry] + sd * values[j], NORMAL_90 * sd * spread[j]
         sizes.append(Size(name, float(middle), float(middle - half), float(middle + half), "1"))
     groups = _groups_of(est, [size.parameter for size in sizes])
     details = {"groups": groups} if groups else {}
+    off = float(np.sqrt(np.mean((values**2 + spread**2)[final.base.terms.group == NUMBERS])))
     said = (
-        f"the model's own numbers, off by {float(np.sqrt(final.variances[0])):.2g} prior standard deviations or so, "
+        f"the model's own numbers, off by {off:.2g} prior standard deviations or so, "
         f"take off {part.text} of the squared error of free runs of records that were left out"
     )
     gain = not est.model.is_3dof and any(size.parameter in GAINS for size in sizes)
@@ -260,6 +261,17 @@ def _of_numbers(done: Conclusion) -> Finding | None:
     )
 
 
+def _numbers_at(final: Fitted) -> tuple[np.ndarray, np.ndarray]:
+    """Values and standard deviations (m,) of the terms that a simulation carries, in prior standard deviations; zero of
+    all others."""
+    at = mode(final.expansion, simulating_variances(final), final.free)
+    terms = final.base.terms
+    spread = np.zeros(final.x.size)
+    spread[at.active] = np.sqrt(np.diag(at.covariance))
+    count = len(terms.parameters)
+    return np.where(terms.simulating, at.x[:count], 0.0), np.where(terms.simulating, spread[:count], 0.0)
+
+
 def _groups_of(est: Estimator, names: Sequence[str]) -> list[str]:
     try:
         groups = groups_of(est.model)
@@ -268,25 +280,25 @@ def _groups_of(est: Estimator, names: Sequence[str]) -> list[str]:
     return [g.title for g in groups if set(g.sd) & set(names)]
 
 
-def _built_in(done: Conclusion, est: Estimator, instruments: Mapping[str, float]):
-    """Accepted causes that the extended model holds, and the setting of it, sensors' errors among the instruments."""
+def _built_in(done: Conclusion, of_numbers: bool, est: Estimator, instruments: Mapping[str, float]):
+    """Accepted causes that the extended model holds, and the setting of it, sensors' errors among the instruments.
+
+    of_numbers : whether what is named says that the base model's own numbers are wrong.
+    """
     final = done.found.final
-    chosen = entering(final, places_of(done.found), [i for i, _ in done.named])
+    chosen = entering(final, places_of(done.found), [i for i, _ in done.named], of_numbers)
     named = [done.found.accepted[i] for i in chosen.causes]
-    x = chosen.x.copy()
-    held = len(final.base.terms.parameters)
-    x[:held] = np.where(final.base.terms.simulating, x[:held], 0.0)
     kept = any(a.time_s is not None or not a.variant for a in named)
     base = final.base if kept else replace(final.base, origin=est.start())
-    s = base.at(x, final.variant, final.setting)
+    s = base.at(chosen.x, final.variant, final.setting)
     values = {name: value for name, value in instruments.items() if name in est.index}
     return named, est.with_entries(s, values)
 
 
 def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:
     """By the share of the explainable error that is explained."""
-    channels = done.shares.channels.values()
-    explained = float(np.mean([max(both, 0.0) / max(1.0 - noise, 0.05) for _, _, both, noise in channels] or [0.0]))
+    channels, small = done.shares.channels, [i for i, _ in done.immaterial]
+    explained = float(np.mean([channel.explained(small) for channel in channels] or [0.0]))
     said = f"what is named takes off {100.0 * min(explained, 1.0):.0f} % of what can be explained of the free-run error"
     if not findings:
         return "unexplained", "no cause stands beside the base model's own numbers, and these explain nothing"

@@ -1,7 +1,7 @@
 """What enters the extended model: the causes and the numbers that predict left-out training records best.
 
 Each record is simulated with what the other records give.  A choice counts only if no channel is predicted worse than
-by the base model.
+by the base model, and if its gain is larger than its standard error over the records.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from .fit import Fitted
-from .quadratic import mode
 from .shares import left_out, simulated_error, without_numbers
 
 WORSE = 1.05
@@ -28,41 +27,60 @@ class Entering(NamedTuple):
     x: np.ndarray
 
 
-def entering(final: Fitted, places: Sequence[np.ndarray], named: Sequence[int]) -> Entering:
-    """The choice of least error among all subsets of the causes with and without the model's own numbers.
+def entering(final: Fitted, places: Sequence[np.ndarray], named: Sequence[int], numbers: bool) -> Entering:
+    """The choice of least error among all subsets of the causes, with and without the model's own numbers.
 
-    places : of each cause's parameters among those of the fit.  named : causes that may enter.
+    places : of each cause's parameters among those of the fit.  named : causes that may enter.  numbers : whether the
+    model's own numbers may.
     """
     segments, nothing = final.base.est.segments, np.zeros(final.x.size)
-    base = _rms(final, [nothing] * len(segments))
+    base = _errors(final, [nothing] * len(segments))
     best, least = Entering((), nothing), 0.0
     for causes in (chosen for count in range(len(named), -1, -1) for chosen in combinations(named, count)):
         kept = np.concatenate([*(places[j] for j in causes), np.zeros(0, int)]).astype(int)
-        whole, others = _whole(final, kept), [left_out(final.expansion, final, d.record, kept) for d in segments]
+        whole, *others = (left_out(final.expansion, final, r, kept) for r in (None, *(d.record for d in segments)))
         alone = without_numbers(final, whole), [without_numbers(final, x) for x in others]
-        for x, each in ((whole, others), alone) if causes else ((whole, others),):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = _rms(final, each) / base
-            known = ratio[np.isfinite(ratio)]
-            score = float(np.mean(np.log(known))) if known.size else 0.0
-            if score < least and np.all(known <= WORSE):
+        for x, each in (*([(whole, others)] if numbers else []), *([alone] if causes else [])):
+            score, surely = _score(base, _errors(final, each))
+            if score < least and surely:
                 best, least = Entering(causes, x), score
     return best
 
 
-def _whole(final: Fitted, kept: np.ndarray) -> np.ndarray:
-    """Parameters by all records with these causes only."""
-    if kept.size == len(final.variant):
-        return final.x
-    return final.base.bounded(mode(final.expansion, final.variances, kept).x, final.variant)
+def _score(base: _Errors, found: _Errors) -> tuple[float, bool]:
+    """Mean logarithm of the ratio of errors to the base model's over the channels; whether no channel is worse and the
+    gain exceeds its standard error over the records."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = found.rms() / base.rms()
+        by_record = np.log(found.of_records() / base.of_records())
+    known = ratio[np.isfinite(ratio)]
+    score = float(np.mean(np.log(known))) if known.size else 0.0
+    each = np.array([np.mean(row[np.isfinite(row)]) for row in by_record if np.isfinite(row).any()])
+    error = float(np.std(each, ddof=1) / np.sqrt(each.size)) if each.size > 1 else 0.0
+    return score, bool(np.all(known <= WORSE)) and -score > error
 
 
-def _rms(final: Fitted, each: Sequence[np.ndarray]) -> np.ndarray:
-    """Root mean squared free-run error (6,) of all segments, each with parameters (m,) of its own."""
-    square, known = np.zeros(6), np.zeros(6)
+class _Errors(NamedTuple):
+    """Squared free-run errors and known values of the channels, (R, 6) by record."""
+
+    square: np.ndarray
+    known: np.ndarray
+
+    def rms(self) -> np.ndarray:
+        """Root mean squared error (6,) of all records; nan where nothing is known."""
+        return np.sqrt(self.square.sum(axis=0) / self.known.sum(axis=0))
+
+    def of_records(self) -> np.ndarray:
+        """Root mean squared error (R, 6) of each record; nan where nothing is known."""
+        return np.sqrt(self.square / self.known)
+
+
+def _errors(final: Fitted, each: Sequence[np.ndarray]) -> _Errors:
+    """Free-run errors of all segments, each with parameters (m,) of its own."""
+    est = final.base.est
+    square, known = np.zeros((est.n_records, 6)), np.zeros((est.n_records, 6))
     for i, x in enumerate(each):
-        e = simulated_error(final, x, i)
-        square += np.nansum(e**2, axis=0)
-        known += np.isfinite(e).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.sqrt(square / known)
+        e, record = simulated_error(final, x, i), est.segments[i].record
+        square[record] += np.nansum(e**2, axis=0)
+        known[record] += np.isfinite(e).sum(axis=0)
+    return _Errors(square, known)

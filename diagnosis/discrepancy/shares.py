@@ -12,8 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.filters.innovations.vector import CHANNELS, SYMBOLS
-from ...models.model import CHANNELS as COLUMNS
 from ..gain.free_runs import START_S
 from .fit import Fitted
 from .quadratic import Quadratic, mode
@@ -44,21 +42,35 @@ class Share(NamedTuple):
         return f"{'more than ' if self.value > 1.0 else ''}{value} % [{low}, {high}]"
 
 
+class OfChannel(NamedTuple):
+    """Shares of a channel's squared free-run error: taken off by numbers and causes, and by each cause beside them; of
+    its sensor's noise."""
+
+    both: float
+    drops: tuple[float, ...]
+    noise: float
+
+    def explained(self, without: Sequence[int]) -> float:
+        """Share of what can be explained that is, without some of the causes."""
+        taken = self.both - sum(max(self.drops[j], 0.0) for j in without)
+        return max(taken, 0.0) / max(1.0 - self.noise, 0.05)
+
+
 @dataclass(frozen=True)
 class Shares:
     """Shares of the base model's squared free-run error, mean over the channels that tell.
 
-    causes: taken off by the causes alone; numbers: by the model's own numbers alone; both.
+    numbers: taken off by the model's own numbers alone; beside: by these beside the causes; both: by all.
     drops: by each cause beside the numbers and the other causes; felt: whether it surely takes something off a channel.
-    channels: column -> the same, (causes, numbers, both, sensors).
+    channels: those that tell.
     """
 
-    causes: Share
     numbers: Share
+    beside: Share
     both: Share
     drops: tuple[Share, ...]
     felt: tuple[bool, ...]
-    channels: Mapping[str, tuple[float, float, float, float]]
+    channels: tuple[OfChannel, ...]
 
 
 @dataclass(frozen=True)
@@ -105,22 +117,32 @@ def _numbers(null: Fitted, x: np.ndarray, final: Fitted) -> np.ndarray:
     return np.concatenate([x[: len(null.base.terms.parameters)], np.zeros(len(final.variant))])
 
 
-def left_out(q: Quadratic, found: Fitted, record: int, kept: np.ndarray) -> np.ndarray:
-    """Parameters by the other records; those that belong to a record are its own.
+def left_out(q: Quadratic, found: Fitted, record: int | None, kept: np.ndarray) -> np.ndarray:
+    """Parameters that a simulation can carry, by the records other than one (None: by all); those that belong to a
+    record are its own.
 
     kept : places of the causes' parameters that are not zero.
     """
-    variances = found.variances.copy()
-    if not found.base.est.model.is_3dof:
-        variances[FORCES:] = 0.0  # they cannot simulate
-    use = q.record != record
+    if record is None and found.base.est.model.is_3dof and kept.size == len(found.variant):
+        return _simulating(found, found.x)
+    variances = simulating_variances(found)
+    use = np.ones(q.record.size, bool) if record is None else q.record != record
     if not use.any():
         return _simulating(found, found.x)
     records = [(place, p.record) for place, p in zip(found.free, found.variant, strict=True) if place in kept]
-    x = mode(q, variances, [place for place, r in records if r != record], use).x
-    own = [place for place, r in records if r == record]
+    x = mode(q, variances, [place for place, r in records if record is None or r != record], use).x
+    own = [place for place, r in records if r == record and record is not None]
     x[own] = found.x[own]
     return _simulating(found, found.base.bounded(x, found.variant))
+
+
+def simulating_variances(found: Fitted) -> np.ndarray:
+    """The variances, of a response model without those of forces that no simulation carries: beside these, its numbers
+    alone are not what fits."""
+    variances = found.variances.copy()
+    if not found.base.est.model.is_3dof:
+        variances[FORCES:] = 0.0
+    return variances
 
 
 def _simulating(found: Fitted, x: np.ndarray) -> np.ndarray:
@@ -162,13 +184,14 @@ def _shares(
     told = channels & (base.square.sum(axis=0) > TOLD * sd**2 * np.maximum(base.count.sum(axis=0), 1))
     if not told.any():
         nothing = Share(0.0, 0.0, 0.0)
-        return Shares(nothing, nothing, nothing, (nothing,) * n_causes, (False,) * n_causes, {})
+        return Shares(nothing, nothing, nothing, (nothing,) * n_causes, (False,) * n_causes, ())
 
     def ratios(pick: np.ndarray) -> np.ndarray:
         """(3 + causes, channels) shares over some blocks."""
         sums = {name: e.square[pick].sum(axis=0)[told] for name, e in errors.items()}
         whole = np.maximum(sums["base"], 1e-300)
-        rows = [1.0 - sums[name] / whole for name in ("causes", "numbers", "both")]
+        rows = [(sums["base"] - sums["numbers"]) / whole, (sums["causes"] - sums["both"]) / whole]
+        rows += [(sums["base"] - sums["both"]) / whole]
         rows += [(sums[f"without {j}"] - sums["both"]) / whole for j in range(n_causes)]
         return np.array(rows)
 
@@ -179,11 +202,9 @@ def _shares(
     certain = np.asarray(np.quantile(draws[:, 3:], CERTAIN, axis=0)) > 0.0
     felt = tuple(bool(np.any(row)) for row in certain)
     found = [Share(*map(float, one)) for one in zip(middle.mean(axis=1), low, high, strict=True)]
-    names = [COLUMNS[SYMBOLS[c]] for c in range(CHANNELS) if told[c]]
     noise = (sd**2 * base.count.sum(axis=0))[told] / np.maximum(base.square.sum(axis=0)[told], 1e-300)
-    noise = noise / (1.0 + noise)
-    by_channel = {
-        name: (float(middle[0, j]), float(middle[1, j]), float(middle[2, j]), float(noise[j]))
-        for j, name in enumerate(names)
-    }
-    return Shares(found[0], found[1], found[2], tuple(found[3:]), felt, by_channel)
+    of_channels = tuple(
+        OfChannel(float(column[2]), tuple(map(float, column[3:])), float(share / (1.0 + share)))
+        for column, share in zip(middle.T, noise, strict=True)
+    )
+    return Shares(found[0], found[1], found[2], tuple(found[3:]), felt, of_channels)

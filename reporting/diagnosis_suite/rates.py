@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ...bench.kinds.diagnosis.bases import EXACT
 from ...bench.kinds.diagnosis.plan import ORACLE
 
 Frame: TypeAlias = Any
@@ -23,6 +24,8 @@ SCOPES = ("vessel", "gusts", "strength", "injected", "base", "records")
 FOUND = ("alone", "tie")
 WORSE = 1.05
 """Ratio of errors that an extended model may not exceed."""
+CLOSE = 1.3
+"""Largest ratio of errors to the oracle's, in any channel, that counts as close to it."""
 POWER_EDGES = (1.0, 3.0, 10.0, 30.0, 60.0, 120.0, 400.0, 800.0, 4e3, 1e4)
 """Non-centralities between which the power curves count."""
 
@@ -51,8 +54,26 @@ def _detectable(frame: Frame) -> Frame:
     return (frame["group"] == "injected") & frame["detectable"].eq(True)
 
 
+def _exact(frame: Frame) -> Frame:
+    return frame["base"].fillna(EXACT) == EXACT  # stores from before bases were drawn hold none
+
+
+def _nameable(frame: Frame) -> Frame:
+    """Effects beside an imperfect base that the oracle names."""
+    return _detectable(frame) & ~_exact(frame) & frame["outcome_oracle"].isin(FOUND)
+
+
+def _beside(frame: Frame) -> Frame:
+    """Effects beside an imperfect base, with the oracle's errors."""
+    return (frame["group"] == "injected") & ~_exact(frame) & frame["gain_worst"].notna()
+
+
 def _null(gusts: str) -> Callable[[Frame], Frame]:
-    return lambda frame: (frame["group"] == "null") & (frame["gusts"] == gusts)
+    return lambda frame: (frame["group"] == "null") & (frame["gusts"] == gusts) & _exact(frame)
+
+
+def _null_beside(frame: Frame) -> Frame:
+    return (frame["group"] == "null") & ~_exact(frame)
 
 
 def _false_alarm(frame: Frame) -> Frame:
@@ -92,6 +113,19 @@ RATES = (
     Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", _of("anticipated", False), _unexplained, 0.70),
     Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", _of("unforeseen", True), _unexplained, 0.70),
     Rate("extra", "runs with a further name that is none of the hull's", _effects, _further, 0.05, False),
+    Rate(
+        "named_beside", "true cause first or in its tie (imperfect base; the oracle names it)", _nameable, _named, 0.92
+    ),
+    Rate(
+        "false_beside", "a name that is none of the hull's, clean, imperfect base", _null_beside, _further, 0.02, False
+    ),
+    Rate(
+        "close_beside",
+        f"held-out error within {CLOSE} of the oracle's in every channel, imperfect base",
+        _beside,
+        lambda f: f["gain_worst"] <= CLOSE,
+        0.90,
+    ),
     Rate("worse", "held-out error above 1.05 of the base in some channel", _effects, _worse, 0.0, False),
     Rate("both", "both causes of a pair named", lambda f: f["group"] == "pair", lambda f: f["outcome"] == "both", 0.90),
 )
@@ -137,10 +171,14 @@ def build(cases: Frame, sizes: Frame) -> Board:
 
 
 def with_gain(cases: Frame) -> Frame:
-    """Rows of the diagnosers, with `gain_ratio`: held-out error after, over that of the oracle on the same case."""
+    """Rows of the diagnosers, with what the oracle reached on the same case.
+
+    outcome_oracle : its outcome.  gain_ratio, gain_worst : held-out error after over the oracle's, geometric mean and
+    largest of the channels.
+    """
     told = cases["method"] == ORACLE
     after = [f"rmse_after_{channel}" for channel in GAIN_CHANNELS]
-    oracle = cases[told & (cases["status"] == "ok")][[*CASE, *after]]
+    oracle = cases[told & (cases["status"] == "ok")][[*CASE, "outcome", *after]]
     own = cases[~told].merge(oracle, on=CASE, how="left", suffixes=("", "_oracle"))
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.log(
@@ -149,6 +187,7 @@ def with_gain(cases: Frame) -> Frame:
     known = ~np.isnan(ratios)
     mean = np.where(known, ratios, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     own["gain_ratio"] = np.where(known.any(axis=1), np.exp(mean), np.nan)
+    own["gain_worst"] = np.where(known.any(axis=1), np.exp(np.where(known, ratios, -np.inf).max(axis=1)), np.nan)
     return own.drop(columns=[f"{name}_oracle" for name in after])
 
 

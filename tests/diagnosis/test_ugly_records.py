@@ -14,6 +14,7 @@ from helmbench.diagnosis.searches.score import ByScore
 from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 
+ZIGZAGS = ("zigzag:20/20", "zigzag:10/10")
 FEW = Options(max_effects=1, alpha=1e-4)
 """False alarms one in 10,000: what a defect of the logger would bring is far beyond that."""
 
@@ -83,3 +84,30 @@ def test_a_cause_whose_fit_fails_is_a_failed_candidate_with_its_reason(record, m
     assert bank["rudder_fault"].status == "not_testable"
     assert "SVD did not converge" in bank["rudder_fault"].why
     assert "SVD did not converge" in bank["yaw_rate_scale"].why
+
+
+@pytest.fixture
+def runs(seed):
+    """Two clean zigzags of a fast first-order ship."""
+    cases = [
+        Case("response-1", text, "low", seed=seed + i, duration_s=200.0, dt_s=0.5) for i, text in enumerate(ZIGZAGS)
+    ]
+    return [generate(case) for case in cases]
+
+
+@pytest.mark.parametrize("spoiled", [(0,), (0, 1)], ids=["one record", "all records"])
+def test_rudder_and_heading_under_each_others_names_are_told(runs, spoiled):
+    for i in spoiled:
+        swap = {"rudder_rad": runs[i].column("heading_rad"), "heading_rad": runs[i].column("rudder_rad")}
+        runs[i] = runs[i].with_channels(**swap)
+    found = diagnose(resolve("response-1"), runs)
+    assert [f.cause for f in found.causes] == ["channel_swap"] and found.verdict == "named"
+    assert f"in {len(spoiled)} of 2 records" in found.causes[0].evidence
+
+
+def test_nothing_is_named_where_the_rudder_is_of_another_time(runs):
+    """Two fifths of a record later: no phase of the zigzag is kept."""
+    late = [r.with_channels(rudder_rad=np.roll(r.column("rudder_rad"), 2 * r.n // 5)) for r in runs]
+    found = diagnose(resolve("response-1"), late)
+    print(found.verdict, found.reason, found.causes)
+    assert found.verdict not in ("named", "tied")

@@ -71,3 +71,26 @@ def test_where_the_error_lies():
         }
     )
     assert all(0.4 < row["share_of_time"] < 0.6 for row in found.values())
+
+
+@pytest.mark.parametrize(
+    ("wrong", "share"), [(0.1, 0.99), (1.0, 0.0), (2.0, -3.0)], ids=["followed", "no motion", "other side"]
+)
+@pytest.mark.parametrize("channel", ["yaw_rate_rad_s", "heading_rad"])
+def test_share_of_the_motion_that_free_runs_hold(channel, wrong, share, nan):
+    """An error of a share of the motion; a heading counts about its mean, and unknown values do not count."""
+    time = np.arange(200.0)
+    motion = 0.2 * np.sin(2.0 * np.pi * time / 40.0)
+    measured = motion + (3.0 if channel == "heading_rad" else 0.0)
+    after = measured - wrong * motion
+    after[::7] = nan
+    trace = Trace("a", "train", time, 0.0 * time, {channel: measured}, {channel: after}, {channel: after})
+    assert verdict.motion_explained([trace]) == pytest.approx(share, abs=0.02 * max(1.0, wrong**2))
+    assert (verdict.without_motion([trace]) is None) == (share > 0.5)
+
+
+def test_free_runs_of_held_out_records_do_not_decide_on_the_verdict():
+    assert verdict.without_motion([]) is None
+    rate = np.ones(10)
+    trace = Trace("a", "held_out", rate, rate, {"yaw_rate_rad_s": rate}, {}, {"yaw_rate_rad_s": -rate})
+    assert verdict.without_motion([trace]) is None

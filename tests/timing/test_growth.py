@@ -160,16 +160,22 @@ import helmbench
 texts = ["zigzag:10/10", "zigzag:20/20", "turn:20", "zigzag:20/20:port", "sine:15deg/120s"]
 long = {{"noise": "low", "duration_s": 600.0, "dt_s": 0.5}}
 made = [helmbench.simulate("mariner", text, seed=k, **long) for k, text in enumerate(texts)]
-helmbench.diagnose("mariner", made[:3], made[3:])
+model = helmbench.resolve("mariner")
+model = model.with_coefficients({factor} * model.coefficients)
+helmbench.diagnose(model, made[:3], made[3:], coefficient_sd={sd})
 report()
 """
+BASES = {"known": (1.0, 0.0, 3.0), "off by a tenth and free": (1.1, None, 8.0)}
+"""Coefficients of the base model -> their factor, the standard deviations that are given, and the target, s."""
 
 
-def test_diagnosis_of_five_records(ratios, benchmark, tmp_path):
-    found = repeated(benchmark, DIAGNOSIS.format(), tmp_path)
-    name = "diagnose 3 + 2 records of 600 s at 2 Hz, the whole process"
-    told, limit = f"{middle(found, 'cpu'):.2f} CPU s", "the filter's likelihood is evaluated for every cause"
-    ratios.row(f"{name}: wall time", "s", middle(found, "wall"), most=3.0, remark=told, limit=limit)
+@pytest.mark.parametrize("base", BASES)
+def test_diagnosis_of_five_records(ratios, benchmark, tmp_path, base):
+    factor, sd, most = BASES[base]
+    found = repeated(benchmark, DIAGNOSIS.format(factor=factor, sd=sd), tmp_path)
+    name = f"diagnose 3 + 2 records of 600 s at 2 Hz, coefficients {base}, the whole process"
+    told, limit = f"{middle(found, 'cpu'):.2f} CPU s", "the filter's likelihood and its derivatives for every cause"
+    ratios.row(f"{name}: wall time", "s", middle(found, "wall"), most=most, remark=told, limit=limit)
     limit = "kernels, SciPy and the filter's stored steps"
     ratios.row(f"{name}: memory", "GB", middle(found, "gb"), most=0.4, limit=limit)
 

@@ -17,6 +17,8 @@ MOST = 2.0
 DIAMETER = (0.9, 1.1)
 """Factors of a propeller's diameter that is taken from another ship."""
 OTHER_FAMILY = "nomoto-1-cubic"
+LACKING = {"other-family": ("rudder_offset",)}
+"""Base -> causes that describe what its family lacks: the ships' hulls are not symmetric, a response model is."""
 
 
 def base_model(text: str, vessel: str, rng: np.random.Generator) -> Model:

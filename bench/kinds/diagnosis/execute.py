@@ -70,7 +70,7 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
     model, options = base_of(spec), _options(spec)
     with measured_cost(row):
         found = diagnoser.diagnose(model, case.train, case.held_out, options)
-    row |= judge(found, spec.group, spec.injected, spec.base == EXACT) | gain(found)
+    row |= judge(found, spec.group, spec.injected, spec.base) | gain(found)
     return size_rows(found, case) if spec.group in KNOWN and spec.method != ORACLE else []
 
 

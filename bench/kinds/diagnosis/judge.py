@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Any
 
+from .bases import EXACT, LACKING
 from .columns import CHANNELS
 
 if TYPE_CHECKING:
@@ -30,19 +31,19 @@ POWER, LEVEL = 0.99, 0.001
 """An effect is detectable where the best test of this level has this power."""
 
 
-def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], exact: bool = True) -> dict[str, Any]:
+def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str = EXACT) -> dict[str, Any]:
     """The scored columns of one case: verdict, what was named, outcome, false alarm, wrong name, size of the tie, and
     how many further names are none of the hull's.
 
-    exact : whether the base model is; else names of the hull's own numbers are right, and count only where such an
-    effect is injected.
+    base : what is wrong with the base model itself (`bases.BASES`); unless it is exact, names of what it lacks itself
+    are right, and count only where such an effect is injected.
     """
     findings = [frozenset((f.cause, *f.tied_with)) for f in diagnosis.causes]
     extra = [f for f, held in zip(diagnosis.causes, findings, strict=True) if not held & set(injected)]
-    extra = [f for f in extra if not _of_hull(f.cause)]
-    if not exact:
+    extra = [f for f in extra if not _of_base(f.cause, base)]
+    if base != EXACT:
         named = zip(diagnosis.causes, findings, strict=True)
-        findings = [held for f, held in named if not _of_hull(f.cause) or held & set(injected)]
+        findings = [held for f, held in named if not _of_base(f.cause, base) or held & set(injected)]
     holding = [found for found in findings if found & set(injected)]
     outcome = _outcome(diagnosis, group, injected, findings)
     confident = diagnosis.verdict in ("named", "tied")
@@ -57,13 +58,13 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], exact: bool
     }
 
 
-def _of_hull(name: str) -> bool:
-    """Whether a name says something of the base model's own numbers."""
+def _of_base(name: str, base: str) -> bool:
+    """Whether a name says something of the base model's own numbers, or of what its family lacks."""
     from ....diagnosis.causes.registry import all_causes
     from ....diagnosis.discrepancy.diagnosed import of_hull
 
     known = all_causes()
-    return name in known and of_hull(known[name])
+    return name in LACKING.get(base, ()) or (name in known and of_hull(known[name]))
 
 
 def _outcome(diagnosis: Diagnosis, group: str, injected: Sequence[str], findings: Sequence[frozenset[str]]) -> str:

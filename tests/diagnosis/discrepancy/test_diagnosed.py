@@ -8,6 +8,7 @@ from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.discrepancy.diagnosed import of_hull
+from helmbench.diagnosis.discrepancy.shares import OfChannel
 from helmbench.models.model import model_to_json, resolve
 
 from ...injections import injected
@@ -67,3 +68,24 @@ def test_nothing_is_named_where_only_the_base_is_wrong(rng):
     found = diagnose(base_model("off-10", vessel, rng), case.train)
     print(vessel, found.verdict, found.causes)
     assert strangers(found) == []
+
+
+@pytest.mark.parametrize("vessel", ["response-1", "cargo"])
+def test_the_extended_response_model_runs_as_well_as_its_fit(vessel, rng):
+    """Forces that only the filter knows may not make up for its numbers: no training record is predicted worse."""
+    case = injected(vessel, (), rng, gusts="slow")
+    found = diagnose(base_model("off-10", vessel, rng), case.train)
+    print(found.verdict, found.reason, found.causes)
+    for channel in ("heading_rad", "yaw_rate_rad_s"):
+        before, after = (
+            np.concatenate([t.measured[channel] - side[channel] for t in found.traces for side in [getattr(t, when)]])
+            for when in ("before", "after")
+        )
+        assert np.nanmean(after**2) <= (1.1**2) * np.nanmean(before**2)
+
+
+def test_what_is_not_named_explains_nothing():
+    channel = OfChannel(both=0.8, drops=(0.3, -0.1), noise=0.2)
+    assert channel.explained([]) == pytest.approx(1.0)
+    assert channel.explained([0]) == pytest.approx(0.5 / 0.8)
+    assert channel.explained([1]) == pytest.approx(1.0)

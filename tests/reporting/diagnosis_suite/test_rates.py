@@ -139,3 +139,24 @@ def test_a_report_of_nothing_is_refused(tmp_path):
     Store.create(tmp_path / "out", manifest).close()
     with pytest.raises(BadInput, match="no case is finished"):
         page.write_report(tmp_path / "out")
+
+
+def test_imperfect_bases_are_compared_with_what_the_oracle_reaches(case_of):
+    """Four effects beside imperfect bases, of which the oracle names three and the diagnosis two, and two clean
+    records."""
+    missed = {"outcome": "missed", "named": "base_coefficients", "tie_size": None}
+    clean = {"group": "null", "injected": "", "strength": "none", "detectable": None, "noncentrality": None}
+    clean |= {"outcome": "adequate", "named": "", "verdict": "named"}
+    off = {"base": "off-10"}
+    told = [
+        case_of(seed=1, rmse_after_heading_rad=0.1, **off), case_of(seed=2, rmse_after_heading_rad=0.2, **off),
+        case_of(seed=3, rmse_after_heading_rad=0.1, **off, **missed), case_of(seed=4, **off, **missed),
+        case_of(seed=5, **off, **clean, extra_names=1), case_of(seed=6, **off, **clean, extra_names=0),
+        case_of(seed=7),
+    ]  # fmt: skip
+    oracle = [case_of(seed=i, method=ORACLE, rmse_after_heading_rad=0.1, **off) for i in (1, 2, 3)]
+    board = board_of([*told, *oracle, case_of(seed=4, method=ORACLE, **off, **missed)])
+    counted = {name: (rate(board, name)["hits"], rate(board, name)["n"]) for name in
+               ("named", "named_beside", "false_beside", "close_beside")}  # fmt: skip
+    assert counted == {"named": (3, 5), "named_beside": (2, 3), "false_beside": (1, 2), "close_beside": (3, 4)}
+    assert "false_clean" not in set(board.rates["rate"])
