@@ -62,7 +62,7 @@ def _warm_fit(spec: RunSpec, task: Problem) -> None:
     def action() -> None:
         method = make(spec.maker)
         if hasattr(method, "trials"):
-            method.trials = 1
+            method.set_params(trials=1)
         estimate = method.fit(short, task.model)
         prediction_scores(estimate.model, task.held_out[:1], estimate.predictor)
 
