@@ -115,12 +115,28 @@ def readme(
             f"![Median prediction error of every method with its interval]({PICTURE})",
             "## Ranking",
             tables.markdown(shown),
+            "## Suites",
+            tables.markdown(_suites(manifest, results)),
             "## Findings",
             "\n".join(told),
             "## Statistics",
             *map(tables.in_markdown, found.statements()),
         ]
     ) + "\n"  # fmt: skip
+
+
+def _suites(manifest: Mapping[str, Any], results: Frame) -> tables.Table:
+    """Runs and CPU time of fits by suite; a run that several suites have counts in the first."""
+    groups = results.groupby("suite", observed=True)["cpu_s"]
+    runs, seconds = groups.size(), groups.sum()
+    names = [name for name in str(manifest["suite"]).split(", ") if name in runs.index]
+    rows = [{"suite": name, "runs": int(runs[name]), "minutes": float(seconds[name]) / 60.0} for name in names]
+    columns = [
+        tables.field("suite"),
+        tables.Column("runs", lambda row: str(row["runs"]), lambda row: row["runs"]),
+        tables.Column("CPU time of fits (min)", lambda row: f"{row['minutes']:.1f}", lambda row: row["minutes"]),
+    ]
+    return tables.make_table(columns, rows)
 
 
 def picture(board: Leaderboard) -> str:
