@@ -32,7 +32,7 @@
     if (budgets.length) addSelect("budget", "CPU time for a fit", [["", "any"]].concat(budgets.map(function (text) {
       return [text, "at most " + text];
     })), function (value) { state.budget = value; });
-    const names = { prediction: "prediction of held-out records", parameters: "parameters" };
+    const names = { prediction: "prediction", parameters: "parameters" };
     if (Object.keys(data.errors).length > 1) addSelect("criterion", "ranked by error of", Object.keys(data.errors).map(
       function (name) { return [name, names[name]]; }), function (value) { state.criterion = value; });
     make("button", { type: "button", text: "Reset" }, form).addEventListener("click", function () {
