@@ -11,11 +11,10 @@ import numpy as np
 from ..estimation.filters.innovations.estimator import estimator
 from . import verdict
 from .causes.registry import terms_for
-from .findings import all_findings, bank_entries, hypothesis_of, noise_of
+from .findings import all_findings, bank_entries, diagnosis_of, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import Predicted, predicting
 from .residuals.judged import unexplained
-from .result import Diagnosis
 from .selection.forward import select, without
 from .selection.materiality import material
 from .starting import starting_state, thinned
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from .causes.base import Cause
     from .options import Options
     from .prepared import Prepared
+    from .result import Diagnosis
 
 
 @dataclass(frozen=True)
@@ -73,28 +73,18 @@ def concluded(
     left = found.left if found.left is not None else _failed(predicted, state)
     findings = all_findings(state, failing, given.faults, given.tracks, rng)
     instead = bool(state.accepted) and left is not None and left is state.rival
-    decided, reason = verdict.decide(found.poor, left, instead, findings)
     est = state.est
-    return Diagnosis(
-        model=model,
-        extended=extended_model(est, predicted.setting, predicted.state.causes, given.instruments),
-        base_parameters=str(options.base_parameters),
-        records=(),
-        alpha=options.alpha,
-        seed=options.seed,
-        threads=options.threads,
-        verdict=decided,
-        reason=reason,
-        causes=tuple(findings) if decided != "inconclusive" else (),
-        bank=bank_entries(state, found.cannot, findings, given.tracks, found.small),
-        gain=predicted.gain,
-        hypothesis=hypothesis_of(state, left, held_out),
+    extended = extended_model(est, predicted.setting, predicted.state.causes, given.instruments)
+    return diagnosis_of(
+        (model, extended),
+        options,
+        verdict.decide(found.poor, left, instead, findings),
+        findings,
+        bank_entries(state, found.cannot, findings, given.tracks, found.small),
+        (predicted.gain, predicted.traces),
         noise=noise_of(est, state.setting),
-        traces=predicted.traces,
-        where=tuple(verdict.where(predicted.traces)),
-        next_manoeuvre=verdict.next_manoeuvre(found.poor, findings),
-        wall_s=0.0,
-        cpu_s=0.0,
+        poor=found.poor,
+        hypothesis=hypothesis_of(state, left, held_out),
     )
 
 

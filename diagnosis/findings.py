@@ -1,4 +1,5 @@
-"""What was found, as results tell it: findings with sizes, one line for every cause, the hypothesis, the noise."""
+"""What was found, as results tell it: findings with sizes, one line for every cause, the hypothesis, the noise, and the
+diagnosis made of them."""
 
 from __future__ import annotations
 
@@ -13,18 +14,20 @@ from ..models.model import CHANNELS as COLUMNS
 from .causes.outliers import Outliers
 from .causes.registry import causes
 from .residuals.unmodelled import confirmed
-from .result import Entry, Finding
+from .result import Diagnosis, Entry, Finding, Gain, Trace
 from .state import Candidate, State, Unmodelled, covariance
 from .statistics.score_tests import log_tail
-from .verdict import power
+from .verdict import next_manoeuvre, power, where
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..estimation.filters.innovations.estimator import Estimator
     from ..estimation.filters.innovations.settings import Setting
+    from ..models.model import Model
     from .causes._records import RecordFault
     from .causes.base import Cause
     from .kinematics.tracks import Tracks
+    from .options import Options
 
 
 def all_findings(
@@ -180,3 +183,44 @@ def noise_of(est: Estimator, s: Setting) -> dict[str, Any]:
         "correlation_time_s": float(s.noise.correlation_time_s),
         "rudder_sd": est.rudder_sd,
     }
+
+
+# ---- all of it
+def diagnosis_of(
+    models: tuple[Model, Model],
+    options: Options,
+    decided: tuple[str, str],
+    findings: Sequence[Finding],
+    bank: Sequence[Entry],
+    predicted: tuple[Mapping[str, Gain], Sequence[Trace]],
+    *,
+    noise: Mapping[str, Any],
+    poor: str | None = None,
+    hypothesis: dict[str, Any] | None = None,
+) -> Diagnosis:
+    """The diagnosis without the names of its records and without its cost, which `diagnose` knows.
+
+    models : base and extended.  decided : verdict and reason.  predicted : gain by channel, traces.  poor : why the
+    records cannot decide anything; then no cause is told.
+    """
+    gain, traces = predicted
+    return Diagnosis(
+        *models,
+        base_parameters=str(options.base_parameters),
+        records=(),
+        alpha=options.alpha,
+        seed=options.seed,
+        threads=options.threads,
+        verdict=decided[0],
+        reason=decided[1],
+        causes=tuple(findings) if poor is None else (),
+        bank=tuple(bank),
+        gain=dict(gain),
+        hypothesis=hypothesis,
+        noise=dict(noise),
+        traces=tuple(traces),
+        where=tuple(where(traces)),
+        next_manoeuvre=next_manoeuvre(poor, findings),
+        wall_s=0.0,
+        cpu_s=0.0,
+    )

@@ -12,15 +12,17 @@ import numpy as np
 from ...estimation.filters.innovations.estimator import estimator
 from ..causes.base import Cause
 from ..causes.registry import causes
+from ..findings import diagnosis_of
 from ..gain import free_runs
 from ..gain.extension import extended_model
-from ..result import Diagnosis, Entry, Finding, Gain
+from ..result import Entry, Finding
 from .output_error import Fit, FreeRuns, rms
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.settings import Setting
     from ..options import Options
+    from ..result import Diagnosis, Gain
     from ..state import Variant
 
 
@@ -46,14 +48,17 @@ def conclude(
     setting = chosen[-1].fit.setting if chosen else runs.start
     bank = [Entry(c.id, "named" if c in names else "not_significant", None, None, None, "") for c in causes().values()]
     roles = [*((name, "train") for name in est.record_names), *((record.name, "held_out") for record in held_out)]
-    return Diagnosis(
-        model=est.model, extended=extended_model(est, setting, names), base_parameters="file",
-        records=tuple(roles), alpha=options.alpha, seed=options.seed, threads=options.threads, verdict=verdict,
-        reason=reason, causes=tuple(findings(runs, chosen, rng)), bank=tuple(bank),
-        gain=_gains(runs, held_out, setting, [p for c in chosen for p in c.variant], rng),
-        hypothesis=None, noise={}, traces=(), where=(), next_manoeuvre=None,
-        wall_s=time.perf_counter() - clock[0], cpu_s=time.process_time() - clock[1],
-    )  # fmt: skip
+    told = diagnosis_of(
+        (est.model, extended_model(est, setting, names)),
+        replace(options, base_parameters="file"),
+        (verdict, reason),
+        findings(runs, chosen, rng),
+        bank,
+        (_gains(runs, held_out, setting, [p for c in chosen for p in c.variant], rng), ()),
+        noise={},
+    )
+    wall_s, cpu_s = time.perf_counter() - clock[0], time.process_time() - clock[1]
+    return replace(told, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
 
 
 def findings(runs: FreeRuns, chosen: Sequence[Chosen], rng: np.random.Generator) -> list[Finding]:

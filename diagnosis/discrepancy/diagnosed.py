@@ -19,11 +19,11 @@ from ..causes.base import NORMAL_90, Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes, terms_for
 from ..causes.rudder_effectiveness import RudderEffectiveness
-from ..findings import noise_of, of_fault
+from ..findings import diagnosis_of, noise_of, of_fault
 from ..gain.extension import extended_model
 from ..gain.measured import base_setting, gain_of
 from ..kinematics.stage import Sensors, sensors_of
-from ..result import Diagnosis, Entry, Finding, Size
+from ..result import Entry, Finding, Size
 from ..starting import starting_state, thinned
 from ..state import Candidate, State
 from .entering import entering
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..options import Options
     from ..prepared import Prepared
+    from ..result import Diagnosis
     from ..state import Variant
 
 LEFT_OUT = ("coefficient_shift", "clock_jitter", "wave_drift", "speed_loss", "second_order_lead")
@@ -178,32 +179,13 @@ def _told(
     entered = [Candidate(a.cause, a.variant, a.log_p, a.statistic, setting, raw.now) for a in causes]
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
     held_out = thinned(given.held_out, raw.est.model)
-    gain, traces = gain_of(state, base_setting(state, options), setting, held_out, rng)
+    predicted = gain_of(state, base_setting(state, options), setting, held_out, rng)
     every = (*map(of_fault, given.faults), *given.tracks.findings, *sensors.findings, *findings)
-    decided, reason = _verdict(done, every)
     instruments = combined(given.instruments, sensors.instruments)
-    built = [a.cause for a in causes]
-    return Diagnosis(
-        model=raw.est.model,
-        extended=extended_model(raw.est, setting, built, {**instruments}),
-        base_parameters=str(options.base_parameters),
-        records=(),
-        alpha=options.alpha,
-        seed=options.seed,
-        threads=options.threads,
-        verdict=decided,
-        reason=reason,
-        causes=every,
-        bank=_bank(done, every, cannot),
-        gain=gain,
-        hypothesis=None,
-        noise=noise_of(raw.est, done.found.final.setting),
-        traces=traces,
-        where=tuple(verdict.where(traces)),
-        next_manoeuvre=verdict.next_manoeuvre(None, every),
-        wall_s=0.0,
-        cpu_s=0.0,
-    )
+    extended = extended_model(raw.est, setting, [a.cause for a in causes], {**instruments})
+    noise = noise_of(raw.est, done.found.final.setting)
+    bank = _bank(done, every, cannot)
+    return diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, predicted, noise=noise)
 
 
 def _findings(done: Conclusion, rng: np.random.Generator) -> list[Finding]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise
-from .quadratic import START, Quadratic, mode, quadratic, scales
+from .quadratic import MOST, START, Quadratic, mode, quadratic, scales
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -21,8 +21,10 @@ if TYPE_CHECKING:
 
 BLOCK_S = 50.0
 """Length of a block, s of a 160 m ship."""
-ROUNDS, ENOUGH = 6, 0.3
+ROUNDS, ENOUGH = 12, 0.3
 """Most rounds of a fit, and the rise of the marginal likelihood (nats) below which it ends."""
+STATED = np.minimum(MOST, 1.0)
+"""Variances that hold first, those of the priors as stated: from far off a fit would be led astray."""
 HALVINGS = 5
 FORCE = 3e-5
 """Random forces, in force units, at which the fit of the noise starts: without any, it ends far from the best where the
@@ -143,22 +145,29 @@ def fit(
     s, now = fit_noise(est, base.at(x, variant, with_forces(s)), 4, ROUGH)
     causes = np.arange(free, x.size)
     variances = START if variances is None else variances
-    evidence, before = -np.inf, -np.inf
+    best: Fitted | None = None
+    settled, before, most = True, -np.inf, STATED
     for _ in range(rounds):
         q = expanded(base, s, now, x, variant)
-        variances, _ = scales(q, causes, (variances, START))
+        if settled:  # far from the mode the quadratic says nothing of the variances
+            variances = np.minimum(scales(q, causes, (variances, START))[0], most)
         moved = _stepped(base, s, now, x, mode(q, variances, causes).x, variances, variant)
-        if moved is None:
+        if moved is not None:
+            x, s, now, settled = moved
+            s, now = fit_noise(est, s, 2, ROUGH)
+            evidence = _evidence(q, x, variances, now.log_likelihood)
+            if best is None or evidence > best.evidence:
+                best = Fitted(base, variant, s, now, x, variances, evidence)
+            rises, before = evidence - before > ENOUGH, evidence
+            if rises or not settled:
+                continue
+        if not np.any(variances == most) or most is MOST:
             break
-        x, s, now = moved
-        s, now = fit_noise(est, s, 2, ROUGH)
-        evidence = _evidence(q, x, variances, now.log_likelihood)
-        if evidence - before < ENOUGH:
-            break
-        before = evidence
-    if not np.isfinite(evidence):
+        settled, most = True, MOST
+    if best is None:
         evidence = _evidence(expanded(base, s, now, x, variant), x, variances, now.log_likelihood)
-    return Fitted(base, variant, s, now, x, variances, evidence)
+        best = Fitted(base, variant, s, now, x, variances, evidence)
+    return best
 
 
 def with_forces(s: Setting) -> Setting:
@@ -169,21 +178,27 @@ def with_forces(s: Setting) -> Setting:
 
 def _stepped(
     base: Base, s: Setting, now: Innovations, x: np.ndarray, target: np.ndarray, variances: np.ndarray, variant: Variant
-) -> tuple[np.ndarray, Setting, Innovations] | None:
-    """A step towards the mode, halved until the penalised likelihood rises; None where none does."""
+) -> tuple[np.ndarray, Setting, Innovations, bool] | None:
+    """A step towards the mode, halved until the penalised likelihood rises, and whether it is whole; None where none
+    does.
+
+    Where it falls the noise is fitted before it counts: another inertia makes other motions of the same random forces.
+    """
     held = len(base.terms.parameters)
     weight = 1.0 / variances[base.terms.group]
 
     def value(at: np.ndarray, found: Innovations) -> float:
         return found.log_likelihood - 0.5 * float(np.sum(weight * at[:held] ** 2))
 
-    here = value(x, now)
+    here = value(x, now) - 1e-6
     for power in range(HALVINGS):
         trial = base.bounded(x + (target - x) * 0.5**power, variant)
         there = base.at(trial, variant, s)
         found = base.est.evaluate(there)
-        if value(trial, found) > here - 1e-6:
-            return trial, there, found
+        if not value(trial, found) > here:
+            there, found = fit_noise(base.est, there, 2, ROUGH)
+        if value(trial, found) > here:
+            return trial, there, found, power == 0
     return None
 
 

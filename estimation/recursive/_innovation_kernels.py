@@ -86,22 +86,6 @@ def multi_innovation(y, h, first, size, length, omega, theta, factor, diagonal, 
             path[k - first] = theta
 
 
-@njit(types.void(A1, A2, i8, i8, i8, f8, A1, A2, A2), **JIT)
-def multi_innovation_as_printed(y, h, first, size, length, omega, theta, p, path):
-    """Eq 22 and 23 of paper 004 literally: z = sin(omega E), and P + P Phi (I + Phi'P Phi)^-1 Phi'P."""
-    d = theta.size
-    for end in range(first + size, y.size + 1, size):
-        start = max(0, end - length * size)
-        phi = h[start:end]
-        z = np.sin(omega * (y[start:end] - phi @ theta))
-        projected = phi @ p
-        p += projected.T @ np.linalg.solve(np.eye(end - start) + projected @ phi.T, projected)
-        theta += p @ (phi.T @ z)
-        for k in range(end - size, end):
-            for j in range(d):
-                path[k - first, j] = theta[j]
-
-
 @njit(types.void(A1, A2, f8, f8, i8, f8, A1, A2, A1, A2, A1), **JIT)
 def iterative_learning(y, h, beta, share, most, tolerance, theta, factor, diagonal, path, counts):
     """FCI-LS, corrected: each row up to `most` times, every time followed by a step beta h e_hat/k, k its number.

@@ -37,20 +37,22 @@ class MultiInnovationRule:
 
     def run(self, y, h, per_sample: int, theta, factor, diagonal, path) -> None:
         """As `recursion.UpdateRule.run`."""
-        from . import _innovation_kernels as kernels
-
         first = 0
         if self.window is not None:
             first = len(self.window[0])
             y, h = np.concatenate([self.window[0], y]), np.concatenate([self.window[1], h])
         if self.as_printed:
+            from ._printed_kernels import multi_innovation_as_printed
+
             omega = self.omega[0]
-            kernels.multi_innovation_as_printed(y, h, first, per_sample, self.length, omega, theta, factor, path)
+            multi_innovation_as_printed(y, h, first, per_sample, self.length, omega, theta, factor, path)
         else:
+            from ._innovation_kernels import multi_innovation
+
             omegas = np.array(self.omega, float)
             if omegas.size not in (0, per_sample):  # an equation without unknowns has been left out
                 omegas = np.full(per_sample, omegas.max())
-            kernels.multi_innovation(y, h, first, per_sample, self.length, omegas, theta, factor, diagonal, path)
+            multi_innovation(y, h, first, per_sample, self.length, omegas, theta, factor, diagonal, path)
         kept = min((self.length - 1) * per_sample, len(y))
         self.window = y[len(y) - kept :].copy(), h[len(y) - kept :].copy()
 

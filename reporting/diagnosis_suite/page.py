@@ -31,8 +31,8 @@ READING = (
     "extended model on whole held-out records, over that of a fit with the true causes (the oracle); geometric mean "
     "over heading, yaw rate, surge and sway. "
     "Imperfect base: the base model's own numbers, terms or particulars are wrong. There an effect that is detectable "
-    "beside an exact base may be impossible to tell, so that names are also counted over the cases in which the oracle, "
-    "who is told the true cause, names it. "
+    "beside an exact base may be impossible to tell, so that names are also counted over the cases in which the "
+    "oracle, who is told the true cause, names it. "
     "[intervals] of rates: Clopper-Pearson, 95 %; of medians: 5 and 95 % quantiles of the cases. A failed case "
     "counts against its rate. Every case can be made again from its vessel, causes, strength, gusts and seed."
 )

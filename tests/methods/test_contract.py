@@ -96,6 +96,20 @@ class ListOnly(Ls):
         return super().fit([*records], model)
 
 
+class ChangesRecords(Ls):
+    """Takes the first heading off the record it was given."""
+
+    name = "changes-records"
+    title = "changes the records"
+
+    def fit(self, records, model):
+        found = super().fit(records, model)
+        for record in records if isinstance(records, (list, tuple)) else [records]:
+            heading = record.channels["heading_rad"]
+            object.__setattr__(record, "channels", {**record.channels, "heading_rad": heading - heading[0] - 1.0})
+        return found
+
+
 @pytest.mark.parametrize(
     ("cls", "check", "error"),
     [
@@ -105,9 +119,19 @@ class ListOnly(Ls):
         (Random, contract.check_deterministic, AssertionError),
         (FirstOnly, contract.check_record_order, AssertionError),
         (IgnoresSign, contract.check_rudder_sign, AssertionError),
+        (ChangesRecords, contract.check_records_are_not_changed, AssertionError),
         (Crashing, contract.check_too_short, IndexError),
     ],
-    ids=["changes-option", "list-only", "uses-truth", "random", "first-only", "ignores-sign", "crashing"],
+    ids=[
+        "changes-option",
+        "list-only",
+        "uses-truth",
+        "random",
+        "first-only",
+        "ignores-sign",
+        "changes-records",
+        "crashing",
+    ],
 )
 def test_the_checks_find_methods_that_break_the_contract(cls, check, error):
     with pytest.raises(error):
