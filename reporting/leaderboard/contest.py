@@ -20,6 +20,7 @@ from .standings import CELL, COVERAGE, FLOOR, MEDIANS, PREDICTED, Frame, in_orde
 CRITERIA = {"prediction": "nrmse", "parameters": "rel_error"}
 """Name of a criterion -> column of the cells; the first is what methods are ranked by."""
 DIMENSIONS = {
+    "suite": "suite",
     "vessel": "vessel",
     "excitation": "excitation",
     "noise": "noise",
@@ -158,6 +159,8 @@ def described(cells: Frame, runs: Frame) -> Frame:
     problems = cells[CELL].drop_duplicates()
     channels = _scored(runs).rename("channels")
     problems = problems.merge(channels, left_on=CELL, right_index=True, how="left")
+    suites = runs.drop_duplicates(CELL)[[*CELL, "suite"]]  # a problem that several suites have counts in the first
+    problems = problems.merge(suites, on=CELL, how="left") if len(runs) else problems.assign(suite="all")
     texts = {
         "excitation": problems["train"].astype(str).map(excitation),
         "sampling": [sampling(n, share) for n, share in zip(problems["thinning"], problems["length"], strict=True)],

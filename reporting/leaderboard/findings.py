@@ -30,13 +30,24 @@ class Finding:
     command: str
 
 
-def findings(of: Statistics) -> list[Finding]:
-    """All findings that the results allow, in reading order."""
-    makers: tuple[Callable[[Statistics], Finding | None], ...] = (
-        _best, _boxes, _boxes_of_simpler_models, _simpler_models, _bound, _speed, _noise, _disturbance, _outliers,
-        _sampling, _excitation, _failures, _ranking, _hardest,
+def findings(of: Statistics, every: Statistics | None = None) -> list[Finding]:
+    """All findings that the results allow, in reading order.
+
+    Parameters
+    ----------
+    of : the main suite.
+    every : all suites, for what is said of conditions; None: the main one.
+    """
+    ranking: tuple[Callable[[Statistics], Finding | None], ...] = (
+        _best, _boxes, _boxes_of_simpler_models, _simpler_models, _bound, _speed,
     )  # fmt: skip
-    return [found for found in (make(of) for make in makers) if found is not None]
+    conditions = (_noise, _disturbance, _outliers, _sampling, _excitation)
+    made = [
+        *(make(of) for make in ranking),
+        *(make(every or of) for make in conditions),
+        *(make(of) for make in (_failures, _ranking, _hardest)),
+    ]
+    return [found for found in made if found is not None]
 
 
 def _command(suite: str) -> str:
@@ -117,7 +128,7 @@ def _bound(of: Statistics) -> Finding | None:
         f"At low noise {near} comes nearest to the Cramer-Rao floor: its median parameter error is "
         f"{number(known[near])} times the floor ({percent(floor['low'], 2)}); unbiased methods reach about 1."
     )
-    return Finding(text, _command("noise"))
+    return Finding(text, _command("default"))
 
 
 def _speed(of: Statistics) -> Finding | None:

@@ -103,8 +103,15 @@ def html(
     timings: Sequence[dict],
     found: Statistics,
     data: str,
+    main: str = "",
 ) -> str:
-    """The report as one self-contained page; data: what `page_data.as_script` gave."""
+    """The report as one self-contained page.
+
+    Parameters
+    ----------
+    data : what `page_data.as_script` gave.
+    main : the suite that board and statistics are of, where the results are of several.
+    """
     return render(
         "leaderboard.html.j2",
         suite=manifest["suite"],
@@ -112,6 +119,7 @@ def html(
         headline=headline(manifest, results),
         complete=len(results) >= manifest["planned"],
         data=data,
+        main=main,
         charts=found.charts(),
         statements=statements(found),
         sensitivity=found.sensitivity_table(),

@@ -26,8 +26,10 @@ COARSER = ("held_out", "length", "thinning", "train", "disturbance", "model", "v
 """Columns of a cell that are put together, one after the other, where there are too many cells for a page."""
 
 
-def page_data(cells: Frame, runs: Frame, estimates: Frame, traces: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Everything that the page's script needs, as plain values."""
+def page_data(
+    cells: Frame, runs: Frame, estimates: Frame, traces: Sequence[Mapping[str, Any]], suite: str = ""
+) -> dict[str, Any]:
+    """Everything that the page's script needs, as plain values; `suite` is the one that the page shows first."""
     coarse, together = coarsened(cells)
     if together:
         runs, estimates = runs[:0], estimates[:0]
@@ -35,7 +37,8 @@ def page_data(cells: Frame, runs: Frame, estimates: Frame, traces: Sequence[Mapp
     board = boards["prediction"]
     return {
         "methods": list(board.methods),
-        "dimensions": dimensions(board),
+        "dimensions": (shown := dimensions(board)),
+        "begin": {own["name"]: suite for own in shown if own["name"] == "suite" and suite in own["levels"]},
         "problems": [_problem(row) for row in board.problems.to_dict("records")],
         "together": together,
         "errors": {name: errors(own) for name, own in boards.items() if np.isfinite(own.errors).any()},

@@ -36,7 +36,7 @@
     if (Object.keys(data.errors).length > 1) addSelect("criterion", "ranked by error of", Object.keys(data.errors).map(
       function (name) { return [name, names[name]]; }), function (value) { state.criterion = value; });
     make("button", { type: "button", text: "Reset" }, form).addEventListener("click", function () {
-      state.chosen = {}; state.budget = ""; state.criterion = Object.keys(data.errors)[0]; state.method = ""; show();
+      state.chosen = Object.assign({}, data.begin); state.budget = ""; state.criterion = Object.keys(data.errors)[0]; state.method = ""; show();
     });
   }
   function showForm() {
@@ -155,6 +155,9 @@
 
   function writeHash() {
     const parts = new URLSearchParams(state.chosen);
+    Object.keys(data.begin).forEach(function (name) {
+      if (!state.chosen[name]) parts.set(name, ""); else if (state.chosen[name] === data.begin[name]) parts.delete(name);
+    });
     ["budget", "sort", "method", "problem"].forEach(function (name) { if (state[name]) parts.set("_" + name, state[name]); });
     if (state.criterion !== Object.keys(data.errors)[0]) parts.set("_criterion", state.criterion);
     if (state.way < 0) parts.set("_way", "-1");
@@ -164,7 +167,7 @@
   function readHash() {
     const parts = new URLSearchParams(location.hash.slice(1));
     state.chosen = {};
-    dims.forEach(function (dim) { const own = parts.get(dim.name); if (dim.levels.includes(own)) state.chosen[dim.name] = own; });
+    dims.forEach(function (dim) { const own = parts.has(dim.name) ? parts.get(dim.name) : data.begin[dim.name]; if (dim.levels.includes(own)) state.chosen[dim.name] = own; });
     state.budget = data.budgets[parts.get("_budget")] ? parts.get("_budget") : "";
     state.criterion = data.errors[parts.get("_criterion")] ? parts.get("_criterion") : Object.keys(data.errors)[0];
     state.sort = parts.get("_sort") || ""; state.way = parts.get("_way") === "-1" ? -1 : 1;
