@@ -72,7 +72,7 @@ def answer(board: Contest) -> str:
         return f"{head}; no other is as good: {told} (p {_p(least.p)})."
     fast = max(good, key=lambda other: round(other.speed, 9))
     chosen = fast if fast.speed >= FASTER else good[0]
-    more = f"; {len(good) - 1} more are as good" if len(good) > 1 else ""
+    more = f"; {len(good) - 1} more {'is' if len(good) == 2 else 'are'} as good" if len(good) > 1 else ""
     return f"{head}; {chosen.method} is as good (p {_p(chosen.p)}){_faster(chosen)}{more}."
 
 

@@ -89,8 +89,8 @@ def pages(
 
 
 def main_board(runs: Frame, estimates: Frame, suite: str) -> tuple[Leaderboard, Statistics]:
-    """Leaderboard and statistics of one suite's runs (`standings.judged`)."""
-    own = runs[runs["suite"] == suite]
+    """Leaderboard and statistics of all runs (`standings.judged`) in one suite's problems, as the page gives them."""
+    own = runs.merge(runs.loc[runs["suite"] == suite, CELL].drop_duplicates(), on=CELL)
     cells = standings.cell_table(own)
     board = standings.build(own, estimates, own, cells)
     return board, Statistics(contest(cells, own), cells, estimates)

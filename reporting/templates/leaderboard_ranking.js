@@ -175,7 +175,7 @@ const Ranking = (function () {
       return head + "; no other is as good: " + told + " (p " + pText(least.p) + ").";
     }
     const fast = quickest(good), chosen = fast.speed >= FASTER ? fast : good[0];
-    const more = good.length > 1 ? "; " + (good.length - 1) + " more are as good" : "";
+    const more = good.length > 1 ? "; " + (good.length - 1) + (good.length === 2 ? " more is" : " more are") + " as good" : "";
     return head + "; " + chosen.method + " is as good (p " + pText(chosen.p) + ")" + faster(chosen) + more + ".";
   }
   return { median: median, signedRank: signedRank, holm: holm, board: board, order: order, rivals: rivals, answer: answer,

@@ -10,7 +10,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
 from helmbench.bench.store import Store, read_tables
-from helmbench.reporting.leaderboard import contest, page, standings
+from helmbench.reporting.leaderboard import contest, page, publish, standings
 from helmbench.reporting.leaderboard.answer import answer, rivals
 from helmbench.reporting.leaderboard.estimates import summarised
 
@@ -246,3 +246,27 @@ def test_csv_and_svg_are_downloaded(opened):
     with tab.expect_download() as waiting:
         tab.locator("#front .save").click()
     assert waiting.value.path().read_text().startswith("<svg")
+
+
+def test_a_page_of_two_suites_begins_with_the_first(browser, results, tmp_path):
+    """The choice of another suite, and of all of them, is kept in the address."""
+    from ...made_up_runs import make_run
+
+    facts = {"suite": "wind", "vessel": "esso-osaka-l3", "disturbance": "wind:8@40deg"}
+    runs = [make_run(method=method, r2=r2, **facts) for method, r2 in (("a", 0.9), ("b", 0.8))]
+    with Store.create(tmp_path / "wind", {"suite": "wind", "version": "0", "planned": 2}) as store:
+        for run in runs:
+            store.append(run)
+        store.write_tables()
+    publish.publish([results, tmp_path / "wind"], tmp_path / "published")
+    tab = browser.new_page()
+    tab.goto((tmp_path / "published" / publish.PAGE).as_uri())
+    first, alone = tab.input_value("#choose-suite"), tab.inner_text("#basis")
+    assert first == "made-up" and "suite" not in tab.url.partition("#")[2]
+    for chosen in ("wind", ""):
+        tab.select_option("#choose-suite", chosen)
+        tab.reload()
+        assert tab.input_value("#choose-suite") == chosen and tab.inner_text("#basis") != alone
+    tab.get_by_role("button", name="Reset").click()
+    assert tab.input_value("#choose-suite") == first and tab.inner_text("#basis") == alone
+    tab.close()
