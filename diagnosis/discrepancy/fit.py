@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 BLOCK_S = 50.0
 """Length of a block, s of a 160 m ship."""
-ROUNDS, ENOUGH = 12, 0.3
-"""Most rounds of a fit, and the rise of the marginal likelihood (nats) below which it ends."""
+ROUNDS, ENOUGH, MOVING = 8, 0.3, 3.0
+"""Most rounds of a fit, and the rise of the marginal likelihood (nats) below which it ends, or the variances are let
+free."""
 STATED = np.minimum(MOST, 1.0)
 """Variances that hold first, those of the priors as stated: from far off a fit would be led astray."""
 HALVINGS = 5
@@ -158,10 +159,10 @@ def fit(
             evidence = _evidence(q, x, variances, now.log_likelihood)
             if best is None or evidence > best.evidence:
                 best = Fitted(base, variant, s, now, x, variances, evidence)
-            rises, before = evidence - before > ENOUGH, evidence
+            rises, before = evidence - before > (ENOUGH if most is MOST else MOVING), evidence
             if rises or not settled:
                 continue
-        if not np.any(variances == most) or most is MOST:
+        if most is MOST or not np.any(variances == most):
             break
         settled, most = True, MOST
     if best is None:

@@ -163,10 +163,10 @@ def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> Accepted:
         return _changing(now, lead, [x.time_s for x in leads if x.cause == lead.cause and x.time_s is not None])
     base, variant = now.base, lead.variant
     start = np.concatenate([now.sizes, _start(base, lead)])
-    fitted = fit(base, base.origin, (*now.variant, *variant), start)
-    if 2.0 * (fitted.evidence - now.evidence) < KEPT * lead.statistic:  # lost on its way from no discrepancy
-        held = len(base.terms.parameters)
-        other = fit(base, now.setting, (*now.variant, *variant), start, now.variances, terms=now.x[:held])
+    held = len(base.terms.parameters)
+    fitted = fit(base, now.setting, (*now.variant, *variant), start, now.variances, terms=now.x[:held])
+    if 2.0 * (fitted.evidence - now.evidence) < KEPT * lead.statistic:  # the numbers have taken the effect up
+        other = fit(base, base.origin, (*now.variant, *variant), start)
         fitted = max(fitted, other, key=lambda f: f.evidence)
     return _accepted(now, lead, variant, fitted, float(len([x for x in leads if x.cause == lead.cause])))
 
