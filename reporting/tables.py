@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from html import escape
 from typing import Any
 
@@ -80,9 +81,11 @@ class Table:
     note: str = ""
     kinds: tuple[str, ...] = ()
 
-    def is_numeric(self, column: int) -> bool:
-        """Whether the column holds numbers and is aligned to the right."""
-        return any(isinstance(row[column].value, int | float) for row in self.rows)
+    @cached_property
+    def numeric(self) -> tuple[bool, ...]:
+        """Which columns hold numbers and are aligned to the right."""
+        places = range(len(self.columns))
+        return tuple(any(isinstance(row[j].value, int | float) for row in self.rows) for j in places)
 
 
 def field(name: str, title: str | None = None) -> Column:
@@ -138,7 +141,7 @@ def markdown(table: Table) -> str:
     """The table as Markdown: columns aligned, numbers to the right, what is set off in bold type."""
     rows = [[_markdown_cell(Cell(title)) for title in table.columns]]
     rows += [[_markdown_cell(cell) for cell in row] for row in table.rows]
-    right = [table.is_numeric(j) for j in range(len(table.columns))]
+    right = table.numeric
     widths = [min(max(3, *(len(row[j]) for row in rows)), WIDEST_PADDED) for j in range(len(table.columns))]
     rule = [("-" * (width - 1) + ":") if end else "-" * width for width, end in zip(widths, right, strict=True)]
     lines = [_padded(row, widths, right) for row in (rows[0], rule, *rows[1:])]
@@ -158,7 +161,7 @@ def console(table: Table, indent: str = "") -> str:
     """The table as plain text in columns, numbers to the right; without titles where all are empty."""
     rows = [[" ".join(cell.text.split()) for cell in row] for row in table.rows]
     rows = [list(table.columns), *rows] if any(table.columns) else rows
-    right = [table.is_numeric(j) for j in range(len(table.columns))]
+    right = table.numeric
     widths = [max((len(row[j]) for row in rows), default=0) for j in range(len(table.columns))]
     return "\n".join(indent + "  ".join(_padded(row, widths, right)).rstrip() for row in rows)
 

@@ -10,8 +10,11 @@ NARROWEST = 8
 """Characters to which a cell is shortened at most."""
 LEAST_COLUMNS = 3
 """Columns that are shortened before one of them is left out."""
-IMPORTANT = ("mean rank", "NRMSE [95 %]", "time", "failed / n.a. / runs", "parameter error [95 %]", "diverged")
-"""Columns of the overall ranking, the most important one first."""
+IMPORTANT = (
+    *("mean rank", "NRMSE [95 %]", "time", "failed / n.a. / runs", "parameter error [95 %]", "diverged"),
+    *("figure", "second / first [95 %]", "p"),
+)
+"""Columns of the overall ranking, the most important one first, and of comparisons."""
 CELLS = re.compile(r"(?<!\\)\|")
 
 

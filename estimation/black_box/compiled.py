@@ -6,101 +6,62 @@ each is only used where it agrees with `predict` on rows of the training set.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from .forms import KERNELS, NETWORKS, TERMS, TREES
 
 AGREEMENT = 1e-9
 """Relative and absolute difference up to which a form agrees with `predict`."""
 
 
-class Affine(NamedTuple):
-    """x W + b with w (d, k) and b (k,)."""
+class Packed(NamedTuple):
+    """A learnt function with k outputs: its form (`forms`), and two arrays whose layout `_kernels` says at each form.
 
-    w: np.ndarray
-    b: np.ndarray
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        return x @ self.w + self.b
-
-
-class Kernel(NamedTuple):
-    """sum_i a_i exp(-|s x - v_i|^2) + b: scales s (d,), vectors v (m, d), weights a (m, k) and b (k,) of outputs."""
-
-    outputs: tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], ...]
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        return np.column_stack([self._one(x, *output) for output in self.outputs])
-
-    @staticmethod
-    def _one(x: np.ndarray, scale: np.ndarray, vectors: np.ndarray, weights: np.ndarray, b: np.ndarray) -> np.ndarray:
-        found = np.empty((len(x), weights.shape[1]))
-        for start in range(0, len(x), 256):
-            difference = (x[start : start + 256] * scale)[:, None, :] - vectors[None, :, :]
-            square = np.einsum("ijk,ijk->ij", difference, difference)
-            found[start : start + 256] = np.exp(-square) @ weights + b
-        return found
-
-
-class Network(NamedTuple):
-    """Layers of tanh units and a linear last layer: weights (d, m) and biases (m,) of each."""
-
-    layers: tuple[tuple[np.ndarray, np.ndarray], ...]
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        for w, b in self.layers[:-1]:
-            x = np.tanh(x @ w + b)
-        w, b = self.layers[-1]
-        return x @ w + b
-
-
-class Terms(NamedTuple):
-    """Weighted products of features: factors (T, m), see `terms.evaluate`, and weights (T, k)."""
-
-    factors: np.ndarray
-    weights: np.ndarray
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        from ._kernels import sum_of_terms
-
-        found = np.zeros((len(x), self.weights.shape[1]))
-        sum_of_terms(np.ascontiguousarray(x), self.factors, self.weights, found)
-        return found
-
-
-class Trees(NamedTuple):
-    """Sum of decision trees with roots (T,), plus a constant b (k,).
-
-    Node arrays: feature, left and right (nodes,), where a leaf is its own successor; threshold (nodes,): left where
-    x <= threshold; value (nodes, k).
+    work : numbers of memory that an evaluation takes.
     """
 
-    feature: np.ndarray
-    threshold: np.ndarray
-    left: np.ndarray
-    right: np.ndarray
-    value: np.ndarray
-    roots: np.ndarray
-    b: np.ndarray
-    single: bool
-    """Whether features are rounded to single precision first."""
+    form: int
+    ints: np.ndarray
+    floats: np.ndarray
+    outputs: int
+    work: int = 0
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        from ._kernels import sum_of_trees
+        """Outputs (B, k) at features (B, d)."""
+        from ._kernels import rows
 
-        x = x.astype(np.float32).astype(float) if self.single else np.ascontiguousarray(x, float)
-        found = np.tile(self.b, (len(x), 1))
-        sum_of_trees(x, self.feature, self.threshold, self.left, self.right, self.value, self.roots, found)
+        found = np.empty((len(x), self.outputs))
+        rows(self.form, self.ints, self.floats, np.ascontiguousarray(x, float), np.empty(self.work), found)
         return found
 
 
-def compiled(regressors: Sequence[Any], x: np.ndarray) -> Callable[[np.ndarray], np.ndarray] | None:
-    """A fast form (B, d) -> (B, k) of fitted regressors, checked on rows x (N, d); None if no form agrees."""
+def _packed(form: int, ints: Sequence[Any], floats: Sequence[Any], outputs: int, work: int = 0) -> Packed:
+    """A packed function of numbers and arrays in the order of its form."""
+    return Packed(
+        form,
+        np.concatenate([np.ravel(part) for part in ints]).astype(np.int64),
+        np.concatenate([np.ravel(part) for part in floats]).astype(float),
+        outputs,
+        work,
+    )
+
+
+def _check(found: object, wanted: object) -> None:
+    """Raise ValueError where arrays do not have the shapes of a form: compiled code does not look."""
+    if found != wanted:
+        raise ValueError(f"{found} instead of {wanted}")
+
+
+def compiled(regressors: Sequence[Any], x: np.ndarray) -> Packed | None:
+    """A fast form of fitted regressors, checked on rows x (N, d); None if no form agrees."""
     expected = stacked(regressors, x)
     for form in (_affine, _terms, _kernel, _ridge_kernel, _gaussian_process, _network, _forest, _boosted):
         try:
-            found = form(regressors, expected.shape[1])
+            found = form(regressors, x.shape[1], expected.shape[1])
             if found is not None and np.allclose(found(x), expected, rtol=AGREEMENT, atol=AGREEMENT):
                 return found
         except (AttributeError, IndexError, KeyError, TypeError, ValueError):
@@ -113,35 +74,54 @@ def stacked(regressors: Sequence[Any], x: np.ndarray) -> np.ndarray:
     return np.column_stack([np.asarray(one.predict(x), float).reshape(len(x), -1) for one in regressors])
 
 
-def _affine(regressors: Sequence[Any], k: int) -> Affine:
+def _affine(regressors: Sequence[Any], d: int, k: int) -> Packed:
+    """Straight lines: networks without hidden layers."""
     w = [np.atleast_2d(one.coef_) for one in regressors]
     b = [np.ravel(one.intercept_) * np.ones(len(rows)) for one, rows in zip(regressors, w, strict=True)]
-    return Affine(np.vstack(w).T.astype(float), np.concatenate(b).astype(float))
+    return _layers([[(np.vstack(w).T, np.concatenate(b))]], d, k)
 
 
-def _terms(regressors: Sequence[Any], k: int) -> Terms:
+def _network(regressors: Sequence[Any], d: int, k: int) -> Packed | None:
+    if any(one.activation != "tanh" for one in regressors):
+        return None
+    return _layers([list(zip(one.coefs_, one.intercepts_, strict=True)) for one in regressors], d, k)
+
+
+def _layers(networks: Sequence[Sequence[tuple[np.ndarray, np.ndarray]]], d: int, k: int) -> Packed:
+    """Networks of layers with weights (d, m) and biases (m,)."""
+    sizes = [[len(layers[0][0]), *(len(b) for _, b in layers)] for layers in networks]
+    for own, layers in zip(sizes, networks, strict=True):
+        _check([own[0], *(w.shape for w, _ in layers)], [d, *pairwise(own)])
+    _check(sum(own[-1] for own in sizes), k)
+    ints = [len(networks), *([len(own) - 1, *own] for own in sizes)]
+    floats = [part for layers in networks for layer in layers for part in layer]
+    return _packed(NETWORKS, ints, floats, k, 2 * max(map(max, sizes)))
+
+
+def _terms(regressors: Sequence[Any], d: int, k: int) -> Packed:
     (one,) = regressors
-    return Terms(np.ascontiguousarray(one.terms_), np.ascontiguousarray(one.weights_))
+    _check([one.terms_.max(initial=0) <= 2 * d, one.weights_.shape], [True, (len(one.terms_), k)])
+    return _packed(TERMS, [*one.terms_.shape, k, one.terms_], [one.weights_], k)
 
 
-def _kernel(regressors: Sequence[Any], k: int) -> Kernel:
+def _kernel(regressors: Sequence[Any], d: int, k: int) -> Packed:
     """Support vector machines."""
     outputs = [(one._gamma, one.support_vectors_, one.dual_coef_.T, one.intercept_) for one in regressors]
-    return Kernel(tuple(_isotropic(*output) for output in outputs))
+    return _sums([_isotropic(*output) for output in outputs], d, k)
 
 
-def _ridge_kernel(regressors: Sequence[Any], k: int) -> Kernel:
+def _ridge_kernel(regressors: Sequence[Any], d: int, k: int) -> Packed:
     """Kernel ridge regression."""
     outputs = [(one.gamma, one.X_fit_, one.dual_coef_.reshape(len(one.X_fit_), -1), 0.0) for one in regressors]
-    return Kernel(tuple(_isotropic(*output) for output in outputs))
+    return _sums([_isotropic(*output) for output in outputs], d, k)
 
 
 def _isotropic(gamma: float, vectors: np.ndarray, weights: np.ndarray, b: Any):
     scale = np.full(vectors.shape[1], np.sqrt(gamma))
-    return scale, vectors * scale, np.ascontiguousarray(weights), np.zeros(weights.shape[1]) + b
+    return scale, vectors * scale, weights, np.zeros(weights.shape[1]) + b
 
 
-def _gaussian_process(regressors: Sequence[Any], k: int) -> Kernel:
+def _gaussian_process(regressors: Sequence[Any], d: int, k: int) -> Packed:
     """Gaussian processes with a constant times a squared exponential, plus noise."""
     outputs = []
     for one in regressors:
@@ -149,15 +129,19 @@ def _gaussian_process(regressors: Sequence[Any], k: int) -> Kernel:
         scale = np.sqrt(0.5) / (smooth.k2.length_scale * np.ones(one.X_train_.shape[1]))
         weights = smooth.k1.constant_value * one.alpha_.reshape(len(one.X_train_), -1) * one._y_train_std
         outputs.append((scale, one.X_train_ * scale, weights, np.zeros(weights.shape[1]) + one._y_train_mean))
-    return Kernel(tuple(outputs))
+    return _sums(outputs, d, k)
 
 
-def _network(regressors: Sequence[Any], k: int) -> Network | None:
-    (one,) = regressors
-    return Network(tuple(zip(one.coefs_, one.intercepts_, strict=True))) if one.activation == "tanh" else None
+def _sums(outputs: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]], d: int, k: int) -> Packed:
+    """Kernel sums of scales (d,), vectors (m, d), weights (m, k) and constants (k,)."""
+    shapes = [weights.shape for _, _, weights, _ in outputs]
+    for (m, own), (scale, vectors, _, b) in zip(shapes, outputs, strict=True):
+        _check([scale.shape, vectors.shape, b.shape], [(d,), (m, d), (own,)])
+    _check(sum(own for _, own in shapes), k)
+    return _packed(KERNELS, [len(outputs), *shapes], [part for output in outputs for part in output], k)
 
 
-def _forest(regressors: Sequence[Any], k: int) -> Trees:
+def _forest(regressors: Sequence[Any], d: int, k: int) -> Packed:
     """Single trees and means of them (random forests, extra trees)."""
     parts = []
     for place, one in enumerate(regressors):
@@ -169,10 +153,10 @@ def _forest(regressors: Sequence[Any], k: int) -> Trees:
             leaf = tree.children_left < 0
             feature = np.where(leaf, 0, tree.feature)
             parts.append((feature, tree.threshold, tree.children_left, tree.children_right, leaf, value))
-    return _joined(parts, np.zeros(k), single=True)
+    return _joined(parts, np.zeros(k), d, single=True)
 
 
-def _boosted(regressors: Sequence[Any], k: int) -> Trees:
+def _boosted(regressors: Sequence[Any], d: int, k: int) -> Packed:
     """Histogram gradient boosting."""
     parts, b = [], np.zeros(k)
     for place, one in enumerate(regressors):
@@ -184,11 +168,11 @@ def _boosted(regressors: Sequence[Any], k: int) -> Trees:
             ends = (nodes["left"].astype(np.int64), nodes["right"].astype(np.int64))
             leaf = nodes["is_leaf"].astype(bool)
             parts.append((nodes["feature_idx"], nodes["num_threshold"], *ends, leaf, value))
-    return _joined(parts, b, single=False)
+    return _joined(parts, b, d, single=False)
 
 
-def _joined(parts: Sequence[tuple], b: np.ndarray, single: bool) -> Trees:
-    """All trees in one set of arrays."""
+def _joined(parts: Sequence[tuple], b: np.ndarray, d: int, single: bool) -> Packed:
+    """All trees in one set of arrays; `single`: features are rounded to single precision first."""
     counts = [len(part[0]) for part in parts]
     roots = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
     left, right = [], []
@@ -196,7 +180,7 @@ def _joined(parts: Sequence[tuple], b: np.ndarray, single: bool) -> Trees:
         own = root + np.arange(count)
         left.append(np.where(leaf, own, root + to_left))
         right.append(np.where(leaf, own, root + to_right))
-    feature, threshold = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
-    value = np.concatenate([part[5] for part in parts])
-    ends = np.concatenate(left).astype(np.int64), np.concatenate(right).astype(np.int64)
-    return Trees(feature.astype(np.int64), threshold.astype(float), *ends, value, roots, b, single)
+    feature, threshold, value = (np.concatenate([part[i] for part in parts]) for i in (0, 1, 5))
+    _check(feature.max() < d, True)
+    ints = [len(feature), len(roots), len(b), single, feature, *left, *right, roots]
+    return _packed(TREES, ints, [threshold, value, b], len(b), d)

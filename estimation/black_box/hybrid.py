@@ -68,12 +68,24 @@ class HybridPredictor:
     learnt: Scaled
     share: float
 
+    @property
+    def _columns(self) -> list[int]:
+        """Places among the states of what the learnt function takes and changes."""
+        return [self.model.states.index(name) for name in outputs_of(self.model)]
+
     def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
         """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""
-        from ...models.simulate import simulated_states
+        from ...models.simulate import simulated_states, substeps
+        from ._kernels import hybrid_run
 
         states = np.full((len(inputs), len(start)), np.nan)
         states[0] = simulated_states(self.model, start[None], inputs[:1, 0])[0]
+        if (packed := self.learnt.packed) is not None:
+            hybrid_run(
+                *packed, self.share, np.array(self._columns), self.model.kernels.rhs, self.model.theta, dt,
+                substeps(self.model, dt), np.ascontiguousarray(inputs, float), states,
+            )  # fmt: skip
+            return states
         with unchecked(), np.errstate(all="ignore"):
             for k in range(len(inputs) - 1):
                 ahead = self._advance(states[k : k + 1], inputs[k : k + 2], dt)[0]
@@ -92,7 +104,7 @@ class HybridPredictor:
     def _advance(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
         from ...models.simulate import step_map
 
-        columns = [self.model.states.index(name) for name in outputs_of(self.model)]
+        columns = self._columns
         ahead = step_map(self.model, states, inputs, dt)
         if self.share:
             x = np.hstack([states[:, columns], inputs[: len(states)]])

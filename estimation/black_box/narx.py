@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...models.errors import FitFailed
-from .compiled import compiled, stacked
+from .compiled import Packed, compiled, stacked
+from .forms import OUTSIDE
 from .motion import one_ahead, whole_run
-from .predictor import CHECKED, LARGEST, OUTSIDE, evenly_spaced, fit_regressors, unchecked
+from .predictor import CHECKED, LARGEST, evenly_spaced, fit_regressors, unchecked
 from .rows import SYMMETRIC, Lags, outputs_of
 
 if TYPE_CHECKING:
@@ -32,7 +33,16 @@ class Scaled:
     scale: np.ndarray
     y_scale: np.ndarray
     regressors: tuple[Any, ...]
-    fast: Callable[[np.ndarray], np.ndarray] | None
+    fast: Packed | None
+
+    @property
+    def packed(self) -> tuple[Any, ...] | None:
+        """First arguments of the compiled free runs (`_kernels`); None where no compiled form agrees."""
+        if self.fast is None:
+            return None
+        work = np.empty(len(self.mean) + self.fast.work)
+        scaling = np.ascontiguousarray([self.mean, self.scale])
+        return self.fast.form, self.fast.ints, self.fast.floats, scaling, np.ascontiguousarray(self.y_scale), work
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Targets (B, k) at features (B, d); nan where these are far from all training rows."""
@@ -102,7 +112,7 @@ class NarxPredictor:
         before = np.maximum(np.arange(len(grid))[:, None] - np.arange(self.lags.inputs), 0)
         first = np.array([start[self.states.index(name)] for name in self.outputs])
         with unchecked(), np.errstate(all="ignore"):
-            z = self._run(first, driven[before].reshape(len(grid), -1))
+            z = self._run(first, np.ascontiguousarray(driven[before].reshape(len(grid), -1)))
             found = {name: np.interp(time, grid, z[:, i]) for i, name in enumerate(self.outputs)}
             states = whole_run(self.states, start, found, dt)
         states[0] = start
@@ -110,10 +120,15 @@ class NarxPredictor:
 
     def _run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
         """Outputs (K, k) from the first (k,) under lagged inputs (K, nu lags)."""
+        from ._kernels import difference_run
+
         k, h = len(first), self.step_s
         known = k * self.lags.outputs
         z = np.full((len(driven), k), np.nan)
         z[0] = first
+        if (packed := self.learnt.packed) is not None:
+            difference_run(*packed, self.lags.outputs, h, driven, z)
+            return z
         x = np.concatenate([np.tile(first, self.lags.outputs), driven[0]])[None]
         for step in range(len(driven) - 1):
             x[0, known:] = driven[step]

@@ -16,13 +16,12 @@ import numpy as np
 
 from ...models.errors import FitFailed
 from ..regression.samples import RegressionSamples, n_accelerations
-from .compiled import compiled, stacked
+from .compiled import Packed, compiled, stacked
+from .forms import OUTSIDE
 
 if TYPE_CHECKING:
     from ...models.model import Model
 
-OUTSIDE = 1e3
-"""Standard deviations from the training rows beyond which nothing is predicted: the run has diverged."""
 LARGEST = 1e100
 """Size of a feature or target above which it counts as not finite."""
 CHECKED = 50
@@ -121,7 +120,7 @@ class BlackBoxPredictor:
     y_mean: np.ndarray
     y_scale: np.ndarray
     regressors: tuple[Any, ...]
-    fast: Callable[[np.ndarray], np.ndarray] | None
+    fast: Packed | None
 
     def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
         """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""

@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from ...models.errors import CannotFit, FitFailed
+from .forms import OUTSIDE
 from .motion import one_ahead, whole_run
 from .narx import DIGITS, at_earlier, inverse_spread, on_steps
-from .predictor import LARGEST, OUTSIDE
+from .predictor import LARGEST
 from .rows import SYMMETRIC, Signals, averaged_signals, outputs_of, signals_of
 
 if TYPE_CHECKING:

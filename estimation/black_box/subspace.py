@@ -130,7 +130,7 @@ def _input_matrices(training: Training, a: np.ndarray, c: np.ndarray) -> tuple[n
         known = part.whole[place[1:]]
         forced, free = _responses(part, place, a)
         direct = np.hstack([part.inputs[place[:-1]], np.ones((len(place) - 1, 1))])
-        through = np.einsum("tj,ci->tcji", direct, np.eye(k)).reshape(len(direct), k, -1)
+        through = _by_unit_matrices(direct, k)
         blocks.append(np.concatenate([c @ forced, through], axis=2)[known].reshape(-1, (n + k) * (nu + 1)))
         own.append((c @ free)[known].reshape(-1, n))
         targets.append(part.outputs[place[1:]][known].ravel())
@@ -150,13 +150,18 @@ def _responses(part: Signals, place: np.ndarray, a: np.ndarray) -> tuple[np.ndar
     n = len(a)
     driven = np.hstack([part.inputs[place[:-1]], np.ones((len(place) - 1, 1))])
     forced, free = np.zeros((len(driven), n, n * driven.shape[1])), np.zeros((len(driven), n, n))
-    unit = np.eye(n)
-    state, power = forced[0], unit
-    for step, inputs in enumerate(driven):
+    pushed = _by_unit_matrices(driven, n)
+    state, power = forced[0], np.eye(n)
+    for step in range(len(driven)):
         forced[step], free[step] = state, power
-        state = a @ state + np.kron(inputs, unit)
+        state = a @ state + pushed[step]
         power = a @ power
     return forced, free
+
+
+def _by_unit_matrices(inputs: np.ndarray, n: int) -> np.ndarray:
+    """What inputs (T, j) give by unit entries of a matrix (n, j): (T, n, j n)."""
+    return np.einsum("tj,ci->tcji", inputs, np.eye(n)).reshape(len(inputs), n, -1)
 
 
 def _least_squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -61,6 +61,16 @@ def _update(z, p, measured, innovation, variance, gain):
             p[j, i] = mean
 
 
+@njit(types.void(A1, i8, A1, A2, A1), **JIT)
+def coefficients_of(z, n, origin, factor, coefficients):
+    """coefficients (q,) = origin + factor z[n:]."""
+    for i in range(origin.size):
+        total = origin[i]
+        for j in range(z.size - n):
+            total += factor[i, j] * z[n + j]
+        coefficients[i] = total
+
+
 @njit(f8(A1, A2, i8, A1, I1, A1, A1, A2, A1, A1, A1), **JIT)
 def measure(z, p, n, outputs, columns, sensor, origin, factor, innovations, coefficients, gain):
     """One row of measurements, one channel after the other; returns its share of the negative log likelihood.
@@ -77,11 +87,7 @@ def measure(z, p, n, outputs, columns, sensor, origin, factor, innovations, coef
             innovations[c] = error
             cost += 0.5 * (np.log(total) + error * error / total)
             _update(z, p, columns[c], error, sensor[c], gain)
-    for i in range(origin.size):
-        total = origin[i]
-        for j in range(z.size - n):
-            total += factor[i, j] * z[n + j]
-        coefficients[i] = total
+    coefficients_of(z, n, origin, factor, coefficients)
     return cost
 
 

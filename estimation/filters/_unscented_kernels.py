@@ -7,7 +7,7 @@ from numba import types
 
 from ...models.compilation import A1, A2, I1, JIT, f8, i8, njit
 from ...models.drivers import RHS, rk4_sample
-from ._joint_kernels import measure
+from ._joint_kernels import coefficients_of, measure
 
 
 @njit(types.void(A2, A2), **JIT)
@@ -29,18 +29,18 @@ def _root(p, root):
             root[i, j] = total / pivot
 
 
-@njit(types.void(RHS, A1, A1, A1, A1, A1, A2, f8, i8, A1, A1), **JIT)
-def _ahead(rhs, z, u0, u1, theta, origin, factor, dt, substeps, x, work):
-    """State x (n,) one sample after the joint vector z (n + e,); the coefficients in theta are overwritten."""
-    n, e = x.size, factor.shape[1]
-    for i in range(n):
-        x[i] = z[i]
-    for i in range(origin.size):
-        total = origin[i]
-        for j in range(e):
-            total += factor[i, j] * z[n + j]
-        theta[i] = total
-    rk4_sample(rhs, x, u0, u1, theta, dt, substeps, work)
+@njit(types.void(A2, A2, i8, A2), **JIT)
+def _coefficient_root(factor, root, n, moved):
+    """moved (m, p): what each column of root (m, m), a lower triangle, adds to the coefficients: factor root[n:]."""
+    p, e = factor.shape
+    for column in range(root.shape[0]):
+        for i in range(p):
+            moved[column, i] = 0.0
+        for j in range(max(0, column - n), e):
+            share = root[n + j, column]
+            if share != 0.0:
+                for i in range(p):
+                    moved[column, i] += factor[i, j] * share
 
 
 @njit(f8(RHS, A1, A1, A2, A1, A2, A2, A2, I1, I1, f8, i8, A1, A1, f8, f8, A2, A2), **JIT)
@@ -58,8 +58,8 @@ def unscented(
     n = m - e
     reach = alpha * np.sqrt(float(m))
     weight = 0.5 / reach**2
-    root, probe, gain = np.zeros((m, m)), np.empty(m), np.empty(m)
-    middle, moved, shift = np.empty(n), np.empty(n), np.empty(n)
+    root, gain, steps = np.zeros((m, m)), np.empty(m), np.empty((m, q))
+    middle, moved, shift, mean = np.empty(n), np.empty(n), np.empty(n), np.empty(q)
     work = np.empty(3 * n + inputs.shape[1])
     spread, cross = np.empty((n, n)), np.empty((n, e))
     row, cost = 0, 0.0
@@ -70,13 +70,19 @@ def unscented(
         if k == inputs.shape[0] - 1 or not np.isfinite(cost):
             break
         _root(p, root)
-        _ahead(rhs, z, inputs[k], inputs[k + 1], theta, origin, factor, dt, substeps, middle, work)
+        _coefficient_root(factor, root, n, steps)
+        coefficients_of(z, n, origin, factor, mean)
+        theta[:q] = mean
+        middle[:] = z[:n]
+        rk4_sample(rhs, middle, inputs[k], inputs[k + 1], theta, dt, substeps, work)
         shift[:], spread[:], cross[:] = 0.0, 0.0, 0.0
         for s in range(2 * m):
             column, side = s // 2, 1.0 - 2.0 * (s % 2)
-            for i in range(m):
-                probe[i] = z[i] + side * reach * root[i, column]
-            _ahead(rhs, probe, inputs[k], inputs[k + 1], theta, origin, factor, dt, substeps, moved, work)
+            for i in range(n):
+                moved[i] = z[i] + side * reach * root[i, column]
+            for i in range(q):
+                theta[i] = mean[i] + side * reach * steps[column, i]
+            rk4_sample(rhs, moved, inputs[k], inputs[k + 1], theta, dt, substeps, work)
             for i in range(n):
                 moved[i] -= middle[i]
                 shift[i] += weight * moved[i]
@@ -95,9 +101,6 @@ def unscented(
             for j in range(e):
                 p[i, n + j] = cross[i, j]
                 p[n + j, i] = cross[i, j]
-    for i in range(q):
-        total = origin[i]
-        for j in range(e):
-            total += factor[i, j] * z[n + j]
-        theta[i] = total
+    coefficients_of(z, n, origin, factor, mean)
+    theta[:q] = mean
     return cost

@@ -212,6 +212,8 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
     BadInput : no run is finished, or the suite ranks no identification methods.
     """
     from ..bench.kinds import IDENTIFICATION
+    from ..reporting.leaderboard.compact import read_compact
+    from ..reporting.leaderboard.estimates import summarised
     from ..reporting.leaderboard.standings import build
 
     found = results if isinstance(results, SuiteResults) else load_results(results)
@@ -220,7 +222,8 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
         raise BadInput(f"suite {found.suite} ranks no identification methods", file=found.directory, hint=hint)
     if not found.rows:
         raise BadInput("no run is finished yet", file=found.directory, hint="continue with run_suite(..., resume=True)")
-    return build(found.runs(), found.parameters())
+    runs, parameters = read_compact(found.directory)
+    return build(runs, summarised(parameters))
 
 
 def compare_results(first: str | PathLike[str], second: str | PathLike[str]) -> Changes:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, output_options, print_json
+from ._shared import FILE, output_options, print_json, show_text
 
 
 @click.command()
@@ -21,4 +21,4 @@ def compare(first: Path, second: Path, as_json: bool, quiet: bool) -> None:
     if as_json:
         print_json(found.to_json())
     elif not quiet:
-        click.echo(found.summary())
+        show_text(found.summary())

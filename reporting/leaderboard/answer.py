@@ -66,11 +66,13 @@ def answer(board: Contest) -> str:
     good = [other for other in near if other.p >= LEVEL]
     if not good:
         least = min(others, key=lambda other: round(other.error_ratio, 9))
-        told = f"{least.method} errs {number(least.error_ratio)} times as much (p {_p(least.p)})"
-        return f"{head}; no other is as good: {told}."
+        told = f"{least.method} errs {number(least.error_ratio)} times as much"
+        if least.p >= LEVEL:
+            return f"{head}; {told}, but no test tells the two apart (p {_p(least.p)})."
+        return f"{head}; no other is as good: {told} (p {_p(least.p)})."
     fast = max(good, key=lambda other: round(other.speed, 9))
     chosen = fast if fast.speed >= FASTER else good[0]
-    more = f"; {len(good) - 1} more are as good" if len(good) > 1 else ""
+    more = f"; {len(good) - 1} more {'is' if len(good) == 2 else 'are'} as good" if len(good) > 1 else ""
     return f"{head}; {chosen.method} is as good (p {_p(chosen.p)}){_faster(chosen)}{more}."
 
 

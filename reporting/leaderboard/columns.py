@@ -45,7 +45,7 @@ OUTCOMES = Column("failed / n.a. / runs", _outcomes, lambda row: row["failed"])
 YAW_RATE_RMSE = numeric("yaw rate RMSE (deg/s)", "rmse_yaw_rate_rad_s", scale=DEG)
 YAW_RATE_R2 = numeric("yaw rate R2", "r2_yaw_rate", r_squared)
 HEADING_R2 = numeric("heading R2", "r2_heading", r_squared)
-TIME = numeric("time", "wall_s", duration)
+TIME = numeric("time", "cpu_s", duration)
 SAMPLING = (unless_one("thinning"), unless_one("length"))
 STANDING = (
     field("method"),

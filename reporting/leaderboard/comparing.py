@@ -9,10 +9,11 @@ import numpy as np
 
 from ..numbers import MISSING, interval, p_value
 from ..tables import Column, Table, field, make_table
+from .estimates import summarised
 from .paired import holm, log_ratios, signed_rank
 from .standings import CELL, FLOOR, Frame, bootstrap_interval, cell_table, judged
 
-FIGURES = {"nrmse": "prediction error", "rel_error": "parameter error", "wall_s": "time"}
+FIGURES = {"nrmse": "prediction error", "rel_error": "parameter error", "cpu_s": "CPU time"}
 """Column of the cells -> what is compared."""
 SAME = 1e-4
 """Relative difference below which a figure counts as unchanged."""
@@ -36,13 +37,13 @@ class Changes:
     only_second: int
 
     def summary(self) -> str:
-        """The tables as text."""
-        from ..tables import console
+        """The tables as Markdown."""
+        from ..tables import markdown
 
         parts = [f"{self.only_first} problems and methods only in the first, {self.only_second} only in the second."]
         for table in (self.table(), self.status_table()):
             if table.rows:
-                parts += ["", table.title, console(table)]
+                parts += ["", f"{table.title}:", "", markdown(table)]
         return "\n".join(parts)
 
     def table(self) -> Table:
@@ -62,7 +63,7 @@ class Changes:
         """Numbers of runs that ended otherwise."""
         names = ("failed", "diverged", "not_applicable")
         columns = [field("method")] + [
-            Column(name.replace("_", " "), lambda row, name=name: f"{row[name][0]} -> {row[name][1]}") for name in names
+            Column(name.replace("_", " "), lambda row, name=name: f"{row[name][0]} to {row[name][1]}") for name in names
         ]
         return make_table(columns, self.statuses, "Runs that ended otherwise")
 
@@ -88,7 +89,7 @@ class Changes:
 def changes(first: tuple[Frame, Frame], second: tuple[Frame, Frame]) -> Changes:
     """Compare the tables (`store.read_tables`) of two folders, cell by cell and method by method."""
     keys = [*CELL, "label"]
-    before, after = (cell_table(judged(*tables)) for tables in (first, second))
+    before, after = (cell_table(judged(runs, summarised(parameters))) for runs, parameters in (first, second))
     both = before.merge(after, on=keys, suffixes=("_a", "_b"))
     rows = []
     for method, own in both.groupby("label", sort=True, observed=True):

@@ -20,6 +20,7 @@ from .standings import CELL, COVERAGE, FLOOR, MEDIANS, PREDICTED, Frame, in_orde
 CRITERIA = {"prediction": "nrmse", "parameters": "rel_error"}
 """Name of a criterion -> column of the cells; the first is what methods are ranked by."""
 DIMENSIONS = {
+    "suite": "suite",
     "vessel": "vessel",
     "excitation": "excitation",
     "noise": "noise",
@@ -44,7 +45,7 @@ class Contest:
     problems : one row a problem: `CELL` and the texts of `DIMENSIONS`.
     errors : (P, M), medians over seeds.
     runs : (P, M, S), errors of single seeds, nan where there is none.
-    times : (P, M), median wall time of a fit, s.
+    times : (P, M), median CPU time of a fit, s: it depends less than wall time on what else the machine does.
     failed, diverged, absent : (P, M), numbers of runs that failed, diverged and were not applicable.
     criterion : of `CRITERIA`.
     """
@@ -145,7 +146,7 @@ def contest(cells: Frame, runs: Frame, criterion: str = "prediction") -> Contest
         problems,
         errors if singles is None else _medians(singles),
         errors[:, :, None] if singles is None else singles,
-        filled(significant(cells["wall_s"], 3), np.nan),
+        filled(significant(cells["cpu_s"], 3), np.nan),
         filled(cells["failed"], 0.0).astype(int),
         filled(cells["diverged"], 0.0).astype(int),
         filled(cells["not_applicable"], 0.0).astype(int),
@@ -158,13 +159,15 @@ def described(cells: Frame, runs: Frame) -> Frame:
     problems = cells[CELL].drop_duplicates()
     channels = _scored(runs).rename("channels")
     problems = problems.merge(channels, left_on=CELL, right_index=True, how="left")
+    suites = runs.drop_duplicates(CELL)[[*CELL, "suite"]]  # a problem that several suites have counts in the first
+    problems = problems.merge(suites, on=CELL, how="left") if len(runs) else problems.assign(suite="all")
     texts = {
-        "excitation": problems["train"].map(excitation),
+        "excitation": problems["train"].astype(str).map(excitation),
         "sampling": [sampling(n, share) for n, share in zip(problems["thinning"], problems["length"], strict=True)],
     }
     problems = problems.assign(**texts)
     places = {name: {text: n for n, text in enumerate(levels(problems[name]))} for name in ("vessel", "noise")}
-    key = problems.assign(**{f"_{name}": problems[name].map(own) for name, own in places.items()})
+    key = problems.assign(**{f"_{name}": problems[name].astype(str).map(own) for name, own in places.items()})
     keys = ["_vessel", "excitation", "held_out", "model", "_noise", "disturbance", "thinning", "length"]
     return problems.loc[key.sort_values(keys).index].reset_index(drop=True)
 

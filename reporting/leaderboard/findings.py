@@ -30,13 +30,24 @@ class Finding:
     command: str
 
 
-def findings(of: Statistics) -> list[Finding]:
-    """All findings that the results allow, in reading order."""
-    makers: tuple[Callable[[Statistics], Finding | None], ...] = (
-        _best, _boxes, _bound, _speed, _noise, _disturbance, _outliers, _sampling, _excitation, _failures, _ranking,
-        _hardest,
+def findings(of: Statistics, every: Statistics | None = None) -> list[Finding]:
+    """All findings that the results allow, in reading order.
+
+    Parameters
+    ----------
+    of : the main suite.
+    every : all suites, for what is said of conditions; None: the main one.
+    """
+    ranking: tuple[Callable[[Statistics], Finding | None], ...] = (
+        _best, _boxes, _boxes_of_simpler_models, _simpler_models, _bound, _speed,
     )  # fmt: skip
-    return [found for found in (make(of) for make in makers) if found is not None]
+    conditions = (_noise, _disturbance, _outliers, _sampling, _excitation)
+    made = [
+        *(make(of) for make in ranking),
+        *(make(every or of) for make in conditions),
+        *(make(of) for make in (_failures, _ranking, _hardest)),
+    ]
+    return [found for found in made if found is not None]
 
 
 def _command(suite: str) -> str:
@@ -57,6 +68,40 @@ def _boxes(of: Statistics) -> Finding | None:
     return Finding(found.sentence(), _command("default")) if found else None
 
 
+def _own_models(of: Statistics) -> np.ndarray:
+    """Whether the fitted model of each problem (P,) is the ship's own, its coefficients known."""
+    known = of.estimates[(of.estimates["true_kind"] == "given") & of.estimates["judged"]]
+    own = set(known[["vessel", "model"]].drop_duplicates().itertuples(index=False, name=None))
+    pairs = of.board.problems[["vessel", "model"]].itertuples(index=False, name=None)
+    return np.array([pair in own for pair in pairs], dtype=bool)
+
+
+def _boxes_of_simpler_models(of: Statistics) -> Finding | None:
+    """Grey against black box where the grey box cannot be exact."""
+    own = _own_models(of)
+    found = grey_against_black(of.board.kept(~own))
+    if found is None or own.all():
+        return None
+    return Finding(found.sentence("Where the fitted model is not the ship's own"), _command("default"))
+
+
+def _simpler_models(of: Statistics) -> Finding | None:
+    """What a simpler model costs the first method, on the vessels that were fitted with both."""
+    first, own, vessels = _first(of), _own_models(of), of.board.problems["vessel"].astype(str)
+    both = sorted(set(vessels[own]) & set(vessels[~own]))
+    if first is None or not both:
+        return None
+    error, at = of.board.errors[:, first[1]], vessels.isin(both).to_numpy()
+    exact, simple = median(error[at & own]), median(error[at & ~own])
+    if np.isnan(exact) or np.isnan(simple):
+        return None
+    text = (
+        f"With response models instead of the ship's own equations {first[0]} errs {number(simple)} instead of "
+        f"{number(exact)} in the median ({', '.join(both)})."
+    )
+    return Finding(text, _command("default"))
+
+
 def beyond(board: Contest) -> Finding | None:
     """The best grey box against the best black box where both predict something else than they were trained on.
 
@@ -67,12 +112,12 @@ def beyond(board: Contest) -> Finding | None:
     found = grey_against_black(board)
     if found is None:
         return None
-    return Finding(f"Beyond the training records: {found.sentence()}", _command("generalise"))
+    return Finding(found.sentence("Beyond the training records"), _command("generalise"))
 
 
 def _bound(of: Statistics) -> Finding | None:
     """How near the best method comes to the Cramer-Rao bound at low noise."""
-    curves, floor = profiles.noise_curves(of.cells, of.parameters, of.board.methods)
+    curves, floor = profiles.noise_curves(of.cells, of.estimates, of.board.methods)
     known = {
         method: curve["low"] / floor["low"] for method, curve in curves.items() if "low" in curve and floor.get("low")
     }
@@ -81,9 +126,9 @@ def _bound(of: Statistics) -> Finding | None:
     near = min(known, key=lambda method: known[method])
     text = (
         f"At low noise {near} comes nearest to the Cramer-Rao floor: its median parameter error is "
-        f"{number(known[near])} times the floor ({percent(floor['low'], 2)})."
+        f"{number(known[near])} times the floor ({percent(floor['low'], 2)}); unbiased methods reach about 1."
     )
-    return Finding(text, _command("noise"))
+    return Finding(text, _command("default"))
 
 
 def _speed(of: Statistics) -> Finding | None:
@@ -98,20 +143,20 @@ def _speed(of: Statistics) -> Finding | None:
 
 
 def _noise(of: Statistics) -> Finding | None:
-    return _levels(of, "noise", "low", "high", "high instead of low noise", "noise")
+    return _levels(of, "noise", "low", "high", ("low noise", "high noise"), "noise")
 
 
 def _disturbance(of: Statistics) -> Finding | None:
     wind = next((level for level in of.board.problems["disturbance"].unique() if level.startswith("wind")), None)
-    return _levels(of, "disturbance", "none", wind, f"{wind} while training", "disturbances") if wind else None
+    return _levels(of, "disturbance", "none", wind, ("calm water", f"{wind} while training"), "disturbances")
 
 
 def _outliers(of: Statistics) -> Finding | None:
-    return _levels(of, "noise", "low", OUTLIERS, "10 % outliers", "outliers")
+    return _levels(of, "noise", "low", OUTLIERS, ("no outliers", "10 % outliers"), "outliers")
 
 
 def _sampling(of: Statistics) -> Finding | None:
-    return _levels(of, "thinning", 1, SLOW, f"every {SLOW}th sample", "sampling")
+    return _levels(of, "thinning", 1, SLOW, ("all samples", f"every {SLOW}th sample"), "sampling")
 
 
 def _excitation(of: Statistics) -> Finding | None:
@@ -155,12 +200,16 @@ def _hardest(of: Statistics) -> Finding | None:
     first = _first(of)
     if first is None:
         return None
-    every = _medians_by(of.board.problems["vessel"], of.board.errors[:, first[1]])
+    own = _own_models(of)
+    every = _medians_by(of.board.problems["vessel"][own], of.board.errors[own, first[1]])
     known = {vessel: error for vessel, error in every.items() if not np.isnan(error)}
     if len(known) < 2:
         return None
     hard = max(known, key=lambda vessel: known[vessel])
-    text = f"{first[0]} has its largest median prediction error on {hard} ({number(known[hard])})."
+    text = (
+        f"With the ships' own equations {first[0]} has its largest median prediction error on {hard} "
+        f"({number(known[hard])})."
+    )
     return Finding(text, _command("default"))
 
 
@@ -169,8 +218,10 @@ def _medians_by(levels: Series, errors: np.ndarray) -> dict[str, float]:
     return {str(level): median(errors[(levels == level).to_numpy()]) for level in levels.unique()}
 
 
-def _levels(of: Statistics, factor: str, plain: object, other: object, words: str, suite: str) -> Finding | None:
-    """Which method loses least, and which most, from one level of a factor to another."""
+def _levels(
+    of: Statistics, factor: str, plain: object, other: object, words: tuple[str, str], suite: str
+) -> Finding | None:
+    """Which method predicts best at a level of a factor, and at the plain one; `words` name the plain and the other."""
     block = [name for name in CELL if name != factor]
     cells: Frame = of.cells[of.cells["nrmse"].notna()]
     one, two = (cells.loc[cells[factor] == level, [*block, "label", "nrmse"]] for level in (plain, other))
@@ -184,8 +235,8 @@ def _levels(of: Statistics, factor: str, plain: object, other: object, words: st
     best = errors["nrmse_b"].idxmin()
     calm = errors["nrmse_a"].idxmin()
     text = (
-        f"With {words}, {best} predicts best: median error {number(errors.loc[best, 'nrmse_b'])} against "
-        f"{number(errors.loc[best, 'nrmse_a'])} without ({int(most.max())} problems; without, {calm} is best with "
-        f"{number(errors.loc[calm, 'nrmse_a'])})."
+        f"With {words[1]}, {best} predicts best: median error {number(errors.loc[best, 'nrmse_b'])} against "
+        f"{number(errors.loc[best, 'nrmse_a'])} with {words[0]} ({int(most.max())} problems; with {words[0]}, {calm} "
+        f"is best with {number(errors.loc[calm, 'nrmse_a'])})."
     )
     return Finding(text, _command(suite))

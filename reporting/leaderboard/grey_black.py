@@ -32,15 +32,16 @@ class GreyBlack:
     pairs: int
     p: float
 
-    def sentence(self) -> str:
-        """The result in one sentence."""
+    def sentence(self, where: str = "") -> str:
+        """The result in one sentence, which may begin with words on the problems."""
         if self.p >= LEVEL:
             verdict = "no difference is shown between"
         else:
             verdict = "the grey box beats the black box:" if self.ratio > 1.0 else "the black box beats the grey box:"
         p = "< 0.001" if self.p < 0.001 else f"= {p_value(self.p)}"
+        begin = f"{where}, in free runs" if where else "In free runs"
         return (
-            f"In free runs {verdict} {self.grey} (best grey box) and {self.black} (best black box); the black box errs "
+            f"{begin} {verdict} {self.grey} (best grey box) and {self.black} (best black box); the black box errs "
             f"{number(self.ratio)} times as much in the median, the grey box is better in {self.better} of "
             f"{self.pairs} problems (Wilcoxon p {p})."
         )

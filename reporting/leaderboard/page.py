@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...bench.store import TIMING, read_manifest, read_tables
+from ...bench.store import TIMING, read_manifest
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
@@ -14,7 +14,9 @@ from ..report import Report, environment_rows, listed, unfinished, write_files
 from ..templating import render
 from . import standings
 from .answer import answer
+from .compact import read_compact
 from .contest import contest
+from .estimates import summarised
 from .page_data import as_script, page_data
 from .standings import Frame, Leaderboard
 from .statistics import Statistics
@@ -31,8 +33,9 @@ READING = (
     f"[intervals]: {standings.LEVEL:.0%} percentile bootstrap over cells, {standings.BOOTSTRAP_DRAWS} draws, "
     f"seed {standings.BOOTSTRAP_SEED}. Efficiency: Cramer-Rao variance (rudder exactly known) over mean squared "
     f"error, from {standings.EFFICIENCY_SEEDS} seeds on. A failed run ranks last and counts as an infinite error, a "
-    "diverged run as an infinite prediction error; runs that are not applicable are counted, not ranked. Medians are "
-    "over the cells in which methods are compared, or over all cells where there are none. Levels of a factor are "
+    "diverged run as an infinite prediction error; runs that are not applicable are counted, not ranked. Time: CPU "
+    "time of a fit. Medians are over the cells in which methods are compared, or over all cells where there are none. "
+    "Levels of a factor are "
     "compared over the same other conditions; the best value of a column is in bold type."
 )
 
@@ -50,13 +53,15 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     """
     directory = Path(directory)
     manifest = read_manifest(directory)
-    results, parameters = read_tables(directory)
+    results, parameters = read_compact(directory)
     if results.empty:
         raise BadInput("no run is finished yet", file=directory, hint="continue with helmbench run --resume")
-    runs = standings.judged(results, parameters)
+    estimates = summarised(parameters)
+    del parameters  # some gigabytes where there are millions
+    runs = standings.judged(results, estimates)
     cells = standings.cell_table(runs)
-    board = standings.build(results, parameters, runs, cells)
-    found = Statistics(contest(cells, runs), cells, parameters)
+    board = standings.build(results, estimates, runs, cells)
+    found = Statistics(contest(cells, runs), cells, estimates)
     timings = read_timing(Path(timing) if timing else directory / TIMING, required=timing is not None)
     texts = {
         "leaderboard.md": markdown(manifest, results, board, timings, found),
@@ -67,7 +72,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
             board,
             timings,
             found,
-            as_script(page_data(cells, runs, parameters, read_traces(directory))),
+            as_script(page_data(cells, runs, estimates, read_traces(directory))),
         ),
     }
     paths = write_files(directory, texts)
@@ -81,8 +86,8 @@ def markdown(
     """The report as Markdown text; cells are listed where no true parameters are known, as in measured sets."""
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
     parts += [f"**{tables.in_markdown(answer(found.board))}**", *map(tables.in_markdown, statements(found))]
-    unknown = board.detail["rel_error"].isna().groupby(board.detail["vessel"]).transform("all")
-    details = detail_tables(board.detail[unknown])
+    unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
+    details = detail_tables(standings.details(board.cells[unknown], board.estimates))
     tail = [failure_table(board.failures), timing_table(timings)]
     for table in [overall_table(board), choice_table(board), *matrices(board), *details, *tail]:
         if table.rows:
@@ -98,8 +103,15 @@ def html(
     timings: Sequence[dict],
     found: Statistics,
     data: str,
+    main: str = "",
 ) -> str:
-    """The report as one self-contained page; data: what `page_data.as_script` gave."""
+    """The report as one self-contained page.
+
+    Parameters
+    ----------
+    data : what `page_data.as_script` gave.
+    main : the suite that board and statistics are of, where the results are of several.
+    """
     return render(
         "leaderboard.html.j2",
         suite=manifest["suite"],
@@ -107,6 +119,7 @@ def html(
         headline=headline(manifest, results),
         complete=len(results) >= manifest["planned"],
         data=data,
+        main=main,
         charts=found.charts(),
         statements=statements(found),
         sensitivity=found.sensitivity_table(),

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...models.model import list_vessels
 from .contest import CRITERIA, DIMENSIONS, MOST_VALUES, Contest, contest, levels
-from .standings import CELL, Frame, labels
+from .standings import CELL, Frame
 
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 GAP, MOST_CODE = 4095, 4094
@@ -26,16 +26,19 @@ COARSER = ("held_out", "length", "thinning", "train", "disturbance", "model", "v
 """Columns of a cell that are put together, one after the other, where there are too many cells for a page."""
 
 
-def page_data(cells: Frame, runs: Frame, parameters: Frame, traces: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Everything that the page's script needs, as plain values."""
+def page_data(
+    cells: Frame, runs: Frame, estimates: Frame, traces: Sequence[Mapping[str, Any]], suite: str = ""
+) -> dict[str, Any]:
+    """Everything that the page's script needs, as plain values; `suite` is the one that the page shows first."""
     coarse, together = coarsened(cells)
     if together:
-        runs = runs[:0]
+        runs, estimates = runs[:0], estimates[:0]
     boards = {name: contest(coarse, runs, name) for name in CRITERIA}
     board = boards["prediction"]
     return {
         "methods": list(board.methods),
-        "dimensions": dimensions(board),
+        "dimensions": (shown := dimensions(board)),
+        "begin": {own["name"]: suite for own in shown if own["name"] == "suite" and suite in own["levels"]},
         "problems": [_problem(row) for row in board.problems.to_dict("records")],
         "together": together,
         "errors": {name: errors(own) for name, own in boards.items() if np.isfinite(own.errors).any()},
@@ -44,7 +47,7 @@ def page_data(cells: Frame, runs: Frame, parameters: Frame, traces: Sequence[Map
             [int(own) for own in row] for row in board.failed + 1000 * board.diverged + 1_000_000 * board.absent
         ],
         "budgets": _budgets(board),
-        "runs": {} if together else stored_runs(board, parameters, traces),
+        "runs": {} if together else stored_runs(board, estimates, traces),
     }
 
 
@@ -62,7 +65,7 @@ def coarsened(cells: Frame) -> tuple[Frame, list[str]]:
             break
         together.append(name)
         keys = [key for key in CELL if key not in together]
-        numbers = ["rel_error", "nrmse", "wall_s"]
+        numbers = ["rel_error", "nrmse", "cpu_s"]
         counts = ["failed", "diverged", "not_applicable"]
         groups = cells.groupby([*keys, "label"], observed=True, sort=False)
         how = dict.fromkeys(numbers, "median") | dict.fromkeys(counts, "sum")
@@ -78,7 +81,7 @@ def dimensions(board: Contest) -> list[dict[str, Any]]:
         texts = levels(board.problems[name].dropna())
         titles = {text: f"{ships[text][:60]} ({text})" for text in texts if text in ships and name == "vessel"}
         if len(texts) > 1:
-            rows = board.problems[name].map({text: i for i, text in enumerate(texts)})
+            rows = board.problems[name].astype("str").map({text: i for i, text in enumerate(texts)})
             found.append(
                 {
                     "name": name,
@@ -107,7 +110,7 @@ def errors(board: Contest) -> list[list[Any]]:
     ]
 
 
-def stored_runs(board: Contest, parameters: Frame, traces: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def stored_runs(board: Contest, estimates: Frame, traces: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Problem -> its truth and, by method, curves and estimates; as many of the best methods as there is room for."""
     number = {tuple(row): i for i, row in enumerate(board.problems[CELL].itertuples(index=False, name=None))}
     methods = {method: i for i, method in enumerate(board.methods)}
@@ -120,7 +123,7 @@ def stored_runs(board: Contest, parameters: Frame, traces: Sequence[Mapping[str,
             own = found.setdefault(str(problem), {"methods": {}})
             log = _log(entry["trace"])
             own["methods"][str(method)] = {"curves": _residuals(own, entry["trace"])} | ({"log": log} if log else {})
-    _add_estimates(found, board, parameters)
+    _add_estimates(found, board, estimates)
     return _within(found, board)
 
 
@@ -171,16 +174,15 @@ def _log(trace: Mapping[str, Any]) -> dict[str, Any] | None:
     return {"time": [_short(value) for value in trace["log"]["time_s"]], "values": found} if found else None
 
 
-def _add_estimates(found: dict[str, Any], board: Contest, parameters: Frame) -> None:
+def _add_estimates(found: dict[str, Any], board: Contest, estimates: Frame) -> None:
     """Estimates of the first seed with their standard errors, and the truth, into the problems that have curves."""
-    first = parameters[parameters["seed"] == 0]
-    first = first.assign(label=labels(first))
-    number = {tuple(row): i for i, row in enumerate(board.problems[CELL].itertuples(index=False, name=None))}
+    cells = board.problems[CELL].iloc[sorted(map(int, found))].assign(_problem=sorted(map(int, found)))
+    first = estimates[estimates["first_seed"]].merge(cells, on=CELL)
     methods = {method: i for i, method in enumerate(board.methods)}
-    for (*cell, label), rows in first.groupby([*CELL, "label"], observed=True, sort=False):
-        own = found.get(str(number.get(tuple(cell))))
-        entry = own["methods"].get(str(methods[label])) if own else None
-        if own is None or entry is None:
+    for (problem, label), rows in first.groupby(["_problem", "label"], observed=True, sort=False):
+        own = found[str(problem)]
+        entry = own["methods"].get(str(methods[label]))
+        if entry is None:
             continue
         if "parameters" not in own:
             names, units = rows["parameter"].tolist(), rows["unit"].tolist()
@@ -188,7 +190,8 @@ def _add_estimates(found: dict[str, Any], board: Contest, parameters: Frame) -> 
             own["parameters"] = [list(pair) for pair in zip(names, units, strict=True)]
             own["true"] = [_short(value) for value in rows["true"]]
             own["kind"] = str(kind.iloc[0]) if len(kind) else ""
-        entry["estimates"] = [[_short(v), _short(s)] for v, s in zip(rows["estimate"], rows["stderr"], strict=True)]
+        pairs = zip(rows["first_estimate"], rows["first_stderr"], strict=True)
+        entry["estimates"] = [[_short(v), _short(s)] for v, s in pairs]
 
 
 def _within(found: dict[str, Any], board: Contest) -> dict[str, Any]:

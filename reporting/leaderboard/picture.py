@@ -8,8 +8,9 @@ from pathlib import Path
 
 import matplotlib
 
-from ...bench.store import read_tables
 from ..plots import NO_METADATA, STYLE
+from .compact import read_compact
+from .estimates import summarised
 from .standings import Leaderboard, build
 
 
@@ -24,7 +25,8 @@ def drawn(board: Leaderboard) -> str:
 
 def write_picture(results: Path, place: Path) -> None:
     """Draw the standings of stored results (a folder) into a file."""
-    board = build(*read_tables(results)[:2])
+    runs, parameters = read_compact(results)
+    board = build(runs, summarised(parameters))
     place.parent.mkdir(parents=True, exist_ok=True)
     place.write_text(drawn(board), encoding="utf-8")
 

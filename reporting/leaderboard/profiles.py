@@ -14,7 +14,6 @@ METRICS = {
     "rel_error": "parameter error",
     "rmse_yaw_rate_rad_s": "yaw rate RMSE",
     "rmse_heading_rad": "heading RMSE",
-    "wall_s": "time",
 }
 """Further metrics that methods could be ranked by: column of the cells -> name."""
 MEDIAN_OF_NORMAL = 0.6745
@@ -119,7 +118,7 @@ class Power:
 
 
 def noise_curves(
-    cells: Frame, parameters: Frame, methods: Sequence[str]
+    cells: Frame, estimates: Frame, methods: Sequence[str]
 ) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
     """Median parameter error of methods by noise level, and the Cramer-Rao bound as a floor under them.
 
@@ -133,8 +132,8 @@ def noise_curves(
     for (method, noise), error in groups.items():
         if method in methods:
             curves.setdefault(str(method), {})[str(noise)] = float(error)
-    own = parameters[(parameters["true_kind"] == "given") & parameters["identifiable"].eq(True)]
-    own = own.merge(rows[CELL].drop_duplicates(), on=CELL)
+    own = estimates[(estimates["true_kind"] == "given") & estimates["identifiable"]]
+    own = own[[*CELL, "crb_sd", "true"]].merge(rows[CELL].drop_duplicates(), on=CELL)
     with np.errstate(all="ignore"):
         bound = (own["crb_sd"] / own["true"].abs()).replace(np.inf, np.nan)
     cell = own.assign(bound=bound).dropna(subset="bound").groupby(CELL, observed=True)["bound"].median()

@@ -21,6 +21,7 @@ from . import standings
 from .answer import answer
 from .charts import standings_figure
 from .contest import contest
+from .estimates import summarised
 from .findings import Finding, beyond, findings
 from .page import headline, html
 from .page_data import as_script, page_data
@@ -68,18 +69,36 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
 def pages(
     manifest: Mapping[str, Any], results: Frame, parameters: Frame, traces: Sequence[Mapping[str, Any]]
 ) -> dict[str, bytes]:
-    """README, page and picture by name."""
-    runs = standings.judged(results, parameters)
+    """README, page and picture by name.
+
+    The ranking is that of the first suite, in which all methods are compared on the same problems.
+    """
+    estimates = summarised(parameters)
+    runs = standings.judged(results, estimates)
     cells = standings.cell_table(runs)
-    board = standings.build(results, parameters, runs, cells)
-    found = Statistics(contest(cells, runs), cells, parameters)
-    data = as_script(page_data(cells, runs, parameters, traces))
+    first = str(results["suite"].iloc[0])
+    board, found = main_board(runs, estimates, first)
+    every = Statistics(contest(cells, runs), cells, estimates)
+    data = as_script(page_data(cells, runs, estimates, traces, first))
     texts = {
-        README: readme(manifest, results, board, found, _generalise(runs)),
-        PAGE: html(manifest, results, board, (), found, data),
+        README: readme(manifest, results, board, found, told(runs, found, every)),
+        PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else ""),
         PICTURE: picture(board),
     }
     return {name: text.encode() for name, text in texts.items()}
+
+
+def main_board(runs: Frame, estimates: Frame, suite: str) -> tuple[Leaderboard, Statistics]:
+    """Leaderboard and statistics of all runs (`standings.judged`) in one suite's problems, as the page gives them."""
+    own = runs.merge(runs.loc[runs["suite"] == suite, CELL].drop_duplicates(), on=CELL)
+    cells = standings.cell_table(own)
+    board = standings.build(own, estimates, own, cells)
+    return board, Statistics(contest(cells, own), cells, estimates)
+
+
+def told(runs: Frame, main: Statistics, every: Statistics) -> list[Finding]:
+    """All findings, of the main suite's ranking and of the conditions of all suites."""
+    return [*findings(main, every), *_generalise(runs)]
 
 
 def _generalise(runs: Frame) -> list[Finding]:
@@ -90,17 +109,14 @@ def _generalise(runs: Frame) -> list[Finding]:
 
 
 def readme(
-    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, found: Statistics, more: Sequence[Finding]
+    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, found: Statistics, findings: Sequence[Finding]
 ) -> str:
-    """The headline as GitHub renders it: answer, picture, ranking, findings (and more of them) with their commands."""
+    """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
     ranking = overall_table(board)
     keep = [i for i, name in enumerate(ranking.columns) if name in SHOWN]
     rows = tuple(tuple(row[i] for i in keep) for row in ranking.rows)
     shown = tables.Table(tuple(ranking.columns[i] for i in keep), rows)
-    told = [
-        f"{n}. {tables.in_markdown(own.text)}\n   `{own.command}`"
-        for n, own in enumerate([*findings(found), *more], start=1)
-    ]
+    listed = [f"{n}. {tables.in_markdown(own.text)}\n   `{own.command}`" for n, own in enumerate(findings, start=1)]
     return "\n\n".join(
         [
             "# Leaderboard",
@@ -109,15 +125,36 @@ def readme(
             f"Save [{PAGE}]({PAGE}) and open it: it chooses by vessel, excitation, noise, disturbance, channels and "
             f"time, and shows every run. The runs are in [{RESULTS}]({RESULTS}) and [{PARAMETERS}]({PARAMETERS}); "
             "`make reports` makes all of it anew.",
+            "Times are CPU times of a fit; they hardly depend on what else the machine does.",
             f"![Median prediction error of every method with its interval]({PICTURE})",
-            "## Ranking",
+            f"## Ranking{_in_suite(results)}",
             tables.markdown(shown),
+            "## Suites",
+            tables.markdown(_suites(manifest, results)),
             "## Findings",
-            "\n".join(told),
+            "\n".join(listed),
             "## Statistics",
             *map(tables.in_markdown, found.statements()),
         ]
     ) + "\n"  # fmt: skip
+
+
+def _in_suite(results: Frame) -> str:
+    return f" in the suite {results['suite'].iloc[0]}" if results["suite"].nunique() > 1 else ""
+
+
+def _suites(manifest: Mapping[str, Any], results: Frame) -> tables.Table:
+    """Runs and CPU time of fits by suite; a run that several suites have counts in the first."""
+    groups = results.groupby("suite", observed=True)["cpu_s"]
+    runs, seconds = groups.size(), groups.sum()
+    names = [name for name in str(manifest["suite"]).split(", ") if name in runs.index]
+    rows = [{"suite": name, "runs": int(runs[name]), "minutes": float(seconds[name]) / 60.0} for name in names]
+    columns = [
+        tables.field("suite"),
+        tables.Column("runs", lambda row: str(row["runs"]), lambda row: row["runs"]),
+        tables.Column("CPU time of fits (min)", lambda row: f"{row['minutes']:.1f}", lambda row: row["minutes"]),
+    ]
+    return tables.make_table(columns, rows)
 
 
 def picture(board: Leaderboard) -> str:

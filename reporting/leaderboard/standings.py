@@ -22,6 +22,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -93,13 +94,20 @@ class Leaderboard:
     """Aggregated results; every table is a pandas frame.
 
     `overall` has `STANDING_COLUMNS`, and so has every frame of `by`: factor -> standings at each of its levels, for
-    factors with more than one.  `detail` has one row a cell and method; `failures` one row per distinct reason.
+    factors with more than one.  `cells` is the `cell_table`, `estimates` are the parameters put together over seeds;
+    `failures` has one row per distinct reason.
     """
 
     overall: Frame
     by: dict[str, Frame]
-    detail: Frame
+    cells: Frame
+    estimates: Frame
     failures: Frame
+
+    @cached_property
+    def detail(self) -> Frame:
+        """One row a cell and method, in reading order, with the estimates of small models."""
+        return details(self.cells, self.estimates)
 
     def table(self) -> Frame:
         """All standings in one table, as `leaderboard.csv` holds them."""
@@ -124,27 +132,29 @@ class Leaderboard:
         return html(overall_table(self))
 
 
-def build(results: Frame, parameters: Frame, runs: Frame | None = None, cells: Frame | None = None) -> Leaderboard:
-    """The leaderboard of one results store (frames as `store.read_tables` gives them).
+def build(results: Frame, estimates: Frame, runs: Frame | None = None, cells: Frame | None = None) -> Leaderboard:
+    """The leaderboard of one results store.
 
+    results : as `store.read_tables` gives them.
+    estimates : `estimates.summarised` of the parameters.
     runs, cells : `judged` and `cell_table` of them, where these are known already.
     """
-    runs = judged(results, parameters) if runs is None else runs
+    runs = judged(results, estimates) if runs is None else runs
     cells = cell_table(runs) if cells is None else cells
-    efficiencies = efficiency(parameters)
+    efficiencies = efficiency(estimates)
     overall = standings(cells, efficiencies, "overall")
     blocks = {factor: matched(cells, factor) for factor in FACTORS}
     by = {factor: standings(rows, efficiencies, factor) for factor, rows in blocks.items() if len(rows)}
-    return Leaderboard(overall, by, detail(cells, parameters), failures(runs))
+    return Leaderboard(overall, by, cells, estimates, failures(runs))
 
 
-def judged(results: Frame, parameters: Frame) -> Frame:
+def judged(results: Frame, estimates: Frame) -> Frame:
     """Runs with `label`, `parameter_error` and `prediction_error`; nan where a criterion does not apply."""
     import pandas as pd
 
     runs = results.copy()
     runs["label"] = labels(runs)
-    given = parameters[(parameters["true_kind"] == "given") & parameters["rel_error"].notna()]
+    given = estimates[(estimates["true_kind"] == "given") & estimates["judged"]]
     own = set(map(tuple, given[["vessel", "model"]].drop_duplicates().to_numpy()))
     pairs = pd.MultiIndex.from_frame(runs[["vessel", "model"]])
     has_truth = pairs.isin(list(own)) if own else np.zeros(len(runs), dtype=bool)
@@ -176,7 +186,7 @@ def cell_table(runs: Frame) -> Frame:
     medians = {name: (column, "median") for name, column in MEDIANS.items()}
     table = groups.agg(**medians, **{name: (name, "sum") for name in flags}, runs=("seed", "size")).reset_index()
     for name, column in CRITERIA.items():
-        competing = _comparable(table[column]).groupby([table[key] for key in CELL])
+        competing = _comparable(table[column]).groupby([table[key] for key in CELL], observed=True)
         table[name] = competing.rank(method="average").where(competing.transform("count") > 1)
     table["rank"] = table[list(CRITERIA)].mean(axis=1)
     return table
@@ -191,7 +201,7 @@ def matched(cells: Frame, factor: str) -> Frame:
     if factor == "vessel":
         return cells if ranked[factor].nunique() > 1 else cells[:0]
     block = [name for name in CELL if name != factor]
-    levels = ranked.groupby(block, sort=False)[factor].nunique()
+    levels = ranked.groupby(block, sort=False, observed=True)[factor].nunique()
     if not len(levels) or levels.max() < 2:
         return cells[:0]
     kept = levels[levels == levels.max()].reset_index()[block]
@@ -209,9 +219,9 @@ def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
 
     efficiencies = efficiencies.merge(cells[CELL].drop_duplicates(), on=CELL)
     cells, efficiencies = (_grouped(frame, scope) for frame in (cells, efficiencies))
-    known = {key: own.to_numpy() for key, own in efficiencies.groupby(["group", "label"])["efficiency"]}
+    known = {key: own.to_numpy() for key, own in efficiencies.groupby(["group", "label"], observed=True)["efficiency"]}
     rows = []
-    for (group, label), own in cells.groupby(["group", "label"], sort=True):
+    for (group, label), own in cells.groupby(["group", "label"], sort=True, observed=True):
         efficient = known.get((group, label), [])
         rows.append({"scope": scope, "group": group, "method": label} | _standing(own, efficient))
     table = pd.DataFrame(rows, columns=STANDING_COLUMNS)
@@ -222,32 +232,26 @@ def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
     return table.sort_values(order, ignore_index=True).drop(columns=["_group", "_partial"])
 
 
-def efficiency(parameters: Frame) -> Frame:
+def efficiency(estimates: Frame) -> Frame:
     """Efficiency of every method on every parameter of a calm cell, crb_sd^2 / mean squared error over seeds.
 
     Only identifiable parameters with a given truth and at least `EFFICIENCY_SEEDS` seeds; 1 is the Cramer-Rao bound.
     Columns `CELL`, label, parameter, seeds, efficiency.
     """
-    chosen = parameters[
-        (parameters["true_kind"] == "given")
-        & parameters["identifiable"].eq(True)
-        & (parameters["disturbance"] == "none")
-        & (parameters["crb_sd"] > 0)
-        & parameters["estimate"].notna()
+    chosen = estimates[
+        (estimates["true_kind"] == "given")
+        & estimates["identifiable"]
+        & (estimates["disturbance"] == "none")
+        & (estimates["seeds"] >= EFFICIENCY_SEEDS)
     ]
-    table = chosen.assign(
-        label=labels(chosen), bound=chosen["crb_sd"] ** 2, square=(chosen["estimate"] - chosen["true"]) ** 2
-    )
-    groups = table.groupby([*CELL, "label", "parameter"], sort=True)
-    means = groups.agg(seeds=("square", "size"), bound=("bound", "mean"), square=("square", "mean")).reset_index()
-    means["efficiency"] = means["bound"] / means["square"].where(means["square"] > 0)
-    return means[means["seeds"] >= EFFICIENCY_SEEDS].drop(columns=["bound", "square"]).reset_index(drop=True)
+    found = chosen.assign(efficiency=chosen["bound"] / chosen["square"].where(chosen["square"] > 0))
+    return found[[*CELL, "label", "parameter", "seeds", "efficiency"]].reset_index(drop=True)
 
 
-def detail(cells: Frame, parameters: Frame) -> Frame:
-    """`cell_table` in reading order, with the estimates of small models as text."""
+def details(cells: Frame, estimates: Frame) -> Frame:
+    """Rows of `cell_table` in reading order, with the estimates of small models as text."""
     places = {text: in_order(text) for text in cells["noise"].unique()}
-    table = cells.assign(estimates=_estimates(cells, parameters), _noise=cells["noise"].map(places))
+    table = cells.assign(estimates=_estimates(cells, estimates), _noise=cells["noise"].astype(str).map(places))
     keys = ["vessel", "train", "held_out", "model", "_noise", "disturbance", "thinning", "length", "label"]
     return table.sort_values(keys, ignore_index=True).drop(columns="_noise")
 
@@ -256,8 +260,10 @@ def failures(runs: Frame) -> Frame:
     """Every reason why runs failed, did not apply or did not converge, with the number of runs and their seeds."""
     listed = runs[(runs["status"] != "ok") | runs["error"].notna()]
     keys = ["status", "label", "vessel", "model", "train", "noise", "disturbance", "thinning", "length", "error"]
-    groups = listed.assign(error=listed["error"].fillna("")).groupby(keys, sort=True)["seed"]
-    table = groups.agg(runs="size", seeds=lambda seeds: ", ".join(str(seed) for seed in sorted(set(seeds))))
+    listed = listed.assign(error=listed["error"].astype("str").fillna(""))
+    table = listed.groupby(keys, sort=True, observed=True)["seed"].agg(
+        runs="size", seeds=lambda seeds: ", ".join(str(seed) for seed in sorted(set(seeds)))
+    )
     return table.reset_index()
 
 
@@ -303,25 +309,28 @@ def significant(values: Any, digits: int = DIGITS) -> Any:
 
 
 def _grouped(frame: Frame, scope: str) -> Frame:
-    return frame.assign(group="all" if scope == "overall" else [f"{level}" for level in frame[scope]])
+    return frame.assign(group="all" if scope == "overall" else frame[scope].astype(str))
 
 
 def labels(frame: Frame) -> Series:
-    """The method, with its variant where that is not the corrected one."""
-    return frame["method"].where(
-        frame["variant"] == "corrected", frame["method"].astype(str) + " (" + frame["variant"].astype(str) + ")"
-    )
+    """The method, with its variant where that is not the corrected one, as categories in alphabetical order."""
+    import pandas as pd
+
+    method, variant = (frame[name].astype("category").cat for name in ("method", "variant"))
+    texts = [[m if v == "corrected" else f"{m} ({v})" for v in variant.categories] for m in method.categories]
+    every = sorted({text for row in texts for text in row})
+    places = np.array([every.index(text) for row in texts for text in row], dtype=np.int64)
+    codes = places[method.codes.to_numpy(np.int64) * len(variant.categories) + variant.codes.to_numpy()]
+    return pd.Series(pd.Categorical.from_codes(codes, every), index=frame.index)
 
 
-def _estimates(cells: Frame, parameters: Frame, most: int = 6) -> list[str]:
+def _estimates(cells: Frame, estimates: Frame, most: int = 6) -> list[str]:
     """`K 0.324, T 20.1` per row: the median estimates over seeds, for models with few parameters."""
-    table = parameters.assign(label=labels(parameters))
-    table = table[table["estimate"].notna()]
-    medians = table.groupby([*CELL, "label", "parameter"], sort=True)["estimate"].median()
+    table = estimates[estimates["estimate"].notna() & estimates["vessel"].isin(cells["vessel"].unique())]
     texts: dict[tuple, list[str]] = {}
-    for (*cell, parameter), value in medians.items():
+    for *cell, parameter, value in table[[*CELL, "label", "parameter", "estimate"]].itertuples(index=False, name=None):
         texts.setdefault(tuple(cell), []).append(f"{parameter} {value:.4g}")
-    found = [texts.get(tuple(row), []) for row in cells[[*CELL, "label"]].to_numpy()]
+    found = [texts.get(tuple(row), []) for row in cells[[*CELL, "label"]].itertuples(index=False, name=None)]
     return [", ".join(items) if len(items) <= most else f"{len(items)} parameters" for items in found]
 
 

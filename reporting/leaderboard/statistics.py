@@ -22,6 +22,8 @@ DIFFERENCES = (0.1, 0.25)
 DRAWN = 8
 """Methods in a chart with a curve a method: the best."""
 FACTORS = np.logspace(0.0, 2.0, 121)
+LOST = "0.46"
+"""Grey of a heat map where there is no finite error: white text and, on a dark page, black text is read on it."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Statistics:
 
     board: Contest
     cells: Frame
-    parameters: Frame
+    estimates: Frame
 
     @cached_property
     def comparison(self) -> Comparison:
@@ -101,7 +103,7 @@ class Statistics:
 
     def _noise(self, methods: Sequence[str]) -> str:
         own = [method for method in methods if method in set(self.cells["label"])]
-        curves, floor = profiles.noise_curves(self.cells, self.parameters, own)
+        curves, floor = profiles.noise_curves(self.cells, self.estimates, own)
         curves = dict(list((m, curves[m]) for m in own if m in curves)[:DRAWN])
         levels = sorted({level for curve in curves.values() for level in curve}, key=in_order)
         if len(levels) < 2:
@@ -128,15 +130,19 @@ class Statistics:
             return ""
 
         def draw(figure) -> None:
+            from matplotlib import colormaps
             from matplotlib.colors import LogNorm
 
             axes = figure.subplots()
             finite = table[np.isfinite(table) & (table > 0.0)]
             norm = LogNorm(max(finite.min(), 1e-4), min(max(finite.max(), 1e-3), 10.0)) if finite.size else None
-            shown = np.where(np.isinf(table), 1e9, table)
-            image = axes.imshow(shown, norm=norm, cmap="viridis_r", aspect="auto")
-            for i, j in zip(*np.nonzero(np.isinf(table)), strict=True):
-                axes.text(j, i, "inf", ha="center", va="center", color="white", fontsize=7)
+            most = norm.vmax if norm else np.inf
+            shown = np.where(table > most, 1e9, table)
+            colours = colormaps["viridis_r"].with_extremes(over=LOST)
+            image = axes.imshow(shown, norm=norm, cmap=colours, aspect="auto")
+            for i, j in zip(*np.nonzero(table > most), strict=True):
+                told = "inf" if np.isinf(table[i, j]) else f">{most:g}"
+                axes.text(j, i, told, ha="center", va="center", color="white", fontsize=7)
             axes.set_xticks(range(len(vessels)), vessels, rotation=40, ha="right")
             axes.set_yticks(range(len(methods)), methods)
             axes.grid(False)

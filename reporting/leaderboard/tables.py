@@ -31,6 +31,8 @@ CHOICES = {
     "nrmse": "best prediction (NRMSE)",
     "fast": f"fastest within {NEAR:g} times the best (NRMSE, time)",
 }
+MOST_FAILURES = 1000
+"""Rows of the table of failures beyond which it says no conditions."""
 SHARED = ("model", "train", "held out", "noise", "disturbance")
 """Columns of the table of all cells that stand in its note where they are the same in every row."""
 
@@ -125,8 +127,15 @@ def _detail_table(vessel: str, rows: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def failure_table(failures: Frame) -> Table:
-    """What failed, did not apply or did not converge, and why."""
-    return make_table(FAILURE, _rows(failures), "Failed, not applicable, not converged")
+    """What failed, did not apply or did not converge, and why; the most frequent reasons where there are many."""
+    title = "Failed, not applicable, not converged"
+    if len(failures) <= MOST_FAILURES:
+        return make_table(FAILURE, _rows(failures), title)
+    reasons = failures.groupby(["status", "label", "error"], observed=True, sort=True)["runs"].sum().reset_index()
+    kept = reasons.sort_values("runs", ascending=False, kind="stable").head(MOST_FAILURES)
+    note = f"Put together over all conditions; the {len(kept)} most frequent of {len(reasons)} reasons."
+    columns = [column for column in FAILURE if column.title in ("status", "method", "reason", "runs")]
+    return make_table(columns, _rows(kept), title, note)
 
 
 def _rows(frame: Frame) -> list[dict[str, Any]]:

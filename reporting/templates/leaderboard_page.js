@@ -29,14 +29,14 @@
       });
     });
     const budgets = Object.keys(data.budgets);
-    if (budgets.length) addSelect("budget", "time for a fit", [["", "any"]].concat(budgets.map(function (text) {
+    if (budgets.length) addSelect("budget", "CPU time for a fit", [["", "any"]].concat(budgets.map(function (text) {
       return [text, "at most " + text];
     })), function (value) { state.budget = value; });
-    const names = { prediction: "prediction of held-out records", parameters: "parameters" };
+    const names = { prediction: "prediction", parameters: "parameters" };
     if (Object.keys(data.errors).length > 1) addSelect("criterion", "ranked by error of", Object.keys(data.errors).map(
       function (name) { return [name, names[name]]; }), function (value) { state.criterion = value; });
     make("button", { type: "button", text: "Reset" }, form).addEventListener("click", function () {
-      state.chosen = {}; state.budget = ""; state.criterion = Object.keys(data.errors)[0]; state.method = ""; show();
+      state.chosen = Object.assign({}, data.begin); state.budget = ""; state.criterion = Object.keys(data.errors)[0]; state.method = ""; show();
     });
   }
   function showForm() {
@@ -88,7 +88,7 @@
     ["failed", "failed runs", function (r) { return String(r.failed); }, ""],
     ["diverged", "diverged runs", function (r) { return String(r.diverged); }, ""],
     ["absent", "not applicable", function (r) { return String(r.absent); }, "runs; not ranked"],
-    ["time", "time of a fit", function (r) { return seconds(r.time); }, "median over the problems"],
+    ["time", "CPU time of a fit", function (r) { return seconds(r.time); }, "median over the problems"],
   ];
   let shown = [];
   function showTable() {
@@ -150,11 +150,14 @@
     points.slice().sort(function (a, b) { return a.x - b.x || a.y - b.y; }).forEach(function (point) {
       point.front = point.y < least; least = Math.min(least, point.y);
     });
-    Drawing.scatter(document.getElementById("front"), points, "median time of a fit (s)", "median error (-)");
+    Drawing.scatter(document.getElementById("front"), points, "median CPU time of a fit (s)", "median error (-)");
   }
 
   function writeHash() {
     const parts = new URLSearchParams(state.chosen);
+    Object.keys(data.begin).forEach(function (name) {
+      if (!state.chosen[name]) parts.set(name, ""); else if (state.chosen[name] === data.begin[name]) parts.delete(name);
+    });
     ["budget", "sort", "method", "problem"].forEach(function (name) { if (state[name]) parts.set("_" + name, state[name]); });
     if (state.criterion !== Object.keys(data.errors)[0]) parts.set("_criterion", state.criterion);
     if (state.way < 0) parts.set("_way", "-1");
@@ -164,7 +167,7 @@
   function readHash() {
     const parts = new URLSearchParams(location.hash.slice(1));
     state.chosen = {};
-    dims.forEach(function (dim) { const own = parts.get(dim.name); if (dim.levels.includes(own)) state.chosen[dim.name] = own; });
+    dims.forEach(function (dim) { const own = parts.has(dim.name) ? parts.get(dim.name) : data.begin[dim.name]; if (dim.levels.includes(own)) state.chosen[dim.name] = own; });
     state.budget = data.budgets[parts.get("_budget")] ? parts.get("_budget") : "";
     state.criterion = data.errors[parts.get("_criterion")] ? parts.get("_criterion") : Object.keys(data.errors)[0];
     state.sort = parts.get("_sort") || ""; state.way = parts.get("_way") === "-1" ? -1 : 1;

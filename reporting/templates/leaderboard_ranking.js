@@ -170,11 +170,12 @@ const Ranking = (function () {
       const least = others.reduce(function (a, c) {
         return Math.round(c.errorRatio * 1e9) < Math.round(a.errorRatio * 1e9) ? c : a;
       });
-      return head + "; no other is as good: " + least.method + " errs " + number(least.errorRatio) + " times as much (p " +
-        pText(least.p) + ").";
+      const told = least.method + " errs " + number(least.errorRatio) + " times as much";
+      if (least.p >= LEVEL) return head + "; " + told + ", but no test tells the two apart (p " + pText(least.p) + ").";
+      return head + "; no other is as good: " + told + " (p " + pText(least.p) + ").";
     }
     const fast = quickest(good), chosen = fast.speed >= FASTER ? fast : good[0];
-    const more = good.length > 1 ? "; " + (good.length - 1) + " more are as good" : "";
+    const more = good.length > 1 ? "; " + (good.length - 1) + (good.length === 2 ? " more is" : " more are") + " as good" : "";
     return head + "; " + chosen.method + " is as good (p " + pText(chosen.p) + ")" + faster(chosen) + more + ".";
   }
   return { median: median, signedRank: signedRank, holm: holm, board: board, order: order, rivals: rivals, answer: answer,

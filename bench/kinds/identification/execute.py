@@ -47,7 +47,10 @@ def _fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, An
 
 
 def _warm_fit(spec: RunSpec, task: Problem) -> None:
-    """Fit and score a few samples, untimed, once per process, method and model: timed fits then compile nothing."""
+    """Fit and score a few samples, untimed, once per process, method and model: timed fits then compile nothing.
+
+    Methods that choose their options by trials make one: a trial runs what all of them run.
+    """
     from ....estimation.prediction import prediction_scores
     from ....methods.registry import make
 
@@ -57,7 +60,10 @@ def _warm_fit(spec: RunSpec, task: Problem) -> None:
     short = [record.slice(0, WARM_SAMPLES) for record in task.train]
 
     def action() -> None:
-        estimate = make(spec.maker).fit(short, task.model)
+        method = make(spec.maker)
+        if hasattr(method, "trials"):
+            method.set_params(trials=1)
+        estimate = method.fit(short, task.model)
         prediction_scores(estimate.model, task.held_out[:1], estimate.predictor)
 
     attempt(action)

@@ -5,18 +5,20 @@ import pytest
 from sklearn.linear_model import LinearRegression
 
 from helmbench.estimation.black_box.compiled import compiled, stacked
+from helmbench.estimation.black_box.forms import KERNELS, NETWORKS, TREES
 from helmbench.estimation.black_box.predictor import fit_regressors
 from helmbench.methods.registry import make
 
 FORMS = {
-    "Ridge": "Affine",
-    "LinearSVR": "Affine",
-    "SVR": "Kernel",
-    "NuSVR": "Kernel",
-    "DecisionTreeRegressor": "Trees",
-    "RandomForestRegressor,n_estimators=10": "Trees",
-    "ExtraTreesRegressor,n_estimators=10": "Trees",
-    "HistGradientBoostingRegressor,max_iter=20": "Trees",
+    "Ridge": NETWORKS,
+    "LinearSVR": NETWORKS,
+    "SVR": KERNELS,
+    "NuSVR": KERNELS,
+    "DecisionTreeRegressor": TREES,
+    "RandomForestRegressor,n_estimators=10": TREES,
+    "ExtraTreesRegressor,n_estimators=10": TREES,
+    "HistGradientBoostingRegressor,max_iter=20": TREES,
+    "MLPRegressor,activation=tanh,solver=lbfgs,tol=1.0": NETWORKS,
     "SVR,kernel=poly": None,
     "KNeighborsRegressor": None,
     "GradientBoostingRegressor,n_estimators=10": None,
@@ -30,7 +32,7 @@ def test_fast_forms_predict_as_scikit_learn(name, outputs, rng):
     y = np.column_stack([np.sin(x[:, 0] + place) + x[:, 1] * x[:, 2] for place in range(outputs)])
     regressors = fit_regressors(x, y, make(f"sklearn:{name}").new_regressor)
     fast = compiled(regressors, x[:20])
-    assert (None if fast is None else type(fast).__name__) == FORMS[name]
+    assert (None if fast is None else fast.form) == FORMS[name]
     if fast is not None:
         elsewhere = 2.0 * rng.normal(size=(600, 4))
         np.testing.assert_allclose(fast(elsewhere), stacked(regressors, elsewhere), rtol=1e-8, atol=1e-8)
@@ -43,3 +45,15 @@ def test_a_form_that_does_not_agree_is_not_used(rng):
 
     x = rng.normal(size=(50, 2))
     assert compiled((Rounding().fit(x, x[:, 0]),), x) is None
+
+
+@pytest.mark.parametrize("wrong", [{"coef_": np.ones(3)}, {"coef_": np.ones((2, 2))}])
+def test_arrays_of_other_shapes_are_not_used(wrong, rng):
+    class Other(LinearRegression):
+        def predict(self, X):
+            return X @ np.ones(2)
+
+    x = rng.normal(size=(50, 2))
+    regressor = Other().fit(x, x[:, 0])
+    vars(regressor).update(wrong)
+    assert compiled((regressor,), x) is None

@@ -10,8 +10,9 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
 from helmbench.bench.store import Store, read_tables
-from helmbench.reporting.leaderboard import contest, page, standings
+from helmbench.reporting.leaderboard import contest, page, publish, standings
 from helmbench.reporting.leaderboard.answer import answer, rivals
+from helmbench.reporting.leaderboard.estimates import summarised
 
 SELECTIONS = [
     ({}, math.inf),
@@ -58,14 +59,14 @@ def made_up_results():
         runs = []
         for (m, (factor, wall)), v, n, t, s in product(methods.items(), vessels, noises, trains, range(3)):
             error = 0.02 * factor * float(np.exp(rng.normal(scale=0.1)))
-            facts = {"method": m, "vessel": v, "noise": n, "seed": s, "train": f"zigzag:{t}/{t}", "wall_s": wall}
+            facts = {"method": m, "vessel": v, "noise": n, "seed": s, "train": f"zigzag:{t}/{t}", "cpu_s": wall}
             facts |= {"diverged": m == "lost" and (v == "remus" or s == 0)}
             parameters = [make_parameter("K", 1.0, 1.0 + error, 0.1)]
             run = make_run(error=error, r2=1.0 - error**2, parameters=parameters, **facts)
             trace = _trace(rng, error) | ({"log": _log(1.0 + error)} if m == "a" else {})
             runs.append(run | ({"trace": trace} if s == 0 else {}))
-        runs.append(make_run(method="only-here", vessel="cargo", r2=0.9, train="zigzag:10/10", wall_s=0.1))
-        long = make_run(method="e", vessel="patrol", r2=0.9, train=LONG, wall_s=0.1)
+        runs.append(make_run(method="only-here", vessel="cargo", r2=0.9, train="zigzag:10/10", cpu_s=0.1))
+        long = make_run(method="e", vessel="patrol", r2=0.9, train=LONG, cpu_s=0.1)
         runs.append(long | {"trace": _trace(rng, 0.1)})
         runs.append(make_run(method="c", vessel="s175", status="not_applicable", reason="no sway", train="turn:20"))
         manifest = {"suite": "made-up", "version": "0", "planned": len(runs), "seeds": "0-2", "title": "made up"}
@@ -125,7 +126,8 @@ def opened(browser, results):
 
 
 def board(results):
-    runs = standings.judged(*read_tables(results))
+    stored, parameters = read_tables(results)
+    runs = standings.judged(stored, summarised(parameters))
     return contest.contest(standings.cell_table(runs), runs)
 
 
@@ -162,12 +164,12 @@ def test_what_was_not_run_cannot_be_chosen(opened):
 
 def test_the_table_is_sorted_by_keyboard(opened):
     tab = opened()
-    button = tab.locator("#ranking thead button", has_text="time of a fit")
+    button = tab.locator("#ranking thead button", has_text="CPU time of a fit")
     button.focus()
     tab.keyboard.press("Enter")
     head = button.locator("xpath=..")
     assert head.get_attribute("aria-sort") == "ascending" and ranking(tab)[0] == "d"
-    assert tab.evaluate("document.activeElement.textContent") == "time of a fit"
+    assert tab.evaluate("document.activeElement.textContent") == "CPU time of a fit"
     tab.keyboard.press("Space")
     assert head.get_attribute("aria-sort") == "descending" and ranking(tab)[0] == "a"
     assert tab.locator("#ranking th[aria-sort]").count() == 1
@@ -244,3 +246,27 @@ def test_csv_and_svg_are_downloaded(opened):
     with tab.expect_download() as waiting:
         tab.locator("#front .save").click()
     assert waiting.value.path().read_text().startswith("<svg")
+
+
+def test_a_page_of_two_suites_begins_with_the_first(browser, results, tmp_path):
+    """The choice of another suite, and of all of them, is kept in the address."""
+    from ...made_up_runs import make_run
+
+    facts = {"suite": "wind", "vessel": "esso-osaka-l3", "disturbance": "wind:8@40deg"}
+    runs = [make_run(method=method, r2=r2, **facts) for method, r2 in (("a", 0.9), ("b", 0.8))]
+    with Store.create(tmp_path / "wind", {"suite": "wind", "version": "0", "planned": 2}) as store:
+        for run in runs:
+            store.append(run)
+        store.write_tables()
+    publish.publish([results, tmp_path / "wind"], tmp_path / "published")
+    tab = browser.new_page()
+    tab.goto((tmp_path / "published" / publish.PAGE).as_uri())
+    first, alone = tab.input_value("#choose-suite"), tab.inner_text("#basis")
+    assert first == "made-up" and "suite" not in tab.url.partition("#")[2]
+    for chosen in ("wind", ""):
+        tab.select_option("#choose-suite", chosen)
+        tab.reload()
+        assert tab.input_value("#choose-suite") == chosen and tab.inner_text("#basis") != alone
+    tab.get_by_role("button", name="Reset").click()
+    assert tab.input_value("#choose-suite") == first and tab.inner_text("#basis") == alone
+    tab.close()

@@ -10,6 +10,7 @@ from helmbench.models.errors import BadInput
 from helmbench.reporting.leaderboard import comparing, publish, standings
 from helmbench.reporting.leaderboard.answer import answer
 from helmbench.reporting.leaderboard.contest import contest
+from helmbench.reporting.leaderboard.estimates import summarised
 from helmbench.reporting.leaderboard.findings import findings
 from helmbench.reporting.leaderboard.statistics import Statistics
 from helmbench.reporting.tables import in_markdown
@@ -45,7 +46,7 @@ def folder(folder_of, run_of, parameter_of):
                     "vessel": v,
                     "noise": n,
                     "disturbance": d,
-                    "wall_s": 1 / factor,
+                    "cpu_s": 1 / factor,
                 }
                 runs.append(run_of(error=None if m == "arx" else e, r2=1.0 - e**2, parameters=rows, **facts))
     return folder_of("default", runs)
@@ -54,12 +55,14 @@ def folder(folder_of, run_of, parameter_of):
 def check_published(folder):
     """README and page hold what the stored tables give."""
     results, parameters = (pd.read_parquet(folder / name) for name in (publish.RESULTS, publish.PARAMETERS))
+    parameters = summarised(parameters)
     runs = standings.judged(results, parameters)
     cells = standings.cell_table(runs)
-    found = Statistics(contest(cells, runs), cells, parameters)
+    _, found = publish.main_board(runs, parameters, runs["suite"].iloc[0])
+    every = Statistics(contest(cells, runs), cells, parameters)
     readme, page = (folder / publish.README).read_text(), (folder / publish.PAGE).read_text()
     assert in_markdown(answer(found.board)) in readme
-    told = [in_markdown(own.text) for own in findings(found)]
+    told = [in_markdown(own.text) for own in publish.told(runs, found, every)]
     assert told and all(text in readme for text in told)
     order = [place.method for place in found.board.order()]
     table = readme.split("## Ranking")[1].split("##")[0]
@@ -77,12 +80,13 @@ def test_the_published_leaderboard_says_what_its_results_say(folder, tmp_path):
 
 
 def test_findings_are_computed_from_the_results(folder):
-    runs = standings.judged(*read_tables(folder))
+    results, parameters = read_tables(folder)
+    runs = standings.judged(results, summarised(parameters))
     cells = standings.cell_table(runs)
-    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, read_tables(folder)[1]))]
+    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, summarised(parameters)))]
     assert any("the black box errs 4.0 times as much" in text and "the grey box beats" in text for text in told)
     assert any(
-        "With high instead of low noise, pem predicts best: median error 0.03 against 0.01" in text for text in told
+        "With high noise, pem predicts best: median error 0.03 against 0.01 with low noise" in text for text in told
     )
     assert any("pem comes nearest to the Cramer-Rao floor" in text for text in told)
 
@@ -99,8 +103,8 @@ def test_grey_against_black_box_beyond_the_training_records_comes_from_its_suite
     )
     publish.publish([folder, apart], tmp_path / "published")
     readme = (tmp_path / "published" / publish.README).read_text()
-    assert "Beyond the training records: In free runs the black box beats the grey box: pem" in readme
-    assert "better in 0 of 6 problems" in readme and "better in 9 of 15 problems" in readme
+    assert "Beyond the training records, in free runs the black box beats the grey box: pem" in readme
+    assert "better in 0 of 6 problems" in readme and "better in 9 of 9 problems" in readme
     publish.publish([folder], tmp_path / "alone")
     assert "Beyond the training" not in (tmp_path / "alone" / publish.README).read_text()
 
@@ -117,16 +121,37 @@ def test_a_run_that_two_suites_have_is_taken_once(folder, folder_of, run_of, tmp
 
 def test_two_folders_are_compared_by_pairs(folder, folder_of, run_of):
     vessels = ("cargo", "mariner", "s175")
-    better = [run_of(error=0.005, r2=1.0 - (0.5 * 0.01) ** 2, method="pem", vessel=v, wall_s=2.0) for v in vessels] + [
+    better = [run_of(error=0.005, r2=1.0 - (0.5 * 0.01) ** 2, method="pem", vessel=v, cpu_s=2.0) for v in vessels] + [
         run_of(method="ls", vessel="cargo", status="failed", reason="singular"),
         run_of(method="new", r2=0.5),
     ]
     found = comparing.changes(read_tables(folder), read_tables(folder_of("other", better)))
     rows = {(row["method"], row["figure"]): row for row in found.rows}
-    assert rows["pem", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["pem", "time"][
+    assert rows["pem", "prediction error"]["ratio"] == pytest.approx(0.5) and rows["pem", "CPU time"][
         "ratio"
     ] == pytest.approx(2)
     assert rows["pem", "parameter error"]["problems"] == 3 and found.only_second == 1 and found.only_first == 27 - 4
-    assert [row["method"] for row in found.statuses] == ["ls"] and "0 -> 1" in found.summary()
+    assert [row["method"] for row in found.statuses] == ["ls"] and "0 to 1" in found.summary()
     same = comparing.changes(read_tables(folder), read_tables(folder))
     assert all(row["unchanged"] == row["problems"] and row["p"] == 1.0 for row in same.rows) and not same.statuses
+
+
+def test_simpler_models_are_told_apart_from_the_ships_own(folder, folder_of, run_of):
+    simple = [
+        run_of(r2=1.0 - e**2, error=None, method=m, vessel=v, noise=n, model="nomoto-1", parameters=[])
+        for m, e in (("pem", 0.4), ("ls", 0.5), ("arx", 0.2))
+        for v in ("cargo", "mariner", "s175")
+        for n in ("low", "high")
+    ]
+    results, parameters = publish.together([read_tables(folder), read_tables(folder_of("simple", simple))])
+    estimates = summarised(parameters)
+    runs = standings.judged(results, estimates)
+    cells = standings.cell_table(runs)
+    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, estimates))]
+    assert any(
+        text.startswith("Where the fitted model is not the ship's own, in free runs the black box") for text in told
+    )
+    assert any(
+        "instead of the ship's own equations pem errs 0.4 instead of 0.02 in the median" in text for text in told
+    )
+    assert any("With the ships' own equations pem has its largest" in text for text in told)

@@ -178,7 +178,7 @@ def test_every_value_on_the_page_is_that_of_the_stored_results(finished):
         error = float(ok["rel_error_median"].median()) if len(ok) else math.inf
         assert row["parameter error [95 %]"].split(" [")[0] == numbers.number(error)
         if len(ok):
-            assert row["time"] == numbers.duration(float(ok["wall_s"].median()))
+            assert row["time"] == numbers.duration(float(ok["cpu_s"].median()))
             assert row["yaw rate R2"] == numbers.r_squared(float(ok["r2_free_yaw_rate_rad_s"].median()))
             rmse = numbers.DEG * float(ok["rmse_free_yaw_rate_rad_s"].median())
             assert row["yaw rate RMSE (deg/s)"] == numbers.number(rmse)

@@ -11,6 +11,13 @@ from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
 from helmbench.reporting.leaderboard import contest, paired, profiles, standings
 from helmbench.reporting.leaderboard.answer import answer
+from helmbench.reporting.leaderboard.estimates import summarised
+
+
+def tables_of(runs):
+    """The results of runs, and their parameters put together over seeds."""
+    results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
+    return results, summarised(parameters)
 
 
 @pytest.fixture
@@ -18,8 +25,8 @@ def board_of():
     """The contest of stored runs."""
 
     def build(runs, criterion="prediction"):
-        results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
-        judged = standings.judged(results, parameters)
+        results, estimates = tables_of(runs)
+        judged = standings.judged(results, estimates)
         return contest.contest(standings.cell_table(judged), judged, criterion)
 
     return build
@@ -33,7 +40,7 @@ def eight_problems(run_of, rng):
     return [
         run_of(
             r2=1.0 - (0.01 * (p + 1) * factor * math.exp(spread[m, p, s])) ** 2,
-            method=m, vessel=f"v{p // 2}", noise=("low", "medium")[p % 2], seed=s, wall_s=seconds,
+            method=m, vessel=f"v{p // 2}", noise=("low", "medium")[p % 2], seed=s, cpu_s=seconds,
         )
         for m, (factor, seconds) in factors.items()
         for p, s in product(range(8), range(2))
@@ -100,9 +107,9 @@ def test_the_floor_is_the_median_error_at_the_bound(run_of, parameter_of):
         for n, e, sd in (("low", 0.02, 0.1), ("high", 0.1, 0.4))
         for m in "ab"
     ]
-    results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
-    cells = standings.cell_table(standings.judged(results, parameters))
-    curves, floor = profiles.noise_curves(cells, parameters, ["a"])
+    results, estimates = tables_of(runs)
+    cells = standings.cell_table(standings.judged(results, estimates))
+    curves, floor = profiles.noise_curves(cells, estimates, ["a"])
     assert curves == {"a": pytest.approx({"low": 0.02, "high": 0.1})}
     assert floor == pytest.approx({"low": 0.6745 * 0.05, "high": 0.6745 * 0.2})
 
@@ -113,6 +120,16 @@ def test_the_answer_names_the_best_and_who_is_as_good(board_of, eight_problems):
     told = answer(board)
     assert ("c" not in told.split("(")[0] and "is as good (p" in told) or "no other is as good" in told
     assert "too few for a test" in answer(board.where({"vessel": "v0", "noise": "low"}))
+
+
+def test_a_difference_that_no_test_shows_is_not_called_one(board_of, run_of):
+    ratios = (3.0, 0.5, 3.0, 0.4, 3.0, 3.0)
+    runs = [
+        run_of(r2=1.0 - (0.01 * factor) ** 2, method=m, vessel=f"v{p}")
+        for p, ratio in enumerate(ratios)
+        for m, factor in (("a", 1.0), ("b", ratio))
+    ]
+    assert "b errs 3.0 times as much, but no test tells the two apart (p = " in answer(board_of(runs))
 
 
 def test_a_budget_ranks_slow_methods_last(board_of, eight_problems):
@@ -127,25 +144,25 @@ def test_nothing_is_chosen_where_nothing_was_run(board_of, eight_problems):
 
 
 def test_a_method_of_few_problems_stands_below_the_others(board_of, run_of, eight_problems):
-    extra = run_of(r2=1.0, method="d", vessel="v0", noise="low", wall_s=0.1)
+    extra = run_of(r2=1.0, method="d", vessel="v0", noise="low", cpu_s=0.1)
     order = board_of([*eight_problems, extra]).order()
     assert order[-1].method == "d" and order[-1].partial and order[-1].mean_rank == 1.0
 
 
 def test_the_ranking_is_that_of_the_standings(eight_problems, board_of):
-    results, parameters = frames(eight_problems, kind_of(IDENTIFICATION).tables)
+    results, estimates = tables_of(eight_problems)
     order = [place.method for place in board_of(eight_problems).order()]
-    assert standings.build(results, parameters).overall["method"].tolist() == order
+    assert standings.build(results, estimates).overall["method"].tolist() == order
 
 
 def test_sensitivity_leaves_vessels_out_and_takes_other_metrics(board_of, eight_problems):
-    results, parameters = frames(eight_problems, kind_of(IDENTIFICATION).tables)
-    judged = standings.judged(results, parameters)
+    results, estimates = tables_of(eight_problems)
+    judged = standings.judged(results, estimates)
     cells = standings.cell_table(judged)
     board = contest.contest(cells, judged)
     found = {row.choice: row for row in profiles.sensitivity(board, profiles.other_metrics(cells, board))}
-    assert set(found) >= {"by time", "without v0", "without v3"}
-    assert found["by time"].first == "c" and found["without v0"].problems == 6
+    assert set(found) >= {"by heading RMSE", "without v0", "without v3"} and "by time" not in found
+    assert found["without v0"].first == "a" and found["without v0"].problems == 6
 
 
 @pytest.mark.parametrize(
