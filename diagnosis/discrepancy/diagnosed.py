@@ -132,10 +132,11 @@ def _exact(found: Found) -> bool:
 
 # ---- what stands
 def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.random.Generator) -> Conclusion:
-    """The causes that matter: by size, by an interval without zero, and by what they take off free runs."""
+    """The causes that matter: by size, by an interval without zero, and by what they take off free runs; none where all
+    together take little off."""
     every = sized(found, bank)
     parts = shares(found.null, found.final, places_of(found), rng)
-    held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS]
+    held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS] and _explained(parts, ()) >= PARTLY
     matter = [held and _matters(found.final, one, felt) for one, felt in zip(every, parts.felt, strict=True)]
     chosen = list(enumerate(every))
     return Conclusion(
@@ -279,15 +280,19 @@ def _built_in(done: Conclusion, of_numbers: bool, est: Estimator, instruments: M
 
 def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:
     """By the share of the explainable error that is explained."""
-    channels, small = done.shares.channels, [i for i, _ in done.immaterial]
-    explained = float(np.mean([channel.explained(small) for channel in channels] or [0.0]))
+    explained = _explained(done.shares, [i for i, _ in done.immaterial])
     said = f"what is named takes off {100.0 * min(explained, 1.0):.0f} % of what can be explained of the free-run error"
     if not findings:
         return "unexplained", "no cause stands beside the base model's own numbers, and these explain nothing"
     if explained >= NAMED:
         ties = any(f.tied_with for f in findings if not _of_numbers_alone(f))
         return ("tied" if ties else "named"), said
-    return ("partly_named" if explained >= PARTLY or not channels else "unexplained"), said
+    return ("partly_named" if explained >= PARTLY or not done.shares.channels else "unexplained"), said
+
+
+def _explained(parts: Shares, without: Sequence[int]) -> float:
+    """Share of the explainable error that all but some of the causes, and the numbers, take off."""
+    return float(np.mean([channel.explained(without) for channel in parts.channels] or [0.0]))
 
 
 def _of_numbers_alone(f: Finding) -> bool:
@@ -309,6 +314,8 @@ def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, 
             status, statistic, p, why = "tied" if f.tied_with else "named", f.statistic, f.p_adjusted, f.evidence
         elif cause.id in tied:
             status, why = "tied", f"cannot be told from {tied[cause.id]} on these records"
+        elif cause in small and not small[cause].low > 0.0:
+            status, why = "not_significant", "detectable, but takes nothing off the free-run error for sure"
         elif cause in small:
             status = "explained_by"
             why = f"detectable, immaterial: takes off {100.0 * small[cause].value:.1f} % of the free-run error"
