@@ -23,7 +23,7 @@ from ...models.time_scale import time_scale_s
 from ..causes.base import NORMAL_90
 from ..causes.rudder_offset import RudderOffset
 from .advice import next_runs
-from .forward import Attempt, Selection, select
+from .forward import ADEQUATE, Attempt, Selection, select
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
 from .traces import held_out_traces, left_out_traces
@@ -39,8 +39,6 @@ PIECE = 10.0
 """Shortest piece of a record, in ship lengths sailed."""
 NAMED, PARTLY = 0.8, 0.2
 """Shares of the explainable squared error that a verdict needs."""
-ADEQUATE = 0.05
-"""Share of a channel's own motion below which its free-run error is no matter."""
 WORSE = 1.05
 
 
@@ -202,11 +200,10 @@ def _shares(p: Problem, found: Selection) -> dict[str, Share]:
     base = pooled([x.free for x in found.base.left_out]) ** 2
     after = pooled([x.free for x in found.final.left_out]) ** 2
     adapted = np.minimum(pooled([x.adapted for x in found.final.left_out]) ** 2, after)
-    noise = np.minimum(np.mean([run.series.noise**2 for run in p.runs], axis=0), adapted[: len(p.runs[0].series.noise)])
+    noise = np.minimum(p.noise_variance, adapted)
     out = {}
     for c, column in enumerate(_columns(p)):
-        floor = float(noise[c]) if c < len(noise) else 0.0
-        parts = (base[c] - after[c], after[c] - adapted[c], floor, adapted[c] - floor)
+        parts = (base[c] - after[c], after[c] - adapted[c], noise[c], adapted[c] - noise[c])
         out[column] = Share(*(float(part / base[c]) for part in parts))
     return out
 
@@ -214,8 +211,7 @@ def _shares(p: Problem, found: Selection) -> dict[str, Share]:
 def _verdict(p: Problem, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
     """The verdict, and the sentence that supports it."""
     base = pooled([x.adapted for x in found.base.left_out])
-    motion = np.array([np.nanstd(np.concatenate([run.series.outputs[:, c] for run in p.runs])) for c in _states(p)])
-    matter = [c for c in _states(p) if base[c] > ADEQUATE * motion[c]]
+    matter = [c for c, motion in zip(p.state_places, p.motion, strict=True) if base[c] > ADEQUATE * motion]
     columns = _columns(p)
     if not matter and not found.steps:
         limit = f"{100 * ADEQUATE:.0f} % of each channel's motion"
@@ -226,7 +222,3 @@ def _verdict(p: Problem, found: Selection, shares: Mapping[str, Share]) -> tuple
     if explained >= NAMED:
         return "named", said
     return ("partly_named" if explained >= PARTLY else "unexplained"), said
-
-
-def _states(p: Problem) -> list[int]:
-    return [c for c, name in enumerate(p.channels) if name != THRUST]

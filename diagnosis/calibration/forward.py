@@ -2,7 +2,8 @@
 
 A group enters if the score of the left-out records falls by more than LEAST, and by more than two jackknife standard
 errors over records; groups whose scores cannot be distinguished from the best are ties.  At the end groups whose
-removal costs less than that leave again.
+removal costs less than that leave again.  Nothing enters where the base's own free runs are as good as needed: then a
+significant fall is that of a difference without importance.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equations, stepped
 from ...estimation.mixed_effects.left_out import LeftOut, leave_one_out, score_difference
-from ...estimation.mixed_effects.problem import Problem
+from ...estimation.mixed_effects.problem import Problem, pooled
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
@@ -28,6 +29,8 @@ REFITTED = 4
 SHORT, LONG = 4, 14
 """Gauss-Newton steps of a candidate and of what is kept; a response model costs so little that both take LONG."""
 MOST = 6
+ADEQUATE = 0.05
+"""Share of a channel's own motion below which its free-run error is no matter."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,8 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
     With it nothing has entered unless the last fit predicts better than the base does.
     """
     base = now = attempt(problem, (), None, LONG)
+    if not _needed(problem, base):
+        return Selection(base, (), base)
     steps: list[Step] = []
     refused: tuple[tuple[Group, float, float], ...] = ()
     if free is not None:
@@ -109,6 +114,12 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
         return Selection(base, (), base, refused)
     kept_ids = {group.id for group in final.groups}
     return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
+
+
+def _needed(problem: Problem, base: Attempt) -> bool:
+    """Whether a state's free runs are further from the motion than ADEQUATE; the measurement noise is no error."""
+    square = pooled([x.free for x in base.left_out]) ** 2 - problem.noise_variance
+    return bool(np.any(square[problem.state_places] > (ADEQUATE * problem.motion) ** 2))
 
 
 def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:

@@ -132,12 +132,13 @@ def _exact(found: Found) -> bool:
 
 # ---- what stands
 def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.random.Generator) -> Conclusion:
-    """The causes that matter: by size, by an interval without zero, and by what they take off free runs; none where all
-    together take little off."""
+    """The causes that matter: by size, by an interval without zero, and by what they take off free runs; where all
+    together take little off, none but waves, which no free run has."""
     every = sized(found, bank)
     parts = shares(found.null, found.final, places_of(found), rng)
-    held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS] and _explained(parts, ()) >= PARTLY
-    matter = [held and _matters(found.final, one, felt) for one, felt in zip(every, parts.felt, strict=True)]
+    held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS]
+    enough = _explained(parts, ()) >= PARTLY
+    matter = [held and _matters(found.final, one, felt and enough) for one, felt in zip(every, parts.felt, strict=True)]
     chosen = list(enumerate(every))
     return Conclusion(
         found,

@@ -33,12 +33,12 @@ def entering(final: Fitted, places: Sequence[np.ndarray], named: Sequence[int], 
     places : of each cause's parameters among those of the fit.  named : causes that may enter.  numbers : whether the
     model's own numbers may.
     """
-    segments, nothing = final.base.est.segments, np.zeros(final.x.size)
-    base = _errors(final, [nothing] * len(segments))
+    est, nothing = final.base.est, np.zeros(final.x.size)
+    base = _errors(final, [nothing] * est.n_records)
     best, least = Entering((), nothing), 0.0
     for causes in (chosen for count in range(len(named), -1, -1) for chosen in combinations(named, count)):
         kept = np.concatenate([*(places[j] for j in causes), np.zeros(0, int)]).astype(int)
-        whole, *others = (left_out(final.expansion, final, r, kept) for r in (None, *(d.record for d in segments)))
+        whole, *others = (left_out(final.expansion, final, r, kept) for r in (None, *range(est.n_records)))
         alone = without_numbers(final, whole), [without_numbers(final, x) for x in others]
         for x, each in (*([(whole, others)] if numbers else []), *([alone] if causes else [])):
             score, surely = _score(base, _errors(final, each))
@@ -76,11 +76,10 @@ class _Errors(NamedTuple):
 
 
 def _errors(final: Fitted, each: Sequence[np.ndarray]) -> _Errors:
-    """Free-run errors of all segments, each with parameters (m,) of its own."""
-    est = final.base.est
-    square, known = np.zeros((est.n_records, 6)), np.zeros((est.n_records, 6))
-    for i, x in enumerate(each):
-        e, record = simulated_error(final, x, i), est.segments[i].record
-        square[record] += np.nansum(e**2, axis=0)
-        known[record] += np.isfinite(e).sum(axis=0)
+    """Free-run errors of all records, each with parameters (m,) of its own."""
+    square, known = np.zeros((len(each), 6)), np.zeros((len(each), 6))
+    for i, d in enumerate(final.base.est.segments):
+        e = simulated_error(final, each[d.record], i)
+        square[d.record] += np.nansum(e**2, axis=0)
+        known[d.record] += np.isfinite(e).sum(axis=0)
     return _Errors(square, known)

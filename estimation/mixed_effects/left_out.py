@@ -11,7 +11,7 @@ import numpy as np
 
 from ..likelihood.minimiser import Damping, try_steps
 from .fit import LONGEST, Fitted, block_of, moved
-from .problem import THRUST, Problem, Squares, pooled, squares
+from .problem import Problem, Squares, pooled, squares
 
 RULE = Damping(growth=8.0, least=0.8, trials=4)
 
@@ -87,8 +87,7 @@ def score(p: Problem, parts: Sequence[LeftOut], kept: Sequence[int] | None = Non
     adapted = pooled([parts[i].adapted for i in kept]) ** 2
     free = pooled([parts[i].free for i in kept]) ** 2
     penalty = sum(parts[i].penalty for i in kept) / float(p.weight[kept].sum())
-    states = [c for c, name in enumerate(p.channels) if name != THRUST]
-    known = [c for c in states if np.isfinite(adapted[c])]
+    known = [c for c in p.state_places if np.isfinite(adapted[c])]
     both = 0.5 * np.log(adapted + floor) + 0.5 * np.log(free + floor)
     return float(0.5 * np.sum(both[known]) + 0.5 * penalty)
 

@@ -89,6 +89,22 @@ class Problem:
         return np.array([c == THRUST for c in self.channels])
 
     @property
+    def state_places(self) -> list[int]:
+        """Places of the states (S,) among the channels."""
+        return [c for c, name in enumerate(self.channels) if name != THRUST]
+
+    @cached_property
+    def motion(self) -> np.ndarray:
+        """(S,) standard deviation of each state over all records, SI."""
+        return np.nanstd(np.concatenate([run.series.outputs for run in self.runs]), axis=0)
+
+    @cached_property
+    def noise_variance(self) -> np.ndarray:
+        """(C,) mean variance of the sensors' noise, SI; none is known of thrust."""
+        known = np.mean([run.series.noise**2 for run in self.runs], axis=0)
+        return np.pad(known, (0, len(self.channels) - len(known)))
+
+    @property
     def states(self) -> tuple[str, ...]:
         """States whose initial value belongs to a record."""
         return tuple(s for s in START_SD if s in self.model.states)

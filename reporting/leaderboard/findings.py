@@ -15,7 +15,7 @@ from . import profiles
 from .answer import answer
 from .contest import Contest
 from .grey_black import grey_against_black
-from .standings import CELL, Frame, Series, median
+from .standings import CELL, Frame, Series, median, of_own_models
 from .statistics import Statistics
 
 OUTLIERS, SLOW = "low,outliers=10%", 16
@@ -69,11 +69,8 @@ def _boxes(of: Statistics) -> Finding | None:
 
 
 def _own_models(of: Statistics) -> np.ndarray:
-    """Whether the fitted model of each problem (P,) is the ship's own, its coefficients known."""
-    known = of.estimates[(of.estimates["true_kind"] == "given") & of.estimates["judged"]]
-    own = set(known[["vessel", "model"]].drop_duplicates().itertuples(index=False, name=None))
-    pairs = of.board.problems[["vessel", "model"]].itertuples(index=False, name=None)
-    return np.array([pair in own for pair in pairs], dtype=bool)
+    """Whether the fitted model of each problem (P,) is the ship's own."""
+    return of_own_models(of.board.problems, of.estimates)
 
 
 def _boxes_of_simpler_models(of: Statistics) -> Finding | None:

@@ -150,20 +150,24 @@ def build(results: Frame, estimates: Frame, runs: Frame | None = None, cells: Fr
 
 def judged(results: Frame, estimates: Frame) -> Frame:
     """Runs with `label`, `parameter_error` and `prediction_error`; nan where a criterion does not apply."""
-    import pandas as pd
-
     runs = results.copy()
     runs["label"] = labels(runs)
-    given = estimates[(estimates["true_kind"] == "given") & estimates["judged"]]
-    own = set(map(tuple, given[["vessel", "model"]].drop_duplicates().to_numpy()))
-    pairs = pd.MultiIndex.from_frame(runs[["vessel", "model"]])
-    has_truth = pairs.isin(list(own)) if own else np.zeros(len(runs), dtype=bool)
+    has_truth = of_own_models(runs, estimates)
     failed, absent = (runs["status"] == "failed").to_numpy(), (runs["status"] == "not_applicable").to_numpy()
     error = runs["rel_error_median"].to_numpy(dtype=float, na_value=np.nan)
     runs["parameter_error"] = np.where(has_truth & ~absent, np.where(failed, np.inf, error), np.nan)
     lost = failed | runs["diverged"].eq(True).to_numpy(dtype=bool)
     runs["prediction_error"] = np.where(absent, np.nan, np.where(lost, np.inf, normalised_error(runs)))
     return runs
+
+
+def of_own_models(rows: Frame, estimates: Frame) -> np.ndarray:
+    """Whether the `model` fitted in each row (n,) is the `vessel`'s own, its coefficients known and judged."""
+    import pandas as pd
+
+    known = estimates[(estimates["true_kind"] == "given") & estimates["judged"]]
+    own = pd.MultiIndex.from_frame(known[["vessel", "model"]].drop_duplicates().astype(str))
+    return np.asarray(pd.MultiIndex.from_frame(rows[["vessel", "model"]].astype(str)).isin(own), dtype=bool)
 
 
 def normalised_error(runs: Frame) -> np.ndarray:
