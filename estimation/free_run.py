@@ -101,18 +101,35 @@ def output_factors(
     """
     width = len(model.coordinates) + len(free)
     found = [factors.empty(width) for _ in series.columns]
+    for rows in _rows(model, series, state, free, weights):
+        found = [factors.fold(factor, new) for factor, new in zip(found, rows, strict=True)]
+    return found
+
+
+def output_rows(
+    model: Model, series: Series, state: np.ndarray, free: Sequence[int], weights: np.ndarray | None
+) -> list[np.ndarray]:
+    """For each output, the rows [derivatives | residual] (N, p + f + 1) of which `output_factors` makes a factor."""
+    return [np.vstack(rows) for rows in zip(*_rows(model, series, state, free, weights), strict=True)]
+
+
+def _rows(
+    model: Model, series: Series, state: np.ndarray, free: Sequence[int], weights: np.ndarray | None
+) -> Iterator[list[np.ndarray]]:
+    """For each piece the rows of every output."""
     last = len(series.inputs) - 1
     for piece in _pieces(model, series, state, free):
         stop = piece.index.stop if piece.index.stop > last else piece.index.stop - 1
         within = (series.index >= piece.index.start) & (series.index < stop)
         error, slopes = _at_samples(series, piece, within)
+        found = []
         for c in range(len(series.columns)):
             known = np.isfinite(series.outputs[within, c])
             rows = np.column_stack([slopes[known, c], error[known, c]])
             if weights is not None:
                 rows *= np.sqrt(weights[within, c][known])[:, None]
-            found[c] = factors.fold(found[c], rows)
-    return found
+            found.append(rows)
+        yield found
 
 
 def _at_samples(series: Series, piece: _Piece, within: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
