@@ -87,7 +87,11 @@ def _diagnosed(
 
 
 def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str], object]) -> Diagnosis:
-    """The diagnosis with the base model's numbers uncertain, or as they are where that gains nothing or is asked."""
+    """The diagnosis with the base model's numbers uncertain, or as they are where that gains nothing or is asked.
+
+    Where the model as it is leaves effects unexplained, its residuals do not decide on sensors that the channels have
+    decided on without it.
+    """
     if options.base_parameters == "file" and options.coefficient_sd is None:
         watch(CAUSES_BESIDE)
         beside, cleaned, explained = of_uncertain_base(model, given, options)
@@ -96,7 +100,7 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
             found = concluded(model, given, options, selected(model, given, options))
             if found.verdict != "unexplained":
                 return found
-            beside = _by_sensors(found, cleaned)
+            beside = concluded(model, cleaned, options, selected(model, cleaned, options))
         elif not for_free_runs(beside):
             return beside
         watch(FREE_RUNS)
@@ -139,13 +143,6 @@ def _require_room(model: Model, given: Prepared) -> None:
     if samples > most:
         hint = f"cut out the manoeuvres, or take a longer step: at most {most} samples of this model"
         raise BadInput(f"{what} are too many for one diagnosis", hint=hint)
-
-
-def _by_sensors(found: Diagnosis, cleaned: Prepared) -> Diagnosis:
-    """Findings with what the sensors show of each other in the place of what residuals say of them."""
-    own = [f for f in cleaned.tracks.findings if f.stage == "kinematics"]
-    names = {f.cause for f in own}
-    return replace(found, causes=(*own, *(f for f in found.causes if f.cause not in names)))
 
 
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
