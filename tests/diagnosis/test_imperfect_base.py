@@ -87,7 +87,7 @@ def test_every_group_of_a_vessel_has_numbers_with_priors(vessel):
 
 
 def test_coloured_noise_is_not_told_as_a_sensor_error():
-    """Residuals named a bias of the yaw rate that the heading does not show; the case is one of a suite's clean ones."""
+    """Residuals named a bias of the yaw rate that the heading does not show; a clean case of the suite."""
     spec = CaseSpec(
         "imperfect", "", "innovations", "null", "cargo", (), "", "none", 5133567584097261, "off-10", "coloured"
     )
