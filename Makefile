@@ -100,9 +100,11 @@ browser:
 	  $$as apt-get update -qq && $$as env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
 
 # pyright keeps one processor busy for a minute, and the tests leave some: they run side by side.  Both statuses count.
+# In a new environment the first collection compiles what the tests import: once, not once by each worker.
 test: lint browser
 	@mkdir -p build
 	@{ $(CHECK_TYPES); } > build/types.log 2>&1 & types=$$!; \
+	test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal; tests=$$?; \
 	wait $$types; types=$$?; cat build/types.log; \
 	test $$tests -eq 0 && test $$types -eq 0

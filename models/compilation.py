@@ -17,11 +17,13 @@ import numpy as np
 from numba import types
 from numba.core.caching import CompileResultCacheImpl, NullCache
 from numba.core.ccallback import CFunc
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
 from .cache import BUILDING, cache_folder, lock_of, store, stored
+from .typing_memo import operators_typed_once
 
 f8, i8, b1 = types.float64, types.int64, types.boolean
 A1 = types.Array(f8, 1, "C")
@@ -101,7 +103,7 @@ class KernelCache(NullCache):
         """A compiler of the function whose time is told apart and which leaves no lock behind, however it ends."""
 
         def guarded(signature: Any) -> Any:
-            with BUILDING.running():
+            with BUILDING.running(), global_compiler_lock, operators_typed_once():
                 try:
                     return build(signature)
                 finally:
