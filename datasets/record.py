@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 
@@ -157,15 +158,19 @@ class Record:
         """Number of samples."""
         return self.time_s.size
 
-    @property
+    @cached_property
     def dt(self) -> float:
         """Median time step, s (nan for a single sample)."""
         return float(np.median(np.diff(self.time_s))) if self.n > 1 else float("nan")
 
+    @cached_property
+    def _unevenness(self) -> float:
+        """Largest difference of a time step from the median step, s."""
+        return float(np.abs(np.diff(self.time_s) - self.dt).max())
+
     def uniform(self, tolerance: float = 1e-3) -> bool:
         """Whether every time step is the median step to within `tolerance` of it."""
-        steps = np.diff(self.time_s)
-        return bool(np.all(np.abs(steps - self.dt) <= tolerance * self.dt)) if steps.size else True
+        return self.n < 2 or self._unevenness <= tolerance * self.dt
 
     def has(self, *names: str) -> bool:
         """Whether the record holds all the columns named (`time_s` counts)."""
@@ -185,7 +190,11 @@ class Record:
 
     def heading_unwrapped(self) -> np.ndarray:
         """Heading (N,), rad, without jumps of a full turn; gaps stay nan and are bridged by the shorter way round."""
-        return unwrapped(self.column("heading_rad"))
+        return self._heading_unwrapped
+
+    @cached_property
+    def _heading_unwrapped(self) -> np.ndarray:
+        return _frozen(unwrapped(self.column("heading_rad")))
 
     def between(self, start_s: float | None = None, stop_s: float | None = None) -> Record:
         """The samples with start_s <= time <= stop_s as a record; None leaves that end open.
@@ -204,11 +213,15 @@ class Record:
     def slice(self, start: int | None, stop: int | None) -> Record:
         """Samples start:stop (indices as in Python, not times) as a record; BadInput if none are left."""
         cut = slice(start, stop)
+        if cut.indices(self.n) == (0, self.n, 1):
+            return self
         channels = {name: values[cut] for name, values in self.channels.items()}
         return replace(self, time_s=self.time_s[cut], channels=channels)
 
     def thinned(self, every: int) -> Record:
         """Every `every`-th sample from the first, as a slower logger would have kept."""
+        if every == 1:
+            return self
         cut = slice(None, None, every)
         channels = {name: values[cut] for name, values in self.channels.items()}
         return replace(self, time_s=self.time_s[cut], channels=channels)
@@ -224,8 +237,10 @@ class Record:
         Rudder and rudder command change sign where the metadata say the other side; where they say nothing the
         samples stay as they are. BadInput if `to` is not a side.
         """
+        if self.meta.positive_rudder == to:
+            return self
         meta = replace(self.meta, positive_rudder=to)
-        if self.meta.positive_rudder in (None, to):
+        if self.meta.positive_rudder is None:
             return replace(self, meta=meta)
         flipped = {name: 0.0 - self.channels[name] for name in RUDDERS if name in self.channels}
         return replace(self, channels={**self.channels, **flipped}, meta=meta)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -139,10 +140,30 @@ class Series:
     start_sd: np.ndarray
     noise: np.ndarray
 
+    @cached_property
+    def known(self) -> np.ndarray:
+        """(N, c) which outputs are no gaps."""
+        return np.isfinite(self.outputs)
+
+    @cached_property
+    def complete(self) -> bool:
+        """Whether no output is a gap."""
+        return bool(self.known.all())
+
+    @cached_property
+    def on_grid(self) -> bool:
+        """Whether every sample is at a point of the grid."""
+        return not self.part.any()
+
+    @cached_property
+    def is_grid(self) -> bool:
+        """Whether the samples are the points of the grid, from the first one on without a gap."""
+        return self.on_grid and np.array_equal(self.index, np.arange(self.index.size))
+
     @property
     def n_outputs(self) -> int:
         """Measured values that are not gaps."""
-        return int(np.isfinite(self.outputs).sum())
+        return int(self.known.sum())
 
     def without(self, column: int) -> Series:
         """The series without one of its outputs."""
@@ -151,7 +172,9 @@ class Series:
 
     def observe(self, grid: np.ndarray) -> np.ndarray:
         """Values (N, ...) at the measured times of something given on the grid (M + 1, ...)."""
-        if not self.part.any():
+        if self.is_grid:
+            return grid[: self.index.size]
+        if self.on_grid:
             return grid[self.index]
         part = self.part.reshape(-1, *([1] * (grid.ndim - 1)))
         after = np.minimum(self.index + 1, grid.shape[0] - 1)
