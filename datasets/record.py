@@ -54,6 +54,23 @@ class RecordMeta:
             raise BadInput(f"positive_rudder is {self.positive_rudder!r}", hint="give 'port' or 'starboard'")
 
 
+class _Steps:
+    """What is asked again and again of the steps of times (N,), computed at first use; records share it."""
+
+    def __init__(self, time_s: np.ndarray) -> None:
+        self.time_s = time_s
+
+    @cached_property
+    def median(self) -> float:
+        """Median step, s; nan for a single sample."""
+        return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else float("nan")
+
+    @cached_property
+    def unevenness(self) -> float:
+        """Largest difference of a step from the median one, s; for two samples or more."""
+        return float(np.abs(np.diff(self.time_s) - self.median).max())
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """One run: times and channels of equal length.
@@ -159,18 +176,17 @@ class Record:
         return self.time_s.size
 
     @cached_property
+    def _steps(self) -> _Steps:
+        return _Steps(self.time_s)
+
+    @property
     def dt(self) -> float:
         """Median time step, s (nan for a single sample)."""
-        return float(np.median(np.diff(self.time_s))) if self.n > 1 else float("nan")
-
-    @cached_property
-    def _unevenness(self) -> float:
-        """Largest difference of a time step from the median step, s."""
-        return float(np.abs(np.diff(self.time_s) - self.dt).max())
+        return self._steps.median
 
     def uniform(self, tolerance: float = 1e-3) -> bool:
         """Whether every time step is the median step to within `tolerance` of it."""
-        return self.n < 2 or self._unevenness <= tolerance * self.dt
+        return self.n < 2 or self._steps.unevenness <= tolerance * self.dt
 
     def has(self, *names: str) -> bool:
         """Whether the record holds all the columns named (`time_s` counts)."""
@@ -229,7 +245,17 @@ class Record:
     def with_channels(self, **channels: ArrayLike | None) -> Record:
         """The record with channels (N,) added or replaced; None leaves a channel out."""
         merged = {**self.channels, **channels}
-        return replace(self, channels={name: values for name, values in merged.items() if values is not None})
+        return self._beside(channels={name: values for name, values in merged.items() if values is not None})
+
+    def with_notes(self, notes: str) -> Record:
+        """The record with other notes in its metadata."""
+        return self._beside(meta=replace(self.meta, notes=notes))
+
+    def _beside(self, **changed: Any) -> Record:
+        """A record at the same times with other channels or metadata."""
+        record = replace(self, **changed)
+        vars(record)["_steps"] = self._steps
+        return record
 
     def turned(self, to: str) -> Record:
         """The record with the rudder's sign such that positive steers to `to`.
@@ -241,9 +267,9 @@ class Record:
             return self
         meta = replace(self.meta, positive_rudder=to)
         if self.meta.positive_rudder is None:
-            return replace(self, meta=meta)
+            return self._beside(meta=meta)
         flipped = {name: 0.0 - self.channels[name] for name in RUDDERS if name in self.channels}
-        return replace(self, channels={**self.channels, **flipped}, meta=meta)
+        return self._beside(channels={**self.channels, **flipped}, meta=meta)
 
     def equals(self, other: Record) -> bool:
         """Whether both have equal times, channels (gaps in the same places), names and metadata."""

@@ -105,13 +105,11 @@ def prepared(records: Sequence[Record], model: Model) -> list[Record]:
 
     Raises
     ------
-    CannotFit : without records, or for one that has no increasing time or too few samples.
+    CannotFit : without records, or for one that has too few samples.
     """
     if not records:
         raise CannotFit("no records")
     for record in records:
         if record.n < SHORTEST:
             raise CannotFit(f"record {record.name} has {record.n} samples, at least {SHORTEST} are needed")
-        if not (np.isfinite(record.time_s).all() and (np.diff(record.time_s) > 0.0).all()):
-            raise CannotFit(f"record {record.name}: time does not increase from sample to sample")
     return [record.turned(model.positive_rudder) for record in records]

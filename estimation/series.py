@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -25,10 +26,9 @@ MEASURED = ("u", "v", "r", "psi")
 
 def steps(record: Record) -> np.ndarray:
     """Time steps (N - 1,), s; exactly equal where the record's are equal up to rounding."""
-    dt = np.diff(record.time_s)
-    if record.uniform():
-        dt = np.full(dt.size, (record.time_s[-1] - record.time_s[0]) / dt.size)
-    return dt
+    if record.n < 2 or not record.uniform():
+        return np.diff(record.time_s)
+    return np.full(record.n - 1, (record.time_s[-1] - record.time_s[0]) / (record.n - 1))
 
 
 def samples(record: Record, symbol: str) -> np.ndarray | None:
@@ -208,6 +208,23 @@ def series_of(record: Record, model: Model, symbols: Sequence[str] = MEASURED) -
         start_sd=start_sd,
         noise=np.array([sensor_sd(values) for values in measured.values()]),
     )
+
+
+_KEPT: WeakKeyDictionary[Record, dict[tuple[object, ...], Series]] = WeakKeyDictionary()
+
+
+def kept_series_of(record: Record, model: Model, symbols: Sequence[str] = MEASURED) -> Series:
+    """`series_of`, kept as long as the record is, for records that many estimates are compared with; not to be changed.
+
+    Raises
+    ------
+    CannotFit : as `series_of`.
+    """
+    kept = _KEPT.setdefault(record, {})
+    key = (model.family, model.n0_rps, model.speed_m_s, *symbols)
+    if key not in kept:
+        kept[key] = series_of(record, model, symbols)
+    return kept[key]
 
 
 def _grid(record: Record) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
