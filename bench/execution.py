@@ -7,7 +7,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,14 +102,8 @@ def quiet() -> Iterator[None]:
     """One BLAS thread, and no numerical warnings: the scores show bad numbers."""
     import numpy as np
 
-    with _thread_pools(len(sys.modules)).limit(limits=1), np.errstate(all="ignore"), warnings.catch_warnings():
+    from ..estimation.fit import blas_limited
+
+    with blas_limited(), np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
-
-
-@lru_cache(maxsize=1)
-def _thread_pools(modules: int) -> Any:
-    """The thread pools of the loaded libraries, looked for again (some ms) when there are more modules."""
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
