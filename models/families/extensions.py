@@ -407,10 +407,16 @@ def _unknown(definition: Definition, parameters: Sequence[sp.Symbol]) -> list[sp
 
 def carries(definition: Definition, name: str) -> bool:
     """Whether a family can carry an extension that it does not have yet."""
+    named = ([s.name for s in part] for part in (definition.coefficients, definition.states, definition.helpers))
+    return fits(name, *named, three_dof=definition.force_scale is not None)
+
+
+def fits(
+    name: str, coefficients: Sequence[str], states: Sequence[str], helpers: Sequence[str], three_dof: bool
+) -> bool:
+    """The same by the names of a definition's coefficients, states and intermediate quantities."""
     extension = extension_of(name)
-    taken = {symbol.name for symbol in definition.coefficients}
-    fits = extension.three_dof is None or extension.three_dof == (definition.force_scale is not None)
-    states = {symbol.name for symbol in definition.states}
-    first_order = definition.states[0].name == "r" and "lead_state" not in states
-    fits &= extension.helper is None or extension.helper in {symbol.name for symbol in definition.helpers}
-    return fits and not taken & set(extension.units) and (name != "second_order_lead" or first_order)
+    fitting = extension.three_dof is None or extension.three_dof == three_dof
+    fitting &= extension.helper is None or extension.helper in helpers
+    first_order = states[0] == "r" and "lead_state" not in states
+    return fitting and not set(coefficients) & set(extension.units) and (name != "second_order_lead" or first_order)
