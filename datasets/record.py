@@ -245,17 +245,7 @@ class Record:
     def with_channels(self, **channels: ArrayLike | None) -> Record:
         """The record with channels (N,) added or replaced; None leaves a channel out."""
         merged = {**self.channels, **channels}
-        return self._beside(channels={name: values for name, values in merged.items() if values is not None})
-
-    def with_notes(self, notes: str) -> Record:
-        """The record with other notes in its metadata."""
-        return self._beside(meta=replace(self.meta, notes=notes))
-
-    def _beside(self, **changed: Any) -> Record:
-        """A record at the same times with other channels or metadata."""
-        record = replace(self, **changed)
-        vars(record)["_steps"] = self._steps
-        return record
+        return beside(self, channels={name: values for name, values in merged.items() if values is not None})
 
     def turned(self, to: str) -> Record:
         """The record with the rudder's sign such that positive steers to `to`.
@@ -267,9 +257,9 @@ class Record:
             return self
         meta = replace(self.meta, positive_rudder=to)
         if self.meta.positive_rudder is None:
-            return self._beside(meta=meta)
+            return beside(self, meta=meta)
         flipped = {name: 0.0 - self.channels[name] for name in RUDDERS if name in self.channels}
-        return self._beside(channels={**self.channels, **flipped}, meta=meta)
+        return beside(self, channels={**self.channels, **flipped}, meta=meta)
 
     def equals(self, other: Record) -> bool:
         """Whether both have equal times, channels (gaps in the same places), names and metadata."""
@@ -279,6 +269,14 @@ class Record:
             and np.array_equal(self.time_s, other.time_s)
             and all(np.array_equal(self.channels[k], other.channels[k], equal_nan=True) for k in self.channels)
         )
+
+
+def beside(record: Record, **changed: Any) -> Record:
+    """A record at the same times with other `channels`, `meta` or `name`: what is known of the times is not computed
+    again."""
+    other = replace(record, **changed)
+    vars(other)["_steps"] = record._steps
+    return other
 
 
 def _frozen(values: ArrayLike) -> np.ndarray:
