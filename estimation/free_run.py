@@ -100,19 +100,36 @@ def output_factors(
     """
     width = len(model.coordinates) + len(free)
     found = [factors.empty(width) for _ in series.columns]
+    for rows in _rows(model, series, state, free, weights):
+        found = [factors.fold(factor, new) for factor, new in zip(found, rows, strict=True)]
+    return found
+
+
+def output_rows(
+    model: Model, series: Series, state: np.ndarray, free: Sequence[int], weights: np.ndarray | None
+) -> list[np.ndarray]:
+    """For each output, the rows [derivatives | residual] (N, p + f + 1) of which `output_factors` makes a factor."""
+    return [np.vstack(rows) for rows in zip(*_rows(model, series, state, free, weights), strict=True)]
+
+
+def _rows(
+    model: Model, series: Series, state: np.ndarray, free: Sequence[int], weights: np.ndarray | None
+) -> Iterator[list[np.ndarray]]:
+    """For each piece the rows of every output."""
     last = len(series.inputs) - 1
     for piece in _pieces(model, series, state, free):
         stop = piece.index.stop if piece.index.stop > last else piece.index.stop - 1
         within = _samples_in(series, piece.index.start, stop)
         error, slopes = _at_samples(series, piece, within)
         rows = np.concatenate([slopes, error[:, :, None]], axis=2)
+        found = []
         for c in range(len(series.columns)):
             known = slice(None) if series.complete else series.known[within, c]
             own = rows[known, c]
             if weights is not None:
                 own = own * np.sqrt(weights[within, c][known])[:, None]
-            found[c] = factors.fold(found[c], own)
-    return found
+            found.append(own)
+        yield found
 
 
 def _samples_in(series: Series, start: int, stop: int) -> slice | np.ndarray:

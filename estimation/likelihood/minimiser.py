@@ -1,6 +1,10 @@
 """Levenberg-Marquardt steps on triangular factors, and the minimisation of a `Problem` by them, within bounds if any.
 
-Sources: Levenberg 1944; Marquardt 1963, J. Soc. Indust. Appl. Math. 11, 431.
+Where many steps have not been enough, and one fails or gains much less than predicted, the following ones are bent by
+geodesic acceleration: the cost of a model with poorly identified parameters has narrow curved valleys, and straight
+steps along them are short.
+Sources: Levenberg 1944; Marquardt 1963, J. Soc. Indust. Appl. Math. 11, 431; Transtrum and Sethna 2012,
+arXiv:1201.5885.
 """
 
 from __future__ import annotations
@@ -11,6 +15,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from ..regression import factors
 from .arrow import LinearArrow
 from .problem import Point, Problem
 
@@ -26,6 +31,14 @@ REDUCED, KEPT = 0.01, 1.0
 POOR = 0.3
 """Factor after a step that succeeds at the first trial but gains less than GOOD times the predicted gain."""
 GOOD = 0.7
+BENT_GROWTH, BENT_REDUCED, BENT_POOR = 3.0, 0.1, 0.5
+"""Growth of the damping, REDUCED and POOR of accelerated steps."""
+STRAIGHT = 15
+"""Iterations without acceleration: longer steps far from the records' own minimum lead to other minima."""
+PROBE = 0.1
+"""Share of a step at which the second derivative of the residuals along it is taken."""
+MOST_BENT = 0.75
+"""Largest acceleration, relative to the step, in columns of unit length."""
 
 
 class Damping(NamedTuple):
@@ -61,6 +74,10 @@ class LinearProblem:
         left = damping / (self.singular**2 + damping)
         step = self.back @ (self.singular / (self.singular**2 + damping) * self.projected)
         return step, float(0.5 * np.sum(self.projected**2 * (1.0 - left**2)))
+
+    def solved(self, gradient: np.ndarray, damping: float) -> np.ndarray:
+        """The damped normal equations' solution (width,) for a right-hand side (width,)."""
+        return self.back @ ((self.back.T @ gradient) / (self.singular**2 + damping))
 
     def step_within(self, damping: float, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, float]:
         """The same for a step between low and high (width,).
@@ -147,42 +164,67 @@ def levenberg_marquardt(problem: Problem, z: np.ndarray, max_iterations: int, ga
     The search has converged when the damped linear problem predicts less than `gain` in log likelihood, or when no
     step lowers the cost although only a gain within rounding is predicted.
     """
-    here, damping, limits = problem.at(z), FIRST_DAMPING, problem.limits()
+    here, damping, limits, curved = problem.at(z), FIRST_DAMPING, problem.limits(), False
     for iteration in range(max_iterations):
         if not np.isfinite(here.cost):
             return Minimum(here, False, iteration)
         enough = max(gain, SHARE * here.cost) if problem.sensor is not None else gain
-        linear = _linearised(problem, here)
-        if linear is None:
+        step = _stepper(problem, here, limits, curved)
+        if step is None:
             return Minimum(here, False, iteration)
-        step = _stepper(linear, here, limits)
-        trial = try_steps(step, partial(_moved, problem, here), here.cost, damping, enough, Damping())
+        rule = Damping(BENT_GROWTH) if curved else Damping()
+        trial = try_steps(step, partial(_moved, problem, here), here.cost, damping, enough, rule)
         if not trial.better:
             return Minimum(here, True, iteration + 1)
-        reduction = REDUCED if trial.number == 0 else KEPT
         good = here.cost - trial.point.cost > GOOD * trial.predicted
-        damping = trial.damping * (reduction if good else max(reduction, POOR))
+        curved = curved or (iteration >= STRAIGHT and (trial.number > 0 or not good))
+        damping = trial.damping * _factor(trial, good, curved)
         here = trial.point
         if trial.predicted < enough:
             return Minimum(here, True, iteration + 1)
     return Minimum(here, False, max_iterations)
 
 
-def _linearised(problem: Problem, here: Point) -> LinearProblem | LinearArrow | None:
-    """The problem linearised at a point; None where its derivatives are not finite."""
+def _factor(trial: Trial[Point], good: bool, curved: bool) -> float:
+    """The factor on the damping after a step that succeeded."""
+    reduced, poor = (BENT_REDUCED, BENT_POOR) if curved else (REDUCED, POOR)
+    reduction = reduced if trial.number == 0 else KEPT
+    return reduction if good else max(reduction, poor)
+
+
+def _stepper(
+    problem: Problem, here: Point, limits: tuple[np.ndarray, np.ndarray] | None, curved: bool
+) -> Stepper | None:
+    """Steps from `here`, within the limits of the unknowns if there are any; None where derivatives are not finite."""
     if problem.arrow_shaped:
         arrow = problem.arrow(here)
-        return LinearArrow(arrow) if arrow.finite else None
-    factor = problem.factor(here)
-    return LinearProblem(factor) if np.isfinite(factor).all() else None
-
-
-def _stepper(linear: LinearProblem | LinearArrow, here: Point, limits: tuple[np.ndarray, np.ndarray] | None) -> Stepper:
-    """Steps from `here`, within the limits of the unknowns if there are any."""
-    if limits is None:
-        return linear.step
+        linear = LinearArrow(arrow) if arrow.finite else None
+    else:
+        rows = problem.rows(here) if curved and limits is None else None
+        factor = problem.factor(here) if rows is None else factors.fold(factors.empty(problem.width), rows)
+        linear = LinearProblem(factor) if np.isfinite(factor).all() else None
+        if linear is not None and rows is not None:
+            return partial(_accelerated, problem, here, rows, linear)
+    if linear is None or limits is None:
+        return linear and linear.step
     low, high = limits[0] - here.z, limits[1] - here.z
     return lambda damping: linear.step_within(damping, low, high)
+
+
+def _accelerated(
+    problem: Problem, here: Point, rows: np.ndarray, linear: LinearProblem, damping: float
+) -> tuple[np.ndarray, float]:
+    """The damped step, bent by half its geodesic acceleration where that is no longer than MOST_BENT of the step.
+
+    The second derivative of the residuals along the step comes from one more run (Transtrum and Sethna 2012, eq. 15).
+    """
+    step, predicted = linear.step(damping)
+    slopes, residuals = rows[:, :-1], rows[:, -1]
+    with np.errstate(all="ignore"):
+        change = (residuals - problem.residuals(here.z + PROBE * step, here)) / PROBE
+        bent = -linear.solved(slopes.T @ (2.0 / PROBE * (change - slopes @ step)), damping)
+        small = np.linalg.norm(bent * linear.length) <= MOST_BENT * np.linalg.norm(step * linear.length)
+    return (step + 0.5 * bent if small else step), predicted
 
 
 def _moved(problem: Problem, here: Point, step: np.ndarray) -> Point:

@@ -60,6 +60,15 @@ class ShootingProblem(Problem):
     def _folded(self, point: Point, scale: np.ndarray, weights: tuple[np.ndarray, ...] | None) -> np.ndarray:
         return factors.fold(super()._folded(point, scale, weights), self._jump_rows(point.z))
 
+    def rows(self, point: Point) -> np.ndarray | None:
+        rows = super().rows(point)
+        return None if rows is None else np.vstack([rows, self._jump_rows(point.z)])
+
+    def residuals(self, z: np.ndarray, point: Point) -> np.ndarray:
+        jumps = self.jumps(z) / self.jump_sd
+        free = [-row[list(self.free[left])] for row, (left, _) in zip(jumps, self.joints, strict=True)]
+        return np.concatenate([super().residuals(z, point), *free])
+
     def _jump_rows(self, z: np.ndarray) -> np.ndarray:
         """Rows of [derivatives | -jump] in units of the jumps' standard deviation."""
         model, runs = self.unpack(z)

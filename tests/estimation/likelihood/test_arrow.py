@@ -60,6 +60,8 @@ def test_numbers_that_are_not_finite_are_seen(rng):
 
 @pytest.mark.parametrize("options", [{}, {"loss": "huber"}, {"prior": 0.5, "bounds": {"K": (0.0, 1.0)}}])
 def test_a_fit_of_many_records_is_the_same_either_way(monkeypatch, options):
+    """By straight steps: an arrow's are not accelerated."""
+    monkeypatch.setattr(problems, "MOST_NUMBERS", 0)
     runs = helmbench.simulate_many("response-2", "prbs:20deg/3s", 12, noise="medium", duration_s=10.0)
     records, model = [runs.record(i) for i in range(len(runs))], resolve("response-2")
     whole = OutputError(**options).fit(records, model)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.estimation.likelihood.minimiser import Damping, LinearProblem, levenberg_marquardt, try_steps
-from helmbench.estimation.likelihood.problem import free_start_problem
+from helmbench.estimation.likelihood.problem import Point, free_start_problem
 from helmbench.estimation.series import series_of
 
 
@@ -48,3 +48,41 @@ def test_damping_grows_until_a_step_is_better():
     assert trial.better and trial.number == 2 and trial.damping == calls[-1] == 9.0
     given_up = try_steps(step, lambda move: start, start.cost, 1.0, 1e-3, Damping(growth=3.0, trials=4))
     assert not given_up.better and given_up.number == 3
+
+
+class Valley:
+    """Residuals 1 - x and steep (y - x^2): a narrow curved valley from the start to the minimum at (1, 1)."""
+
+    arrow_shaped, sensor, width, steep = False, None, 2, 1e3
+
+    def __init__(self, bent):
+        self.bent = bent
+
+    def limits(self):
+        return None
+
+    def at(self, z):
+        r = self.residuals(z, None)
+        return Point(z, 0.5 * float(r @ r), r**2, np.ones(2))
+
+    def residuals(self, z, point):
+        return np.array([1.0 - z[0], self.steep * (z[0] ** 2 - z[1])])
+
+    def _rows(self, z):
+        slopes = np.array([[1.0, 0.0], [-2.0 * self.steep * z[0], self.steep]])
+        return np.column_stack([slopes, self.residuals(z, None)])
+
+    def factor(self, point):
+        return np.linalg.qr(self._rows(point.z), mode="r")
+
+    def rows(self, point):
+        return self._rows(point.z) if self.bent else None
+
+
+def test_acceleration_follows_a_curved_valley(rng):
+    start = np.array([-1.0, 1.0]) * rng.uniform(1.0, 2.0)
+    straight, bent = (levenberg_marquardt(Valley(bent), start, 1000, 1e-12) for bent in (False, True))
+    print(start, straight.n_iterations, bent.n_iterations)
+    assert straight.converged and bent.converged
+    assert bent.z == pytest.approx([1.0, 1.0], abs=1e-5)
+    assert bent.n_iterations < 0.5 * straight.n_iterations
