@@ -7,7 +7,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,13 +64,18 @@ def reset_peak_memory() -> Callable[[], float | None]:
     On Linux the peak is reset first, so that it is the peak since this call (with interpreter and libraries);
     elsewhere it is the peak since the process started, and None where the system does not give it.
     """
-    status = Path("/proc/self/status")
     try:
-        Path("/proc/self/clear_refs").write_text("5")
-        status.read_bytes()
-    except OSError:
+        with Path("/proc/self/clear_refs").open("wb", buffering=0) as file:
+            file.write(b"5")
+        _peak_since_reset()
+    except (OSError, IndexError):
         return _peak_since_start
-    return lambda: next(int(line.split()[1]) for line in status.read_text().splitlines() if "VmHWM" in line) / 1024.0
+    return _peak_since_reset
+
+
+def _peak_since_reset() -> float:
+    with Path("/proc/self/status").open("rb", buffering=0) as file:
+        return int(file.read().split(b"VmHWM:", 1)[1].split(maxsplit=1)[0]) / 1024.0
 
 
 def _peak_since_start() -> float | None:
@@ -98,14 +102,8 @@ def quiet() -> Iterator[None]:
     """One BLAS thread, and no numerical warnings: the scores show bad numbers."""
     import numpy as np
 
-    with _thread_pools(len(sys.modules)).limit(limits=1), np.errstate(all="ignore"), warnings.catch_warnings():
+    from ..estimation.fit import blas_limited
+
+    with blas_limited(), np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
-
-
-@lru_cache(maxsize=1)
-def _thread_pools(modules: int) -> Any:
-    """The thread pools of the loaded libraries, looked for again (some ms) when there are more modules."""
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()

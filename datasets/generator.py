@@ -7,7 +7,7 @@ not know the noise: cases that differ in noise only are measurements of one and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from .disturbances import Disturbance, parse_disturbance
 from .instruments import observed
 from .manoeuvres import EULER, Manoeuvre, parse_manoeuvre, steps
 from .randomness import stream
-from .record import Record, RecordMeta, is_side
+from .record import Record, RecordMeta, beside, is_side
 from .sensors import Sensors, apply, parse_noise
 
 DRIFT_PASSES = 60
@@ -85,7 +85,17 @@ def record_run(
     environment = disturbance.environment(model, dt * np.arange(steps(dt, duration) + 1), draw.weather("air"))
     run = sail(model, dt, control, disturbance, environment, manoeuvre.integrator, start_speed)
     require_finite(model, manoeuvre, run)
-    return as_measured(as_record(model, manoeuvre, run, f"{conditions(disturbance, sensors)}; seed {seed}"), draw)
+    return as_measured(as_record(model, manoeuvre, run, draw.note), draw)
+
+
+def measured_again(calm: Record, model: Model, manoeuvre: Manoeuvre, sensors: Sensors, seed: int) -> Record:
+    """What `record_run` gives with these sensors, from `calm`, its record without noise and disturbance.
+
+    For a model with ideal instruments, and a manoeuvre that is not drawn at random or was drawn with the same seed.
+    """
+    draw = Draws(model, manoeuvre, sensors, Disturbance(), seed)
+    check(model, draw.disturbance, seed)
+    return apply(beside(calm, meta=replace(calm.meta, notes=draw.note)), sensors, draw.noise())
 
 
 @dataclass(frozen=True)
@@ -109,6 +119,11 @@ class Draws:
     def noise(self) -> np.random.Generator:
         """Stream of the sensors."""
         return stream(self.seed, "sensors", *self._run, self.disturbance.text, self.sensors.text)
+
+    @property
+    def note(self) -> str:
+        """What the record's metadata tell of the draws."""
+        return f"{conditions(self.disturbance, self.sensors)}; seed {self.seed}"
 
     @property
     def _run(self) -> tuple[str, str]:

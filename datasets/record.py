@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 
@@ -51,6 +52,23 @@ class RecordMeta:
     def __post_init__(self) -> None:
         if self.positive_rudder is not None and not is_side(self.positive_rudder):
             raise BadInput(f"positive_rudder is {self.positive_rudder!r}", hint="give 'port' or 'starboard'")
+
+
+class _Steps:
+    """What is asked again and again of the steps of times (N,), computed at first use; records share it."""
+
+    def __init__(self, time_s: np.ndarray) -> None:
+        self.time_s = time_s
+
+    @cached_property
+    def median(self) -> float:
+        """Median step, s; nan for a single sample."""
+        return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else float("nan")
+
+    @cached_property
+    def unevenness(self) -> float:
+        """Largest difference of a step from the median one, s; for two samples or more."""
+        return float(np.abs(np.diff(self.time_s) - self.median).max())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -157,15 +175,18 @@ class Record:
         """Number of samples."""
         return self.time_s.size
 
+    @cached_property
+    def _steps(self) -> _Steps:
+        return _Steps(self.time_s)
+
     @property
     def dt(self) -> float:
         """Median time step, s (nan for a single sample)."""
-        return float(np.median(np.diff(self.time_s))) if self.n > 1 else float("nan")
+        return self._steps.median
 
     def uniform(self, tolerance: float = 1e-3) -> bool:
         """Whether every time step is the median step to within `tolerance` of it."""
-        steps = np.diff(self.time_s)
-        return bool(np.all(np.abs(steps - self.dt) <= tolerance * self.dt)) if steps.size else True
+        return self.n < 2 or self._steps.unevenness <= tolerance * self.dt
 
     def has(self, *names: str) -> bool:
         """Whether the record holds all the columns named (`time_s` counts)."""
@@ -185,7 +206,11 @@ class Record:
 
     def heading_unwrapped(self) -> np.ndarray:
         """Heading (N,), rad, without jumps of a full turn; gaps stay nan and are bridged by the shorter way round."""
-        return unwrapped(self.column("heading_rad"))
+        return self._heading_unwrapped
+
+    @cached_property
+    def _heading_unwrapped(self) -> np.ndarray:
+        return _frozen(unwrapped(self.column("heading_rad")))
 
     def between(self, start_s: float | None = None, stop_s: float | None = None) -> Record:
         """The samples with start_s <= time <= stop_s as a record; None leaves that end open.
@@ -204,11 +229,15 @@ class Record:
     def slice(self, start: int | None, stop: int | None) -> Record:
         """Samples start:stop (indices as in Python, not times) as a record; BadInput if none are left."""
         cut = slice(start, stop)
+        if cut.indices(self.n) == (0, self.n, 1):
+            return self
         channels = {name: values[cut] for name, values in self.channels.items()}
         return replace(self, time_s=self.time_s[cut], channels=channels)
 
     def thinned(self, every: int) -> Record:
         """Every `every`-th sample from the first, as a slower logger would have kept."""
+        if every == 1:
+            return self
         cut = slice(None, None, every)
         channels = {name: values[cut] for name, values in self.channels.items()}
         return replace(self, time_s=self.time_s[cut], channels=channels)
@@ -216,7 +245,7 @@ class Record:
     def with_channels(self, **channels: ArrayLike | None) -> Record:
         """The record with channels (N,) added or replaced; None leaves a channel out."""
         merged = {**self.channels, **channels}
-        return replace(self, channels={name: values for name, values in merged.items() if values is not None})
+        return beside(self, channels={name: values for name, values in merged.items() if values is not None})
 
     def turned(self, to: str) -> Record:
         """The record with the rudder's sign such that positive steers to `to`.
@@ -224,11 +253,13 @@ class Record:
         Rudder and rudder command change sign where the metadata say the other side; where they say nothing the
         samples stay as they are. BadInput if `to` is not a side.
         """
+        if self.meta.positive_rudder == to:
+            return self
         meta = replace(self.meta, positive_rudder=to)
-        if self.meta.positive_rudder in (None, to):
-            return replace(self, meta=meta)
+        if self.meta.positive_rudder is None:
+            return beside(self, meta=meta)
         flipped = {name: 0.0 - self.channels[name] for name in RUDDERS if name in self.channels}
-        return replace(self, channels={**self.channels, **flipped}, meta=meta)
+        return beside(self, channels={**self.channels, **flipped}, meta=meta)
 
     def equals(self, other: Record) -> bool:
         """Whether both have equal times, channels (gaps in the same places), names and metadata."""
@@ -238,6 +269,14 @@ class Record:
             and np.array_equal(self.time_s, other.time_s)
             and all(np.array_equal(self.channels[k], other.channels[k], equal_nan=True) for k in self.channels)
         )
+
+
+def beside(record: Record, **changed: Any) -> Record:
+    """A record at the same times with other `channels`, `meta` or `name`: what is known of the times is not computed
+    again."""
+    other = replace(record, **changed)
+    vars(other)["_steps"] = record._steps
+    return other
 
 
 def _frozen(values: ArrayLike) -> np.ndarray:

@@ -209,7 +209,7 @@ def measure(
         value = value + bursts(n, s.bursts, s.burst_samples, s.burst_size, streams("bursts"))
     if s.quantum > 0.0:
         value = s.quantum * np.round(value / s.quantum)
-    lost = streams("dropout").random(n) < s.dropout
+    lost = streams("dropout").random(n) < s.dropout if s.dropout > 0.0 else np.zeros(n, dtype=bool)
     if s.gaps > 0.0:
         lost |= runs(n, s.gaps, s.gap_samples, streams("gaps")) >= 0
     if s.period_s > 0.0:

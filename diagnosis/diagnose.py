@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..datasets.instruments import corrected
-from ..estimation.fit import arithmetic_guard
+from ..estimation.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput
 from ..models.memory import require_memory
 from . import verdict
@@ -59,7 +59,7 @@ def diagnose(
     CannotFit : if a record lacks rudder, or heading and yaw rate.
     FitFailed : the model cannot be run with the records, or the arithmetic fails outside the fit of a single cause.
     """
-    with arithmetic_guard():
+    with arithmetic_guard(), blas_limited():
         return _diagnosed(model, train, held_out, (options or Options()).checked(model), watch)
 
 

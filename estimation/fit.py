@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
@@ -44,15 +45,16 @@ class Fit(NamedTuple):
 
 
 @lru_cache(maxsize=1)
-def _blas():
+def _thread_pools(modules: int) -> Any:
+    """The thread pools of the loaded libraries, looked for again (some ms) when there are more modules."""
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
 
 
-def blas_limited():
+def blas_limited() -> Any:
     """Context with one linear-algebra thread: for matrices as small as these a second one only costs time."""
-    return _blas().limit(limits=1)
+    return _thread_pools(len(sys.modules)).limit(limits=1)
 
 
 @contextmanager
@@ -105,13 +107,11 @@ def prepared(records: Sequence[Record], model: Model) -> list[Record]:
 
     Raises
     ------
-    CannotFit : without records, or for one that has no increasing time or too few samples.
+    CannotFit : without records, or for one that has too few samples.
     """
     if not records:
         raise CannotFit("no records")
     for record in records:
         if record.n < SHORTEST:
             raise CannotFit(f"record {record.name} has {record.n} samples, at least {SHORTEST} are needed")
-        if not (np.isfinite(record.time_s).all() and (np.diff(record.time_s) > 0.0).all()):
-            raise CannotFit(f"record {record.name}: time does not increase from sample to sample")
     return [record.turned(model.positive_rudder) for record in records]

@@ -43,8 +43,7 @@ def residuals(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
 def squares(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
     """Sum of squared residuals (c,) of each output; inf if the run diverges."""
     error = residuals(model, series, state)
-    known = np.isfinite(series.outputs)
-    total = np.where(known, error, 0.0)
+    total = error if series.complete else np.where(series.known, error, 0.0)
     return np.where(np.isfinite(total).all(), (total**2).sum(axis=0), np.inf)
 
 
@@ -120,23 +119,31 @@ def _rows(
     last = len(series.inputs) - 1
     for piece in _pieces(model, series, state, free):
         stop = piece.index.stop if piece.index.stop > last else piece.index.stop - 1
-        within = (series.index >= piece.index.start) & (series.index < stop)
+        within = _samples_in(series, piece.index.start, stop)
         error, slopes = _at_samples(series, piece, within)
+        rows = np.concatenate([slopes, error[:, :, None]], axis=2)
         found = []
         for c in range(len(series.columns)):
-            known = np.isfinite(series.outputs[within, c])
-            rows = np.column_stack([slopes[known, c], error[known, c]])
+            known = slice(None) if series.complete else series.known[within, c]
+            own = rows[known, c]
             if weights is not None:
-                rows *= np.sqrt(weights[within, c][known])[:, None]
-            found.append(rows)
+                own = own * np.sqrt(weights[within, c][known])[:, None]
+            found.append(own)
         yield found
 
 
-def _at_samples(series: Series, piece: _Piece, within: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _samples_in(series: Series, start: int, stop: int) -> slice | np.ndarray:
+    """Which samples lie at the points start .. stop - 1 of the grid, or behind them by a part of a step."""
+    if series.is_grid:
+        return slice(start, min(stop, series.index.size))
+    return (series.index >= start) & (series.index < stop)
+
+
+def _at_samples(series: Series, piece: _Piece, within: slice | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Residuals (N, c) and derivatives (N, c, m) at the samples `within` a piece."""
     index = series.index[within] - piece.index.start
     states, columns = piece.states, piece.columns
-    if not series.part.any():
+    if series.on_grid:
         if index.size and index[-1] - index[0] + 1 == index.size:
             index = slice(index[0], index[-1] + 1)  # no sample is missing: views instead of copies
         return series.outputs[within] - states[index][:, series.columns], columns[index][:, series.columns]

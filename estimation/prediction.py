@@ -60,10 +60,10 @@ def predict(model: Model, record: Record, predictor: Predictor | None = None) ->
     """
     from ..models.model import CHANNELS as channel_of
     from .predictor import ModelPredictor
-    from .series import series_of
+    from .series import kept_series_of
 
     predictor = predictor or ModelPredictor(model)
-    series = series_of(record.turned(model.positive_rudder), model, SYMBOLS)
+    series = kept_series_of(record.turned(model.positive_rudder), model, SYMBOLS)
     with np.errstate(all="ignore"):
         free = series.observe(predictor.simulate(series.inputs, series.dt, _start(model, series)))
         one, stepped = _one_step(predictor, model, series)
@@ -145,12 +145,14 @@ class Squares(NamedTuple):
 def squares(observed: np.ndarray, predicted: np.ndarray) -> Squares:
     """The sums over (N,) samples, gaps of `observed` (nan) left out."""
     known = np.isfinite(observed)
-    if not known.any():
+    if not known.all():
+        observed, predicted = observed[known], predicted[known]
+    if not observed.size:
         return Squares()
     with np.errstate(all="ignore"):
-        error = np.sum((predicted[known] - observed[known]) ** 2)
-        spread = np.sum((observed[known] - observed[known].mean()) ** 2)
-    return Squares(int(known.sum()), float(error), float(spread))
+        error = np.sum((predicted - observed) ** 2)
+        spread = np.sum((observed - observed.mean()) ** 2)
+    return Squares(observed.size, float(error), float(spread))
 
 
 def _start(model: Model, series: Series) -> np.ndarray:
@@ -170,7 +172,8 @@ def _one_step(predictor: Predictor, model: Model, series: Series) -> tuple[np.nd
     response model is the central difference of the yaw rate.
     """
     place = series.index + series.part
-    states = np.tile(series.start, (len(place), 1))
+    states = np.empty((len(place), series.start.size))
+    states[:] = series.start
     states[:, series.columns] = series.outputs
     if model.states[0] == "w":
         states[:, 0] = np.gradient(states[:, model.states.index("r")], place * series.dt)
@@ -183,8 +186,8 @@ def _one_step(predictor: Predictor, model: Model, series: Series) -> tuple[np.nd
 
 
 def _diverged(symbol: str, observed: np.ndarray, free: np.ndarray) -> bool:
-    largest = np.nanmax(np.abs(observed))
-    limit = BOUND * largest if symbol in RATES and largest > 0.0 else np.inf
+    largest = np.nanmax(np.abs(observed)) if symbol in RATES else 0.0
+    limit = BOUND * largest if largest > 0.0 else np.inf
     return divergence(free[:, None], np.array([limit])) is not None
 
 

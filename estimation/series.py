@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -24,10 +26,9 @@ MEASURED = ("u", "v", "r", "psi")
 
 def steps(record: Record) -> np.ndarray:
     """Time steps (N - 1,), s; exactly equal where the record's are equal up to rounding."""
-    dt = np.diff(record.time_s)
-    if record.uniform():
-        dt = np.full(dt.size, (record.time_s[-1] - record.time_s[0]) / dt.size)
-    return dt
+    if record.n < 2 or not record.uniform():
+        return np.diff(record.time_s)
+    return np.full(record.n - 1, (record.time_s[-1] - record.time_s[0]) / (record.n - 1))
 
 
 def samples(record: Record, symbol: str) -> np.ndarray | None:
@@ -139,10 +140,30 @@ class Series:
     start_sd: np.ndarray
     noise: np.ndarray
 
+    @cached_property
+    def known(self) -> np.ndarray:
+        """(N, c) which outputs are no gaps."""
+        return np.isfinite(self.outputs)
+
+    @cached_property
+    def complete(self) -> bool:
+        """Whether no output is a gap."""
+        return bool(self.known.all())
+
+    @cached_property
+    def on_grid(self) -> bool:
+        """Whether every sample is at a point of the grid."""
+        return not self.part.any()
+
+    @cached_property
+    def is_grid(self) -> bool:
+        """Whether the samples are the points of the grid, from the first one on without a gap."""
+        return self.on_grid and np.array_equal(self.index, np.arange(self.index.size))
+
     @property
     def n_outputs(self) -> int:
         """Measured values that are not gaps."""
-        return int(np.isfinite(self.outputs).sum())
+        return int(self.known.sum())
 
     def without(self, column: int) -> Series:
         """The series without one of its outputs."""
@@ -151,7 +172,9 @@ class Series:
 
     def observe(self, grid: np.ndarray) -> np.ndarray:
         """Values (N, ...) at the measured times of something given on the grid (M + 1, ...)."""
-        if not self.part.any():
+        if self.is_grid:
+            return grid[: self.index.size]
+        if self.on_grid:
             return grid[self.index]
         part = self.part.reshape(-1, *([1] * (grid.ndim - 1)))
         after = np.minimum(self.index + 1, grid.shape[0] - 1)
@@ -185,6 +208,23 @@ def series_of(record: Record, model: Model, symbols: Sequence[str] = MEASURED) -
         start_sd=start_sd,
         noise=np.array([sensor_sd(values) for values in measured.values()]),
     )
+
+
+_KEPT: WeakKeyDictionary[Record, dict[tuple[object, ...], Series]] = WeakKeyDictionary()
+
+
+def kept_series_of(record: Record, model: Model, symbols: Sequence[str] = MEASURED) -> Series:
+    """`series_of`, kept as long as the record is, for records that many estimates are compared with; not to be changed.
+
+    Raises
+    ------
+    CannotFit : as `series_of`.
+    """
+    kept = _KEPT.setdefault(record, {})
+    key = (model.family, model.n0_rps, model.speed_m_s, *symbols)
+    if key not in kept:
+        kept[key] = series_of(record, model, symbols)
+    return kept[key]
 
 
 def _grid(record: Record) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from . import kernels as kernel_store
 from .errors import BadInput
-from .families.extensions import carries, extension_of
+from .families.extensions import extension_of
 from .time_scale import time_scale_s
 
 if TYPE_CHECKING:
@@ -57,12 +57,12 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     BadInput : the family states no groups, or its file is wrong.
     """
     values = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
-    definition = kernel_store.definition_of(model.family)
     found = []
     for name, (title, extension, numbers) in _stated(model.family.partition("+")[0]).items():
         known = values
         if extension is not None and extension not in model.family.split("+"):
-            known = dict.fromkeys(extension_of(extension).units, 0.0) if carries(definition, extension) else {}
+            carried = kernel_store.carries(model.family, extension)
+            known = dict.fromkeys(extension_of(extension).units, 0.0) if carried else {}
         group = _group(name, title, extension, _matched(numbers, known), model)
         if group.sd:
             found.append(group)

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
-import sympy as sp
+from .later import Later
+
+if TYPE_CHECKING:
+    import sympy as sp
+else:
+    sp = Later("sympy")
 
 
 def symbols(names: str) -> list[sp.Symbol]:

@@ -488,6 +488,7 @@ def _facts(definition: Definition) -> str:
         "UNITS": tuple(definition.units[name] for name in public),
         "REGRESSION_STATES": tuple(str(s) for s in definition.states),
         "REGRESSION_INPUTS": tuple(str(s) for s in definition.inputs),
+        "HELPERS": tuple(str(s) for s in definition.helpers),
         "RATE_GAIN": coefficients.index(str(gain)) if gain is not None else None,
         "LINEAR": definition.linear,
         "ENVIRONMENT": definition.force_scale is not None,

@@ -187,6 +187,14 @@ def load(name: str) -> Kernels:
     return Kernels(name)
 
 
+def carries(family: str, extension: str) -> bool:
+    """Whether a family can carry an extension that it does not have yet, by its generated facts."""
+    from .families.extensions import fits
+
+    own = load(family)
+    return fits(extension, own.COEFFICIENTS, own.REGRESSION_STATES, own.HELPERS, three_dof=own.ENVIRONMENT)
+
+
 @cache
 def _module(file: str) -> ModuleType:
     path = cache_folder() / file

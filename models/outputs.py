@@ -14,9 +14,11 @@ Output = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 @lru_cache(maxsize=64)
 def thrust_of(family: str) -> Output | None:
     """Propeller thrust [N] of an MMG family, per 0.5 rho S L times this product; None for a family without one."""
-    import sympy as sp
+    from .kernels import definition_of, load
 
-    from .kernels import definition_of
+    if "thrust" not in load(family).HELPERS:
+        return None
+    import sympy as sp
 
     definition = definition_of(family)
     found = [symbol for symbol in definition.helpers if symbol.name == "thrust"]

@@ -9,10 +9,15 @@ from typing import Any
 
 EXACT_BELOW = 2**53
 """Whole numbers below it are exact as floating-point numbers too, as which some readers take them."""
+AS_THEY_ARE = frozenset({str, int, bool, type(None)})
 
 
 def plain(value: Any) -> Any:
     """Built-in types only: arrays become lists, dataclasses mappings, and what is not a finite number null."""
+    if type(value) in AS_THEY_ARE:
+        return value
+    if type(value) is float:
+        return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | set | frozenset):

@@ -19,7 +19,6 @@ from .errors import BadInput
 from .instruments import linkage
 from .model import Model, RudderGear
 
-ENVIRONMENT_INPUTS = 7
 KINDS = ("series", "zigzag", "heading")
 MOST_SUBSTEPS = 10_000
 """Integration steps within a sample beyond which a simulation is refused: it would not end."""
@@ -309,7 +308,10 @@ def setting_of(control: ClosedLoop) -> NDArray[np.float64]:
 
 
 def _array(values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
-    array = np.require(values, dtype=float, requirements=["C", "W"])  # read-only arrays would need other kernels
+    if isinstance(values, np.ndarray) and values.flags.carray and values.dtype == np.float64:
+        array = values
+    else:
+        array = np.require(values, dtype=float, requirements=["C", "W"])  # read-only arrays would need other kernels
     if array.ndim != dimensions:
         raise BadInput(f"an array of {dimensions} dimensions is needed, not {array.ndim}")
     return array

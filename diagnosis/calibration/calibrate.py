@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.instruments import hull_record
-from ...estimation.fit import arithmetic_guard
+from ...estimation.fit import arithmetic_guard, blas_limited
 from ...estimation.gaps import unbroken
 from ...estimation.linear_algebra import finite
 from ...estimation.mixed_effects.left_out import jackknife
@@ -56,7 +56,7 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
     CannotFit : the records lack what free runs need, or are too short to leave a part out.
     FitFailed : the model cannot be run with the records, or the arithmetic fails.
     """
-    with arithmetic_guard():
+    with arithmetic_guard(), blas_limited():
         return _calibration(model, train, held_out)
 
 

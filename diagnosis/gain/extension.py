@@ -10,7 +10,7 @@ import numpy as np
 
 from ...estimation.filters.innovations.vector import OUTER
 from ...models import kernels as kernel_store
-from ...models.families.extensions import carries, extension_of
+from ...models.families.extensions import extension_of
 from ...models.instruments import INSTRUMENTS, WAVES, combined
 from ...models.model import Model
 
@@ -32,7 +32,7 @@ def extended_model(
     row = np.where(np.all(s.vectors == s.vectors[0], axis=0), s.vectors[0], s.vectors.mean(axis=0))
     family, values, taken = model.family, list(row[: len(model.coordinates)]), set()
     for cause in causes:
-        if cause.extension is None or not carries(kernel_store.definition_of(family), cause.extension):
+        if cause.extension is None or not kernel_store.carries(family, cause.extension):
             continue
         family = f"{family}+{cause.extension}"
         names = extension_of(cause.extension).units

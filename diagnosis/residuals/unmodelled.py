@@ -32,8 +32,8 @@ GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
 NOT_GUSTS = Unmodelled("a force that does not act on surge, sway and yaw at once, as gusts do")
 SEARCHES = 4
 """Searches that share the level: features, periodic moments, pulses, and forces unlike gusts."""
-BLOCK, LONGEST_PULSE = 64, 8
-"""Features (or pairs of them) whose columns are held at once, and windows that a pulse may last."""
+BLOCK, PAIRS, LONGEST_PULSE = 64, 16, 8
+"""Features, and pairs of them, whose columns are held at once, and windows that a pulse may last."""
 FURTHER_NATS = 12.0
 """Log likelihood, less the log of how many were tried, by which every named cause after the first must beat a single
 unmodelled effect: that several act at once has to be worth more than that one is not known."""
@@ -62,21 +62,21 @@ class Linearised:
     runs: list[Trace]
     projector: Projector
 
-    def columns(self, axes: Sequence[int], series: Sequence[Series]) -> np.ndarray:
-        """Columns (m, N*6) of added series."""
-        return responses(self.est, self.runs, axes, series)
+    def columns(self, axes: Sequence[int], series: Sequence[Series], into: np.ndarray | None = None) -> np.ndarray:
+        """Columns (m, N*6) of added series; into : zeros that are filled, instead of new ones."""
+        return responses(self.est, self.runs, axes, series, into)
 
     def projected(self, state: State, found: Sequence[Feature]) -> tuple[np.ndarray, np.ndarray]:
         """Projected columns (m, N*6) of features, and (m,) whether enough of each is left to be seen."""
 
-        left = np.empty((len(found), self.est.edges[-1] * CHANNELS))
+        left = np.zeros((len(found), self.est.edges[-1] * CHANNELS))
         seen = np.empty(len(found), bool)
 
         def work(first: int) -> None:
             block = slice(first, min(first + BLOCK, len(found)))
-            columns = self.columns([f.axis for f in found[block]], [f.series for f in found[block]])
-            left[block] = self.projector.project(columns)
+            columns = self.columns([f.axis for f in found[block]], [f.series for f in found[block]], left[block])
             whole = np.einsum("ij,ij->i", columns, columns)
+            left[block] = self.projector.project(columns)
             kept = np.einsum("ij,ij->i", left[block], left[block])
             seen[block] = kept > IN_SPAN * np.maximum(whole, 1e-300)
 
@@ -100,12 +100,11 @@ def try_features(state: State, before: float, rng: np.random.Generator) -> list[
         if level < 1.0:
             project = projector(est, at, now, state.parameters, state.precisions()).with_residual(now)
         here = Linearised(est, traces(est, at), project)
-        left, seen = here.projected(state, found)
-        if level == 1.0:
-            tests = independent_tests(rng, project.terms(left)[seen])
+        of_sets, terms = _of_sets(state, found, here, level == 1.0)
+        if terms is not None:
+            tests = independent_tests(rng, terms)
         cost = gust_cost(est) if s.noise.has_forces and level > 0.0 else 0.0
         loss = 2.0 * (now.log_likelihood - before - cost)
-        of_sets = _sets(found, left, project.residual, seen)
         for t in [*of_sets, *_periodic(state, waves, here), *_bursts(state, bursts, here)]:
             key = tuple(f.key for f in t.features)
             gain = t.gain + loss
@@ -115,8 +114,18 @@ def try_features(state: State, before: float, rng: np.random.Generator) -> list[
     return sorted(out, key=lambda t: t.log_p)
 
 
+def _of_sets(
+    state: State, found: Sequence[Feature], here: Linearised, with_terms: bool
+) -> tuple[list[Tried], np.ndarray | None]:
+    """Features and sets of them, and what each sample adds (m, N) to the scores of those that are seen, if asked for;
+    the columns of all features are held meanwhile."""
+    left, seen = here.projected(state, found)
+    terms = here.projector.terms(left)[seen] if with_terms else None
+    return _sets(found, left, here.projector.residual, seen), terms
+
+
 def _blocks(items: Sequence[T]) -> list[Sequence[T]]:
-    return [items[i : i + BLOCK] for i in range(0, len(items), BLOCK)]
+    return [items[i : i + PAIRS] for i in range(0, len(items), PAIRS)]
 
 
 def _sets(

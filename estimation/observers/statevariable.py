@@ -7,6 +7,7 @@ holds for the filtered signals as it does for the signals themselves, at every o
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import comb
 
 import numpy as np
@@ -24,8 +25,9 @@ def filter_matrices(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64
     return a, b
 
 
+@lru_cache(maxsize=64)
 def sampled_filter(omega_dt: float, order: int) -> Discrete:
-    """The filter's states over one sample, the signal linear between samples (first-order hold)."""
+    """The filter's states over one sample, the signal linear between samples (first-order hold); not to be changed."""
     return discretised(*filter_matrices(order), omega_dt, "linear")
 
 

@@ -86,6 +86,8 @@ def _second_order(model: Model) -> bool:
 def _usable_steps(record: Record) -> np.ndarray:
     """Time steps (N - 1,), s; nan for those that count as gaps."""
     dt = steps(record)
+    if record.uniform():
+        return dt
     return np.where(dt > LONGEST_STEP * np.median(dt), np.nan, dt)
 
 

@@ -15,17 +15,22 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import cast
-
-import sympy as sp
+from typing import TYPE_CHECKING, cast
 
 from ..definition import Definition, symbols
-from ..primitives import absv, step
-from .environment import INPUTS as ENVIRONMENT_INPUTS
-from .environment import with_environment
+from ..later import Later
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from .. import primitives
+    from . import environment
+
+    Apply = Callable[[Definition, Sequence[sp.Symbol]], Definition]
+else:  # the table's names and units are asked for without its equations
+    sp, primitives, environment = Later("sympy"), Later("..primitives", __package__), Later(".environment", __package__)
 
 YAW, SWAY = 2, 1
-Apply = Callable[[Definition, Sequence[sp.Symbol]], Definition]
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,7 @@ def _substitute(definition: Definition, swap: Mapping[sp.Symbol, sp.Expr]) -> De
 
 
 def _swap(expression: sp.Expr, swap: Mapping) -> sp.Expr:
-    return cast(sp.Expr, sp.sympify(expression).xreplace(dict(swap)))
+    return cast("sp.Expr", sp.sympify(expression).xreplace(dict(swap)))
 
 
 def _effectiveness(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
@@ -143,9 +148,9 @@ def _absorbed(inputs: str) -> Apply:
     """Some inputs of the environment variant as constant parameters, the others absent."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        whole = with_environment(definition, wind=inputs.startswith("wind"))
+        whole = environment.with_environment(definition, wind=inputs.startswith("wind"))
         kept = dict(zip(symbols(inputs), parameters, strict=True))
-        swap = {s: kept.get(s, sp.S.Zero) for s in symbols(ENVIRONMENT_INPUTS)}
+        swap = {s: kept.get(s, sp.S.Zero) for s in symbols(environment.INPUTS)}
         tag = {s: sp.Symbol(s.name.replace("env_", f"{inputs[:4]}_"), real=True) for s in whole.helpers}
         changed = _substitute(replace(whole, inputs=definition.inputs), swap)
         changed = _substitute(changed, tag)
@@ -185,8 +190,8 @@ def _drift(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definitio
     }
     scale = definition.force_scale
     assert scale is not None
-    surge = -sp.Float(DRIFT[0]) * along * (sp.Float(0.3) + sp.Float(0.7) * step(along))
-    sway = -sp.Float(DRIFT[1]) * across * absv(across) / size
+    surge = -sp.Float(DRIFT[0]) * along * (sp.Float(0.3) + sp.Float(0.7) * primitives.step(along))
+    sway = -sp.Float(DRIFT[1]) * across * primitives.absv(across) / size
     yaw = -sp.Float(2 * DRIFT[2]) * length * across * along / size
     forces = [f + k * d for f, k, d in zip(definition.forces, scale, (surge, sway, yaw), strict=True)]
     return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
@@ -256,23 +261,23 @@ def _loaded(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definiti
 
 
 CROSSFLOW = [
-    (SWAY, lambda v, r: r * absv(v)),
-    (SWAY, lambda v, r: v * absv(r)),
-    (YAW, lambda v, r: v * absv(r)),
-    (YAW, lambda v, r: r * absv(v)),
+    (SWAY, lambda v, r: r * primitives.absv(v)),
+    (SWAY, lambda v, r: v * primitives.absv(r)),
+    (YAW, lambda v, r: v * primitives.absv(r)),
+    (YAW, lambda v, r: r * primitives.absv(v)),
 ]
 EXTENSIONS: dict[str, Extension] = {
     "rudder_offset": Extension({"rudder_offset": "rad"}, _rudder(lambda d, p: d + p), held=("rudder_offset",)),
     "rudder_effectiveness": Extension({"rudder_effectiveness": "1"}, _effectiveness, held=("rudder_effectiveness",)),
     "yaw_damping_quadratic": Extension(
         {"added_Nr_absr": "1"},
-        _either(_added([(YAW, lambda v, r: r * absv(r))]), _yaw(lambda r: r * absv(r))),
+        _either(_added([(YAW, lambda v, r: r * primitives.absv(r))]), _yaw(lambda r: r * primitives.absv(r))),
     ),
     "yaw_damping_cubic": Extension(
         {"added_Nrrr": "1"}, _either(_added([(YAW, lambda v, r: r**3)]), _yaw(lambda r: r**3))
     ),
     "sway_damping_quadratic": Extension(
-        {"added_Yv_absv": "1"}, _added([(SWAY, lambda v, r: v * absv(v))]), three_dof=True
+        {"added_Yv_absv": "1"}, _added([(SWAY, lambda v, r: v * primitives.absv(v))]), three_dof=True
     ),
     "crossflow_coupling": Extension(
         dict.fromkeys(("added_Yr_absv", "added_Yv_absr", "added_Nv_absr", "added_Nr_absv"), "1"),
@@ -356,7 +361,7 @@ def _product(row: int, factors: Sequence[str]) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         helpers, vp, rp, unit = _primes(definition, parameters[0].name)
         known = {"v": vp, "r": rp, "d": definition.inputs[0]}
-        known |= {f"abs{name}": absv(symbol) for name, symbol in known.items()}
+        known |= {f"abs{name}": primitives.absv(symbol) for name, symbol in known.items()}
         forces = list(definition.forces)
         forces[row] += unit[row] * parameters[0] * sp.prod(known[factor] for factor in factors)
         return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
@@ -402,10 +407,16 @@ def _unknown(definition: Definition, parameters: Sequence[sp.Symbol]) -> list[sp
 
 def carries(definition: Definition, name: str) -> bool:
     """Whether a family can carry an extension that it does not have yet."""
+    named = ([s.name for s in part] for part in (definition.coefficients, definition.states, definition.helpers))
+    return fits(name, *named, three_dof=definition.force_scale is not None)
+
+
+def fits(
+    name: str, coefficients: Sequence[str], states: Sequence[str], helpers: Sequence[str], three_dof: bool
+) -> bool:
+    """The same by the names of a definition's coefficients, states and intermediate quantities."""
     extension = extension_of(name)
-    taken = {symbol.name for symbol in definition.coefficients}
-    fits = extension.three_dof is None or extension.three_dof == (definition.force_scale is not None)
-    states = {symbol.name for symbol in definition.states}
-    first_order = definition.states[0].name == "r" and "lead_state" not in states
-    fits &= extension.helper is None or extension.helper in {symbol.name for symbol in definition.helpers}
-    return fits and not taken & set(extension.units) and (name != "second_order_lead" or first_order)
+    fitting = extension.three_dof is None or extension.three_dof == three_dof
+    fitting &= extension.helper is None or extension.helper in helpers
+    first_order = states[0] == "r" and "lead_state" not in states
+    return fitting and not set(coefficients) & set(extension.units) and (name != "second_order_lead" or first_order)

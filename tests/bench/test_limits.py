@@ -129,7 +129,7 @@ def test_a_fault_of_the_machine_ends_the_run_and_is_no_row(tmp_path, monkeypatch
     def full(*_):
         raise EnvironmentFault("no space left", hint="free some")
 
-    monkeypatch.setattr(execute, "_fit_and_score", full)
+    monkeypatch.setattr(execute, "fit_and_score", full)
     suite = suite_of_one_run(tmp_path)
     specs = plan(suite, Selection("mine"))
     with inline() as pool, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:

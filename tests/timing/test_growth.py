@@ -189,6 +189,23 @@ size = sum(path.stat().st_size for path in Path("{folder}").rglob("*") if path.i
 report(bytes=size, runs=len(found.rows))
 """
 
+ITSELF = """
+import helmbench
+from helmbench.bench.execution import quiet
+from helmbench.bench.kinds.identification.execute import fit_and_score
+from helmbench.bench.kinds.identification.plan import plan
+from helmbench.bench.suites import load_suite
+entry = "entries: [{{vessels: response-1, methods: [ls], noise: low, seeds: {seeds}}}]"
+Path("mine.yaml").write_text(entry)
+first, *specs = plan(load_suite("mine.yaml"))
+with quiet():
+    fit_and_score(first, {{}}, [])
+    start = time.process_time()
+    for spec in specs:
+        fit_and_score(spec, {{}}, [])
+    report(each=(time.process_time() - start) / len(specs))
+"""
+
 
 def test_tiny_runs_of_a_suite(ratios, benchmark, tmp_path):
     """What a run costs beyond the start of the suite: the difference between many runs and few."""
@@ -208,3 +225,6 @@ def test_tiny_runs_of_a_suite(ratios, benchmark, tmp_path):
     told = f"{more} runs of ls on response-1; a start {facts['start_cpu_s']:.2g} CPU s"
     limit = "most of it is the run in its worker: records with noise, fit, scores, traces"
     ratios.row("a tiny run of a suite, all included", "CPU s", cpu, most=0.002, remark=told, limit=limit, run=facts)
+    itself = in_a_process(ITSELF.format(seeds=TINY), tmp_path)["each"]
+    told = f"the run itself {itself:.2g} CPU s; the rest plans, hands over, guards, measures and stores"
+    ratios.row("a tiny run of a suite: all but records, fit and scores", "CPU s", cpu - itself, most=0.002, remark=told)

@@ -21,12 +21,15 @@ def execute(spec: RunSpec) -> dict[str, Any]:
     An error inside becomes the row's status and error.  A run of the first seed also has its `trace`.
     """
     traces: list[dict[str, Any]] = []
-    finished = guarded(spec, lambda row: _fit_and_score(spec, row, traces))
+    finished = guarded(spec, lambda row: fit_and_score(spec, row, traces))
     return finished | ({"trace": traces[0]} if traces else {})
 
 
-def _fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Fill in the row, and add the trace of a first seed; returns the rows of its parameters."""
+def fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The run itself, its records, its fit and its scores: fills in the row, and adds the trace of a first seed.
+
+    Returns the rows of its parameters.
+    """
     from ....estimation.prediction import prediction_scores
     from ....methods.registry import make
 

@@ -6,8 +6,8 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -51,12 +51,17 @@ class RunSpec:
     @property
     def key(self) -> str:
         """Identifier that is the same in every process and session."""
+        return self._key
+
+    @cached_property
+    def _key(self) -> str:
         return hashlib.sha256(self.text().encode()).hexdigest()[:20]
 
     def text(self, **changed: str) -> str:
         """What is run, as JSON."""
-        facts: dict[str, Any] = asdict(self) | changed
-        facts["task"] = {name: value for name, value in facts["task"].items() if ADDED.get(name, ...) != value}
+        own = {"suite": self.suite, "method": self.method, "variant": self.variant, "maker": self.maker}
+        task = {name: value for name, value in vars(self.task).items() if ADDED.get(name, ...) != value}
+        facts = own | {"task": task} | changed
         return json.dumps(facts, sort_keys=True, separators=(",", ":"))
 
     def row_key(self) -> dict[str, Any]:

@@ -17,7 +17,10 @@ import numpy as np
 from ....models.model import CHANNELS, Model, resolve
 
 if TYPE_CHECKING:
+    from ....datasets.disturbances import Disturbance
+    from ....datasets.manoeuvres import Manoeuvre
     from ....datasets.record import Record
+    from ....datasets.sensors import Sensors
 
 HELD_OUT_SEED = 1_000_003
 """Seed of every simulated held-out record: never that of a training record, and the same for every row."""
@@ -183,9 +186,7 @@ def _bounded(task: Task, known: Model, values: Mapping[str, float], kind: str) -
 
 def _calm(task: Task) -> Task:
     """The training records without noise and disturbance: the same for all seeds unless a manoeuvre is random."""
-    from ....datasets.manoeuvres import parse_manoeuvre
-
-    seed = task.seed if any(parse_manoeuvre(text).random for text in task.train) else 0
+    seed = task.seed if any(_parsed(text)[0].random for text in task.train) else 0
     kept = {"thinning": task.thinning, "length": task.length, "duration_s": task.duration_s, "dt_s": task.dt_s}
     return Task(task.vessel, task.source, task.model, task.train, (), seed=seed, **kept)
 
@@ -242,13 +243,24 @@ def _record(
     dt_s: float | None,
     start_speed: float = 1.0,
 ) -> Record:
+    from ....datasets.generator import measured_again, record_run
+
+    model, (performed, sensors, weather) = resolve(vessel), _parsed(manoeuvre, noise, disturbance)
+    if noise != "none" and disturbance == "none" and not model.instruments:
+        drawn = seed if performed.random else 0
+        calm = _record(vessel, manoeuvre, "none", "none", drawn, duration_s, dt_s, start_speed)
+        return measured_again(calm, model, performed, sensors, seed)
+    timing = {"duration_s": duration_s, "dt_s": dt_s, "start_speed": start_speed}
+    return record_run(model, performed, sensors, weather, seed=seed, **timing)
+
+
+@lru_cache(maxsize=64)
+def _parsed(manoeuvre: str, noise: str = "none", disturbance: str = "none") -> tuple[Manoeuvre, Sensors, Disturbance]:
     from ....datasets.disturbances import parse_disturbance
-    from ....datasets.generator import record_run
     from ....datasets.manoeuvres import parse_manoeuvre
     from ....datasets.sensors import parse_noise
 
-    parts = resolve(vessel), parse_manoeuvre(manoeuvre), parse_noise(noise), parse_disturbance(disturbance)
-    return record_run(*parts, seed=seed, duration_s=duration_s, dt_s=dt_s, start_speed=start_speed)
+    return parse_manoeuvre(manoeuvre), parse_noise(noise), parse_disturbance(disturbance)
 
 
 def _measured(dataset: str, stems: Sequence[str]) -> tuple[Record, ...]:

@@ -31,12 +31,19 @@ def traces(est: Estimator, s: Setting) -> list[Trace]:
     return est.in_threads(lambda i: est.traced(s, i)[1], range(len(est.segments)))
 
 
-def responses(est: Estimator, runs: Sequence[Trace], axes: Sequence[int], forcing: Sequence[Series]) -> np.ndarray:
+def responses(
+    est: Estimator,
+    runs: Sequence[Trace],
+    axes: Sequence[int],
+    forcing: Sequence[Series],
+    into: np.ndarray | None = None,
+) -> np.ndarray:
     """Derivatives (m, N*6) of the whitened innovations by the size of added series.
 
     axes : (m,) a force, or the number of forces + a channel.  forcing : for each, one array (T,) a segment.
+    into : zeros (m, N*6) that are filled, instead of new ones.
     """
-    out = np.zeros((len(axes), est.edges[-1] * CHANNELS))
+    out = np.zeros((len(axes), est.edges[-1] * CHANNELS)) if into is None else into
     still = np.zeros((len(axes), len(est.kernels.STATES)))
     for i, trace in enumerate(runs):
         sizes = np.ascontiguousarray(np.stack([series[i] for series in forcing]))
