@@ -158,8 +158,12 @@ class Minimum(NamedTuple):
         return self.point.cost
 
 
-def levenberg_marquardt(problem: Problem, z: np.ndarray, max_iterations: int, gain: float = FINE) -> Minimum:
+def levenberg_marquardt(
+    problem: Problem, z: np.ndarray, max_iterations: int, gain: float = FINE, straight: int = STRAIGHT
+) -> Minimum:
     """Minimise the problem's cost from z (width,), which lies within its bounds; the cost never increases.
+
+    The first `straight` iterations are not accelerated.
 
     The search has converged when the damped linear problem predicts less than `gain` in log likelihood, or when no
     step lowers the cost although only a gain within rounding is predicted.
@@ -177,7 +181,7 @@ def levenberg_marquardt(problem: Problem, z: np.ndarray, max_iterations: int, ga
         if not trial.better:
             return Minimum(here, True, iteration + 1)
         good = here.cost - trial.point.cost > GOOD * trial.predicted
-        curved = curved or (iteration >= STRAIGHT and (trial.number > 0 or not good))
+        curved = curved or (iteration >= straight and (trial.number > 0 or not good))
         damping = trial.damping * _factor(trial, good, curved)
         here = trial.point
         if trial.predicted < enough:

@@ -12,7 +12,7 @@ from ...models.errors import FitFailed
 from ..series import Series
 from .horizons import fit_growing_horizons, short_runs
 from .loss import Loss
-from .minimiser import ROUGH, Minimum, levenberg_marquardt
+from .minimiser import ROUGH, STRAIGHT, Minimum, levenberg_marquardt
 from .problem import Problem, explains_records, fixed_start_problem, free_start_problem, sensor_sd_of
 from .shooting import ITERATIONS, ShootingFit, fit_by_shooting
 from .unknowns import Unknowns
@@ -96,10 +96,11 @@ def _inadequate(
 ) -> Outcome:
     """The best fit of a model that does not explain the records: runs start where the records start.
 
-    Free initial states would hide what the model lacks.  The fit of joined stretches is taken where it is better.
+    Free initial states would hide what the model lacks.  So would numbers far along a valley of the cost: steps are
+    straight.  The fit of joined stretches is taken where it is better.
     """
-    fixed = fixed_start_problem(free)
-    minima = [levenberg_marquardt(fixed, fixed.start(start), (max_iterations + 1) // 2, ROUGH) for start in tried]
+    fixed, most = fixed_start_problem(free), (max_iterations + 1) // 2
+    minima = [levenberg_marquardt(fixed, fixed.start(start), most, ROUGH, most) for start in tried]
     best = min(minima, key=lambda minimum: minimum.cost)
     searched = [*found, *minima]
     if stretched is not None and _misfit(fixed, stretched.minimum) < _misfit(fixed, best):
@@ -176,7 +177,7 @@ def _polished(
     problem: Problem, best: Minimum, adequate: bool, found: Sequence[Minimum], max_iterations: int
 ) -> Outcome:
     """The outcome: the best of the minima found, iterated to full accuracy."""
-    last = levenberg_marquardt(problem, best.z, max_iterations)
+    last = levenberg_marquardt(problem, best.z, max_iterations, straight=STRAIGHT if adequate else max_iterations)
     return Outcome(problem, last, adequate, len(found), sum(f.n_iterations for f in [*found, last]))
 
 
