@@ -25,7 +25,7 @@ def pytest_collection_finish():
     which takes a seventh of the time."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(10_000, 20)
+    gc.set_threshold(50_000, 20)
 
 
 @pytest.fixture
