@@ -30,7 +30,7 @@ def test_coefficients_are_those_of_the_definition(rng):
 def test_independent_series_lie_inside_the_bands(rng, pole):
     """1 % of the coefficients lie outside, also of the cross-correlation of coloured series (Ljung)."""
     found = [_channel("yaw_rate_rad_s", [(coloured(rng, 1500, pole), coloured(rng, 1500, 0.9))], 1.0, 1.0)
-             for _ in range(150)]  # fmt: skip
+             for _ in range(450)]  # fmt: skip
     share = np.mean([one.with_rudder.outside / one.with_rudder.values.size for one in found])
     assert 0.002 < share < 0.025
     alarms = np.mean([one.with_rudder.significant for one in found])

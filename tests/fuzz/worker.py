@@ -74,7 +74,9 @@ class Worker:
         context = multiprocessing.get_context("fork")
         self._pipe, child = context.Pipe()
         self._process = context.Process(target=_serve, args=(child, self.reader, self.folder), daemon=True)
-        self._process.start()
+        with warnings.catch_warnings():  # after a test that used jax, jax warns of any fork
+            warnings.filterwarnings("ignore", r"os\.fork\(\) was called", RuntimeWarning)
+            self._process.start()
         child.close()
         self._pipe.recv()  # it has read the seeds: what an input takes begins here
 
