@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...estimation.filters.innovations.settings import Setting
-from ...estimation.scalar_minimum import bounded_minimum
 from ..state import Candidate, State, candidate
 from ..statistics.bootstrap import ONE_SIDED, independent_values
 from .base import Search
@@ -52,6 +51,8 @@ class ByScan(Search):
         return (self.entry,)
 
     def attempt(self, cause: Cause, state: State, before: float, rng: np.random.Generator) -> Candidate | None:
+        from scipy.optimize import minimize_scalar
+
         est = state.est
 
         def changed(value: float) -> Setting:
@@ -72,9 +73,13 @@ class ByScan(Search):
             return None
         ends = np.log([values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)]])
         low, high = min(ends) - 0.3 * (best == 0), max(ends) + 0.3 * (best == len(values) - 1)
-        found = bounded_minimum(lambda x: -at(float(np.exp(x)))[1].log_likelihood, low, high, 0.01, 14)
+        found: Any = minimize_scalar(
+            lambda x: -at(float(np.exp(x)))[1].log_likelihood,
+            bounds=(low, high),
+            options={"xatol": 0.01, "maxiter": 14},
+        )
         (variant,) = state.bank[cause]
-        value = float(np.exp(found.x)) if -found.value > gains[best] else values[best]
+        value = float(np.exp(found.x)) if -found.fun > gains[best] else values[best]
         if value > self.most(est):
             return None
         setting, now = state.refit(at(value)[0], variant, 2)

@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.settings import Setting
-from ...estimation.scalar_minimum import bounded_minimum
 
 GUST_X, GUST_Y = (1.0, 2.7), (2.2, 12.0)
 """Range of the sd of gusts in surge and in sway over that in yaw (moment over L), from hulls and superstructures."""
@@ -70,6 +70,8 @@ def _proportioned(est: Estimator, s: Setting, now: Innovations) -> float:
     x, y, n = s.noise.force_sd
     if _within(x, n, GUST_X) and _within(y, n, GUST_Y):
         return now.log_likelihood
+    from scipy.optimize import minimize_scalar
+
     largest = max(n, y / GUST_Y[0], x / GUST_X[0])
 
     def gust(log_yaw: float) -> Setting:
@@ -79,8 +81,10 @@ def _proportioned(est: Estimator, s: Setting, now: Innovations) -> float:
     found = [i.log_likelihood for i in est.many([gust(at) for at in COARSE])]
     best = int(np.argmax(found))
     around = COARSE[max(best - 1, 0)], COARSE[min(best + 1, len(COARSE) - 1)]
-    fine = bounded_minimum(lambda at: -est.evaluate(gust(at)).log_likelihood, *around, FINE)
-    return min(max(found[best], -float(fine.value)), now.log_likelihood)
+    fine: Any = minimize_scalar(
+        lambda at: -est.evaluate(gust(at)).log_likelihood, bounds=around, method="bounded", options={"xatol": FINE}
+    )
+    return min(max(found[best], -float(fine.fun)), now.log_likelihood)
 
 
 def _forced(s: Setting, sd: Sequence[float]) -> Setting:
