@@ -205,7 +205,10 @@ class Record:
         return self.column("rudder_rad" if self.has("rudder_rad") or not self.has(RUDDERS[1]) else RUDDERS[1])
 
     def heading_unwrapped(self) -> np.ndarray:
-        """Heading (N,), rad, without jumps of a full turn; gaps stay nan and are bridged by the shorter way round."""
+        """Heading (N,), rad, without jumps of a full turn; gaps stay nan and are bridged by the shorter way round.
+
+        The array is read-only, as those of the columns are.
+        """
         return self._heading_unwrapped
 
     @cached_property

@@ -27,7 +27,7 @@ def spliced(record, rng):
 
 
 def turned_suddenly(record, rng):
-    values = record.heading_unwrapped()
+    values = record.heading_unwrapped().copy()
     values[record.n // 3 :] += 0.6
     return record.with_channels(heading_rad=values), "splice", "heading_rad"
 
