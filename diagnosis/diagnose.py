@@ -100,7 +100,9 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
             found = concluded(model, given, options, selected(model, given, options))
             if found.verdict != "unexplained":
                 return found
-            beside = concluded(model, cleaned, options, selected(model, cleaned, options))
+            if cleaned.decided:
+                found = concluded(model, cleaned, options, selected(model, cleaned, options))
+            beside = found
         elif not for_free_runs(beside):
             return beside
         watch(FREE_RUNS)

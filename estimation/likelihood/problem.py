@@ -189,10 +189,9 @@ class Problem:
 
         Run by run, channel by channel, and then the prior.
         """
-        model, runs, jacobian = self._linearised(point)
         if sum(s.n_outputs for s in self.series) * (self.width + 1) > MOST_NUMBERS:
             return None
-        rows = []
+        rows, (model, runs, jacobian) = [], self._linearised(point)
         for i, (s, state, free, place) in enumerate(runs):
             found = free_run.output_rows(model, s, state, free, None if point.weights is None else point.weights[i])
             for column, part in zip(s.columns, found, strict=True):
@@ -206,7 +205,7 @@ class Problem:
         for i, (s, state, _, _) in enumerate(runs):
             error = free_run.residuals(model, s, state) / point.sd[s.columns]
             error = error if point.weights is None else error * np.sqrt(point.weights[i])
-            found += [error[np.isfinite(s.outputs[:, c]), c] for c in range(len(s.columns))]
+            found += [error[s.known[:, c], c] for c in range(len(s.columns))]
         return np.concatenate([*found, *(rows[:, -1] for rows in self._prior_rows(z))])
 
     @property
