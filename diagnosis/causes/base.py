@@ -51,7 +51,7 @@ class Cause(ABC):
     turn, track : what it leaves between heading and yaw rate, and between positions and velocities, where that shows
     it without a model; track_without_model : the same, where a model's filter is not to be asked for it.
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
-    can be told.
+    can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
     """
 
     id: ClassVar[str]
@@ -68,6 +68,7 @@ class Cause(ABC):
     track_without_model: ClassVar[tuple[SensorEffect[Path], ...]] = ()
     track_rivals: ClassVar[tuple[str, ...]] = ()
     least_turn: ClassVar[float] = 0.0
+    drifts: ClassVar[bool] = False
 
     @property
     def physics(self) -> str:

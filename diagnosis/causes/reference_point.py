@@ -23,7 +23,7 @@ class ReferencePoint(CheckCause):
     separate_by = (
         "where antenna and log stand, and a run at another speed: a delay moves with the speed, a point does not"
     )
-    track = (TrackEffect("x", "m", (), lambda path: path.ahead, lambda path: path.way_floor),)
+    track = (TrackEffect("x", "m", (), lambda path: path.ahead, lambda path: path.lever_floor),)
 
     def corrected_for(self, record: Record, values: np.ndarray) -> Record:
         """The record with positions moved back by x."""

@@ -23,6 +23,7 @@ class YawRateBias(Cause):
     search = ByScore()
     power_size = 0.003 * DEGREE
     separate_by = "a gyro zero reading at rest"
+    drifts = True
     turn = (TurnEffect("b", "rad/s", ("yaw_rate_bias",), lambda turn: -turn.time[None], lambda turn: turn.rate_floor),)
 
     def variants(self, est: Estimator) -> Sequence[Variant]:

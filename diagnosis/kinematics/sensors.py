@@ -149,13 +149,14 @@ def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Option], fa
     if not chosen:
         return ()
     _, whole, each = _refined(chain, records, chosen)
+    values = np.stack([f.values for f in each])
+    spread = np.stack([np.sqrt(np.diag(f.covariance)) for f in each])
+    means = _means(values, spread, whole)
     found = []
     for option, at, (rivals, p, z) in zip(chosen, _columns(chosen), facts, strict=True):
-        values = np.stack([f.values[at] for f in each])
-        spread = np.stack([np.sqrt(np.diag(f.covariance)[at]) for f in each])
-        means = tuple(_mean(values[:, k], spread[:, k], whole, c) for k, c in enumerate(at))
-        material = _matters(chain, records, option, values, spread, means)
-        found.append(Sizes(option, values, spread, means, material, p, z, rivals))
+        own = tuple(means[c] for c in at)
+        material = _matters(chain, records, option, values[:, at], spread[:, at], own)
+        found.append(Sizes(option, values[:, at], spread[:, at], own, material, p, z, rivals))
     return tuple(found)
 
 
@@ -186,9 +187,9 @@ def _matters(
     spread: np.ndarray,
     means: Sequence[Mean],
 ) -> bool:
-    """Whether a mean size is clearly not zero and larger than its floor, or that of one record is.
+    """Whether a mean size is clearly not zero and larger than its floor, or, of a cause that drifts, that of one record.
 
-    A pattern over the headings (`least_turn`) that differs between records is none of the instrument.
+    Any other size whose sign differs between records is none of the instrument.
     """
     motions = [chain.motion(r) for r in records]
     for k, (effect, mean) in enumerate(zip(option.effects, means, strict=True)):
@@ -196,21 +197,30 @@ def _matters(
         if abs(mean.value) > np.median(floor) and mean.low * mean.high > 0.0:
             return True
         own = np.abs(values[:, k])
-        differs = mean.p_equal < DIFFERENT and not option.cause.least_turn
+        differs = mean.p_equal < DIFFERENT and option.cause.drifts
         if differs and np.any((own > floor) & (own > 4.0 * spread[:, k])):
             return True
     return False
 
 
-def _mean(values: np.ndarray, spread: np.ndarray, whole: Fit, place: int) -> Mean:
-    """Mean over records: of equal sizes from all rows together, else with the scatter between records."""
+def _means(values: np.ndarray, spread: np.ndarray, whole: Fit) -> list[Mean]:
+    """Means over records of sizes (R, k): from all rows together where all sizes are equal, else from each record's own.
+
+    One size that differs between records bends what all rows together say of the others.
+    """
     told = np.isfinite(values)
-    mean = random_effects_mean(values[told], spread[told], dof=BLOCKS - 1)
-    if mean.p_equal < DIFFERENT:
-        return mean
-    value, dof = float(whole.values[place]), whole.blocks - whole.values.size
-    half = float(student_quantile(0.95, max(dof, 1)) * np.sqrt(whole.covariance[place, place]))
-    return Mean(value, value - half, value + half, mean.between, mean.p_equal)
+    means = [
+        random_effects_mean(values[told[:, c], c], spread[told[:, c], c], dof=BLOCKS - 1)
+        for c in range(values.shape[1])
+    ]
+    if any(mean.p_equal < DIFFERENT for mean in means):
+        return means
+    dof = max(whole.blocks - whole.values.size, 1)
+    half = student_quantile(0.95, dof) * np.sqrt(np.diag(whole.covariance))
+    return [
+        Mean(float(v), float(v - h), float(v + h), mean.between, mean.p_equal)
+        for v, h, mean in zip(whole.values, half, means, strict=True)
+    ]
 
 
 def _refined(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) -> tuple[list[Record], Fit, list[Fit]]:

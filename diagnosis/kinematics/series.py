@@ -166,10 +166,10 @@ class Path(Motion):
         return np.stack([c - c[0], s - s[0]])
 
     @property
-    def way_floor(self) -> float:
-        """Floor of a distance, m: a tenth of the noise, or a twentieth of the way in which the turn changes."""
-        speed = float(np.sqrt(np.mean(self.surge**2 + self.sway**2)))
-        return max(0.1 * sensor_sd(self.north), 0.1 * sensor_sd(self.east), 0.05 * self.turning_time_s * speed)
+    def lever_floor(self) -> float:
+        """Floor of a distance ahead, m: a tenth of the positions' noise, or what turns into a twentieth of the sway."""
+        sway, turn = (float(np.sqrt(np.mean(x**2))) for x in (self.sway, np.gradient(smoothed(self.heading), self.time)))
+        return max(0.1 * sensor_sd(self.north), 0.1 * sensor_sd(self.east), 0.05 * sway / max(turn, 1e-12))
 
     @property
     def sway_floor(self) -> float:
