@@ -94,7 +94,7 @@ class Injected:
     """The records of a case and what is in them.
 
     noncentrality: of the weakest of the drawn effects, each on its own on the training records (nan for a case
-    without effects that have a size).
+    without effects that have a size).  frames: what its records share.
     """
 
     case: Case
@@ -103,11 +103,23 @@ class Injected:
     effects: tuple[Effect, ...]
     gusts: Gusts | None
     noncentrality: float
+    frames: Frames
 
     @property
     def truth(self) -> list[dict[str, Any]]:
         """[{cause, parameters, units}], per-record values as lists (training records first)."""
         return [{"cause": e.cause, "parameters": dict(e.parameters), "units": dict(e.kind.units)} for e in self.effects]
+
+    def held_out_without_gusts(self) -> list[Record]:
+        """What the ship with its effects does in the held-out records under the same rudder without gusts, recorded
+        without noise and gaps: the best that a model of the ship could predict."""
+        out = []
+        for i in range(len(self.train), self.frames.count):
+            run = self.frames.run(self.case, self.effects, i, self.gusts)
+            if self.gusts is not None:
+                run = self.frames.run(self.case, self.effects, i, None, run.rudder)
+            out.append(self.frames.record(self.case, self.effects, i, run, np.random.default_rng(0), noise=False))
+        return out
 
 
 def inject(case: Case, rng: np.random.Generator) -> Injected:
@@ -121,7 +133,7 @@ def inject(case: Case, rng: np.random.Generator) -> Injected:
     runs = [frames.run(case, found, i, gusts) for i in range(frames.count)]
     records = [frames.record(case, found, i, run, rng) for i, run in enumerate(runs)]
     n = len(case.train)
-    return Injected(case, records[:n], records[n:], found, gusts, power)
+    return Injected(case, records[:n], records[n:], found, gusts, power, frames)
 
 
 def draw_gusts(case: Case, rng: np.random.Generator) -> Gusts | None:

@@ -57,12 +57,15 @@ class Frames:
         texts = (*case.train, *case.held_out)
         return cls(texts, rng.uniform(-np.pi, np.pi, len(texts)), rng.integers(0, 2**63, len(texts)))
 
-    def run(self, case: Case, effects: Sequence[Effect], i: int, gusts: Gusts | None) -> Run:
-        """The dense run of record i."""
+    def run(
+        self, case: Case, effects: Sequence[Effect], i: int, gusts: Gusts | None, rudder: np.ndarray | None = None
+    ) -> Run:
+        """The dense run of record i; rudder : angles (2n + 1,) that are taken instead of the manoeuvre's, rad."""
         plan = plan_of(case.ship, effects, i)
         rng = np.random.default_rng(self.seeds[i])
         helmsman = case.noise * sensing.NOISE["heading_rad"]
-        return simulate(plan, self.manoeuvres[i], case.duration_s or 0.0, rng, self.headings[i], gusts, helmsman)
+        manoeuvre, duration = self.manoeuvres[i], case.duration_s or 0.0
+        return simulate(plan, manoeuvre, duration, rng, self.headings[i], gusts, helmsman, prescribed=rudder)
 
     def record(
         self, case: Case, effects: Sequence[Effect], i: int, run: Run, rng: np.random.Generator, noise: bool = True

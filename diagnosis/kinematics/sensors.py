@@ -187,7 +187,7 @@ def _matters(
     spread: np.ndarray,
     means: Sequence[Mean],
 ) -> bool:
-    """Whether a mean size is clearly not zero and larger than its floor, or, of a cause that drifts, that of one record.
+    """Whether a mean size is clearly not zero and larger than its floor, or that of one record, of a cause that drifts.
 
     Any other size whose sign differs between records is none of the instrument.
     """
@@ -204,7 +204,7 @@ def _matters(
 
 
 def _means(values: np.ndarray, spread: np.ndarray, whole: Fit) -> list[Mean]:
-    """Means over records of sizes (R, k): from all rows together where all sizes are equal, else from each record's own.
+    """Means over records of sizes (R, k): from all rows together where all are equal, else from each record's own.
 
     One size that differs between records bends what all rows together say of the others.
     """

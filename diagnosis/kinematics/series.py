@@ -168,7 +168,9 @@ class Path(Motion):
     @property
     def lever_floor(self) -> float:
         """Floor of a distance ahead, m: a tenth of the positions' noise, or what turns into a twentieth of the sway."""
-        sway, turn = (float(np.sqrt(np.mean(x**2))) for x in (self.sway, np.gradient(smoothed(self.heading), self.time)))
+        sway, turn = (
+            float(np.sqrt(np.mean(x**2))) for x in (self.sway, np.gradient(smoothed(self.heading), self.time))
+        )
         return max(0.1 * sensor_sd(self.north), 0.1 * sensor_sd(self.east), 0.05 * sway / max(turn, 1e-12))
 
     @property

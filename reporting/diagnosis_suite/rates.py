@@ -98,8 +98,21 @@ def _further(frame: Frame) -> Frame:
 
 
 def _worse(frame: Frame) -> Frame:
-    ratios = [frame[f"rmse_after_{channel}"] / frame[f"rmse_before_{channel}"] for channel in GAIN_CHANNELS]
+    return _above_the_base(frame, "after")
+
+
+def _above_the_base(frame: Frame, which: str) -> Frame:
+    """Cases whose held-out error is more than WORSE times the base model's in some channel."""
+    ratios = [frame[f"rmse_{which}_{channel}"] / frame[f"rmse_before_{channel}"] for channel in GAIN_CHANNELS]
     return np.logical_or.reduce([ratio > WORSE for ratio in ratios])
+
+
+def _predictable(frame: Frame) -> Frame:
+    """Effects under which the true ship itself, without gusts, is not worse than the base model; none in stores that
+    do not hold its errors."""
+    if "rmse_truth_heading_rad" not in frame:
+        return frame["seed"].isna()
+    return _effects(frame) & frame["rmse_truth_heading_rad"].notna() & ~_above_the_base(frame, "truth")
 
 
 RATES = (
@@ -127,6 +140,14 @@ RATES = (
         0.90,
     ),
     Rate("worse", "held-out error above 1.05 of the base in some channel", _effects, _worse, 0.0, False),
+    Rate(
+        "worse_than_possible",
+        "... where the true ship without gusts is not",
+        _predictable,
+        _worse,
+        0.0,
+        False,
+    ),
     Rate("both", "both causes of a pair named", lambda f: f["group"] == "pair", lambda f: f["outcome"] == "both", 0.90),
 )
 

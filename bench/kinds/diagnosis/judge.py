@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .bases import EXACT, LACKING
 from .columns import CHANNELS
 
@@ -99,6 +101,17 @@ def gain(diagnosis: Diagnosis) -> dict[str, float]:
     }
 
 
+def truth_errors(case: Injected) -> dict[str, float]:
+    """Errors on the held-out records of the true ship with its effects, under the same rudder without gusts."""
+    pairs = list(zip(case.held_out, case.held_out_without_gusts(), strict=True))
+    found = {}
+    for channel in (c for c in CHANNELS if case.held_out[0].has(c)):
+        errors = np.concatenate([measured.column(channel) - true.column(channel) for measured, true in pairs])
+        errors = wrapped(errors) if channel == "heading_rad" else errors
+        found[f"rmse_truth_{channel}"] = float(np.sqrt(np.nanmean(errors**2)))
+    return found
+
+
 def detectable(case: Injected) -> bool:
     """Whether the best test at level .001 would find the effects with power .99.
 
@@ -159,6 +172,6 @@ def compare(size: Size, truth: float, circular: bool = False) -> dict[str, Any]:
     }
 
 
-def wrapped(angle: float) -> float:
-    """An angle in -pi .. pi."""
+def wrapped(angle: Any) -> Any:
+    """An angle in -pi .. pi, or an array of such."""
     return (angle + pi) % (2.0 * pi) - pi

@@ -67,6 +67,22 @@ def test_rates_count_what_they_say(runs):
     assert rate(board, "named", scope="gusts", group="slow")["value"] == 1.0
 
 
+def test_worse_than_the_base_counts_apart_where_the_true_ship_is_not(case_of):
+    """Four cases above the base or not, in the first two of which the true ship without gusts is above it as well."""
+    known = dict.fromkeys((f"rmse_truth_{c}" for c in rates.GAIN_CHANNELS), 0.01)
+    before = {f"rmse_before_{c}": 1.0 for c in rates.GAIN_CHANNELS}
+    after = {f"rmse_after_{c}": 1.0 for c in rates.GAIN_CHANNELS}
+    gusty = known | {"rmse_truth_sway_m_s": 1.1}
+    pairs = ((1.2, gusty), (0.9, gusty), (1.2, known), (0.9, known))
+    cases = [
+        case_of(seed=i, **before, **truth, **after | {"rmse_after_heading_rad": heading})
+        for i, (heading, truth) in enumerate(pairs)
+    ]
+    board = board_of(cases)
+    assert (rate(board, "worse")["hits"], rate(board, "worse")["n"]) == (2, 4)
+    assert (rate(board, "worse_than_possible")["hits"], rate(board, "worse_than_possible")["n"]) == (1, 2)
+
+
 def test_what_is_asked_for_is_compared_with_the_rate(runs):
     board = board_of(runs)
     assert (

@@ -3,10 +3,21 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import TAXONOMY, Case, Effect, Injected, kind_of, names_of
+from helmbench.bench.faults import TAXONOMY, Case, Effect, Injected, inject, kind_of, names_of
 from helmbench.bench.faults.effects import Setting
+from helmbench.bench.faults.frames import Frames
+from helmbench.bench.faults.sensing import noise_sd
 from helmbench.bench.faults.ships import VESSELS, ship
-from helmbench.bench.kinds.diagnosis.judge import OUTCOMES, compare, detectable, gain, judge, size_rows, wrapped
+from helmbench.bench.kinds.diagnosis.judge import (
+    OUTCOMES,
+    compare,
+    detectable,
+    gain,
+    judge,
+    size_rows,
+    truth_errors,
+    wrapped,
+)
 from helmbench.datasets.record import Record, RecordMeta
 
 OFFSET = ("rudder_offset",)
@@ -72,7 +83,27 @@ def injected_of(effect, vessel="mariner", power=50.0):
         Record(np.arange(3.0), {"rudder_rad": np.zeros(3)}, name, RecordMeta())
         for name in ("train-1", "train-2", "held_out-3")
     ]
-    return Injected(Case(vessel), records[:2], records[2:], (effect,), None, power)
+    return Injected(
+        Case(vessel), records[:2], records[2:], (effect,), None, power, Frames((), np.zeros(0), np.zeros(0))
+    )
+
+
+SHORT = {"duration_s": 120.0, "train": ("turn:20",), "held_out": ("zigzag:20/20", "steps:20deg/30s")}
+
+
+def test_the_true_ship_is_off_by_noise_and_gusts_alone(rng):
+    """Without gusts and noise nothing is left, with noise its standard deviation, with gusts more."""
+    still = truth_errors(inject(Case("mariner", ("rudder_offset", "yaw_rate_bias"), 200.0, noise=0.0, **SHORT), rng))
+    assert len(still) == 6 and max(still.values()) < 1e-12
+    seed = int(rng.integers(2**32))
+    print("seed", seed)
+    calm = inject(Case("mariner", ("rudder_offset",), 200.0, **SHORT), np.random.default_rng(seed))
+    noise = noise_sd(calm.case.ship, 1.0)
+    found = truth_errors(calm)
+    assert found["rmse_truth_surge_m_s"] == pytest.approx(noise["surge_m_s"], rel=0.2)
+    assert found["rmse_truth_heading_rad"] == pytest.approx(noise["heading_rad"], rel=0.2)
+    gusty = truth_errors(inject(Case("mariner", gusts="slow", **SHORT), np.random.default_rng(seed)))
+    assert gusty["rmse_truth_heading_rad"] > 2.0 * found["rmse_truth_heading_rad"]
 
 
 def test_sizes_are_compared_record_by_record(diagnosis_of, size):
