@@ -31,7 +31,7 @@ def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequenc
     """The candidates that add most information (`estimation.design`) on the numbers that
     moved, that were tied, and that were refused last."""
     open_ids = {g.id for g in found.final.groups} | {g.id for s in found.steps for g in s.tied_with}
-    open_ids |= {group.id for group, _, _ in found.refused}
+    open_ids |= {group.id for group, _ in found.refused}
     p, fitted = found.final.fitted.problem, found.final.fitted
     numbers = numbers_of(p, [g for g in groups if g.id in open_ids])
     scale = np.array([n.sd for n in numbers])

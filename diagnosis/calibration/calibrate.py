@@ -104,14 +104,14 @@ def calibrate_on(
             StepTold(
                 s.group.id,
                 s.group.title,
-                s.gain,
-                s.standard_error,
+                s.fall.gain,
+                s.fall.error,
                 tuple(g.id for g in s.tied_with),
                 *_both(given, kept, s.attempt),
             )
             for s in found.steps
         ),
-        refused=tuple((group.id, gain, error) for group, gain, error in found.refused),
+        refused=tuple((group.id, fall.gain, fall.error) for group, fall in found.refused),
         before=before,
         after=after,
         shares=shares,

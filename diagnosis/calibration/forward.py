@@ -1,9 +1,11 @@
 """Forward selection of groups of numbers by free runs of records that were left out.
 
-A group enters if the score of the left-out records falls by more than LEAST, and by more than two jackknife standard
-errors over records; groups whose scores cannot be distinguished from the best are ties.  At the end groups whose
-removal costs less than that leave again.  Nothing enters where the base's own free runs are as good as needed: then a
-significant fall is that of a difference without importance.
+A group enters if the score of the left-out records falls by more than LEAST and by more than two jackknife standard
+errors over records, and that of their plain free runs by more than two as well; of those that enter, the one of the
+largest fall per number goes first, so that many numbers take only what few have left.  Groups whose scores cannot be
+distinguished from the best are ties.  At the end groups whose removal costs less than that leave again, and steps that
+make a state of left-out records worse than the base are taken back.  Nothing enters where the base's own free runs are
+as good as needed: then a significant fall is that of a difference without importance.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equations, stepped
-from ...estimation.mixed_effects.left_out import LeftOut, leave_one_out, score_difference
+from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, score_difference
 from ...estimation.mixed_effects.problem import Problem, pooled
 
 if TYPE_CHECKING:
@@ -24,13 +26,17 @@ if TYPE_CHECKING:
 
 LEAST = 0.05
 """Fall of the score (half a log squared error, summed over channels) below which a group does not matter."""
-REFITTED = 4
-"""Groups of the largest predicted gain that are refitted in each step."""
+REFITTED, FEW = 4, 2
+"""Groups of the largest predicted fall, and of the largest per number, that are refitted in each step."""
 SHORT, LONG = 4, 14
 """Gauss-Newton steps of a candidate and of what is kept; a response model costs so little that both take LONG."""
 MOST = 6
 ADEQUATE = 0.05
 """Share of a channel's own motion below which its free-run error is no matter."""
+WORSE = 1.05
+"""Ratio of the free-run errors of left-out records to the base's, in any state, that nothing that stays may exceed."""
+FARTHEST = 4.0
+"""Prior standard deviations by which a number of a 3-DOF model is off at most."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +50,11 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Step:
-    """One group that entered: the fit with it, by how much the score fell with its standard error, and its ties."""
+    """One group that entered: the fit with it, by how much the score fell, and its ties."""
 
     group: Group
     attempt: Attempt
-    gain: float
-    standard_error: float
+    fall: Fall
     tied_with: tuple[Group, ...] = ()
 
 
@@ -60,11 +65,11 @@ class Selection:
     base: Attempt
     steps: tuple[Step, ...]
     final: Attempt
-    refused: tuple[tuple[Group, float, float], ...] = field(default=())
+    refused: tuple[tuple[Group, Fall], ...] = field(default=())
 
 
-Tried = tuple[Attempt, float, float]
-"""An attempt with the fall of the score and its standard error."""
+Tried = tuple[Attempt, Fall]
+"""An attempt with the fall of the score."""
 
 
 def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
@@ -96,21 +101,24 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
     if not _needed(problem, base):
         return Selection(base, (), base)
     steps: list[Step] = []
-    refused: tuple[tuple[Group, float, float], ...] = ()
+    refused: tuple[tuple[Group, Fall], ...] = ()
     if free is not None:
         now = attempt(problem, (free,), None, LONG)
-        gain, error = score_difference(problem, base.left_out, now.left_out)
-        steps += [Step(free, now, gain, error)] if _enters(gain, error) else []
+        fall = score_difference(problem, base.left_out, now.left_out)
+        steps += [Step(free, now, fall)] if _enters(fall) else []
     while len(steps) < most:
         tried = _tried(problem, now, groups)
         entered = _single(problem, now, tried) or _pair(problem, now, tried)
         if not entered:
-            refused = tuple((_new(now, a), gain, error) for a, gain, error in tried)
+            refused = tuple((_new(now, a), fall) for a, fall in tried)
             break
         steps += entered
         now = entered[-1].attempt
     final = _without_idle(problem, now, () if free is None else (free,))
-    if not steps or (free is not None and not _enters(*score_difference(problem, base.left_out, final.left_out))):
+    if _worse(problem, base, final):
+        final = next((s.attempt for s in reversed(steps) if not _worse(problem, base, s.attempt)), base)
+    idle = free is not None and not _enters(score_difference(problem, base.left_out, final.left_out))
+    if not steps or not final.groups or idle:
         return Selection(base, (), base, refused)
     kept_ids = {group.id for group in final.groups}
     return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
@@ -122,13 +130,28 @@ def _needed(problem: Problem, base: Attempt) -> bool:
     return bool(np.any(square[problem.state_places] > (ADEQUATE * problem.motion) ** 2))
 
 
+def _worse(problem: Problem, base: Attempt, trial: Attempt) -> bool:
+    """Whether some state of left-out records is predicted worse than by the base."""
+    old, new = (pooled([x.free for x in a.left_out])[problem.state_places] for a in (base, trial))
+    return bool(np.any(new > WORSE * old))
+
+
+def _likely(problem: Problem, now: Attempt, trial: Attempt) -> bool:
+    """Whether no number of the new group is further from what is known of it than FARTHEST."""
+    if not problem.model.is_3dof:
+        return True
+    pairs = list(zip(trial.fitted.values, trial.fitted.numbers, strict=True))[len(now.fitted.numbers) :]
+    return all(abs(value - n.mean) <= FARTHEST * n.sd for value, n in pairs)
+
+
 def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
-    """The step of the best group, none where it does not enter."""
-    if not tried or not _enters(tried[0][1], tried[0][2]):
+    """The step of the group of the largest fall per number, none where no group enters."""
+    entering = [t for t in tried if _enters(t[1]) and _likely(problem, now, t[0])]
+    if not entering:
         return []
-    best, gain, error = tried[0]
-    ties = tuple(_new(now, a) for a, _, _ in tried[1:] if _tied(problem, best, a))
-    return [Step(_new(now, best), attempt(problem, best.groups, best.fitted, LONG), gain, error, ties)]
+    best, fall = max(entering, key=lambda t: _per_number(_new(now, t[0]), t[1].gain))
+    ties = tuple(_new(now, a) for a, _ in tried if a is not best and _tied(problem, best, a))
+    return [Step(_new(now, best), attempt(problem, best.groups, best.fitted, LONG), fall, ties)]
 
 
 def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
@@ -137,21 +160,21 @@ def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
     if problem.model.is_3dof:
         return []
     found: list[tuple[float, list[Step]]] = []
-    for (one, _, _), (other, _, _) in combinations(tried, 2):
+    for (one, _), (other, _) in combinations(tried, 2):
         groups = _new(now, one), _new(now, other)
         try:
             both = attempt(problem, (*one.groups, groups[1]), one.fitted, LONG)
         except np.linalg.LinAlgError:
             continue
-        gains = [score_difference(problem, alone.left_out, both.left_out) for alone in (other, one)]
-        whole, error = score_difference(problem, now.left_out, both.left_out)
-        if _enters(whole, error) and all(_enters(*gain) for gain in gains):
-            found.append((whole, [Step(g, both, *gain) for g, gain in zip(groups, gains, strict=True)]))
+        falls = [score_difference(problem, alone.left_out, both.left_out) for alone in (other, one)]
+        whole = score_difference(problem, now.left_out, both.left_out)
+        if _enters(whole) and all(map(_enters, falls)):
+            found.append((whole.gain, [Step(g, both, fall) for g, fall in zip(groups, falls, strict=True)]))
     return max(found, key=lambda item: item[0])[1] if found else []
 
 
 def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Tried]:
-    """The leaders refitted: attempt, gain and its standard error, the largest gain first."""
+    """The leaders refitted: attempt and fall of the score, the largest first."""
     most = SHORT if problem.model.is_3dof else LONG
     found = []
     for group in _leaders(problem, now, groups):
@@ -159,8 +182,8 @@ def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Trie
             trial = attempt(problem, (*now.groups, group), now.fitted, most)
         except np.linalg.LinAlgError:
             continue
-        found.append((trial, *score_difference(problem, now.left_out, trial.left_out)))
-    return sorted(found, key=lambda item: -item[1])
+        found.append((trial, score_difference(problem, now.left_out, trial.left_out)))
+    return sorted(found, key=lambda item: -item[1].gain)
 
 
 def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Group]:
@@ -177,18 +200,24 @@ def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Gr
         pick = np.array([*range(held), *range(at, at + len(group.sd))])
         at += len(group.sd)
         moved = stepped(fitted, [numbers[i] for i in pick], pick, (normal, slope, blocks))
-        gains.append(score_difference(problem, now.left_out, leave_one_out(moved))[0])
-    return [rest[i] for i in np.argsort(gains)[::-1][:REFITTED]]
+        gains.append(score_difference(problem, now.left_out, leave_one_out(moved)).gain)
+    single = [_per_number(group, gain) for group, gain in zip(rest, gains, strict=True)]
+    first = [*np.argsort(gains)[::-1][:REFITTED].tolist(), *np.argsort(single)[::-1][:FEW].tolist()]
+    return [rest[i] for i in dict.fromkeys(first)]
 
 
-def _enters(gain: float, error: float) -> bool:
-    return gain > max(LEAST, 2.0 * error)
+def _per_number(group: Group, gain: float) -> float:
+    return gain / len(group.sd)
+
+
+def _enters(fall: Fall) -> bool:
+    return fall.gain > max(LEAST, 2.0 * fall.error) and fall.free_gain > 2.0 * fall.free_error
 
 
 def _tied(problem: Problem, best: Attempt, other: Attempt) -> bool:
     """Whether the other's score is within one standard error of the best's, and it would enter on its own."""
-    difference, error = score_difference(problem, other.left_out, best.left_out)
-    return difference < error
+    fall = score_difference(problem, other.left_out, best.left_out)
+    return fall.gain < fall.error
 
 
 def _new(now: Attempt, trial: Attempt) -> Group:
@@ -202,10 +231,9 @@ def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()
         for group in final.groups[len(always) : -1]:
             rest = tuple(g for g in final.groups if g.id != group.id)
             trial = attempt(problem, rest, None, LONG)
-            gain, error = score_difference(problem, trial.left_out, final.left_out)
-            trials.append((gain, error, trial))
-        gain, error, trial = min(trials, key=lambda item: item[0])
-        if _enters(gain, error):
+            trials.append((score_difference(problem, trial.left_out, final.left_out), trial))
+        fall, trial = min(trials, key=lambda item: item[0].gain)
+        if _enters(fall):
             return final
         final = trial
     return final

@@ -77,19 +77,26 @@ def _left_out(found: Fitted, i: int) -> LeftOut:
     return LeftOut(theta[[n.place for n in found.numbers]], adapted, free, penalty)
 
 
-def score(p: Problem, parts: Sequence[LeftOut], kept: Sequence[int] | None = None) -> float:
-    """Mean of the log scores with the records' own effects (penalised) and of plain free runs; lower is better.
+class Fall(NamedTuple):
+    """By how much the score of left-out records falls, and its jackknife standard error over records; the same of the
+    part that plain free runs have in it."""
 
-    kept : records that count, all unless given.
-    """
-    kept = list(range(len(parts))) if kept is None else list(kept)
+    gain: float
+    error: float
+    free_gain: float
+    free_error: float
+
+
+def scores(p: Problem, parts: Sequence[LeftOut], kept: Sequence[int]) -> np.ndarray:
+    """(2,) log scores of some records, halved: with their own effects (penalised), and of plain free runs; lower is
+    better."""
     floor = p.floor**2
     adapted = pooled([parts[i].adapted for i in kept]) ** 2
     free = pooled([parts[i].free for i in kept]) ** 2
-    penalty = sum(parts[i].penalty for i in kept) / float(p.weight[kept].sum())
-    known = [c for c in p.state_places if np.isfinite(adapted[c])]
-    both = 0.5 * np.log(adapted + floor) + 0.5 * np.log(free + floor)
-    return float(0.5 * np.sum(both[known]) + 0.5 * penalty)
+    penalty = sum(parts[i].penalty for i in kept) / float(p.weight[list(kept)].sum())
+    known = np.isfinite(adapted)
+    own, plain = (float(np.sum(np.log(square + floor)[known])) for square in (adapted, free))
+    return np.array([0.25 * own + 0.5 * penalty, 0.25 * plain])
 
 
 def jackknife(values: np.ndarray) -> np.ndarray:
@@ -98,9 +105,16 @@ def jackknife(values: np.ndarray) -> np.ndarray:
     return np.sqrt((n - 1.0) / n * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
 
 
-def score_difference(p: Problem, old: Sequence[LeftOut], new: Sequence[LeftOut]) -> tuple[float, float]:
-    """By how much the score falls from old to new, and its jackknife standard error over records."""
+def score_difference(p: Problem, old: Sequence[LeftOut], new: Sequence[LeftOut]) -> Fall:
+    """By how much the mean of both scores falls from old to new."""
     everyone = range(len(old))
-    others = [[j for j in everyone if j != i] for i in everyone]
-    single = np.array([score(p, old, kept) - score(p, new, kept) for kept in others])
-    return score(p, old) - score(p, new), float(jackknife(single)) if len(old) > 1 else np.inf
+
+    def both(kept: Sequence[int]) -> tuple[float, float]:
+        own, plain = (scores(p, old, kept) - scores(p, new, kept)).tolist()
+        return own + plain, plain
+
+    gain, free_gain = both(everyone)
+    if len(old) == 1:
+        return Fall(gain, np.inf, free_gain, np.inf)
+    error, free_error = jackknife(np.array([both([j for j in everyone if j != i]) for i in everyone])).tolist()
+    return Fall(gain, error, free_gain, free_error)
