@@ -1,11 +1,12 @@
 """Forward selection of groups of numbers by free runs of records that were left out.
 
 A group enters if the score of the left-out records falls by more than LEAST and by more than two jackknife standard
-errors over records, and that of their plain free runs by more than two as well; of those that enter, the one of the
-largest fall per number goes first, so that many numbers take only what few have left.  Groups whose scores cannot be
-distinguished from the best are ties.  At the end groups whose removal costs less than that leave again, and steps that
-make a state of left-out records worse than the base are taken back.  Nothing enters where the base's own free runs are
-as good as needed: then a significant fall is that of a difference without importance.
+errors over records, and that of their plain free runs by more than one.  Of those that enter, the one of the largest
+fall per number goes first, so that many numbers take only what few have left; one that makes a state of left-out
+records worse than the base goes after all others.  Groups whose scores cannot be distinguished from the best are ties.
+At the end groups whose removal costs less than that leave again, and steps after which a state is worse than by the
+base are taken back.  Nothing enters where the base's own free runs are as good as needed: then a significant fall is
+that of a difference without importance.
 """
 
 from __future__ import annotations
@@ -108,7 +109,7 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
         steps += [Step(free, now, fall)] if _enters(fall) else []
     while len(steps) < most:
         tried = _tried(problem, now, groups)
-        entered = _single(problem, now, tried) or _pair(problem, now, tried)
+        entered = _single(problem, base, now, tried) or _pair(problem, now, tried)
         if not entered:
             refused = tuple((_new(now, a), fall) for a, fall in tried)
             break
@@ -144,12 +145,13 @@ def _likely(problem: Problem, now: Attempt, trial: Attempt) -> bool:
     return all(abs(value - n.mean) <= FARTHEST * n.sd for value, n in pairs)
 
 
-def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
+def _single(problem: Problem, base: Attempt, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
     """The step of the group of the largest fall per number, none where no group enters."""
     entering = [t for t in tried if _enters(t[1]) and _likely(problem, now, t[0])]
     if not entering:
         return []
-    best, fall = max(entering, key=lambda t: _per_number(_new(now, t[0]), t[1].gain))
+    harmless = [t for t in entering if not _worse(problem, base, t[0])]
+    best, fall = max(harmless or entering, key=lambda t: _per_number(_new(now, t[0]), t[1].gain))
     ties = tuple(_new(now, a) for a, _ in tried if a is not best and _tied(problem, best, a))
     return [Step(_new(now, best), attempt(problem, best.groups, best.fitted, LONG), fall, ties)]
 
@@ -211,7 +213,7 @@ def _per_number(group: Group, gain: float) -> float:
 
 
 def _enters(fall: Fall) -> bool:
-    return fall.gain > max(LEAST, 2.0 * fall.error) and fall.free_gain > 2.0 * fall.free_error
+    return fall.gain > max(LEAST, 2.0 * fall.error) and fall.free_gain > fall.free_error
 
 
 def _tied(problem: Problem, best: Attempt, other: Attempt) -> bool:

@@ -20,10 +20,14 @@ from helmbench.models.model import model_to_json, resolve
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port")
 
 
-def runs(model, rng, trims):
+SIMPLE = {"propeller_thrust", "resistance", "neutral_rudder_angle", "asymmetry", "rudder_large_angle"}
+"""Groups of one number, and the side force that acts as a neutral angle does."""
+
+
+def runs(model, rng, trims, texts=MANOEUVRES):
     """Noisy runs of a ship whose rudder has another neutral angle in each."""
     out = []
-    for text, trim in zip(MANOEUVRES, trims, strict=True):
+    for text, trim in zip(texts, trims, strict=True):
         run = record_run(model, parse_manoeuvre(text), duration_s=70.0, dt_s=0.2)
         run = run.with_channels(rudder_rad=run.rudder() - trim)
         out.append(replace(apply(run, parse_noise("low"), rng), name=text))
@@ -62,6 +66,19 @@ def test_changes_are_named_with_their_sizes(found):
     assert found.verdict == "named"
     assert moved["rudder_offset"].after == pytest.approx(np.deg2rad(1.0), abs=np.deg2rad(0.3))
     assert moved["rudder_offset"].low < moved["rudder_offset"].after < moved["rudder_offset"].high
+
+
+def test_few_like_zigzags_name_what_is_wrong_and_no_group_of_many_numbers(ship, rng):
+    """Propeller, resistance and neutral angle off as in the measured runs of this ship; zigzags of one side only."""
+    true = altered(ship, -0.25, 0.33)
+    texts = ("zigzag:15/5", "zigzag:20/5", "zigzag:25/5", "zigzag:20/10")
+    records = runs(true, rng, np.deg2rad(0.9 + 0.05 * rng.normal(size=4)), texts)
+    found = calibrate(ship, records[:3], records[3:])
+    print(found.steps, found.moved)
+    assert {step.group for step in found.steps} <= SIMPLE
+    assert found.verdict == "named" and found.worse == ()
+    for column in ("surge_m_s", "yaw_rate_rad_s", "heading_rad"):
+        assert found.after[column][1] < 0.5 * found.before[column][1]
 
 
 def test_left_out_and_held_out_errors_fall(found):

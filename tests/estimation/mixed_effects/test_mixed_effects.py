@@ -81,10 +81,10 @@ def test_a_score_falls_where_a_number_is_needed_and_not_where_it_is_not(ship, rn
     base = leave_one_out(fit(p, [], ship.theta))
     needed = leave_one_out(fit(p, [number(p, "R_0", 0.004)], ship.theta))
     needless = leave_one_out(fit(p, [number(p, "R_0", 0.004), number(p, "X_vvvv", 0.3)], ship.theta))
-    gain, error = score_difference(p, base, needed)
-    assert gain > 2.0 * error
-    gain, error = score_difference(p, needed, needless)
-    assert gain < max(0.03, 2.0 * error)
+    found = score_difference(p, base, needed)
+    assert found.gain > 2.0 * found.error and found.free_gain > found.free_error
+    found = score_difference(p, needed, needless)
+    assert found.gain < max(0.03, 2.0 * found.error)
 
 
 def test_a_run_that_leaves_the_record_counts_with_the_largest_residual(ship):
