@@ -5,8 +5,8 @@ errors over records, and that of their plain free runs by more than one.  Of tho
 fall per number goes first, so that many numbers take only what few have left; one that makes a state of left-out
 records worse than the base goes after all others.  Groups whose scores cannot be distinguished from the best are ties.
 At the end groups whose removal costs less than that leave again, and steps after which a state is worse than by the
-base are taken back.  Nothing enters where the base's own free runs are as good as needed: then a significant fall is
-that of a difference without importance.
+base are taken back.  Nothing enters where free runs are as good as needed: then a significant fall is that of a
+difference without importance.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
 
 LEAST = 0.05
-"""Fall of the score (half a log squared error, summed over channels) below which a group does not matter."""
+"""Fall of the score for each state below which a group does not matter: the errors fall by a twentieth."""
 REFITTED, FEW = 4, 2
 """Groups of the largest predicted fall, and of the largest per number, that are refitted in each step."""
 SHORT, LONG = 4, 14
@@ -106,8 +106,8 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
     if free is not None:
         now = attempt(problem, (free,), None, LONG)
         fall = score_difference(problem, base.left_out, now.left_out)
-        steps += [Step(free, now, fall)] if _enters(fall) else []
-    while len(steps) < most:
+        steps += [Step(free, now, fall)] if _enters(problem, fall) else []
+    while len(steps) < most and _needed(problem, now):
         tried = _tried(problem, now, groups)
         entered = _single(problem, base, now, tried) or _pair(problem, now, tried)
         if not entered:
@@ -118,16 +118,16 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
     final = _without_idle(problem, now, () if free is None else (free,))
     if _worse(problem, base, final):
         final = next((s.attempt for s in reversed(steps) if not _worse(problem, base, s.attempt)), base)
-    idle = free is not None and not _enters(score_difference(problem, base.left_out, final.left_out))
+    idle = free is not None and not _enters(problem, score_difference(problem, base.left_out, final.left_out))
     if not steps or not final.groups or idle:
         return Selection(base, (), base, refused)
     kept_ids = {group.id for group in final.groups}
     return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
 
 
-def _needed(problem: Problem, base: Attempt) -> bool:
+def _needed(problem: Problem, now: Attempt) -> bool:
     """Whether a state's free runs are further from the motion than ADEQUATE; the measurement noise is no error."""
-    square = pooled([x.free for x in base.left_out]) ** 2 - problem.noise_variance
+    square = pooled([x.free for x in now.left_out]) ** 2 - problem.noise_variance
     return bool(np.any(square[problem.state_places] > (ADEQUATE * problem.motion) ** 2))
 
 
@@ -147,7 +147,7 @@ def _likely(problem: Problem, now: Attempt, trial: Attempt) -> bool:
 
 def _single(problem: Problem, base: Attempt, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
     """The step of the group of the largest fall per number, none where no group enters."""
-    entering = [t for t in tried if _enters(t[1]) and _likely(problem, now, t[0])]
+    entering = [t for t in tried if _enters(problem, t[1]) and _likely(problem, now, t[0])]
     if not entering:
         return []
     harmless = [t for t in entering if not _worse(problem, base, t[0])]
@@ -170,7 +170,7 @@ def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
             continue
         falls = [score_difference(problem, alone.left_out, both.left_out) for alone in (other, one)]
         whole = score_difference(problem, now.left_out, both.left_out)
-        if _enters(whole) and all(map(_enters, falls)):
+        if all(_enters(problem, fall) for fall in (whole, *falls)):
             found.append((whole.gain, [Step(g, both, fall) for g, fall in zip(groups, falls, strict=True)]))
     return max(found, key=lambda item: item[0])[1] if found else []
 
@@ -212,8 +212,9 @@ def _per_number(group: Group, gain: float) -> float:
     return gain / len(group.sd)
 
 
-def _enters(fall: Fall) -> bool:
-    return fall.gain > max(LEAST, 2.0 * fall.error) and fall.free_gain > fall.free_error
+def _enters(problem: Problem, fall: Fall) -> bool:
+    least = LEAST * len(problem.state_places)
+    return fall.gain > max(least, 2.0 * fall.error) and fall.free_gain > fall.free_error
 
 
 def _tied(problem: Problem, best: Attempt, other: Attempt) -> bool:
@@ -235,7 +236,7 @@ def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()
             trial = attempt(problem, rest, None, LONG)
             trials.append((score_difference(problem, trial.left_out, final.left_out), trial))
         fall, trial = min(trials, key=lambda item: item[0].gain)
-        if _enters(fall):
+        if _enters(problem, fall):
             return final
         final = trial
     return final
