@@ -15,7 +15,7 @@ from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
 from ..estimation.filters.innovations.threads import in_context
 from ..estimation.filters.innovations.vector import CHANNELS
-from ..estimation.linear_algebra import finite
+from ..estimation.linear_algebra import finite, information_inverse
 from .statistics.gusts import GustLikelihood
 from .statistics.score_tests import Projector, Score, log_tail
 
@@ -245,8 +245,7 @@ def covariance(state: State) -> np.ndarray:
         return np.zeros((0, 0))
     d, prior = state.point.projector.nuisance, state.precisions()
     fisher = d @ d.T + (np.diag(prior) if prior is not None else 0.0)
-    scale = np.sqrt(np.diag(fisher)) + 1e-300
-    return np.linalg.pinv(finite(fisher / np.outer(scale, scale)), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    return information_inverse(fisher, 1e-12)
 
 
 # ---- what the accepted causes may leave behind

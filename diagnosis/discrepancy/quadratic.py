@@ -23,6 +23,8 @@ MOST = np.array([5.0**2, 1.0, *[1e-4] * AXES])
 """Variances of the groups: where estimation starts, and bounds."""
 CLOSE = 0.02
 """Change of a log variance at which the fixed point counts as reached."""
+NOTHING = 1e-100
+"""Diagonal element of the Gram matrix of a parameter that changes nothing in the records: it stays at zero."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ def mode(
     held = np.flatnonzero((q.group >= 0) & (variances[np.maximum(q.group, 0)] > 0.0))
     active = np.concatenate([held, np.asarray(free, int)])
     diagonal = np.diag(whole)[active]
-    scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300))
+    scale = np.where(diagonal > NOTHING, 1.0 / np.sqrt(np.maximum(diagonal, NOTHING)), 0.0)
     scale[: held.size] = np.sqrt(variances[q.group[held]])
     matrix = finite(whole[np.ix_(active, active)] * np.outer(scale, scale))
     prior = np.concatenate([np.ones(held.size), np.full(active.size - held.size, 1e-9)])

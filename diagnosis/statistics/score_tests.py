@@ -10,7 +10,7 @@ import numpy as np
 from ...estimation.filters.innovations.estimator import Innovations
 from ...estimation.filters.innovations.noise_fit import CLIP
 from ...estimation.filters.innovations.vector import CHANNELS
-from ...estimation.linear_algebra import finite
+from ...estimation.linear_algebra import finite, information_inverse
 from .tails import chi2_log_tail, chi2_tail, normal_tail
 
 DRAWS = 5000
@@ -53,11 +53,7 @@ class Projector:
             information = np.nan_to_num(nuisance @ nuisance.T)
         self.nuisance = nuisance
         fisher = information + (np.diag(prior) if prior is not None else 0.0)
-        scale = np.sqrt(np.diag(fisher)) + 1e-300
-        outer = np.outer(scale, scale)
-        self.inverse = fisher
-        if len(nuisance):
-            self.inverse = np.linalg.pinv(finite(fisher / outer), rcond=1e-11, hermitian=True) / outer
+        self.inverse = information_inverse(fisher, 1e-11) if len(nuisance) else fisher
         self.lost = 2.0 * self.inverse - self.inverse @ information @ self.inverse
 
     def with_residual(self, now: Innovations) -> Projector:
