@@ -58,7 +58,7 @@ def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced:
     from ._kernel import run_filter
 
     free = est.released(segment) if free is None else free
-    key = (segment, free, *_content(s, segment))
+    key = (segment, free, *_content(est, s, segment))
     found = est.recent.get(key, traced)
     if found is not None:
         return found
@@ -100,9 +100,12 @@ def _arguments(est: Estimator, s: Setting, segment: int) -> tuple[Recorded, Valu
     return recorded, Values(vector, est.unit, noise.sensor_sd, noise.force_sd, tau, added, error)
 
 
-def _content(s: Setting, segment: int) -> tuple:
-    """What a run of a segment depends on, of a setting."""
-    noise = s.noise
+def _content(est: Estimator, s: Setting, segment: int) -> tuple:
+    """What a run of a segment depends on, of a setting: the time of a rudder fault of no size is nothing to it."""
+    noise, vector = s.noise, s.vectors[segment]
+    if vector[est.index["rudder_fault"]] == 0.0:
+        vector = vector.copy()
+        vector[est.index["rudder_fault_time"]] = 0.0
     added = None if s.added is None else s.added[segment].tobytes()
-    numbers = (s.vectors[segment], noise.sensor_sd, noise.force_sd)
+    numbers = (vector, noise.sensor_sd, noise.force_sd)
     return (*(part.tobytes() for part in numbers), noise.correlation_time_s, added)
