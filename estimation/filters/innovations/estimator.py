@@ -17,11 +17,11 @@ import numpy as np
 from ....models import kernels as kernel_store
 from ...gaps import clock_of
 from ...series import sensor_sd
+from ...threads import in_threads
 from .force_units import force_units
 from .runs import KEPT, Recent, filtered
 from .segments import Segment, rudder_sd, segments_of
 from .settings import Noise, Parameter, Setting
-from .threads import in_threads
 from .vector import CHANNELS, OUTER, PLACE, SYMBOLS, base_vector, names_of, state_of
 
 if TYPE_CHECKING:
