@@ -93,15 +93,10 @@ def columns(est: Estimator, s: Setting, parameters: Sequence[Parameter]) -> np.n
     entries = sorted({entry for j in single for entry, _ in parameters[j].slots})
     rows = dict(zip(entries, tangent(est, s, entries, _steps(est, parameters)), strict=True)) if entries else {}
     for j in single:
-        p, part = parameters[j], np.zeros(est.edges[-1] * CHANNELS)
+        p, segments = parameters[j], est.rows(parameters[j].record)
+        own = slice(est.edges[segments[0]] * CHANNELS, est.edges[segments[-1] + 1] * CHANNELS)
         for (entry, _), weight in zip(p.slots, _weights(est, s, p), strict=True):
-            part += weight * rows[entry]
-        if p.record is None:
-            out[j] = part
-        else:
-            for i in est.rows(p.record):
-                own = slice(est.edges[i] * CHANNELS, est.edges[i + 1] * CHANNELS)
-                out[j, own] = part[own]
+            out[j, own] += weight * rows[entry][own]
     added = [j for j, p in enumerate(parameters) if p.series is not None]
     if added:
         series = [parameters[j].series for j in added]
