@@ -1,4 +1,4 @@
-"""Runs of the filter over single segments; the latest are kept, as fits come back to settings that they have just left.
+"""Runs of the filter over single segments; a fit's latest are kept, as fits come back to what they have just left.
 
 What is kept is found by the content of everything that a run depends on beside the estimator itself.
 """
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .settings import Setting
 
     Made = tuple[Run, Trace | None]
-KEPT = 3
+KEPT = 2
 """Runs of each segment that are kept."""
 
 
@@ -49,8 +49,9 @@ class Recent:
                 self._made.popitem(last=False)
 
 
-def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced: bool) -> Made:
-    """One segment through the filter, freely from sample `free` on (None: as the estimator says), traced or not.
+def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced: bool, keep: bool) -> Made:
+    """One segment through the filter, freely from sample `free` on (None: as the estimator says), traced or not, and
+    kept or not.
 
     The arrays are shared: they are not written to.
     """
@@ -73,7 +74,8 @@ def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced:
     )  # fmt: skip
     run_filter(est.kernels.rhs, est.kernels.jacobian, est.shape, est.places, recorded, values, free, run, trace)
     made = run, trace if traced else None
-    est.recent.put(key, made)
+    if keep:
+        est.recent.put(key, made)
     return made
 
 
