@@ -13,7 +13,6 @@ triple-integral, triple-integral-held, triple-integral-rest
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -74,8 +73,16 @@ def samples_of(record: Record, model: Model, scheme: str) -> RegressionSamples:
     CannotFit : the record lacks a channel, or the scheme does not suit the model.
     """
     parts = SCHEMES[scheme](record, model)
-    good = np.isfinite(np.column_stack([parts.states, parts.accelerations, parts.inputs])).all(axis=1)
+    good = _finite(parts.states) & _finite(parts.accelerations) & _finite(parts.inputs)
+    rows = np.flatnonzero(good)
+    in_turn = rows.size and rows[-1] - rows[0] == rows.size - 1
+    kept = slice(rows[0], rows[-1] + 1) if in_turn else rows
     states, accelerations, inputs = (
-        np.ascontiguousarray(part[good]) for part in (parts.states, parts.accelerations, parts.inputs)
+        np.ascontiguousarray(part[kept]) for part in (parts.states, parts.accelerations, parts.inputs)
     )
-    return replace(parts, states=states, accelerations=accelerations, inputs=inputs, time_s=parts.time_s[good])
+    return RegressionSamples(states, accelerations, inputs, parts.time_s[kept], parts.scale)
+
+
+def _finite(table: np.ndarray) -> np.ndarray:
+    """(N,) rows of a table (N, m) without gaps."""
+    return np.isfinite(table).all(axis=1)
