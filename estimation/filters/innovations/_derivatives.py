@@ -48,7 +48,7 @@ def carry(transition, slopes, gains, roots, n, nf, axes, forcing, pushes, initia
     """Responses of the whitened innovations to forcing, the gains held.
 
     transition (T, nx, nx), slopes, gains (T, 6, nx), roots (T, 6) of a run with n states and nf forces; axes (m,):
-    < nf a force in units, then channel axis - nf, then the push of the states pushes[axis - nf - 6] (T, n); forcing
+    < nf a force in units, then channel axis - nf, then the push of the states pushes[:, axis - nf - 6] (T, n); forcing
     (m, T) their sizes; initial (m, n) shift of the first state.  Filled: out (m, N * 6), from sample `first` on.
     """
     size, nx = transition.shape[0], transition.shape[1]
@@ -82,7 +82,7 @@ def carry(transition, slopes, gains, roots, n, nf, axes, forcing, pushes, initia
                         moved[i, b] += transition[k, i, n + axis] * held[b]
                 elif axis >= nf + CHANNELS:
                     for i in range(n):
-                        moved[i, b] += pushes[axis - nf - CHANNELS, k, i] * held[b]
+                        moved[i, b] += pushes[k, axis - nf - CHANNELS, i] * held[b]
             shift, moved = moved, shift
 
 

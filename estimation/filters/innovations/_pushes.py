@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....models.compilation import JIT, njit
+from ....models.compilation import BORROWED, JIT, njit
 from ._arguments import signatures
 from ._steps import PSI, felt_rudder, hold_inputs, live_states, propagate, set_inputs
 from .vector import N_CHAIN
@@ -26,9 +26,9 @@ def _nudged(recorded, q, shape, noise, varied, probes):
     return nudged
 
 
-@njit(**JIT)
+@njit(**JIT, **BORROWED)
 def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probes, fixed, q, theta, shape, pushes):
-    """pushes[:, k]: change of the states over the step by each varied entry, by the midpoint rule.
+    """pushes[k]: change of the states over the step by each varied entry, by the midpoint rule.
 
     probe : the state at the middle; fixed = (rudder there, psi's place, force units, recorded inputs, which states are
         filtered).
@@ -48,6 +48,7 @@ def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probe
             set_inputs(u, nudged[row, (2 * k + 1) * shape.substeps], probe[i_psi], q, shape, unit, force)
             row += 1
             rhs(probe, u, theta, total)
+            set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
         else:
             before = q[entry - shape.n_theta]
             q[entry - shape.n_theta] = before + h
@@ -56,7 +57,7 @@ def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probe
             rhs(probe, u, theta, total)
             q[entry - shape.n_theta] = before
             hold_inputs(u, k, other, environment, q, shape, unit, force)
-        set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
+            set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
         for i in range(n):
             total[i] = (total[i] - rate[i]) * dt / h
         for i in range(n):
@@ -64,12 +65,12 @@ def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probe
                 value = total[i]
                 for j in range(n):
                     value += 0.5 * slope[i, j] * total[j]
-                pushes[column, k, i] = value
+                pushes[k, column, i] = value
 
 
 @njit(signatures()[1], **JIT)
 def run_pushes(rhs, jacobian, shape, channel, recorded, values, varied, probes, states, pushes):
-    """Fill pushes (m, T, n): change of the states over the next step by each varied entry (midpoint rule).
+    """Fill pushes (T, m, n): change of the states over the next step by each varied entry (midpoint rule).
 
     channel : see `_kernel.run_filter`.
     varied : (m,) entries of the vector (model, rudder chain or environment), differenced over `probes` (m,).

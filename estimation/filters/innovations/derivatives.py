@@ -139,8 +139,8 @@ def _carry(
 
 
 def _carry_pushes(est: Estimator, trace: Trace, i: int, pushed: np.ndarray, out: np.ndarray) -> None:
-    """Fill the derivatives (m, N*6) by entries that push the states (m, T, n)."""
-    m = len(pushed)
+    """Fill the derivatives (m, N*6) by entries that push the states (T, m, n)."""
+    m = pushed.shape[1]
     axes = np.arange(m) + est.n_forces + CHANNELS
     one, still = np.ones((m, est.segments[i].time.size)), np.zeros((m, len(est.kernels.STATES)))
     _carry(est, trace, i, axes, one, still, out, pushed)

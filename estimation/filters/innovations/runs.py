@@ -80,10 +80,10 @@ def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced:
 
 
 def pushes(est: Estimator, s: Setting, segment: int, run: Run, varied: Sequence[int], steps: np.ndarray) -> np.ndarray:
-    """Changes (m, T, n) of the states over the next step by entries of the vector, along a run at the setting."""
+    """Changes (T, m, n) of the states over the next step by entries of the vector, along a run at the setting."""
     from ._pushes import run_pushes  # numba
 
-    found = np.zeros((len(varied), run.e.shape[0], est.shape.n))
+    found = np.zeros((run.e.shape[0], len(varied), est.shape.n))
     if len(varied):
         recorded, values = _arguments(est, s, segment)
         model, which = (est.kernels.rhs, est.kernels.jacobian), np.array(varied, np.int64)
