@@ -53,10 +53,13 @@ def responses(
 
 
 def tangent(est: Estimator, s: Setting, entries: Sequence[int], steps: Mapping[int, float] | None = None) -> np.ndarray:
-    """Derivatives (m, N*6) of the whitened innovations by entries of the parameter vector, which rise.
+    """Derivatives (m, N*6) of the whitened innovations by entries of the parameter vector.
 
     steps : entry -> step over which its push of the states is differenced (default: `estimator.probes`).
     """
+    order = np.argsort(entries, kind="stable")
+    if np.any(np.diff(order) < 0):  # rows are filled in place, those of entries that push the states first
+        return tangent(est, s, [entries[j] for j in order], steps)[np.argsort(order)]
     out = np.zeros((len(entries), est.edges[-1] * CHANNELS))
     outer = np.array(entries) - est.n_theta
     pushing, steps = np.flatnonzero(outer < DRIFT + 2), steps or {}
