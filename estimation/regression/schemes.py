@@ -85,4 +85,4 @@ def samples_of(record: Record, model: Model, scheme: str) -> RegressionSamples:
 
 def _finite(table: np.ndarray) -> np.ndarray:
     """(N,) rows of a table (N, m) without gaps."""
-    return np.isfinite(table).all(axis=1)
+    return np.asarray(np.isfinite(table).all(axis=1))
