@@ -13,6 +13,7 @@ triple-integral, triple-integral-held, triple-integral-rest
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -80,7 +81,7 @@ def samples_of(record: Record, model: Model, scheme: str) -> RegressionSamples:
     states, accelerations, inputs = (
         np.ascontiguousarray(part[kept]) for part in (parts.states, parts.accelerations, parts.inputs)
     )
-    return RegressionSamples(states, accelerations, inputs, parts.time_s[kept], parts.scale)
+    return replace(parts, states=states, accelerations=accelerations, inputs=inputs, time_s=parts.time_s[kept])
 
 
 def _finite(table: np.ndarray) -> np.ndarray:
