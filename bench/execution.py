@@ -7,6 +7,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,9 @@ from ..models.errors import BadInput, CannotFit, EnvironmentFault, FitFailed
 
 if TYPE_CHECKING:
     from .kinds.base import Spec
+
+STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+"""Where Linux says what memory this process takes, and where its peak is reset."""
 
 
 def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) -> dict[str, Any]:
@@ -65,16 +69,24 @@ def reset_peak_memory() -> Callable[[], float | None]:
     elsewhere it is the peak since the process started, and None where the system does not give it.
     """
     try:
-        with Path("/proc/self/clear_refs").open("wb", buffering=0) as file:
+        with RESET.open("wb", buffering=0) as file:
             file.write(b"5")
-        _peak_since_reset()
-    except (OSError, IndexError):
+        return _peak_since_reset if _peak_is_told() else _peak_since_start
+    except OSError:
         return _peak_since_start
-    return _peak_since_reset
+
+
+@cache
+def _peak_is_told() -> bool:
+    """Whether the system says what the peak since a reset is."""
+    try:
+        return _peak_since_reset() > 0.0
+    except (OSError, IndexError):
+        return False
 
 
 def _peak_since_reset() -> float:
-    with Path("/proc/self/status").open("rb", buffering=0) as file:
+    with STATUS.open("rb", buffering=0) as file:
         return int(file.read().split(b"VmHWM:", 1)[1].split(maxsplit=1)[0]) / 1024.0
 
 

@@ -19,7 +19,7 @@ from .disturbances import Disturbance, parse_disturbance
 from .instruments import observed
 from .manoeuvres import EULER, Manoeuvre, parse_manoeuvre, steps
 from .randomness import stream
-from .record import Record, RecordMeta, beside, is_side
+from .record import Record, RecordMeta, is_side
 from .sensors import Sensors, apply, parse_noise
 
 DRIFT_PASSES = 60
@@ -95,7 +95,7 @@ def measured_again(calm: Record, model: Model, manoeuvre: Manoeuvre, sensors: Se
     """
     draw = Draws(model, manoeuvre, sensors, Disturbance(), seed)
     check(model, draw.disturbance, seed)
-    return apply(beside(calm, meta=replace(calm.meta, notes=draw.note)), sensors, draw.noise())
+    return apply(calm, sensors, draw.noise(), replace(calm.meta, notes=draw.note))
 
 
 @dataclass(frozen=True)

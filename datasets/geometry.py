@@ -7,6 +7,8 @@ import numpy as np
 
 def unwrapped(angle: np.ndarray) -> np.ndarray:
     """Angles (N,), rad, without jumps of a full turn; gaps stay nan and are bridged by the shorter way round."""
+    if np.all(np.abs(np.diff(angle)) < np.pi):  # neither jumps nor gaps
+        return angle.copy()
     out, known = angle.copy(), np.isfinite(angle)
     out[known] = np.unwrap(angle[known])
     return out

@@ -44,7 +44,7 @@ import numpy as np
 from ..models.errors import BadInput
 from .grammar import ANGLE, DEGREE, KNOT, SHARE, TIME, positive, quantity, share
 from .randomness import gauss_markov, key_of, stream
-from .record import Record
+from .record import Record, RecordMeta, beside
 
 ANGLE_RATE = {"deg_s": DEGREE, "rad_s": 1.0}
 SPEED = {"m_s": 1.0, "kn": KNOT}
@@ -180,8 +180,8 @@ class Sensors:
         return self.channels.get(column, ChannelSensor()).sd
 
 
-def apply(record: Record, sensors: Sensors, rng: np.random.Generator) -> Record:
-    """The record as ``sensors`` would have measured it.
+def apply(record: Record, sensors: Sensors, rng: np.random.Generator, meta: RecordMeta | None = None) -> Record:
+    """The record as ``sensors`` would have measured it, with other metadata where they are given.
 
     Every channel and every effect draws from a stream of its own, seeded by one draw from ``rng`` and its
     name: neither the presence of other channels nor other effects change what it draws.
@@ -192,7 +192,7 @@ def apply(record: Record, sensors: Sensors, rng: np.random.Generator) -> Record:
         for column, sensor in sensors.channels.items()
         if record.has(column)
     }
-    return record.with_channels(**measured)
+    return beside(record, channels={**record.channels, **measured}, meta=meta or record.meta)
 
 
 def measure(

@@ -55,7 +55,7 @@ def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0, identifi
     """
     try:
         with arithmetic_guard():
-            base = calibrate_on(found.model, given.train, given.held_out, identified)
+            base = calibrate_on(found.model, given.train, given.held_out, identified, found.threads)
     except (BadInput, CannotFit, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base) or _share(base) < least:

@@ -13,9 +13,9 @@ from ..estimation.filters.innovations.derivatives import columns
 from ..estimation.filters.innovations.estimator import Estimator, Innovations
 from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
-from ..estimation.filters.innovations.threads import in_context
 from ..estimation.filters.innovations.vector import CHANNELS
 from ..estimation.linear_algebra import finite, information_inverse
+from ..estimation.threads import in_context
 from .statistics.gusts import GustLikelihood
 from .statistics.score_tests import Projector, Score, log_tail
 

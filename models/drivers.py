@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from .compilation import A1, A2, I1, JIT, b1, f8, i8, njit
+from .compilation import A1, A2, BORROWED, I1, JIT, b1, f8, i8, njit
 from .rudder_chain import STATE, advance, begin, felt, steer
 
 RHS = types.FunctionType(types.void(A1, A1, A1, A1))
@@ -29,7 +29,7 @@ def euler(rhs, x0, inputs, theta, dt, states):
         states[k + 1] = x
 
 
-@njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1), **JIT)
+@njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1), **JIT, **BORROWED)
 def rk4_sample(rhs, x, u0, u1, theta, dt, substeps, work):
     """Advance x (n,) in place over one sample, the input linear from u0 to u1; work has 3 n + nu elements."""
     n, nu, h = x.size, u0.size, dt / substeps
@@ -50,18 +50,21 @@ def rk4_sample(rhs, x, u0, u1, theta, dt, substeps, work):
             x[i] = total[i]
 
 
+@njit(types.void(RHS, A2, A1, f8, i8, A1, A2), **JIT, **BORROWED)
+def _row_by_row(rhs, inputs, theta, dt, substeps, work, ahead):
+    """Advance every row of ahead (N, n) by one sample."""
+    for k in range(ahead.shape[0]):
+        rk4_sample(rhs, ahead[k], inputs[k], inputs[k + 1], theta, dt, substeps, work)
+
+
 @njit(types.void(RHS, A2, A2, A1, f8, i8, A2), **JIT)
 def one_step(rhs, states, inputs, theta, dt, substeps, ahead):
     """ahead[k] (N, n) = the state one sample after states[k], from each row on its own."""
-    work = np.empty(3 * states.shape[1] + inputs.shape[1])
-    x = np.empty(states.shape[1])
-    for k in range(states.shape[0]):
-        x[:] = states[k]
-        rk4_sample(rhs, x, inputs[k], inputs[k + 1], theta, dt, substeps, work)
-        ahead[k] = x
+    ahead[:] = states
+    _row_by_row(rhs, inputs, theta, dt, substeps, np.empty(3 * states.shape[1] + inputs.shape[1]), ahead)
 
 
-@njit(types.void(TANGENT, A1, A1, A1, A1, A1, f8, i8, b1, I1, I1, A1), **JIT)
+@njit(types.void(TANGENT, A1, A1, A1, A1, A1, f8, i8, b1, I1, I1, A1), **JIT, **BORROWED)
 def tangent_sample(tangent, x, columns, u0, u1, theta, dt, substeps, hold, source, target, work):
     """Advance x (n,) and its sensitivity columns (n*m,) in place over one sample (RK4 on both).
 
@@ -124,7 +127,7 @@ def sensitivities(tangent, x0, inputs, theta, dt, substeps, hold, source, target
         columns[k + 1] = s
 
 
-@njit(types.void(REGRESS, A2, A2, A2, A1, A2, A2), **JIT)
+@njit(types.void(REGRESS, A2, A2, A2, A1, A2, A2), **JIT, **BORROWED)
 def regressors(regress, states, accelerations, inputs, theta, left, right):
     """left (N, k) and right (N, k*p) of the regression, row by row."""
     for i in range(states.shape[0]):

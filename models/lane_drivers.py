@@ -9,22 +9,27 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from .compilation import A1, A2, A3, I1, JIT, b1, f8, i8, njit
+from .compilation import A1, A2, A3, BORROWED, I1, JIT, b1, f8, i8, njit
 from .drivers import RHS, helm
 from .rudder_chain import steer
 
 
-@njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1, A1, A1, A1), **JIT)
+@njit(inline="always")
+def _between(u0, u1, part, u):
+    for i in range(u.size):
+        u[i] = u0[i] + part * (u1[i] - u0[i])
+
+
+@njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1, A1, A1, A1), **JIT, **BORROWED)
 def rk4_sample(rhs_lanes, x, u0, u1, theta, dt, substeps, rate, total, probe, u):
     """Advance x (n*W,) in place over one sample, the inputs (nu*W,) linear from u0 to u1; the rest is working space."""
     n, nu, h = x.size, u0.size, dt / substeps
+    for i in range(nu):
+        u[i] = u0[i]
     for s in range(substeps):
-        for stage in range(4):
-            moved = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-            part = (s + moved) / substeps
-            if stage != 2:
-                for i in range(nu):
-                    u[i] = u0[i] + part * (u1[i] - u0[i])
+        for stage in range(3):
+            if stage == 1:
+                _between(u0, u1, (s + 0.5) / substeps, u)
             if stage == 0:
                 rhs_lanes(x, u, theta, rate)
                 for i in range(n):
@@ -32,13 +37,14 @@ def rk4_sample(rhs_lanes, x, u0, u1, theta, dt, substeps, rate, total, probe, u)
                     probe[i] = x[i] + 0.5 * h * rate[i]
             else:
                 rhs_lanes(probe, u, theta, rate)
-                weight = h / 6.0 if stage == 3 else h / 3.0
                 ahead = h if stage == 2 else 0.5 * h
                 for i in range(n):
-                    total[i] += weight * rate[i]
+                    total[i] += h / 3.0 * rate[i]
                     probe[i] = x[i] + ahead * rate[i]
+        _between(u0, u1, (s + 1.0) / substeps, u)
+        rhs_lanes(probe, u, theta, rate)
         for i in range(n):
-            x[i] = total[i]
+            x[i] = total[i] + h / 6.0 * rate[i]
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, i8, A3), **JIT)

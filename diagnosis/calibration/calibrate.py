@@ -22,6 +22,7 @@ from ...models.model import CHANNELS
 from ...models.time_scale import time_scale_s
 from ..causes.base import NORMAL_90
 from ..causes.rudder_offset import RudderOffset
+from ..options import THREADS
 from .advice import next_runs
 from .forward import ADEQUATE, Attempt, Selection, select
 from .remaining import remaining
@@ -70,19 +71,24 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
 
 
 def calibrate_on(
-    model: Model, train: Sequence[Record], held_out: Sequence[Record], identified: bool = False
+    model: Model,
+    train: Sequence[Record],
+    held_out: Sequence[Record],
+    identified: bool = False,
+    threads: int = THREADS,
 ) -> Calibration:
     """`calibrate` on true motions: records behind the model's instruments, in its rudder sign.
 
     identified : the model's own numbers come from such records: they are free in every fit, and what counts is what
     the model lacks.
+    threads : threads that run the fits; the results do not depend on them.
     """
     started = time.perf_counter()
     groups: Sequence[Group] = groups_of(model)
     whole = grown(model, groups)
     if not model.is_3dof and len(train) < FEWEST:  # pieces of the same run do not tell which terms a model lacks
         groups = [g for g in groups if g.extension in (None, RudderOffset.extension)]
-    given = problem(whole, _pieces(unbroken(train, whole), whole))
+    given = problem(whole, _pieces(unbroken(train, whole), whole), threads)
     if identified:
         own, lacking = every_own_number(groups), [g for g in groups if g.extension is not None]
         found, groups = select(given, lacking, own), [*lacking, own]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import chain, combinations, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +21,7 @@ import numpy as np
 from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equations, stepped
 from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, score_difference
 from ...estimation.mixed_effects.problem import Problem, pooled
+from ...estimation.threads import in_threads
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
@@ -178,14 +179,16 @@ def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
 def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Tried]:
     """The leaders refitted: attempt and fall of the score, the largest first."""
     most = SHORT if problem.model.is_3dof else LONG
-    found = []
-    for group in _leaders(problem, now, groups):
+
+    def beside(group: Group) -> list[Tried]:
         try:
             trial = attempt(problem, (*now.groups, group), now.fitted, most)
         except np.linalg.LinAlgError:
-            continue
-        found.append((trial, score_difference(problem, now.left_out, trial.left_out)))
-    return sorted(found, key=lambda item: -item[1].gain)
+            return []
+        return [(trial, score_difference(problem, now.left_out, trial.left_out))]
+
+    found = in_threads(problem.threads, beside, _leaders(problem, now, groups))
+    return sorted(chain.from_iterable(found), key=lambda item: -item[1].gain)
 
 
 def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Group]:
@@ -197,13 +200,16 @@ def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Gr
     numbers = numbers_of(problem, [*now.groups, *rest])
     fitted = now.fitted
     normal, slope, blocks = normal_equations(problem, numbers, fitted.theta, fitted.own, fitted.sd)
-    held, gains, at = len(fitted.numbers), [], len(fitted.numbers)
-    for group in rest:
-        pick = np.array([*range(held), *range(at, at + len(group.sd))])
-        at += len(group.sd)
+    held = len(fitted.numbers)
+    edges = held + np.cumsum([0, *(len(group.sd) for group in rest)])
+
+    def gain(ends: tuple[int, int]) -> float:
+        pick = np.array([*range(held), *range(*ends)])
         moved = stepped(fitted, [numbers[i] for i in pick], pick, (normal, slope, blocks))
-        gains.append(score_difference(problem, now.left_out, leave_one_out(moved)).gain)
-    single = [_per_number(group, gain) for group, gain in zip(rest, gains, strict=True)]
+        return score_difference(problem, now.left_out, leave_one_out(moved)).gain
+
+    gains = in_threads(problem.threads, gain, pairwise(edges.tolist()))
+    single = [_per_number(group, fall) for group, fall in zip(rest, gains, strict=True)]
     first = [*np.argsort(gains)[::-1][:REFITTED].tolist(), *np.argsort(single)[::-1][:FEW].tolist()]
     return [rest[i] for i in dict.fromkeys(first)]
 

@@ -195,7 +195,7 @@ def _stepped(
     for power in range(HALVINGS):
         trial = base.bounded(x + (target - x) * 0.5**power, variant)
         there = base.at(trial, variant, s)
-        found = base.est.evaluate(there)
+        found = base.est.evaluate(there, traced=True)  # the noise is fitted from there in any case
         if not value(trial, found) > here:
             there, found = fit_noise(base.est, there, 2, ROUGH)
         if value(trial, found) > here:

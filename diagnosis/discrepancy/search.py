@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import fit_noise
+from ...estimation.threads import beside
 from ..statistics.score_tests import log_tail
 from .fit import ROUNDS, Base, Fitted, fit, with_forces
 from .quadratic import START
@@ -75,19 +77,22 @@ def search(
 
     state : the base model with its bank, for searches that scan.
     """
-    final = null = fit(base, base.origin)
+    of_its_own = replace(base, est=replace(base.est))  # whose latest runs are its own
+    threads = base.est.threads
+    null, raw = beside(threads, partial(fit, base, base.origin), partial(_untouched, of_its_own, bank))
+    final = null
     accepted: list[Accepted] = []
     first: dict[Cause, Lead] = {}
     for step in range(most):
         left = {c: v for c, v in bank.items() if c not in [a.cause for a in accepted]}
         threshold = float(np.log(state.alpha * (FIRST if step == 0 else LATER) / TESTS))
-        leads = _leads(final, left, threshold, step == 0)
+        leads = screen(final.base, final.setting, final.now, final.x, final.variant, final.variances, left)
+        leads = _in_turn(leads, raw, threshold) if step == 0 else leads
         first = first or {lead.cause: lead for lead in reversed(leads)}
         leaders = _leaders(leads, threshold)
-        tried = [_tried(final, lead, leads) for lead in leaders]
-        tried += _from_far(final, [x for x in leads if x.cause not in [y.cause for y in leaders]]) if step == 0 else []
-        tried += _scanned(state, final, left, rng)
-        tried.sort(key=lambda c: c.log_p)
+        refitting = partial(_refitted_leads, final, leads, leaders, step == 0)
+        refitted, scanned = beside(threads, refitting, partial(_scanned, state, final, left, rng))
+        tried = sorted([*refitted, *scanned], key=lambda c: c.log_p)
         if not tried or tried[0].log_p > threshold:
             break
         best = tried[0]
@@ -124,15 +129,10 @@ def _near(best: Accepted, other: Accepted, threshold: float) -> bool:
     return other.log_p - best.log_p < TIE * max(1.0, best.inflation) and other.log_p < threshold
 
 
-def _leads(final: Fitted, bank: Mapping[Cause, Sequence[Variant]], threshold: float, untouched: bool) -> list[Lead]:
-    """Leads at a fit, and at first also at the untouched base: there a large effect is not yet absorbed."""
-    base = final.base
-    found = screen(base, final.setting, final.now, final.x, final.variant, final.variances, bank)
-    if not untouched:
-        return found
+def _untouched(base: Base, bank: Mapping[Cause, Sequence[Variant]]) -> list[Lead]:
+    """Leads at the untouched base: there a large effect is not yet absorbed."""
     s, now = fit_noise(base.est, with_forces(base.origin), 6)
-    raw = screen(base, s, now, np.zeros(final.x.size), final.variant, START, bank)
-    return _in_turn(found, raw, threshold)
+    return screen(base, s, now, np.zeros(len(base.terms.parameters)), (), START, bank)
 
 
 def _in_turn(first: Sequence[Lead], second: Sequence[Lead], threshold: float) -> list[Lead]:
@@ -158,6 +158,13 @@ def _leaders(leads: Sequence[Lead], threshold: float) -> list[Lead]:
             out.append(lead)
         seen.append(lead.cause)
     return out
+
+
+def _refitted_leads(now: Fitted, leads: Sequence[Lead], leaders: Sequence[Lead], far: bool) -> list[Accepted]:
+    """The leaders refitted; far : also others that may be far from zero."""
+    tried = [_tried(now, lead, leads) for lead in leaders]
+    named = [lead.cause for lead in leaders]
+    return tried + (_from_far(now, [lead for lead in leads if lead.cause not in named]) if far else [])
 
 
 def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> Accepted:

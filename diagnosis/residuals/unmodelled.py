@@ -32,7 +32,7 @@ GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
 NOT_GUSTS = Unmodelled("a force that does not act on surge, sway and yaw at once, as gusts do")
 SEARCHES = 4
 """Searches that share the level: features, periodic moments, pulses, and forces unlike gusts."""
-BLOCK, PAIRS, LONGEST_PULSE = 64, 16, 8
+BLOCK, PAIRS, LONGEST_PULSE = 32, 16, 8
 """Features, and pairs of them, whose columns are held at once, and windows that a pulse may last."""
 FURTHER_NATS = 12.0
 """Log likelihood, less the log of how many were tried, by which every named cause after the first must beat a single

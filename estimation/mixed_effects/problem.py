@@ -58,6 +58,7 @@ class Problem:
 
     channels : symbols of the states that count, and THRUST where a record measures it.
     thrust : thrust [N] from states (N, n), inputs (N, nu) and theta; None where the family has none.
+    threads : threads that choices between several fits may take.
     """
 
     model: Model
@@ -65,6 +66,7 @@ class Problem:
     channels: tuple[str, ...]
     length_s: float
     thrust: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray] | None
+    threads: int = 1
 
     @cached_property
     def unit(self) -> np.ndarray:
@@ -168,7 +170,7 @@ class Squares:
     count: np.ndarray
 
 
-def problem(model: Model, records: Sequence[Record]) -> Problem:
+def problem(model: Model, records: Sequence[Record], threads: int = 1) -> Problem:
     """The model and records as a problem; records are thinned to STEP.
 
     Raises
@@ -185,7 +187,7 @@ def problem(model: Model, records: Sequence[Record]) -> Problem:
     runs = tuple(_run(record, model, symbols, length_s) for record in records)
     held = thrust is not None and any(run.thrust is not None for run in runs)
     relaxed = replace(model, max_step_s=max(model.max_step_s, STEP * length_s))
-    return Problem(relaxed, runs, (*symbols, *((THRUST,) if held else ())), length_s, thrust)
+    return Problem(relaxed, runs, (*symbols, *((THRUST,) if held else ())), length_s, thrust, threads)
 
 
 def _measures(record: Record, symbol: str) -> bool:

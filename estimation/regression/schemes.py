@@ -74,8 +74,16 @@ def samples_of(record: Record, model: Model, scheme: str) -> RegressionSamples:
     CannotFit : the record lacks a channel, or the scheme does not suit the model.
     """
     parts = SCHEMES[scheme](record, model)
-    good = np.isfinite(np.column_stack([parts.states, parts.accelerations, parts.inputs])).all(axis=1)
+    good = _finite(parts.states) & _finite(parts.accelerations) & _finite(parts.inputs)
+    rows = np.flatnonzero(good)
+    in_turn = rows.size and rows[-1] - rows[0] == rows.size - 1
+    kept = slice(rows[0], rows[-1] + 1) if in_turn else rows
     states, accelerations, inputs = (
-        np.ascontiguousarray(part[good]) for part in (parts.states, parts.accelerations, parts.inputs)
+        np.ascontiguousarray(part[kept]) for part in (parts.states, parts.accelerations, parts.inputs)
     )
-    return replace(parts, states=states, accelerations=accelerations, inputs=inputs, time_s=parts.time_s[good])
+    return replace(parts, states=states, accelerations=accelerations, inputs=inputs, time_s=parts.time_s[kept])
+
+
+def _finite(table: np.ndarray) -> np.ndarray:
+    """(N,) rows of a table (N, m) without gaps."""
+    return np.asarray(np.isfinite(table).all(axis=1))

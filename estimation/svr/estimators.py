@@ -112,7 +112,7 @@ class LSSVR(RegressorMixin, BaseEstimator):
             self.dual_coef_ = self.C * (y - X @ self.coef_ - self.intercept_) * (1.0 if weights is None else weights)
             return
         self._rows = X / self._scale
-        gram = solve.kernel_matrix(self.kernel, self._rows, self._rows, self._gamma, self.degree, self.coef0)
+        gram = solve.kernel_triangle(self.kernel, self._rows, self._gamma, self.degree, self.coef0)
         found = solve.dual(gram, y, self.C, weights, self.fit_intercept)
         self.dual_coef_, self.intercept_ = found.alpha, found.intercept
         self._alpha = found.alpha

@@ -54,7 +54,8 @@ def primal(x: Array, y: Array, c: float, weights: Array | None = None, intercept
 
 
 def dual(gram: Array, y: Array, c: float, weights: Array | None = None, intercept: bool = True) -> Dual:
-    """Any kernel: eq 25 by Cholesky with two right-hand sides; the matrix `gram` (n, n) is overwritten."""
+    """Any kernel: eq 25 by Cholesky with two right-hand sides; of the matrix `gram` (n, n) the upper triangle counts,
+    and is overwritten."""
     from scipy.linalg import cho_factor, cho_solve
 
     gram[np.diag_indices_from(gram)] += 1.0 / (c if weights is None else c * weights)
@@ -70,24 +71,38 @@ def kernel_matrix(kind: str, a: Array, b: Array, gamma: float, degree: int, coef
 
     Needs no more memory than the matrix itself.
     """
-    gram = np.empty((len(a), len(b)))
-    squares = np.einsum("ij,ij->i", b, b)
+    gram, squares = np.empty((len(a), len(b))), np.einsum("ij,ij->i", b, b)
     for start in range(0, len(a), ROWS):
         cut = slice(start, start + ROWS)
-        block = gram[cut]
-        np.matmul(a[cut], b.T, out=block)
-        if kind == "rbf":
-            block *= -2.0
-            block += np.einsum("ij,ij->i", a[cut], a[cut])[:, None]
-            block += squares
-            np.maximum(block, 0.0, out=block)
-            block *= -gamma
-            np.exp(block, out=block)
-        elif kind == "poly":
-            block *= gamma
-            block += coef0
-            np.power(block, degree, out=block)
+        _fill(gram[cut], kind, a[cut], b, squares, gamma, degree, coef0)
     return gram
+
+
+def kernel_triangle(kind: str, a: Array, gamma: float, degree: int, coef0: float) -> Array:
+    """The upper triangle of `kernel_matrix` of a and a, which is all that `dual` takes; what lies below is not set."""
+    gram, squares = np.empty((len(a), len(a))), np.einsum("ij,ij->i", a, a)
+    for start in range(0, len(a), ROWS):
+        cut = slice(start, start + ROWS)
+        _fill(gram[cut, start:], kind, a[cut], a[start:], squares[start:], gamma, degree, coef0)
+    return gram
+
+
+def _fill(
+    block: Array, kind: str, a: Array, b: Array, squares: Array, gamma: float, degree: int, coef0: float
+) -> None:  # fmt: skip
+    """Fill a block (k, m) of a kernel matrix: rows a (k, d) and b (m, d), whose squared lengths are `squares` (m,)."""
+    np.matmul(a, b.T, out=block)
+    if kind == "rbf":
+        block *= -2.0
+        block += np.einsum("ij,ij->i", a, a)[:, None]
+        block += squares
+        np.maximum(block, 0.0, out=block)
+        block *= -gamma
+        np.exp(block, out=block)
+    elif kind == "poly":
+        block *= gamma
+        block += coef0
+        np.power(block, degree, out=block)
 
 
 def within_mad(values: Array, threshold: float = 3.0) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from ....models.compilation import A1, A2, A3, I1, JIT, f8, i8, njit
+from ....models.compilation import A1, A2, A3, BORROWED, I1, JIT, f8, i8, njit
 from .vector import CHANNELS
 
 BLOCK = 128
@@ -43,18 +43,12 @@ def _seen(k, c, start, width, slopes, gains, roots, nf, axes, held, shift, seen,
                 shift[j, b] -= weight * seen[b]
 
 
-@njit(types.void(A3, A3, A3, A2, i8, i8, I1, A2, A3, A2, i8, A2), **JIT)
-def carry(transition, slopes, gains, roots, n, nf, axes, forcing, pushes, initial, first, out):
-    """Responses of the whitened innovations to forcing, the gains held.
-
-    transition (T, nx, nx), slopes, gains (T, 6, nx), roots (T, 6) of a run with n states and nf forces; axes (m,):
-    < nf a force in units, then channel axis - nf, then the push of the states pushes[axis - nf - 6] (T, n); forcing
-    (m, T) their sizes; initial (m, n) shift of the first state.  Filled: out (m, N * 6), from sample `first` on.
-    """
-    size, nx = transition.shape[0], transition.shape[1]
-    block = min(BLOCK, axes.size)
-    shift, moved = np.zeros((nx, block)), np.zeros((nx, block))
-    held, seen = np.zeros(block), np.zeros(block)
+@njit(**JIT, **BORROWED)
+def _blocks(
+    transition, slopes, gains, roots, n, nf, axes, forcing, pushes, initial, first, out, shift, moved, held, seen
+):  # fmt: skip
+    """Block after block of the columns of `carry`; the last arrays are working space."""
+    size, (nx, block) = transition.shape[0], shift.shape
     for start in range(0, axes.size, BLOCK):
         width = min(axes.size - start, BLOCK)
         shift[:] = 0.0
@@ -82,8 +76,24 @@ def carry(transition, slopes, gains, roots, n, nf, axes, forcing, pushes, initia
                         moved[i, b] += transition[k, i, n + axis] * held[b]
                 elif axis >= nf + CHANNELS:
                     for i in range(n):
-                        moved[i, b] += pushes[axis - nf - CHANNELS, k, i] * held[b]
+                        moved[i, b] += pushes[k, axis - nf - CHANNELS, i] * held[b]
             shift, moved = moved, shift
+
+
+@njit(types.void(A3, A3, A3, A2, i8, i8, I1, A2, A3, A2, i8, A2), **JIT)
+def carry(transition, slopes, gains, roots, n, nf, axes, forcing, pushes, initial, first, out):
+    """Responses of the whitened innovations to forcing, the gains held.
+
+    transition (T, nx, nx), slopes, gains (T, 6, nx), roots (T, 6) of a run with n states and nf forces; axes (m,):
+    < nf a force in units, then channel axis - nf, then the push of the states pushes[:, axis - nf - 6] (T, n); forcing
+    (m, T) their sizes; initial (m, n) shift of the first state.  Filled: out (m, N * 6), from sample `first` on.
+    """
+    nx, block = transition.shape[1], min(BLOCK, axes.size)
+    shift, moved = np.zeros((nx, block)), np.zeros((nx, block))
+    held, seen = np.zeros(block), np.zeros(block)
+    _blocks(
+        transition, slopes, gains, roots, n, nf, axes, forcing, pushes, initial, first, out, shift, moved, held, seen
+    )  # fmt: skip
 
 
 @njit(inline="always")
@@ -155,26 +165,13 @@ def _moved(transition, shift, moved, part, half, turned):
                     part[i, j2] += w * turned[j, j2]
 
 
-@njit(types.void(A3, A3, A3, A2, A3, A2, A2, A1, A1, f8, i8, f8, i8, A2, A2), **JIT)
-def vary(
-    transition, slopes, gains, roots, spreads, whitened, states, time, force_sd, tau, n, quantum, first, by_e, by_log_s
-):
-    """Derivatives of innovations and log S / 2 by the forces' variances (in quanta^2) and their log correlation time.
-
-    transition (T, nx, nx), slopes, gains (T, 6, nx), roots (T, 6), spreads (T, nf, nx), whitened (T, 6), states (T, nx)
-    of a run; force_sd (nf,) and correlation time tau of the noise.  Filled: by_e, by_log_s (4, N * 6) from sample
-    `first` on, rows 0..nf - 1 the variances, row nf the time.  How the model's slopes change with its states is left
-    out.
-    """
-    size, nx, nf = transition.shape[0], transition.shape[1], spreads.shape[1]
-    wide = nx * LANES
-    shift, moved = np.zeros((nx, LANES)), np.zeros((nx, LANES))
-    # the covariance's change is part + its transpose: one half of each symmetric update
-    part, half, turned = np.zeros((nx, wide)), np.zeros((nx, wide)), np.zeros((nx, wide))
-    spread, even, scaled = np.zeros(wide), np.zeros(wide), np.zeros(nx)
-    ds, dnu = np.zeros(LANES), np.zeros(LANES)
-    for i in range(nf):
-        part[n + i, (n + i) * LANES + i] = 0.5 * quantum**2
+@njit(**JIT, **BORROWED)
+def _along(
+    transition, slopes, gains, roots, spreads, whitened, states, time, force_sd, tau, n, nf, quantum, first, by_e,
+    by_log_s, shift, moved, part, half, turned, spread, even, scaled, ds, dnu,
+):  # fmt: skip
+    """Sample after sample of `vary`; the last arrays are working space."""
+    size, nx = transition.shape[0], transition.shape[1]
     for k in range(size):
         for c in range(CHANNELS):
             if roots[k, c] != 0.0:
@@ -200,3 +197,29 @@ def vary(
             part[n + i, own + i] += 0.5 * quantum**2 * (1.0 - decay * decay)
             part[n + i, own + nf] -= slower * decay * force_sd[i] ** 2
         shift, moved = moved, shift
+
+
+@njit(types.void(A3, A3, A3, A2, A3, A2, A2, A1, A1, f8, i8, f8, i8, A2, A2), **JIT)
+def vary(
+    transition, slopes, gains, roots, spreads, whitened, states, time, force_sd, tau, n, quantum, first, by_e, by_log_s
+):
+    """Derivatives of innovations and log S / 2 by the forces' variances (in quanta^2) and their log correlation time.
+
+    transition (T, nx, nx), slopes, gains (T, 6, nx), roots (T, 6), spreads (T, nf, nx), whitened (T, 6), states (T, nx)
+    of a run; force_sd (nf,) and correlation time tau of the noise.  Filled: by_e, by_log_s (4, N * 6) from sample
+    `first` on, rows 0..nf - 1 the variances, row nf the time.  How the model's slopes change with its states is left
+    out.
+    """
+    nx, nf = transition.shape[1], spreads.shape[1]
+    wide = nx * LANES
+    shift, moved = np.zeros((nx, LANES)), np.zeros((nx, LANES))
+    # the covariance's change is part + its transpose: one half of each symmetric update
+    part, half, turned = np.zeros((nx, wide)), np.zeros((nx, wide)), np.zeros((nx, wide))
+    spread, even, scaled = np.zeros(wide), np.zeros(wide), np.zeros(nx)
+    ds, dnu = np.zeros(LANES), np.zeros(LANES)
+    for i in range(nf):
+        part[n + i, (n + i) * LANES + i] = 0.5 * quantum**2
+    _along(
+        transition, slopes, gains, roots, spreads, whitened, states, time, force_sd, tau, n, nf, quantum, first, by_e,
+        by_log_s, shift, moved, part, half, turned, spread, even, scaled, ds, dnu,
+    )  # fmt: skip

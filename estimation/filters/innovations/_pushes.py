@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....models.compilation import JIT, njit
+from ....models.compilation import BORROWED, JIT, njit
 from ._arguments import signatures
 from ._steps import PSI, felt_rudder, hold_inputs, live_states, propagate, set_inputs
 from .vector import N_CHAIN
@@ -26,9 +26,9 @@ def _nudged(recorded, q, shape, noise, varied, probes):
     return nudged
 
 
-@njit(**JIT)
+@njit(**JIT, **BORROWED)
 def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probes, fixed, q, theta, shape, pushes):
-    """pushes[:, k]: change of the states over the step by each varied entry, by the midpoint rule.
+    """pushes[k]: change of the states over the step by each varied entry, by the midpoint rule.
 
     probe : the state at the middle; fixed = (rudder there, psi's place, force units, recorded inputs, which states are
         filtered).
@@ -48,6 +48,7 @@ def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probe
             set_inputs(u, nudged[row, (2 * k + 1) * shape.substeps], probe[i_psi], q, shape, unit, force)
             row += 1
             rhs(probe, u, theta, total)
+            set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
         else:
             before = q[entry - shape.n_theta]
             q[entry - shape.n_theta] = before + h
@@ -56,7 +57,7 @@ def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probe
             rhs(probe, u, theta, total)
             q[entry - shape.n_theta] = before
             hold_inputs(u, k, other, environment, q, shape, unit, force)
-        set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
+            set_inputs(u, middle, probe[i_psi], q, shape, unit, force)
         for i in range(n):
             total[i] = (total[i] - rate[i]) * dt / h
         for i in range(n):
@@ -64,24 +65,17 @@ def _push(rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probe
                 value = total[i]
                 for j in range(n):
                     value += 0.5 * slope[i, j] * total[j]
-                pushes[column, k, i] = value
+                pushes[k, column, i] = value
 
 
-@njit(signatures()[1], **JIT)
-def run_pushes(rhs, jacobian, shape, channel, recorded, values, varied, probes, states, pushes):
-    """Fill pushes (m, T, n): change of the states over the next step by each varied entry (midpoint rule).
-
-    channel : see `_kernel.run_filter`.
-    varied : (m,) entries of the vector (model, rudder chain or environment), differenced over `probes` (m,).
-    states : (T, nx) of the run.
-    """
-    n, nf, nu, parts, i_psi = shape.n, shape.n_forces, shape.n_inputs, 2 * shape.substeps, channel[PSI]
-    theta, q = values.vector[: shape.n_theta].copy(), values.vector[shape.n_theta :].copy()
-    noise, unit, other, environment = values.rudder_error[0], values.force_unit, recorded.other, recorded.environment
-    rudder, nudged = felt_rudder(recorded, q, shape, noise), _nudged(recorded, q, shape, noise, varied, probes)
-    live = live_states(channel, n)
-    x, rate, probe, total, u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu)
-    slope, by_state, by_input, force = np.zeros((n, n)), np.zeros(n * n), np.zeros(n * nu), np.zeros(nf)
+@njit(**JIT, **BORROWED)
+def _along(
+    rhs, jacobian, shape, i_psi, recorded, values, varied, probes, states, pushes, theta, q, rudder, nudged, live, x,
+    rate, probe, total, u, slope, by_state, by_input, force,
+):  # fmt: skip
+    """Sample after sample of `run_pushes`; the last arrays are working space."""
+    n, nf, parts = shape.n, shape.n_forces, 2 * shape.substeps
+    unit, other, environment = values.force_unit, recorded.other, recorded.environment
     for k in range(recorded.time.size - 1):
         dt = recorded.time[k + 1] - recorded.time[k]
         for i in range(n):
@@ -101,3 +95,24 @@ def run_pushes(rhs, jacobian, shape, channel, recorded, values, varied, probes, 
         _push(
             rhs, k, dt, probe, u, rate, total, force, slope, nudged, varied, probes, fixed, q, theta, shape, pushes,
         )  # fmt: skip
+
+
+@njit(signatures()[1], **JIT)
+def run_pushes(rhs, jacobian, shape, channel, recorded, values, varied, probes, states, pushes):
+    """Fill pushes (T, m, n): change of the states over the next step by each varied entry (midpoint rule).
+
+    channel : see `_kernel.run_filter`.
+    varied : (m,) entries of the vector (model, rudder chain or environment), differenced over `probes` (m,).
+    states : (T, nx) of the run.
+    """
+    n, nu = shape.n, shape.n_inputs
+    theta, q = values.vector[: shape.n_theta].copy(), values.vector[shape.n_theta :].copy()
+    noise = values.rudder_error[0]
+    rudder, nudged = felt_rudder(recorded, q, shape, noise), _nudged(recorded, q, shape, noise, varied, probes)
+    live = live_states(channel, n)
+    x, rate, probe, total, u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu)
+    slope, by_state, by_input, force = np.zeros((n, n)), np.zeros(n * n), np.zeros(n * nu), np.zeros(shape.n_forces)
+    _along(
+        rhs, jacobian, shape, channel[PSI], recorded, values, varied, probes, states, pushes, theta, q, rudder, nudged,
+        live, x, rate, probe, total, u, slope, by_state, by_input, force,
+    )  # fmt: skip

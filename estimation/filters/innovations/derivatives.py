@@ -8,6 +8,7 @@ sensor shifts what the channel shows.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -56,20 +57,36 @@ def tangent(est: Estimator, s: Setting, entries: Sequence[int], steps: Mapping[i
 
     steps : entry -> step over which its push of the states is differenced (default: `estimator.probes`).
     """
+    order = np.argsort(entries, kind="stable")
+    if np.any(np.diff(order) < 0):  # rows are filled in place, those of entries that push the states first
+        return tangent(est, s, [entries[j] for j in order], steps)[np.argsort(order)]
     out = np.zeros((len(entries), est.edges[-1] * CHANNELS))
     outer = np.array(entries) - est.n_theta
-    pushing = outer < DRIFT + 2
-    varied = [entry for entry, inside in zip(entries, pushing, strict=True) if inside]
+    pushing, steps = np.flatnonzero(outer < DRIFT + 2), steps or {}
+    sensors = np.flatnonzero(outer >= DRIFT + 2)
+    runs = est.in_threads(lambda i: est.traced(s, i), range(len(est.segments)))
 
-    def along(i: int) -> None:
+    def along(i: int, rows: np.ndarray) -> None:
+        (run, trace), varied = runs[i], [entries[row] for row in rows]
         over = probes(s.vectors[i, varied])
-        over = np.array([(steps or {}).get(entry, h) for entry, h in zip(varied, over.tolist(), strict=True)])
-        run, trace = est.traced(s, i)
-        _carry_pushes(est, trace, i, pushes(est, s, i, run, varied, over), np.flatnonzero(pushing), out)
-        _carry_sensors(est, s, i, run, trace, np.flatnonzero(~pushing), outer[~pushing], out)
+        over = np.array([steps.get(entry, h) for entry, h in zip(varied, over.tolist(), strict=True)])
+        _carry_pushes(est, trace, i, pushes(est, s, i, run, varied, over), out[rows[0] : rows[-1] + 1])
 
-    est.in_threads(along, range(len(est.segments)))
+    def beside(i: int) -> None:
+        _carry_sensors(est, s, i, *runs[i], sensors, outer[sensors], out)
+
+    jobs = [partial(along, *job) for job in _shared_out(pushing, len(runs), est.threads)]
+    jobs += [partial(beside, i) for i in range(len(runs) if sensors.size else 0)]
+    est.in_threads(lambda job: job(), jobs)
     return out
+
+
+def _shared_out(rows: np.ndarray, segments: int, threads: int) -> list[tuple[int, np.ndarray]]:
+    """The rows of every segment as jobs; segments that would leave threads idle are cut into a job for each."""
+    whole = segments - segments % threads
+    parts = [part for part in np.array_split(rows, threads) if part.size]
+    every = [(i, rows) for i in range(whole if rows.size else 0)]
+    return every + [(i, part) for i in range(whole, segments) for part in parts]
 
 
 def columns(est: Estimator, s: Setting, parameters: Sequence[Parameter]) -> np.ndarray:
@@ -79,15 +96,10 @@ def columns(est: Estimator, s: Setting, parameters: Sequence[Parameter]) -> np.n
     entries = sorted({entry for j in single for entry, _ in parameters[j].slots})
     rows = dict(zip(entries, tangent(est, s, entries, _steps(est, parameters)), strict=True)) if entries else {}
     for j in single:
-        p, part = parameters[j], np.zeros(est.edges[-1] * CHANNELS)
+        p, segments = parameters[j], est.rows(parameters[j].record)
+        own = slice(est.edges[segments[0]] * CHANNELS, est.edges[segments[-1] + 1] * CHANNELS)
         for (entry, _), weight in zip(p.slots, _weights(est, s, p), strict=True):
-            part += weight * rows[entry]
-        if p.record is None:
-            out[j] = part
-        else:
-            for i in est.rows(p.record):
-                own = slice(est.edges[i] * CHANNELS, est.edges[i + 1] * CHANNELS)
-                out[j, own] = part[own]
+            out[j, own] += weight * rows[entry][own]
     added = [j for j, p in enumerate(parameters) if p.series is not None]
     if added:
         series = [parameters[j].series for j in added]
@@ -129,16 +141,12 @@ def _carry(
     carry(*run, n, est.n_forces, axes, forcing, pushed, initial, first, out)
 
 
-def _carry_pushes(est: Estimator, trace: Trace, i: int, pushed: np.ndarray, rows: np.ndarray, out: np.ndarray) -> None:
-    """Fill the rows of entries that push the states."""
-    if not rows.size:
-        return
-    axes = np.arange(rows.size) + est.n_forces + CHANNELS
-    found = np.zeros((rows.size, out.shape[1]))
-    one, still = np.ones((rows.size, est.segments[i].time.size)), np.zeros((rows.size, len(est.kernels.STATES)))
-    _carry(est, trace, i, axes, one, still, found, pushed)
-    own = slice(est.edges[i] * CHANNELS, est.edges[i + 1] * CHANNELS)
-    out[rows, own] = found[:, own]
+def _carry_pushes(est: Estimator, trace: Trace, i: int, pushed: np.ndarray, out: np.ndarray) -> None:
+    """Fill the derivatives (m, N*6) by entries that push the states (T, m, n)."""
+    m = pushed.shape[1]
+    axes = np.arange(m) + est.n_forces + CHANNELS
+    one, still = np.ones((m, est.segments[i].time.size)), np.zeros((m, len(est.kernels.STATES)))
+    _carry(est, trace, i, axes, one, still, out, pushed)
 
 
 def _carry_sensors(

@@ -17,11 +17,11 @@ import numpy as np
 from ....models import kernels as kernel_store
 from ...gaps import clock_of
 from ...series import sensor_sd
+from ...threads import in_threads
 from .force_units import force_units
 from .runs import KEPT, Recent, filtered
 from .segments import Segment, rudder_sd, segments_of
 from .settings import Noise, Parameter, Setting
-from .threads import in_threads
 from .vector import CHANNELS, OUTER, PLACE, SYMBOLS, base_vector, names_of, state_of
 
 if TYPE_CHECKING:
@@ -199,13 +199,13 @@ class Estimator:
 
     def evaluate(self, s: Setting, traced: bool = False) -> Innovations:
         """Innovations of all segments at a setting; traced where derivatives will probably be asked for there."""
-        one = partial(filtered, self, s, free=None, traced=traced)
+        one = partial(filtered, self, s, free=None, traced=traced, keep=True)
         return self.gathered([run for run, _ in self.in_threads(one, range(len(self.segments)))])
 
     def many(
         self, settings: Sequence[Setting], segments: Sequence[Sequence[int] | None] | None = None
     ) -> list[Innovations]:
-        """Innovations at several settings; segments: for each, those that are run (None: all)."""
+        """Innovations at several settings, to compare them; segments: for each, those that are run (None: all)."""
         every = range(len(self.segments))
         which = [every if chosen is None else chosen for chosen in segments or [None] * len(settings)]
         jobs = [(s, i) for s, chosen in zip(settings, which, strict=True) for i in chosen]
@@ -223,11 +223,11 @@ class Estimator:
 
     def run(self, s: Setting, segment: int, free: int | None = None) -> Run:
         """One segment through the filter, freely from sample `free` on."""
-        return filtered(self, s, segment, free, False)[0]
+        return filtered(self, s, segment, free, traced=False, keep=False)[0]
 
     def traced(self, s: Setting, segment: int) -> tuple[Run, Trace]:
         """One segment through the filter, with all that derivatives need of the run."""
-        run, trace = filtered(self, s, segment, None, True)
+        run, trace = filtered(self, s, segment, None, traced=True, keep=True)
         assert trace is not None
         return run, trace
 
@@ -245,7 +245,7 @@ class Estimator:
 
     @cached_property
     def recent(self) -> Recent:
-        """The latest runs."""
+        """The latest runs that fits may come back to."""
         return Recent(KEPT * len(self.segments))
 
     @cached_property

@@ -93,8 +93,15 @@ def _step(est: Estimator, point: Point) -> tuple[float, Point]:
             return np.zeros(nf + 1), np.inf
         return _bounded_step(gradient, fisher + damping * np.diag(np.diag(fisher)), q), np.inf
 
+    calm: list[Point] = []  # without forces their time is nothing to the likelihood: another such trial fails as well
+
     def reached(change: np.ndarray) -> Point:
-        return _stored(est, replace(point.setting, noise=_moved(est, noise, sensors, change)))
+        there = _moved(est, noise, sensors, change)
+        if there.has_forces:
+            return _stored(est, replace(point.setting, noise=there))
+        if not calm:
+            calm.append(_stored(est, replace(point.setting, noise=there)))
+        return calm[0]
 
     trial = try_steps(step, reached, point.cost + ROUNDING, 0.0, 0.0, RULE)
     return (point.cost - trial.point.cost, trial.point) if trial.better else (0.0, point)

@@ -1,4 +1,4 @@
-"""Runs of the filter over single segments; the latest are kept, as fits come back to settings that they have just left.
+"""Runs of the filter over single segments; a fit's latest are kept, as fits come back to what they have just left.
 
 What is kept is found by the content of everything that a run depends on beside the estimator itself.
 """
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .settings import Setting
 
     Made = tuple[Run, Trace | None]
-KEPT = 3
+KEPT = 2
 """Runs of each segment that are kept."""
 
 
@@ -49,8 +49,9 @@ class Recent:
                 self._made.popitem(last=False)
 
 
-def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced: bool) -> Made:
-    """One segment through the filter, freely from sample `free` on (None: as the estimator says), traced or not.
+def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced: bool, keep: bool) -> Made:
+    """One segment through the filter, freely from sample `free` on (None: as the estimator says), traced or not, and
+    kept or not.
 
     The arrays are shared: they are not written to.
     """
@@ -58,7 +59,7 @@ def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced:
     from ._kernel import run_filter
 
     free = est.released(segment) if free is None else free
-    key = (segment, free, *_content(s, segment))
+    key = (segment, free, *_content(est, s, segment))
     found = est.recent.get(key, traced)
     if found is not None:
         return found
@@ -73,15 +74,16 @@ def filtered(est: Estimator, s: Setting, segment: int, free: int | None, traced:
     )  # fmt: skip
     run_filter(est.kernels.rhs, est.kernels.jacobian, est.shape, est.places, recorded, values, free, run, trace)
     made = run, trace if traced else None
-    est.recent.put(key, made)
+    if keep:
+        est.recent.put(key, made)
     return made
 
 
 def pushes(est: Estimator, s: Setting, segment: int, run: Run, varied: Sequence[int], steps: np.ndarray) -> np.ndarray:
-    """Changes (m, T, n) of the states over the next step by entries of the vector, along a run at the setting."""
+    """Changes (T, m, n) of the states over the next step by entries of the vector, along a run at the setting."""
     from ._pushes import run_pushes  # numba
 
-    found = np.zeros((len(varied), run.e.shape[0], est.shape.n))
+    found = np.zeros((run.e.shape[0], len(varied), est.shape.n))
     if len(varied):
         recorded, values = _arguments(est, s, segment)
         model, which = (est.kernels.rhs, est.kernels.jacobian), np.array(varied, np.int64)
@@ -100,9 +102,12 @@ def _arguments(est: Estimator, s: Setting, segment: int) -> tuple[Recorded, Valu
     return recorded, Values(vector, est.unit, noise.sensor_sd, noise.force_sd, tau, added, error)
 
 
-def _content(s: Setting, segment: int) -> tuple:
-    """What a run of a segment depends on, of a setting."""
-    noise = s.noise
+def _content(est: Estimator, s: Setting, segment: int) -> tuple:
+    """What a run of a segment depends on, of a setting: the time of a rudder fault of no size is nothing to it."""
+    noise, vector = s.noise, s.vectors[segment]
+    if vector[est.index["rudder_fault"]] == 0.0:
+        vector = vector.copy()
+        vector[est.index["rudder_fault_time"]] = 0.0
     added = None if s.added is None else s.added[segment].tobytes()
-    numbers = (s.vectors[segment], noise.sensor_sd, noise.force_sd)
+    numbers = (vector, noise.sensor_sd, noise.force_sd)
     return (*(part.tobytes() for part in numbers), noise.correlation_time_s, added)

@@ -65,6 +65,8 @@ def test_kernel_values(kind, rng):
         "poly": (0.3 * a @ b.T + 0.5) ** 3,
     }[kind]
     assert solve.kernel_matrix(kind, a, b, 0.3, 3, 0.5) == pytest.approx(expected, rel=1e-11, abs=1e-12)
+    whole, upper = solve.kernel_matrix(kind, a, a, 0.3, 3, 0.5), solve.kernel_triangle(kind, a, 0.3, 3, 0.5)
+    assert np.triu(upper) == pytest.approx(np.triu(whole), rel=1e-11, abs=1e-12)
 
 
 def test_mad_rule_and_pseudo_median():

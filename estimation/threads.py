@@ -19,6 +19,15 @@ def in_threads(threads: int, work: Callable[[T], R], items: Iterable[T]) -> list
     return list(_pool(threads).map(in_context(work), items))
 
 
+def beside(threads: int, one: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:
+    """Results of two pieces of work that hand out work to threads themselves; below two threads one after the other."""
+    if threads < 2:
+        return one(), other()
+    with ThreadPoolExecutor(1) as pool:
+        later = pool.submit(copy_context().run, other)
+        return one(), later.result()
+
+
 def in_context(work: Callable[[T], R]) -> Callable[[T], R]:
     """Work that a thread does in the caller's context, which says how floating-point errors are treated."""
     context = copy_context()
