@@ -1,12 +1,12 @@
 """Forward selection of groups of numbers by free runs of records that were left out.
 
 A group enters if the score of the left-out records falls by more than LEAST and by more than two jackknife standard
-errors over records, and that of their plain free runs by more than one.  Of those that enter, the one of the largest
-fall per number goes first, so that many numbers take only what few have left; one that makes a state of left-out
-records worse than the base goes after all others.  Groups whose scores cannot be distinguished from the best are ties.
-At the end groups whose removal costs less than that leave again, and steps after which a state is worse than by the
-base are taken back.  Nothing enters where free runs are as good as needed: then a significant fall is that of a
-difference without importance.
+errors over records (with few records the 97.5 % point of Student's t), and that of their plain free runs by more than
+one.  Of those that enter, the one of the largest fall per number goes first, so that many numbers take only what few
+have left; one that makes a state of left-out records worse than the base goes after all others.  Groups whose scores
+cannot be distinguished from the best are ties.  At the end groups whose removal costs less than that leave again, and
+steps after which a state is worse than by the base are taken back.  Nothing enters where free runs are as good as
+needed: then a significant fall is that of a difference without importance.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equation
 from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, score_difference
 from ...estimation.mixed_effects.problem import Problem, pooled
 from ...estimation.threads import in_threads
+from ..statistics.tails import student_quantile
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
@@ -219,8 +220,9 @@ def _per_number(group: Group, gain: float) -> float:
 
 
 def _enters(problem: Problem, fall: Fall) -> bool:
-    least = LEAST * len(problem.state_places)
-    return fall.gain > max(least, 2.0 * fall.error) and fall.free_gain > fall.free_error
+    least, count = LEAST * len(problem.state_places), len(problem.runs)
+    errors = max(2.0, float(student_quantile(0.975, max(count - 1, 1))))
+    return fall.gain > max(least, errors * fall.error) and fall.free_gain > fall.free_error
 
 
 def _tied(problem: Problem, best: Attempt, other: Attempt) -> bool:

@@ -161,10 +161,17 @@ def free_runs(held: Estimator, s: Setting) -> list[np.ndarray]:
 
 
 def free_run(est: Estimator, s: Setting, segment: int) -> np.ndarray:
-    """Predicted channels (T, 6) of a segment, run freely from START_S on."""
+    """Predicted channels (T, 6) of a segment, run freely from START_S on.
+
+    The filter only gives the state that the run starts from: where it is lost with the noise of the setting, it starts
+    with the first guess of the noise.
+    """
     time = est.segments[segment].time
-    free = int(np.searchsorted(time, min(START_S * est.clock, 0.2 * time[-1])))
-    return est.free_run(s, segment, max(free, 2))
+    free = max(int(np.searchsorted(time, min(START_S * est.clock, 0.2 * time[-1]))), 2)
+    found = est.free_run(s, segment, free)
+    if np.isfinite(found[:, est.channels]).all():
+        return found
+    return est.free_run(replace(s, noise=est.start().noise), segment, free)
 
 
 def scored_from(held: Estimator, per_record: bool) -> list[int]:
