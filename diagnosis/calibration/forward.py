@@ -1,7 +1,7 @@
 """Forward selection of groups of numbers by free runs of records that were left out.
 
 A group enters if the score of the left-out records falls by more than LEAST and by more than two jackknife standard
-errors over records (with few records the 97.5 % point of Student's t), and that of their plain free runs by more than
+errors over records (with few records the 95 % point of Student's t), and that of their plain free runs by more than
 one.  Of those that enter, the one of the largest fall per number goes first, so that many numbers take only what few
 have left; one that makes a state of left-out records worse than the base goes after all others.  Groups whose scores
 cannot be distinguished from the best are ties.  At the end groups whose removal costs less than that leave again, and
@@ -221,7 +221,7 @@ def _per_number(group: Group, gain: float) -> float:
 
 def _enters(problem: Problem, fall: Fall) -> bool:
     least, count = LEAST * len(problem.state_places), len(problem.runs)
-    errors = max(2.0, float(student_quantile(0.975, max(count - 1, 1))))
+    errors = max(2.0, float(student_quantile(0.95, max(count - 1, 1))))
     return fall.gain > max(least, errors * fall.error) and fall.free_gain > fall.free_error
 
 

@@ -57,6 +57,8 @@ SHOWN, MOVED = 8, 2.0
 """Numbers that are told at most, and posterior standard deviations from which they count as moved."""
 GAINS = ("b", "b1")
 """Turning gains of response models: a rudder of another effectiveness is nothing else."""
+TAKEN_BACK = 0.1
+"""Share of a sensor's size up to which what two stages say of it together is nothing."""
 HULL = "a description of the hull, which wrong numbers of the base model cannot be told from"
 
 
@@ -182,12 +184,30 @@ def _told(
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
     held_out = thinned(given.held_out, raw.est.model)
     predicted = gain_of(state, base_setting(state, options), setting, held_out, rng)
-    every = (*map(of_fault, given.faults), *given.tracks.findings, *sensors.findings, *findings)
+    every = (*map(of_fault, given.faults), *given.tracks.findings, *once(sensors.findings, findings))
     instruments = combined(given.instruments, sensors.instruments)
     extended = extended_model(raw.est, setting, [a.cause for a in causes], {**instruments})
     noise = noise_of(raw.est, done.found.final.setting)
     bank = _bank(done, every, cannot)
     return diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, predicted, noise=noise)
+
+
+def once(of_channels: Sequence[Finding], of_motion: Sequence[Finding]) -> list[Finding]:
+    """Findings of both stages, a cause that both name once, of both sizes together; not at all where the second size
+    takes the first one back, which was that of a cause it was tied with."""
+    later = {f.cause: f for f in of_motion if f.sizes}
+    out = []
+    for f in of_channels:
+        if f.cause not in later or not f.sizes:
+            out.append(f)
+            continue
+        one, other = f.sizes[0], later[f.cause].sizes[0]
+        middle = one.value + other.value
+        half = 0.5 * float(np.hypot(one.high - one.low, other.high - other.low))
+        if abs(middle) > max(half, TAKEN_BACK * abs(one.value)):
+            both = replace(one, value=middle, low=middle - half, high=middle + half)
+            out.append(replace(f, sizes=(both,), evidence=f"{f.evidence}; {later[f.cause].evidence}"))
+    return [*out, *(f for f in of_motion if f.cause not in {a.cause for a in of_channels if a.sizes} or not f.sizes)]
 
 
 def _findings(done: Conclusion, rng: np.random.Generator) -> list[Finding]:

@@ -7,8 +7,9 @@ from helmbench.bench.kinds.diagnosis.bases import base_model
 from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.discrepancy.diagnosed import of_hull
+from helmbench.diagnosis.discrepancy.diagnosed import of_hull, once
 from helmbench.diagnosis.discrepancy.shares import OfChannel
+from helmbench.diagnosis.result import Finding, Size
 from helmbench.models.model import model_to_json, resolve
 
 from ...injections import injected
@@ -89,3 +90,21 @@ def test_what_is_not_named_explains_nothing():
     assert channel.explained([]) == pytest.approx(1.0)
     assert channel.explained([0]) == pytest.approx(0.5 / 0.8)
     assert channel.explained([1]) == pytest.approx(1.0)
+
+
+def named(cause, *sizes, tied_with=()):
+    return Finding(cause, tied_with, "kinematics", 50.0, 1e-6, tuple(Size("b", *size, "rad") for size in sizes))
+
+
+def test_a_cause_of_two_stages_is_named_once():
+    """A second size adds to the first; one that takes it back leaves what the first was tied with."""
+    first = named("heading_offset", (0.013, 0.012, 0.014), tied_with=("axis_misalignment",))
+    other = named("axis_misalignment", (-0.013, -0.014, -0.012))
+    back = named("heading_offset", (-0.0131, -0.0136, -0.0126))
+    more = named("heading_offset", (0.004, 0.0035, 0.0045))
+    assert once([first], [other, back]) == [other]
+    found, last = once([first], [more, other])
+    assert last == other and found.cause == "heading_offset"
+    (size,) = found.sizes
+    assert size.value == pytest.approx(0.017) and size.low < 0.016 < 0.018 < size.high
+    assert once([first], [other]) == [first, other]

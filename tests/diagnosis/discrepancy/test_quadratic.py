@@ -75,3 +75,15 @@ def test_spreads_of_blocks_agree_with_the_likelihood_where_rows_are_independent(
     values, spread = by_record(q, START, np.array([12]))
     assert values.shape == spread.shape == (3, 1)
     assert np.all(np.abs(values[:, 0] - truth[12]) < 6.0 * spread[:, 0])
+
+
+def test_a_parameter_that_changes_nothing_stays_at_zero(rng):
+    """A cause without any effect in the records: no size, no spread, and the others as without it."""
+    q, columns, e, _ = regression(rng, 1.0)
+    edges = np.linspace(0, len(e), 31).astype(int)
+    cuts = [(i % 3, int(a), int(b)) for i, (a, b) in enumerate(itertools.pairwise(edges))]
+    wide = np.vstack([columns, np.zeros((1, columns.shape[1]))])
+    more = quadratic(wide, e, np.zeros(14), cuts, np.append(q.group, -1), q.const, 0.0)
+    one, both = mode(q, START, [12]), mode(more, START, [12, 13])
+    assert both.x[13] == 0.0 and both.x[:13] == pytest.approx(one.x, rel=1e-6, abs=1e-12)
+    assert both.evidence == pytest.approx(one.evidence) and inflation(more, both, np.array([13])) == 1.0

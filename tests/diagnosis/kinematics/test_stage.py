@@ -44,3 +44,35 @@ def test_a_scale_that_no_sensor_has_is_not_told(rng):
     assert all(
         a.column("yaw_rate_rad_s") is b.column("yaw_rate_rad_s") for a, b in zip(records, found.train, strict=True)
     )
+
+
+def test_sizes_of_other_signs_are_none_of_the_instrument(rng):
+    """An offset of the sway to starboard in one record and to port in another; a gyro's zero may do that."""
+    records = injected("mariner", (), rng).train
+    sway = 0.03 * float(np.nanmean(records[0].column("surge_m_s")))
+    leaning = [
+        r.with_channels(sway_m_s=r.column("sway_m_s") + b) for r, b in zip(records, (sway, -sway, 0.0), strict=True)
+    ]
+    found = sensors_of(leaning, ())
+    print(found.findings)
+    assert found.findings == () and found.instruments == {}
+    zero = 0.1 * float(np.nanstd(records[0].column("yaw_rate_rad_s")))
+    drifting = [
+        r.with_channels(yaw_rate_rad_s=r.column("yaw_rate_rad_s") + b)
+        for r, b in zip(records, (zero, -zero, 0.0), strict=True)
+    ]
+    assert [f.cause for f in sensors_of(drifting, ()).findings] == ["yaw_rate_bias"]
+
+
+def test_one_size_that_differs_leaves_the_others_as_they_are(rng):
+    """A sway offset of another sign in each record and one scale of the speed in all: the scale is found."""
+    records = injected("mariner", (), rng).train
+    sway = 0.03 * float(np.nanmean(records[0].column("surge_m_s")))
+    both = [
+        r.with_channels(surge_m_s=1.03 * r.column("surge_m_s"), sway_m_s=1.03 * r.column("sway_m_s") + b)
+        for r, b in zip(records, (sway, -sway, 0.0), strict=True)
+    ]
+    found = sensors_of(both, ())
+    print(found.findings)
+    (scale,) = [f for f in found.findings if f.cause == "speed_scale"]
+    assert scale.sizes[0].value == pytest.approx(0.03, abs=0.006)
