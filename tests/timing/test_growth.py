@@ -155,16 +155,20 @@ def test_output_error_of_many_short_records(ratios, benchmark, tmp_path):
 
 # ---- whole commands
 
-DIAGNOSIS = """
+RECORDS = """
 import helmbench
 texts = ["zigzag:10/10", "zigzag:20/20", "turn:20", "zigzag:20/20:port", "sine:15deg/120s"]
 long = {{"noise": "low", "duration_s": 600.0, "dt_s": 0.5}}
 made = [helmbench.simulate("mariner", text, seed=k, **long) for k, text in enumerate(texts)]
-model = helmbench.resolve("mariner")
+"""
+DIAGNOSIS = (
+    RECORDS
+    + """model = helmbench.resolve("mariner")
 model = model.with_coefficients({factor} * model.coefficients)
 helmbench.diagnose(model, made[:3], made[3:], coefficient_sd={sd})
 report()
 """
+)
 BASES = {"known": (1.0, 0.0, 3.0), "off by a tenth and free": (1.1, None, 8.0)}
 """Coefficients of the base model -> their factor, the standard deviations that are given, and the target, s."""
 
@@ -178,6 +182,20 @@ def test_diagnosis_of_five_records(ratios, benchmark, tmp_path, base):
     ratios.row(f"{name}: wall time", "s", middle(found, "wall"), most=most, remark=told, limit=limit)
     limit = "kernels, SciPy and the filter's stored steps"
     ratios.row(f"{name}: memory", "GB", middle(found, "gb"), most=0.4, limit=limit)
+
+
+CHECK = (
+    RECORDS
+    + """start = time.process_time()
+helmbench.check(made)
+report(own=time.process_time() - start)
+"""
+)
+
+
+def test_check_of_five_records(ratios, benchmark, tmp_path):
+    found = repeated(benchmark, CHECK.format(), tmp_path)
+    ratios.row("check five records of 600 s at 2 Hz, without the start", "CPU s", middle(found, "own"), most=1.0)
 
 
 SUITE = """
