@@ -158,17 +158,20 @@ def test_output_error_of_many_short_records(ratios, benchmark, tmp_path):
 RECORDS = """
 import helmbench
 texts = ["zigzag:10/10", "zigzag:20/20", "turn:20", "zigzag:20/20:port", "sine:15deg/120s"]
-long = {{"noise": "low", "duration_s": 600.0, "dt_s": 0.5}}
+long = {"noise": "low", "duration_s": 600.0, "dt_s": 0.5}
 made = [helmbench.simulate("mariner", text, seed=k, **long) for k, text in enumerate(texts)]
 """
-DIAGNOSIS = (
-    RECORDS
-    + """model = helmbench.resolve("mariner")
+DIAGNOSIS = """
+model = helmbench.resolve("mariner")
 model = model.with_coefficients({factor} * model.coefficients)
 helmbench.diagnose(model, made[:3], made[3:], coefficient_sd={sd})
 report()
 """
-)
+CHECK = """
+start = time.process_time()
+helmbench.check(made)
+report(own=time.process_time() - start)
+"""
 BASES = {"known": (1.0, 0.0, 3.0), "off by a tenth and free": (1.1, None, 8.0)}
 """Coefficients of the base model -> their factor, the standard deviations that are given, and the target, s."""
 
@@ -176,7 +179,7 @@ BASES = {"known": (1.0, 0.0, 3.0), "off by a tenth and free": (1.1, None, 8.0)}
 @pytest.mark.parametrize("base", BASES)
 def test_diagnosis_of_five_records(ratios, benchmark, tmp_path, base):
     factor, sd, most = BASES[base]
-    found = repeated(benchmark, DIAGNOSIS.format(factor=factor, sd=sd), tmp_path)
+    found = repeated(benchmark, RECORDS + DIAGNOSIS.format(factor=factor, sd=sd), tmp_path)
     name = f"diagnose 3 + 2 records of 600 s at 2 Hz, coefficients {base}, the whole process"
     told, limit = f"{middle(found, 'cpu'):.2f} CPU s", "the filter's likelihood and its derivatives for every cause"
     ratios.row(f"{name}: wall time", "s", middle(found, "wall"), most=most, remark=told, limit=limit)
@@ -184,17 +187,8 @@ def test_diagnosis_of_five_records(ratios, benchmark, tmp_path, base):
     ratios.row(f"{name}: memory", "GB", middle(found, "gb"), most=0.4, limit=limit)
 
 
-CHECK = (
-    RECORDS
-    + """start = time.process_time()
-helmbench.check(made)
-report(own=time.process_time() - start)
-"""
-)
-
-
 def test_check_of_five_records(ratios, benchmark, tmp_path):
-    found = repeated(benchmark, CHECK.format(), tmp_path)
+    found = repeated(benchmark, RECORDS + CHECK, tmp_path)
     ratios.row("check five records of 600 s at 2 Hz, without the start", "CPU s", middle(found, "own"), most=1.0)
 
 
