@@ -46,8 +46,13 @@ RUNS = 1000
 MULTIPLIERS = 10_000
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 LONGEST_FIT_S = 10.0
+MORE_STEPS = "linear in each iteration; longer records need more of them"
+MEMORY = "one pass over the rows, which no longer fit in the processor's caches at the largest size"
 LIMITS = {
-    "output-error": "linear in each iteration; longer records need more of them",
+    **dict.fromkeys(("output-error", "pem"), MORE_STEPS),
+    **dict.fromkeys(("grey-residual", "grey-gp"), f"output error, which they start from: {MORE_STEPS}"),
+    **dict.fromkeys(("mean", "straight-line", "ls", "arx", "lts", "sindy", "subspace", "narx-poly"), MEMORY),
+    "kernel-ridge": "not looked into: its free runs against 500 rows are linear in samples",
 }
 """What keeps a method's cost from being linear in samples."""
 STEERED = {"response-2": "zigzag:20/20", "mariner": "prbs:30deg/20s"}
