@@ -39,7 +39,8 @@ class Ratios:
         low, ratio, high = np.quantile(ratios, [0.0, 0.5, 1.0]).tolist() if len(ratios) else (None,) * 3
         target = "" if least is most is None else f">= {least:g}" if least is not None else f"<= {most:g}"
         judged = ratio if least is not None else ours
-        reached = None if not target or judged is None else judged >= least if least is not None else judged <= most
+        held = None if not target or judged is None else judged >= least if least is not None else judged <= most
+        reached = None if held is None else bool(held)
         row = {"what": what, "unit": unit, "ours": ours, "other": other, "ratio": ratio, "low": low, "high": high}
         row |= {"repeats": len(ratios), "target": target, "reached": reached, "remark": remark, "limit": limit, **more}
         self.config.stash.setdefault(ROWS, []).append(row)
