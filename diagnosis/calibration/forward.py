@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
 
 LEAST = 0.05
-"""Fall of the score for each state and number below which a group does not matter: the errors fall by a twentieth."""
+"""Fall of the score for each state below which a group does not matter: the errors fall by a twentieth."""
 REFITTED, FEW = 4, 2
 """Groups of the largest predicted fall, and of the largest per number, that are refitted in each step."""
 SHORT, LONG = 4, 14
@@ -108,7 +108,7 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
     if free is not None:
         now = attempt(problem, (free,), None, LONG)
         fall = score_difference(problem, base.left_out, now.left_out)
-        steps += [Step(free, now, fall)] if _enters(problem, free, fall) else []
+        steps += [Step(free, now, fall)] if _enters(problem, fall) else []
     while len(steps) < most and _needed(problem, now):
         tried = _tried(problem, now, groups)
         entered = _single(problem, base, now, tried) or _pair(problem, now, tried)
@@ -120,7 +120,7 @@ def select(problem: Problem, groups: Sequence[Group], free: Group | None = None,
     final = _without_idle(problem, now, () if free is None else (free,))
     if _worse(problem, base, final):
         final = next((s.attempt for s in reversed(steps) if not _worse(problem, base, s.attempt)), base)
-    idle = free is not None and not _enters(problem, free, score_difference(problem, base.left_out, final.left_out))
+    idle = free is not None and not _enters(problem, score_difference(problem, base.left_out, final.left_out))
     if not steps or not final.groups or idle:
         return Selection(base, (), base, refused)
     kept_ids = {group.id for group in final.groups}
@@ -149,7 +149,7 @@ def _likely(problem: Problem, now: Attempt, trial: Attempt) -> bool:
 
 def _single(problem: Problem, base: Attempt, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
     """The step of the group of the largest fall per number, none where no group enters."""
-    entering = [t for t in tried if _enters(problem, _new(now, t[0]), t[1]) and _likely(problem, now, t[0])]
+    entering = [t for t in tried if _enters(problem, t[1]) and _likely(problem, now, t[0])]
     if not entering:
         return []
     harmless = [t for t in entering if not _worse(problem, base, t[0])]
@@ -172,7 +172,7 @@ def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
             continue
         falls = [score_difference(problem, alone.left_out, both.left_out) for alone in (other, one)]
         whole = score_difference(problem, now.left_out, both.left_out)
-        if all(_enters(problem, g, fall) for g, fall in zip((*groups, groups[0]), (*falls, whole), strict=True)):
+        if all(_enters(problem, fall) for fall in (whole, *falls)):
             found.append((whole.gain, [Step(g, both, fall) for g, fall in zip(groups, falls, strict=True)]))
     return max(found, key=lambda item: item[0])[1] if found else []
 
@@ -219,8 +219,8 @@ def _per_number(group: Group, gain: float) -> float:
     return gain / len(group.sd)
 
 
-def _enters(problem: Problem, group: Group, fall: Fall) -> bool:
-    least = LEAST * len(problem.state_places) * (len(group.sd) if problem.model.is_3dof else 1)
+def _enters(problem: Problem, fall: Fall) -> bool:
+    least = LEAST * len(problem.state_places)
     errors = max(2.0, student_quantile(0.95, max(len(problem.runs) - 1, 1)))
     return fall.gain > max(least, errors * fall.error) and fall.free_gain > errors * fall.free_error
 
@@ -242,9 +242,9 @@ def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()
         for group in final.groups[len(always) : -1]:
             rest = tuple(g for g in final.groups if g.id != group.id)
             trial = attempt(problem, rest, None, LONG)
-            trials.append((score_difference(problem, trial.left_out, final.left_out), trial, group))
-        fall, trial, idle = min(trials, key=lambda item: item[0].gain)
-        if _enters(problem, idle, fall):
+            trials.append((score_difference(problem, trial.left_out, final.left_out), trial))
+        fall, trial = min(trials, key=lambda item: item[0].gain)
+        if _enters(problem, fall):
             return final
         final = trial
     return final
