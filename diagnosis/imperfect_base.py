@@ -18,6 +18,7 @@ from .causes.base_coefficients import BaseCoefficients
 from .causes.registry import bank
 from .causes.rudder_offset import RudderOffset
 from .gain.free_runs import gains_of_traces
+from .gain.guard import WORSE
 from .result import Entry, Finding, Size
 from .statistics.tails import student_tail
 
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 OF_RECORDS = ("current", "wind")
 """Causes that a record has of its own: where they show at all, the numbers of free runs would take them up."""
 STAGE = "free runs"
-WORSE = 1.05
-"""Ratio of the errors of left-out records, in any channel, from which the numbers that moved are not taken over."""
 UNITS = {"rudder_offset": "rad"}
 
 

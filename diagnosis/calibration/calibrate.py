@@ -22,6 +22,7 @@ from ...models.model import CHANNELS
 from ...models.time_scale import time_scale_s
 from ..causes.base import NORMAL_90
 from ..causes.rudder_offset import RudderOffset
+from ..gain.guard import WORSE
 from ..options import THREADS
 from .advice import next_runs
 from .forward import ADEQUATE, Attempt, Selection, select
@@ -40,7 +41,6 @@ PIECE = 10.0
 """Shortest piece of a record, in ship lengths sailed."""
 NAMED, PARTLY = 0.8, 0.2
 """Shares of the explainable squared error that a verdict needs."""
-WORSE = 1.05
 
 
 def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] = ()) -> Calibration:

@@ -1,9 +1,9 @@
 """Forward selection of groups of numbers by free runs of records that were left out.
 
 A group enters if the score of the left-out records, and that of their plain free runs, fall by more than two jackknife
-standard errors over records (with few records by the 95 % point of Student's t), and by more than LEAST.  Of those that
-enter, the one of the largest fall per number goes first, so that many numbers take only what few have left; one that
-makes a state of left-out records worse than the base goes after all others.  Groups whose scores cannot be
+standard errors over records (with few records by the 95 % point of Student's t), and the score by more than LEAST.  Of
+those that enter, the one of the largest fall per number goes first, so that many numbers take only what few have left;
+one that makes a state of left-out records worse than the base goes after all others.  Groups whose scores cannot be
 distinguished from the best are ties.  At the end groups whose removal costs less than that leave again, and steps after
 which a state is worse than by the base are taken back.  Nothing enters where free runs are as good as needed: then a
 significant fall is that of a difference without importance.
@@ -22,6 +22,7 @@ from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equation
 from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, score_difference
 from ...estimation.mixed_effects.problem import Problem, pooled
 from ...estimation.threads import in_threads
+from ..gain.guard import WORSE
 from ..statistics.tails import student_quantile
 
 if TYPE_CHECKING:
@@ -36,8 +37,6 @@ SHORT, LONG = 4, 14
 MOST = 6
 ADEQUATE = 0.05
 """Share of a channel's own motion below which its free-run error is no matter."""
-WORSE = 1.05
-"""Ratio of the free-run errors of left-out records to the base's, in any state, that nothing that stays may exceed."""
 FARTHEST = 4.0
 """Prior standard deviations by which a number of a 3-DOF model is off at most."""
 

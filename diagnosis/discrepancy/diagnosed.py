@@ -195,19 +195,20 @@ def _told(
 def once(of_channels: Sequence[Finding], of_motion: Sequence[Finding]) -> list[Finding]:
     """Findings of both stages, a cause that both name once, of both sizes together; not at all where the second size
     takes the first one back, which was that of a cause it was tied with."""
-    later = {f.cause: f for f in of_motion if f.sizes}
+    sized = {f.cause for f in of_channels if f.sizes}
+    twice = {f.cause: f for f in of_motion if f.sizes and f.cause in sized}
     out = []
     for f in of_channels:
-        if f.cause not in later or not f.sizes:
+        if f.cause not in twice or not f.sizes:
             out.append(f)
             continue
-        one, other = f.sizes[0], later[f.cause].sizes[0]
+        one, other = f.sizes[0], twice[f.cause].sizes[0]
         middle = one.value + other.value
         half = 0.5 * float(np.hypot(one.high - one.low, other.high - other.low))
         if abs(middle) > max(half, TAKEN_BACK * abs(one.value)):
             both = replace(one, value=middle, low=middle - half, high=middle + half)
-            out.append(replace(f, sizes=(both,), evidence=f"{f.evidence}; {later[f.cause].evidence}"))
-    return [*out, *(f for f in of_motion if f.cause not in {a.cause for a in of_channels if a.sizes} or not f.sizes)]
+            out.append(replace(f, sizes=(both,), evidence=f"{f.evidence}; {twice[f.cause].evidence}"))
+    return [*out, *(f for f in of_motion if f.cause not in twice or not f.sizes)]
 
 
 def _findings(done: Conclusion, rng: np.random.Generator) -> list[Finding]:

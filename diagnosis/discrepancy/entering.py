@@ -12,11 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..gain.guard import WORSE
 from .fit import Fitted
 from .shares import left_out, simulated_error, without_numbers
-
-WORSE = 1.05
-"""Ratio of errors (rms) to the base model's, left-out records, that no channel may exceed."""
 
 
 class Entering(NamedTuple):

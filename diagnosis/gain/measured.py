@@ -13,6 +13,7 @@ from ...estimation.filters.innovations.vector import SENSORS
 from ..selection.forward import without
 from ..state import State, Unmodelled
 from . import free_runs
+from .guard import WORSE
 from .left_out import Blocks, left_out_errors, worst_ratio
 
 if TYPE_CHECKING:
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
     from ..causes.base import Cause
     from ..options import Options
     from ..result import Gain, Trace
-
-WORSE = 1.05
-"""Ratio of errors to the base model's, in any channel, that is too much."""
 
 
 @dataclass(frozen=True)
