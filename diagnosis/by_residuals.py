@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from .prepared import Prepared
     from .result import Diagnosis
 
+PREDICTS_WORSE = "training records that were left out are predicted worse with it"
+
 
 @dataclass(frozen=True)
 class Selected:
@@ -67,11 +69,15 @@ def concluded(
     barred : causes that the extended model may not hold.
     """
     state, rng, held_out = found.state, found.rng, thinned(given.held_out, model)
-    out = [a for a in state.accepted if not isinstance(a.cause, Unmodelled) and a.cause.id in barred]
+    out = [cause for cause in state.causes if cause.id in barred]
     predicted = predicting(_without(state, out), held_out, options, rng)
-    failing = (*predicted.failing, *(a.cause for a in out if not isinstance(a.cause, Unmodelled)))
     left = found.left if found.left is not None else _failed(predicted, state)
-    findings = all_findings(state, failing, given.faults, given.tracks, rng)
+    left_out = {c.id: "free runs of records that were left out do not show it" for c in out}
+    immaterial = {c.id: "below the size that matters" for c in found.small}
+    # Parts of a single record are much the same: what they are predicted worse with is told.
+    failing = left_out if state.est.n_records == 1 else immaterial
+    failing |= {c.id: PREDICTS_WORSE for c in predicted.failing}
+    findings = all_findings(state, given.faults, given.tracks, left_out, immaterial, rng)
     instead = bool(state.accepted) and left is not None and left is state.rival
     est = state.est
     extended = extended_model(est, predicted.setting, predicted.state.causes, given.instruments)
@@ -80,7 +86,7 @@ def concluded(
         options,
         verdict.decide(found.poor, left, instead, findings),
         findings,
-        bank_entries(state, found.cannot, findings, given.tracks, found.small),
+        bank_entries(state, found.cannot, findings, given.tracks, immaterial),
         (predicted.gain, predicted.traces),
         noise=noise_of(est, state.setting),
         poor=found.poor,
@@ -88,9 +94,9 @@ def concluded(
     )
 
 
-def _without(state: State, causes: Collection[Candidate]) -> State:
+def _without(state: State, causes: Collection[Cause]) -> State:
     for cause in causes:
-        state = without(state, next(a for a in state.accepted if a.cause == cause.cause))
+        state = without(state, next(a for a in state.accepted if a.cause == cause))
     return state
 
 
@@ -99,5 +105,5 @@ def _failed(found: Predicted, state: State) -> Candidate | None:
     if not found.failing:
         return None
     names = " and ".join(cause.id for cause in found.failing)
-    label = Unmodelled(f"{names}, or what looks like it here: held-out records are predicted worse with it")
+    label = Unmodelled(f"{names}, or what looks like it here: {PREDICTS_WORSE}")
     return Candidate(label, (), 0.0, 0.0, state.setting, state.now)

@@ -31,11 +31,15 @@ if TYPE_CHECKING:
 
 
 def all_findings(
-    state: State, failing: Sequence[Cause], faults: Sequence[RecordFault], tracks: Tracks, rng: np.random.Generator
-) -> list[Finding]:
-    """Findings of all stages; those that predict worse say so."""
-    failed = {cause.id for cause in failing}
-    own = [_left_out(f) if f.cause in failed else f for f in _of_selection(state, rng)]
+    state: State, faults: Sequence[RecordFault], tracks: Tracks, barred: Mapping[str, str],
+    immaterial: Collection[str], rng: np.random.Generator,
+) -> list[Finding]:  # fmt: skip
+    """Findings of all stages.
+
+    barred : causes (ids) that the extended model does not hold, with the reason, which their findings tell.
+    immaterial : causes (ids) that are not told.
+    """
+    own = [_left_out(f, barred) for f in _of_selection(state, rng) if f.cause not in immaterial]
     return [*(of_fault(f) for f in faults), *tracks.findings, *Outliers().findings(state.est), *own]
 
 
@@ -46,9 +50,10 @@ def of_fault(fault: RecordFault) -> Finding:
     return Finding(fault.cause.id, (), "kinematics", fault.statistic, p, (), details=details, evidence=fault.evidence)
 
 
-def _left_out(f: Finding) -> Finding:
-    said = "left out of the extended model, which predicts held-out records worse with it"
-    return replace(f, evidence=f"{f.evidence}; {said}")
+def _left_out(f: Finding, barred: Mapping[str, str]) -> Finding:
+    if f.cause not in barred:
+        return f
+    return replace(f, evidence=f"{f.evidence}; left out of the extended model: {barred[f.cause]}")
 
 
 def _of_selection(state: State, rng: np.random.Generator) -> list[Finding]:
@@ -97,18 +102,17 @@ def bank_entries(
     cannot: Mapping[Cause, str],
     findings: Sequence[Finding],
     tracks: Tracks,
-    small: Collection[Cause] = (),
+    immaterial: Mapping[str, str],
 ) -> tuple[Entry, ...]:
     """One line for every cause of the taxonomy.
 
-    small : causes that the records show, below the size that matters.
+    immaterial : causes (ids) that the records show and that do not matter, with the reason.
     """
     named = {f.cause: f for f in findings}
     tied = {name: f for f in findings for name in f.tied_with}
     every = [_entry(state, cause, named, tied, cannot, dict(tracks.statistics)) for cause in causes().values()]
-    why = "detectable, immaterial: below the size that matters"
-    ids = {cause.id for cause in small}
-    return tuple(replace(e, status="explained_by", why=why) if e.cause in ids else e for e in every)
+    why = {cause: f"detectable, immaterial: {reason}" for cause, reason in immaterial.items()}
+    return tuple(replace(e, status="explained_by", why=why[e.cause]) if e.cause in why else e for e in every)
 
 
 def _entry(
