@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from . import verdict
 from .causes.registry import terms_for
 from .findings import all_findings, bank_entries, diagnosis_of, hypothesis_of, noise_of
 from .gain.extension import extended_model
-from .gain.measured import Predicted, predicting
+from .gain.measured import predicting
 from .residuals.judged import unexplained
 from .selection.forward import select, without
 from .selection.materiality import material
@@ -27,7 +27,10 @@ if TYPE_CHECKING:
     from .prepared import Prepared
     from .result import Diagnosis
 
-PREDICTS_WORSE = "training records that were left out are predicted worse with it"
+SMALL = "below the size that matters"
+NOT_SHOWN = "free runs of records that were left out do not show it"
+PREDICTS_WORSE = "records that were left out are predicted worse with it"
+HARDLY_GAINS = "records that were left out are predicted hardly better with it"
 
 
 @dataclass(frozen=True)
@@ -70,15 +73,18 @@ def concluded(
     """
     state, rng, held_out = found.state, found.rng, thinned(given.held_out, model)
     out = [cause for cause in state.causes if cause.id in barred]
-    predicted = predicting(_without(state, out), held_out, options, rng)
-    left = found.left if found.left is not None else _failed(predicted, state)
-    left_out = {c.id: "free runs of records that were left out do not show it" for c in out}
-    immaterial = {c.id: "below the size that matters" for c in found.small}
-    # Parts of a single record are much the same: what they are predicted worse with is told.
-    failing = left_out if state.est.n_records == 1 else immaterial
-    failing |= {c.id: PREDICTS_WORSE for c in predicted.failing}
-    findings = all_findings(state, given.faults, given.tracks, left_out, immaterial, rng)
-    instead = bool(state.accepted) and left is not None and left is state.rival
+    several, uncertain = state.est.n_records > 1, options.coefficient_sd != 0.0
+    # Where something else is wrong as well, likelihoods of what was tested are not to be trusted: free runs decide.
+    gaining = found.left is not None and several and uncertain
+    predicted = predicting(_without(state, out), held_out, options, rng, gaining)
+    refused = _why(out, NOT_SHOWN) | _why(predicted.failing, PREDICTS_WORSE)
+    left = found.left if found.left is not None else _what_looks_like(refused, state)
+    immaterial = _why(found.small, SMALL) | _why(predicted.idle, HARDLY_GAINS)
+    # Parts of a single record are much alike: what they refuse is told all the same.
+    told, immaterial = ({}, immaterial | refused) if several else (refused, immaterial)
+    findings = all_findings(state, given.faults, given.tracks, told, immaterial, rng)
+    named = any(f.stage == "dynamics" for f in findings)
+    instead = named and left is not None and left is state.rival
     est = state.est
     extended = extended_model(est, predicted.setting, predicted.state.causes, given.instruments)
     return diagnosis_of(
@@ -100,10 +106,13 @@ def _without(state: State, causes: Collection[Cause]) -> State:
     return state
 
 
-def _failed(found: Predicted, state: State) -> Candidate | None:
-    """What was named but predicts worse, as an effect that is not known."""
-    if not found.failing:
+def _why(causes: Iterable[Cause], reason: str) -> dict[str, str]:
+    return {cause.id: reason for cause in causes}
+
+
+def _what_looks_like(refused: Mapping[str, str], state: State) -> Candidate | None:
+    """What fits the residuals and is refused by free runs, as an effect that is not known."""
+    if not refused:
         return None
-    names = " and ".join(cause.id for cause in found.failing)
-    label = Unmodelled(f"{names}, or what looks like it here: {PREDICTS_WORSE}")
-    return Candidate(label, (), 0.0, 0.0, state.setting, state.now)
+    label = f"{' and '.join(refused)}, or what looks like it here: {' and '.join(dict.fromkeys(refused.values()))}"
+    return Candidate(Unmodelled(label), (), 0.0, 0.0, state.setting, state.now)

@@ -80,6 +80,15 @@ def worst_ratio(before: Blocks, after: Blocks, rng: np.random.Generator) -> floa
     return worst
 
 
+def best_ratio(before: Blocks, after: Blocks, rng: np.random.Generator) -> float:
+    """Smallest ratio of errors (rms) among the channels that are predicted better beyond chance; at most 1."""
+    best = 1.0
+    for c, old in before.items():
+        ratio, _, high = ratio_of(old, after[c], rng)
+        best = min(best, ratio) if high < 1.0 else best
+    return best
+
+
 def _parts(est: Estimator) -> list[np.ndarray]:
     """Masks (N,) of the samples that are left out together: of a record, or of a part of the only one."""
     if est.n_records > 1:

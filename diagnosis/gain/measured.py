@@ -14,7 +14,7 @@ from ..selection.forward import without
 from ..state import State, Unmodelled
 from . import free_runs
 from .guard import WORSE
-from .left_out import Blocks, left_out_errors, worst_ratio
+from .left_out import Blocks, best_ratio, left_out_errors, worst_ratio
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -24,23 +24,31 @@ if TYPE_CHECKING:
     from ..options import Options
     from ..result import Gain, Trace
 
+GAINS = 0.95
+"""Ratio of errors with a cause to those without it, in its best channel, from which it gains too little."""
+
 
 @dataclass(frozen=True)
 class Predicted:
-    """The state without the causes that predict worse, the setting that it is simulated at, the gain by channel, the
-    traces that a page shows, and the causes that were left out."""
+    """The state without the causes that were left out, the setting that it is simulated at, the gain by channel, the
+    traces that a page shows, and what was left out: causes that predict worse, and causes that gain too little."""
 
     state: State
     setting: Setting
     gain: dict[str, Gain]
     traces: tuple[Trace, ...]
     failing: tuple[Cause, ...]
+    idle: tuple[Cause, ...]
 
 
-def predicting(state: State, records: Sequence[Record], options: Options, rng: np.random.Generator) -> Predicted:
+def predicting(
+    state: State, records: Sequence[Record], options: Options, rng: np.random.Generator, gaining: bool = False
+) -> Predicted:
     """Leave out causes as long as some channel of training records, left out in turn, is predicted worse with them.
 
     The held-out records take no part in it: they are scored once, at the end.
+
+    gaining : leave out as well what makes no channel of these records better by a twentieth.
     """
     failing: list[Cause] = []
     base = base_setting(state, options)
@@ -51,8 +59,32 @@ def predicting(state: State, records: Sequence[Record], options: Options, rng: n
         trials = [(a, _trial(without(here.state, a), base, least, rule)) for a in here.state.accepted]
         last, here = min(trials, key=lambda trial: trial[1].worst)
         failing += [] if isinstance(last.cause, Unmodelled) else [last.cause]
+    here, idle = _without_idle(here, base, least, rule) if gaining else (here, [])
     gain, traces = gain_of(here.state, base, here.setting, records, rng)
-    return Predicted(here.state, here.setting, gain, traces, tuple(failing))
+    return Predicted(here.state, here.setting, gain, traces, tuple(failing), tuple(idle))
+
+
+def _without_idle(here: _Trial, base: Setting, least: Blocks, rule: _Rule) -> tuple[_Trial, list[Cause]]:
+    """The trial without causes that gain too little, the least useful first, and these causes; what no free run shows
+    (waves, a clock's errors) stays."""
+    idle: list[Cause] = []
+    while True:
+        found: list[tuple[float, Cause, _Trial]] = []
+        for a in here.state.accepted:
+            if a.variant and not isinstance(a.cause, Unmodelled):
+                rest = without(here.state, a)
+                setting = _simulating(rest, base, rule.options)
+                errors = rule.errors(rest.est, setting, _moved(rest))
+                ratio = best_ratio(errors, _errors(here, rule), np.random.default_rng(rule.options.seed))
+                found.append((ratio, a.cause, _trial(rest, base, least, rule)))
+        ratio, cause, trial = max(found, key=lambda item: item[0], default=(0.0, None, here))
+        if cause is None or ratio <= GAINS:
+            return here, idle
+        here, idle = trial, [*idle, cause]
+
+
+def _errors(trial: _Trial, rule: _Rule) -> Blocks:
+    return rule.errors(trial.state.est, trial.setting, _moved(trial.state))
 
 
 @dataclass(frozen=True)

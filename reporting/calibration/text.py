@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..diagnosis.text import channel
+from ..diagnosis.text import channel, worse
 from ..numbers import DEG, interval, number, percent
 from ..tables import Column, Table, console, field, make_table
 
@@ -29,21 +29,13 @@ def terminal(found: Calibration) -> str:
     lines += [f"{found.model.id}: {found.verdict.replace('_', ' ')}. {verdict(found)}", found.reason]
     lines += ["", console(moved_table(found), "  ")] if found.moved else []
     lines += ["", "free-run errors, step by step:", console(steps_table(found), "  ")]
-    lines += [worse(found)] if found.worse else []
+    lines += [worse(found.worse, "calibrated")] if found.worse else []
     return "\n".join([*lines, next_sentence(found)])
 
 
 def verdict(found: Calibration) -> str:
     """The first sentence."""
     return VERDICTS[found.verdict]
-
-
-def worse(found: Calibration) -> str:
-    """Which channels of held-out records are predicted worse."""
-    names = ", ".join(channel(column)[0] for column in found.worse)
-    return (
-        f"Held-out records are predicted worse than by the base model in {names}: use the calibrated model with care."
-    )
 
 
 def next_sentence(found: Calibration) -> str:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...diagnosis.gain.guard import WORSE
 from ..numbers import DEG, interval_digits, number, p_value, with_unit
 from ..tables import console
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ...diagnosis.result import Diagnosis, Entry, Finding, Size
 
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
@@ -86,7 +89,15 @@ def gain_sentence(found: Diagnosis) -> str:
         before, after = number(factor * gain.rmse_before), number(factor * gain.rmse_after)
         changes.append(f"of the {word} from {before} to {after} {unit}")
     what = "it" if len(found.causes) == 1 else "them"
-    return f"Including {what} changes the free-run error on held-out records: {', '.join(changes)}."
+    said = f"Including {what} changes the free-run error on held-out records: {', '.join(changes)}."
+    lost = [name for name in shown if found.gain[name].rmse_after > WORSE * found.gain[name].rmse_before]
+    return f"{said} {worse(lost, 'extended')}" if lost else said
+
+
+def worse(columns: Sequence[str], model: str) -> str:
+    """Which channels of held-out records a model that was made (extended, calibrated) predicts worse."""
+    names = ", ".join(channel(column)[0] for column in columns)
+    return f"Held-out records are predicted worse than by the base model in {names}: use the {model} model with care."
 
 
 def ordered_bank(found: Diagnosis) -> list[Entry]:

@@ -134,7 +134,7 @@ def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     assert entries["yaw_rate_scale"].why == DECIDED
 
 
-def test_a_barred_cause_is_told_but_not_built_in(rng):
+def test_a_cause_that_free_runs_refuse_is_not_named(rng):
     records = runs(rng, cubic=400.0)[:3]
     options = Options(base_parameters="identify").checked(resolve("nomoto-1"))
     model, given = identified(resolve("nomoto-1"), records), Prepared(records, [], [], Tracks())
@@ -142,8 +142,12 @@ def test_a_barred_cause_is_told_but_not_built_in(rng):
     names = {cause.id for cause in shown.state.causes}
     found = concluded(model, given, options, shown, names)
     print(names, found.verdict, found.extended.family)
-    assert names and names <= {f.cause for f in found.causes}
+    assert names and not names & {f.cause for f in found.causes}
+    assert found.verdict == "unexplained" and all(name in found.reason for name in names)
     assert found.extended.family == "nomoto-1"
+    assert {e.why for e in found.bank if e.cause in names} == {
+        "detectable, immaterial: free runs of records that were left out do not show it"
+    }
 
 
 def test_two_records_tell_no_term_that_a_model_lacks(rng):

@@ -1,13 +1,18 @@
 """Errors of left-out training records: a cause stays by what it predicts there."""
 
+from itertools import chain
+
 import numpy as np
 import pytest
 
 from helmbench.diagnosis.causes.clock_jitter import LARGEST_SHARE, largest
+from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import terms_for
-from helmbench.diagnosis.gain.left_out import left_out_errors, worst_ratio
+from helmbench.diagnosis.gain.left_out import best_ratio, left_out_errors, worst_ratio
+from helmbench.diagnosis.gain.measured import predicting
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.starting import starting_state
+from helmbench.diagnosis.state import Candidate
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.estimation.filters.innovations.settings import Parameter
 from helmbench.models.model import resolve
@@ -39,8 +44,34 @@ def test_the_true_cause_predicts_what_was_left_out_and_its_opposite_does_not(sho
     print(np.rad2deg(value), worst_ratio(base, true, rng), worst_ratio(base, wrong, rng))
     assert worst_ratio(base, true, rng) == 1.0
     assert worst_ratio(base, wrong, rng) > 1.3
+    assert best_ratio(base, true, rng) < 0.8 and best_ratio(base, base, rng) == 1.0
     turned = 1  # yaw rate
     assert true[turned][:, 0].sum() < base[turned][:, 0].sum()
+
+
+def two_causes(rng):
+    """Three records of a ship with a rudder offset, both it and a scale of the yaw rate accepted."""
+    train = ("zigzag:20/20", "zigzag:10/10", "zigzag:20/10")
+    case = injected("response-1", ("rudder_offset",), rng, train=train, held_out=("zigzag:20/20",))
+    model = resolve("response-1")
+    est = estimator(model, case.train, terms=terms_for(model))
+    state = starting_state(est, Options(coefficient_sd=0.0))[0]
+    chosen = [cause_of(name) for name in ("rudder_offset", "yaw_rate_scale")]
+    variants = [state.bank[cause][0] for cause in chosen]
+    s, now = state.refit(state.setting, tuple(chain(*variants)), 6)
+    return state.at(s, now, [Candidate(c, v, 0.0, 0.0, s, now) for c, v in zip(chosen, variants, strict=True)])
+
+
+def test_where_each_cause_has_to_gain_a_needless_one_is_left_out(rng):
+    idle = []
+    for _ in range(4):
+        state = two_causes(rng)
+        found, all_kept = predicting(state, (), Options(), rng, gaining=True), predicting(state, (), Options(), rng)
+        print([cause.id for cause in found.idle], [cause.id for cause in found.failing])
+        assert "rudder_offset" in {cause.id for cause in found.state.causes}
+        assert all_kept.idle == ()
+        idle += [cause.id for cause in found.idle]
+    assert idle.count("yaw_rate_scale") >= 2
 
 
 def test_every_sample_after_the_start_is_left_out_once(shown):

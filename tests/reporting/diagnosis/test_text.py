@@ -1,5 +1,7 @@
 """Sentences and sizes of a diagnosis."""
 
+from dataclasses import replace
+
 import pytest
 
 from helmbench.diagnosis.result import Size
@@ -38,3 +40,12 @@ def test_the_terminal_shows_the_gain_as_a_table():
     head = next(i for i, line in enumerate(lines) if line.startswith("  channel"))
     rows = lines[head + 1 : head + 1 + len(found.gain)]
     assert [row.split("  ")[1] for row in rows] == [words.channel(name)[0] for name in found.gain]
+
+
+def test_channels_that_are_predicted_worse_are_told():
+    found = made_up()
+    gain = found.gain["heading_rad"]
+    worse = replace(found, gain=found.gain | {"heading_rad": replace(gain, rmse_after=1.2 * gain.rmse_before)})
+    said = "Held-out records are predicted worse than by the base model in heading: use the extended model with care."
+    assert words.verdict(worse).endswith(said)
+    assert "with care" not in words.verdict(found)
