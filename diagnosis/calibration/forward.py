@@ -4,9 +4,9 @@ A group enters if the score of the left-out records, and that of their plain fre
 standard errors over records (with few records by the 95 % point of Student's t), and the score by more than LEAST.  Of
 those that enter, the one of the largest fall per number goes first, so that many numbers take only what few have left;
 one that makes a state of left-out records worse than the base goes after all others.  Groups whose scores cannot be
-distinguished from the best are ties.  At the end groups whose removal costs less than that leave again, and steps after
-which a state is worse than by the base are taken back.  Nothing enters where free runs are as good as needed: then a
-significant fall is that of a difference without importance.
+distinguished from the best are ties.  At the end groups leave again, the one of the smallest fall per number first, as
+long as that costs less, and steps after which a state is worse than by the base are taken back.  Nothing enters where
+free runs are as good as needed: then a significant fall is that of a difference without importance.
 """
 
 from __future__ import annotations
@@ -235,14 +235,16 @@ def _new(now: Attempt, trial: Attempt) -> Group:
 
 
 def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()) -> Attempt:
-    """The attempt without groups that the others make needless."""
+    """The attempt without groups that the others make needless: the one of the smallest fall per number leaves, as
+    long as that does not matter."""
     while len(final.groups) > len(always) + 1:
         trials = []
-        for group in final.groups[len(always) : -1]:
+        for group in final.groups[len(always) :]:
             rest = tuple(g for g in final.groups if g.id != group.id)
             trial = attempt(problem, rest, None, LONG)
-            trials.append((score_difference(problem, trial.left_out, final.left_out), trial))
-        fall, trial = min(trials, key=lambda item: item[0].gain)
+            fall = score_difference(problem, trial.left_out, final.left_out)
+            trials.append((_per_number(group, fall.gain), fall, trial))
+        _, fall, trial = min(trials, key=lambda item: item[0])
         if _enters(problem, fall):
             return final
         final = trial

@@ -49,11 +49,12 @@ def left_out_errors(
     s : the fit to all records.
     parameters : what was fitted.
     simulated : it was fitted to free runs, else to innovations.
-    per_record : some of them belong to a record, which is then scored after the part that they are estimated from.
+    per_record : some of them belong to a record, which is then scored after the part that they are estimated from; that
+        part stays in the fit.
     """
-    parts = _parts(est)
-    steps = _steps_back(est, s, parameters, simulated, parts)
     starts = scored_from(est, per_record)
+    parts = _parts(est, starts if per_record else [0] * len(starts))
+    steps = _steps_back(est, s, parameters, simulated, parts)
     found: dict[int, list[tuple[float, int]]] = {c: [] for c in np.flatnonzero(est.channels).tolist()}
     for part, step in zip(parts, steps, strict=True):
         trial = s
@@ -89,12 +90,14 @@ def best_ratio(before: Blocks, after: Blocks, rng: np.random.Generator) -> float
     return best
 
 
-def _parts(est: Estimator) -> list[np.ndarray]:
-    """Masks (N,) of the samples that are left out together: of a record, or of a part of the only one."""
+def _parts(est: Estimator, starts: Sequence[int]) -> list[np.ndarray]:
+    """Masks (N,) of the samples that are left out together: of a record, or of a part of the only one, from the first
+    sample that may be left out of each segment on."""
+    late = np.concatenate([np.arange(d.time.size) >= k for d, k in zip(est.segments, starts, strict=True)])
     if est.n_records > 1:
-        return [est.owner == i for i in range(est.n_records)]
+        return [(est.owner == i) & late for i in range(est.n_records)]
     place = np.arange(est.edges[-1]) * PARTS // int(est.edges[-1])
-    return [place == i for i in range(PARTS)]
+    return [(place == i) & late for i in range(PARTS)]
 
 
 def _steps_back(

@@ -5,11 +5,13 @@ from itertools import chain
 import numpy as np
 import pytest
 
+from helmbench.diagnosis.by_residuals import selected
 from helmbench.diagnosis.causes.clock_jitter import LARGEST_SHARE, largest
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import terms_for
+from helmbench.diagnosis.diagnose import corrected_records
 from helmbench.diagnosis.gain.left_out import best_ratio, left_out_errors, worst_ratio
-from helmbench.diagnosis.gain.measured import predicting
+from helmbench.diagnosis.gain.measured import base_setting, predicting
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.starting import starting_state
 from helmbench.diagnosis.state import Candidate
@@ -72,6 +74,23 @@ def test_where_each_cause_has_to_gain_a_needless_one_is_left_out(rng):
         assert all_kept.idle == ()
         idle += [cause.id for cause in found.idle]
     assert idle.count("yaw_rate_scale") >= 2
+
+
+def test_what_belongs_to_a_record_is_known_from_its_first_part_when_the_rest_is_left_out(rng):
+    """A current of every record: without any of its own samples it could be anything."""
+    ratios = []
+    for _ in range(4):
+        case = injected("mariner", ("current",), rng)
+        model, options = resolve("mariner"), Options(coefficient_sd=0.0, only=("current",)).checked(resolve("mariner"))
+        given = corrected_records(model, case.train, (), options)
+        state = selected(model, given, options).state
+        found = predicting(state, (), options, rng)
+        base = left_out_errors(state.est, base_setting(state, options), (), False, True)
+        after = left_out_errors(state.est, state.setting, state.parameters, False, True)
+        print(case.truth, [cause.id for cause in found.failing], best_ratio(base, after, rng))
+        assert [cause.id for cause in state.causes] == ["current"] and not found.failing
+        ratios.append(best_ratio(base, after, rng))
+    assert max(ratios) < 0.8
 
 
 def test_every_sample_after_the_start_is_left_out_once(shown):
