@@ -18,7 +18,7 @@ from .series import Series
 if TYPE_CHECKING:
     from ..models.model import Model
 
-PIECE = 2_000_000
+PIECE = 400_000
 """Numbers of a sensitivity array that are in memory at a time."""
 
 
