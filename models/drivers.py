@@ -16,8 +16,8 @@ TANGENT = types.FunctionType(types.void(A1, A1, A1, A1, i8, A1, A1, A1, A1))
 REGRESS = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
 SERIES, _, HEADING = range(3)
 FADED = 1e-150
-"""Sensitivity below which it is set to zero.  That to an initial state decays with the time, and arithmetic with numbers
-near the smallest that a processor knows takes several times as long."""
+"""Sensitivity below which it is set to zero.  That to an initial state decays with the time, and arithmetic with the
+smallest numbers that a processor knows takes several times as long."""
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, A2), **JIT)
