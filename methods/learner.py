@@ -129,4 +129,4 @@ def in_order(records: Sequence[Record]) -> list[Record]:
         known = {name: np.abs(values[np.isfinite(values)]) for name, values in sorted(record.channels.items())}
         return record.n, *(f"{name} {values.sum():.6g}" for name, values in known.items())
 
-    return sorted(records, key=key)
+    return sorted(records, key=key) if len(records) > 1 else list(records)
