@@ -11,7 +11,7 @@ from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.linear_model import Ridge
 
 
-ROWS = 2048
+ROWS = 512
 """Rows whose terms are computed at a time."""
 
 
