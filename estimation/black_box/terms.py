@@ -10,7 +10,6 @@ import numpy as np
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.linear_model import Ridge
 
-
 ROWS = 512
 """Rows whose terms are computed at a time."""
 
