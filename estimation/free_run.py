@@ -18,7 +18,7 @@ from .series import Series
 if TYPE_CHECKING:
     from ..models.model import Model
 
-PIECE = 2_000_000
+PIECE = 400_000
 """Numbers of a sensitivity array that are in memory at a time."""
 
 
@@ -142,17 +142,22 @@ def _samples_in(series: Series, start: int, stop: int) -> slice | np.ndarray:
 def _at_samples(series: Series, piece: _Piece, within: slice | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Residuals (N, c) and derivatives (N, c, m) at the samples `within` a piece."""
     index = series.index[within] - piece.index.start
-    states, columns = piece.states, piece.columns
+    measured = _in_a_row(series.columns)
+    states, columns = piece.states[:, measured], piece.columns[:, measured]
     if series.on_grid:
-        if index.size and index[-1] - index[0] + 1 == index.size:
-            index = slice(index[0], index[-1] + 1)  # no sample is missing: views instead of copies
-        return series.outputs[within] - states[index][:, series.columns], columns[index][:, series.columns]
-    states, columns = states[:, series.columns], columns[:, series.columns]
+        index = _in_a_row(index)
+        return series.outputs[within] - states[index], columns[index]
     part = series.part[within]
     after = np.minimum(index + 1, len(states) - 1)
     state = (1.0 - part)[:, None] * states[index] + part[:, None] * states[after]
     column = (1.0 - part)[:, None, None] * columns[index] + part[:, None, None] * columns[after]
     return series.outputs[within] - state, column
+
+
+def _in_a_row(indices: np.ndarray) -> slice | np.ndarray:
+    """Indices as a slice where each is one more than the one before: views instead of copies."""
+    first = indices[:1].sum()
+    return slice(first, first + indices.size) if np.array_equal(indices, first + np.arange(indices.size)) else indices
 
 
 def end_state(model: Model, series: Series, state: np.ndarray) -> np.ndarray:

@@ -91,7 +91,7 @@ def noise_floor(values: np.ndarray) -> float:
 
 
 def bridged(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """values (N,) with gaps filled linearly, and at the ends by the nearest value.
+    """values (N,) with gaps filled linearly, and at the ends by the nearest value; the same array if it has no gap.
 
     Raises
     ------
@@ -100,6 +100,8 @@ def bridged(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     known = np.isfinite(values)
     if not known.any():
         raise CannotFit("an input channel has no samples")
+    if known.all():
+        return np.asarray(values, float)
     return np.interp(time_s, time_s[known], values[known])
 
 

@@ -111,10 +111,12 @@ class NarxLearner(Learner):
     def learn(self, records: Sequence[Record], model: Model) -> Fit:
         lags, parts = self.lags(), signals_of(records, model)
         x, y = narx_rows(parts, lags)
-        chosen = evenly_spaced(len(x), self.rows)
+        if self.rows is not None and len(x) > self.rows:
+            chosen = evenly_spaced(len(x), self.rows)
+            x, y = x[chosen], y[chosen]
         symbols = lags.features(model)
-        predictor = learn_narx(x[chosen], y[chosen], lambda _: self.regressor(model, symbols), model, lags, parts[0].dt)
-        return black_box_fit(predictor, rows=len(chosen))
+        predictor = learn_narx(x, y, lambda _: self.regressor(model, symbols), model, lags, parts[0].dt)
+        return black_box_fit(predictor, rows=len(x))
 
 
 def black_box_fit(predictor: Predictor, **extra: Any) -> Fit:
@@ -129,4 +131,4 @@ def in_order(records: Sequence[Record]) -> list[Record]:
         known = {name: np.abs(values[np.isfinite(values)]) for name, values in sorted(record.channels.items())}
         return record.n, *(f"{name} {values.sum():.6g}" for name, values in known.items())
 
-    return sorted(records, key=key)
+    return sorted(records, key=key) if len(records) > 1 else list(records)

@@ -15,6 +15,9 @@ RHS = types.FunctionType(types.void(A1, A1, A1, A1))
 TANGENT = types.FunctionType(types.void(A1, A1, A1, A1, i8, A1, A1, A1, A1))
 REGRESS = types.FunctionType(types.void(A1, A1, A1, A1, A1, A1))
 SERIES, _, HEADING = range(3)
+FADED = 1e-150
+"""Sensitivity below which it is set to zero.  That to an initial state decays with the time, and arithmetic with the
+smallest numbers that a processor knows takes several times as long."""
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, A2), **JIT)
@@ -116,13 +119,18 @@ def tangent_sample(tangent, x, columns, u0, u1, theta, dt, substeps, hold, sourc
 
 @njit(types.void(TANGENT, A1, A2, A1, f8, i8, b1, I1, I1, i8, A1, A2, A2), **JIT)
 def sensitivities(tangent, x0, inputs, theta, dt, substeps, hold, source, target, sparse, start, states, columns):
-    """RK4 of the states and of m sensitivity columns; states (N+1, n) and columns (N+1, n*m) are filled."""
+    """RK4 of the states and of m sensitivity columns; states (N+1, n) and columns (N+1, n*m) are filled.
+
+    Sensitivities smaller than FADED become zero.
+    """
     x, s = x0.copy(), start.copy()
     work = np.empty(4 * x.size + 3 * s.size + inputs.shape[1] * (1 + x.size) + sparse)
     states[0] = x
     columns[0] = s
     for k in range(inputs.shape[0] - 1):
         tangent_sample(tangent, x, s, inputs[k], inputs[k + 1], theta, dt, substeps, hold, source, target, work)
+        for i in range(s.size):
+            s[i] = 0.0 if abs(s[i]) < FADED else s[i]
         states[k + 1] = x
         columns[k + 1] = s
 

@@ -120,8 +120,13 @@ def _of_sets(
     """Features and sets of them, and what each sample adds (m, N) to the scores of those that are seen, if asked for;
     the columns of all features are held meanwhile."""
     left, seen = here.projected(state, found)
-    terms = here.projector.terms(left)[seen] if with_terms else None
-    return _sets(found, left, here.projector.residual, seen), terms
+    sets = _sets(found, left, here.projector.residual, seen)
+    if not with_terms:
+        return sets, None
+    terms = np.empty((np.count_nonzero(seen), left.shape[1] // CHANNELS))
+    for own, j in zip(terms, np.flatnonzero(seen).tolist(), strict=True):
+        own[:] = here.projector.terms(left[j : j + 1])[0]
+    return sets, terms
 
 
 def _blocks(items: Sequence[T]) -> list[Sequence[T]]:

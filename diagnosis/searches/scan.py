@@ -51,8 +51,6 @@ class ByScan(Search):
         return (self.entry,)
 
     def attempt(self, cause: Cause, state: State, before: float, rng: np.random.Generator) -> Candidate | None:
-        from scipy.optimize import minimize_scalar
-
         est = state.est
 
         def changed(value: float) -> Setting:
@@ -71,6 +69,8 @@ class ByScan(Search):
         best = int(np.argmax(gains))
         if gains[best] < before + WORTH_REFINING:
             return None
+        from scipy.optimize import minimize_scalar
+
         ends = np.log([values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)]])
         low, high = min(ends) - 0.3 * (best == 0), max(ends) + 0.3 * (best == len(values) - 1)
         found: Any = minimize_scalar(

@@ -16,12 +16,15 @@ from .forms import KERNELS, NETWORKS, TERMS, TREES
 
 AGREEMENT = 1e-9
 """Relative and absolute difference up to which a form agrees with `predict`."""
+ROUNDING = 10.0 * float(np.finfo(float).eps)
+"""Difference that is allowed besides, relative to the terms of a sum: two orders of summation differ by as much."""
 
 
 class Packed(NamedTuple):
     """A learnt function with k outputs: its form (`forms`), and two arrays whose layout `_kernels` says at each form.
 
-    work : numbers of memory that an evaluation takes.
+    work : numbers of memory that an evaluation takes.  size : of the terms of a sum, which may be far larger than the
+    sum; zero where they are not.
     """
 
     form: int
@@ -29,6 +32,7 @@ class Packed(NamedTuple):
     floats: np.ndarray
     outputs: int
     work: int = 0
+    size: float = 0.0
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Outputs (B, k) at features (B, d)."""
@@ -62,11 +66,16 @@ def compiled(regressors: Sequence[Any], x: np.ndarray) -> Packed | None:
     for form in (_affine, _terms, _kernel, _ridge_kernel, _gaussian_process, _network, _forest, _boosted):
         try:
             found = form(regressors, x.shape[1], expected.shape[1])
-            if found is not None and np.allclose(found(x), expected, rtol=AGREEMENT, atol=AGREEMENT):
+            if found is not None and _agree(found, x, expected):
                 return found
         except (AttributeError, IndexError, KeyError, TypeError, ValueError):
             continue  # the regressors do not have this form
     return None
+
+
+def _agree(found: Packed, x: np.ndarray, expected: np.ndarray) -> bool:
+    """Whether a form gives the expected outputs (N, k) at rows x (N, d), up to the rounding of its terms."""
+    return np.allclose(found(x), expected, rtol=AGREEMENT, atol=AGREEMENT + ROUNDING * found.size)
 
 
 def stacked(regressors: Sequence[Any], x: np.ndarray) -> np.ndarray:
@@ -138,7 +147,9 @@ def _sums(outputs: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
     for (m, own), (scale, vectors, _, b) in zip(shapes, outputs, strict=True):
         _check([scale.shape, vectors.shape, b.shape], [(d,), (m, d), (own,)])
     _check(sum(own for _, own in shapes), k)
-    return _packed(KERNELS, [len(outputs), *shapes], [part for output in outputs for part in output], k)
+    size = max(float(np.abs(weights).sum(axis=0).max()) for _, _, weights, _ in outputs)
+    found = _packed(KERNELS, [len(outputs), *shapes], [part for output in outputs for part in output], k)
+    return found._replace(size=size)
 
 
 def _forest(regressors: Sequence[Any], d: int, k: int) -> Packed:

@@ -67,12 +67,15 @@ def fit_scaled(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], symbols
     ------
     FitFailed : the rows are not finite, or a regressor cannot be fitted.
     """
-    if not all(np.isfinite(rows).all() and np.abs(rows).max() < LARGEST for rows in (x, y)):
+    if not all(max(rows.max(), -rows.min()) < LARGEST for rows in (x, y)):
         raise FitFailed("states or accelerations are not finite")
     still = np.array([symbol in SYMMETRIC for symbol in symbols])
     mean = np.where(still, 0.0, x.mean(axis=0))
     scale, y_scale = inverse_spread(x, mean), 1.0 / inverse_spread(y, np.zeros(y.shape[1]), 1.0)
-    scaled, target = np.round((x - mean) * scale, DIGITS), np.round(y / y_scale, DIGITS)
+    scaled, target = x - mean, y / y_scale
+    scaled *= scale
+    for rows in (scaled, target):
+        np.round(rows, DIGITS, out=rows)
     regressors = fit_regressors(scaled, target, make)
     fast = compiled(regressors, scaled[evenly_spaced(len(scaled), CHECKED)])
     return Scaled(mean, scale, y_scale, regressors, fast)

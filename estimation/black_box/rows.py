@@ -81,12 +81,14 @@ def _signals(record: Record, model: Model) -> Signals:
 
 def _in_long_gap(values: np.ndarray) -> np.ndarray:
     """Where (N,) a series has more than BRIDGED missing samples in a row."""
-    known = np.flatnonzero(np.isfinite(values))
-    place = np.arange(len(values))
+    finite = np.isfinite(values)
+    if finite.all():
+        return ~finite
+    known, place = np.flatnonzero(finite), np.arange(len(values))
     after = np.searchsorted(known, place)
     right = np.append(known, len(values))[after]
     left = np.append(-1, known)[np.searchsorted(known, place, side="right")]
-    return (right - left - 1 > BRIDGED) & ~np.isfinite(values)
+    return (right - left - 1 > BRIDGED) & ~finite
 
 
 def _at_steps(signals: Signals, dt: float) -> Signals:
@@ -114,9 +116,9 @@ def _means(values: np.ndarray, window: int) -> np.ndarray:
     return (total[window:] - total[:-window]) / window
 
 
-def lagged(values: np.ndarray, place: np.ndarray, stride: int, count: int) -> np.ndarray:
-    """Values (N, c) at places (M,) and `count` - 1 strides before, the latest first: (M, count c)."""
-    return np.hstack([values[place - j * stride] for j in range(count)])
+def lagged(values: np.ndarray, place: np.ndarray, stride: int, count: int) -> list[np.ndarray]:
+    """Values (N, c) at places (M,) and `count` - 1 strides before, the latest first: `count` arrays (M, c)."""
+    return [values[place - j * stride] for j in range(count)]
 
 
 def narx_rows(parts: Sequence[Signals], lags: Lags) -> tuple[np.ndarray, np.ndarray]:
@@ -136,10 +138,10 @@ def narx_rows(parts: Sequence[Signals], lags: Lags) -> tuple[np.ndarray, np.ndar
         lost = np.concatenate([[0], np.cumsum(~own.whole)])
         place = place[lost[place + s + 1] == lost[place - s * (longest - 1)]]
         z, w = own.outputs, own.inputs
-        x.append(np.hstack([lagged(z, place, s, lags.outputs), lagged(w, place, s, lags.inputs)]))
+        x.append(np.hstack([*lagged(z, place, s, lags.outputs), *lagged(w, place, s, lags.inputs)]))
         y.append((z[place + s] - z[place]) / (s * own.dt))
     n = sum(map(len, y))
     d = parts[0].outputs.shape[1] * lags.outputs + parts[0].inputs.shape[1] * lags.inputs
     if n <= d:
         raise CannotFit(f"{n} usable rows for {d} features")
-    return np.vstack(x), np.vstack(y)
+    return (x[0], y[0]) if len(x) == 1 else (np.vstack(x), np.vstack(y))

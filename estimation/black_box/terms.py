@@ -10,6 +10,9 @@ import numpy as np
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.linear_model import Ridge
 
+ROWS = 512
+"""Rows whose terms are computed at a time."""
+
 
 def monomials(d: int, degree: int) -> np.ndarray:
     """Factors (T, degree) of all products of at most `degree` of d features: 0 stands for one, i + 1 for feature i."""
@@ -29,11 +32,14 @@ def manoeuvring_terms(symmetric: Sequence[bool]) -> np.ndarray:
 
 def evaluate(factors: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Terms (N, T) with factors (T, m) at features x (N, d)."""
-    extended = np.hstack([np.ones((len(x), 1)), x, np.abs(x)])
-    found = extended[:, factors[:, 0]]
-    for column in factors.T[1:]:
-        found = found * extended[:, column]
-    return found
+    found = np.empty((len(factors), len(x)))
+    for start in range(0, len(x), ROWS):
+        own, part = found[:, start : start + ROWS], x[start : start + ROWS].T
+        extended = np.vstack([np.ones((1, part.shape[1])), part, np.abs(part)])
+        own[:] = extended[factors[:, 0]]
+        for column in factors.T[1:]:
+            own *= extended[column]
+    return found.T
 
 
 class TermRegression(RegressorMixin, BaseEstimator):
@@ -52,12 +58,13 @@ class TermRegression(RegressorMixin, BaseEstimator):
 
     def fit(self, x: np.ndarray, y: np.ndarray) -> TermRegression:
         theta = evaluate(self.factors, x)
-        size = np.sqrt(np.mean(theta**2, axis=0))
+        size = np.sqrt([np.mean(column**2) for column in theta.T])
         kept = size > 0.0
         targets = y.reshape(len(y), -1)
         found = np.zeros((theta.shape[1], targets.shape[1]))
-        scaled = theta[:, kept] / size[kept]
-        inner = sparse(scaled, targets, self.alpha, self.threshold)
+        theta = theta if kept.all() else theta[:, kept]
+        theta /= size[kept]
+        inner = sparse(theta, targets, self.alpha, self.threshold)
         found[kept] = inner / size[kept, None]
         used = found.any(axis=1)
         self.terms_, self.weights_ = self.factors[used], found[used]
@@ -92,5 +99,5 @@ def sparse(theta: np.ndarray, targets: np.ndarray, alpha: float, threshold: floa
 
 
 def _ridge(theta: np.ndarray, targets: np.ndarray, alpha: float) -> np.ndarray:
-    solved = Ridge(alpha=alpha * len(theta), fit_intercept=False).fit(theta, targets)
+    solved = Ridge(alpha=alpha * len(theta), fit_intercept=False, copy_X=False).fit(theta, targets)
     return solved.coef_.reshape(targets.shape[1], -1).T

@@ -195,7 +195,8 @@ class Problem:
         for i, (s, state, free, place) in enumerate(runs):
             found = free_run.output_rows(model, s, state, free, None if point.weights is None else point.weights[i])
             for column, part in zip(s.columns, found, strict=True):
-                rows.append(free_run.embed(part, jacobian, self.n_parameters, place, self.width) / point.sd[column])
+                rows.append(free_run.embed(part, jacobian, self.n_parameters, place, self.width))
+                rows[-1] /= point.sd[column]
         return np.vstack([*rows, *self._prior_rows(point.z)])
 
     def residuals(self, z: np.ndarray, point: Point) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-BLOCK = 8192
+BLOCK = 2048
 """Rows folded at a time."""
 
 

@@ -66,7 +66,7 @@ class RegressionRows:
         """y - phi c, (N, k)."""
         found = np.empty((self.n, self.used.size))
         for rows, y, phi in self.blocks():
-            found[rows] = y - phi @ coefficients
+            found[rows] = y - (phi.reshape(-1, self.p) @ coefficients).reshape(y.shape)
         return found
 
     def factor(self, weights: np.ndarray) -> np.ndarray:

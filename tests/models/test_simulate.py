@@ -62,6 +62,18 @@ def test_rk4_agrees_with_an_adaptive_integrator(vessel, rng):
     assert np.all(error <= 1e-5 * np.abs(states).max(axis=0) + 1e-9)
 
 
+def test_sensitivities_that_have_faded_are_zero():
+    """Not the smallest numbers of the processor, which take several times as long."""
+    model = resolve("response-2")
+    rudder = 0.2 * np.sin(0.05 * np.arange(60_000))
+    dt = model.suite["dt_s"]
+    _, columns = sensitivities(model, inputs_of(model, rudder), dt, initial_state(model), initial=(0, 1))
+    by_start = np.abs(columns[:, model.states.index("r"), -2:])
+    assert (by_start[:100] > 0.0).any() and not by_start[-1].any()
+    assert by_start[by_start > 0.0].min() > 1e-200
+    assert np.isfinite(columns).all()
+
+
 def test_sensitivities_agree_with_finite_differences(vessel, rng):
     """At one width at least: wide ones are coarse, and a kink (gamma_R port or starboard) may lie between two runs."""
     dt, inputs, x0 = course(vessel, rng)

@@ -183,7 +183,7 @@ def test_diagnosis_of_five_records(ratios, benchmark, tmp_path, base):
     name = f"diagnose 3 + 2 records of 600 s at 2 Hz, coefficients {base}, the whole process"
     told, limit = f"{middle(found, 'cpu'):.2f} CPU s", "the filter's likelihood and its derivatives for every cause"
     ratios.row(f"{name}: wall time", "s", middle(found, "wall"), most=most, remark=told, limit=limit)
-    limit = "kernels, SciPy and the filter's stored steps"
+    limit = "numba, SciPy and the kernels, and the derivatives by all features that are tried"
     ratios.row(f"{name}: memory", "GB", middle(found, "gb"), most=0.4, limit=limit)
 
 
@@ -235,7 +235,7 @@ def test_tiny_runs_of_a_suite(ratios, benchmark, tmp_path):
         "fixed_bytes": few["bytes"],
     }
     told = f"{more} runs of ls on response-1; a start {facts['start_cpu_s']:.2g} CPU s"
-    limit = "most of it is the run in its worker: records with noise, fit, scores, traces"
+    limit = "the run in its worker: records with noise, fit and scores, in many short calls of much the same cost"
     ratios.row("a tiny run of a suite, all included", "CPU s", cpu, most=0.002, remark=told, limit=limit, run=facts)
     itself = in_a_process(ITSELF.format(seeds=TINY), tmp_path)["each"]
     told = f"the run itself {itself:.2g} CPU s; the rest plans, hands over, guards, measures and stores"

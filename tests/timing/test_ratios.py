@@ -52,7 +52,6 @@ LIMITS = {
     **dict.fromkeys(("output-error", "pem"), MORE_STEPS),
     **dict.fromkeys(("grey-residual", "grey-gp"), f"output error, which they start from: {MORE_STEPS}"),
     **dict.fromkeys(("mean", "straight-line", "ls", "arx", "lts", "sindy", "subspace", "narx-poly"), MEMORY),
-    "kernel-ridge": "not looked into: its free runs against 500 rows are linear in samples",
 }
 """What keeps a method's cost from being linear in samples."""
 STEERED = {"response-2": "zigzag:20/20", "mariner": "prbs:30deg/20s"}

@@ -215,11 +215,10 @@ class Estimator:
     def gathered(self, runs: Sequence[Run]) -> Innovations:
         """Innovations of several segments in turn, without the states of waves."""
         n = len(self.kernels.STATES) + self.n_forces
-        return Innovations(
-            np.concatenate([run.e for run in runs]),
-            np.concatenate([run.log_s for run in runs]),
-            np.concatenate([run.states[:, :n] for run in runs]),
-        )
+        parts = [(run.e, run.log_s, run.states[:, :n]) for run in runs]
+        if len(parts) == 1:
+            return Innovations(*parts[0])
+        return Innovations(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def run(self, s: Setting, segment: int, free: int | None = None) -> Run:
         """One segment through the filter, freely from sample `free` on."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sklearn.kernel_ridge import KernelRidge
 from sklearn.linear_model import LinearRegression
 
 from helmbench.estimation.black_box.compiled import compiled, stacked
@@ -36,6 +37,16 @@ def test_fast_forms_predict_as_scikit_learn(name, outputs, rng):
     if fast is not None:
         elsewhere = 2.0 * rng.normal(size=(600, 4))
         np.testing.assert_allclose(fast(elsewhere), stacked(regressors, elsewhere), rtol=1e-8, atol=1e-8)
+
+
+def test_a_sum_whose_terms_cancel_agrees_up_to_their_rounding(rng):
+    x = rng.normal(size=(300, 4))
+    y = np.sin(x[:, :2]) + 0.1 * rng.normal(size=(300, 2))
+    regressor = KernelRidge(kernel="rbf", alpha=1e-9, gamma=0.01).fit(x, y)
+    terms = np.abs(regressor.dual_coef_).sum(axis=0).max()
+    fast, expected = compiled((regressor,), x), stacked((regressor,), x)
+    assert terms > 1e8 * np.abs(expected).max()
+    assert np.abs(fast(x) - expected).max() < 1e-14 * terms
 
 
 def test_a_form_that_does_not_agree_is_not_used(rng):
