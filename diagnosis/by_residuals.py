@@ -73,15 +73,14 @@ def concluded(
     """
     state, rng, held_out = found.state, found.rng, thinned(given.held_out, model)
     out = [cause for cause in state.causes if cause.id in barred]
-    several, uncertain = state.est.n_records > 1, options.coefficient_sd != 0.0
-    # Where something else is wrong as well, likelihoods of what was tested are not to be trusted: free runs decide.
-    gaining = found.left is not None and several and uncertain
-    predicted = predicting(_without(state, out), held_out, options, rng, gaining)
+    # Where something else is wrong as well, likelihoods of what was tested are not to be trusted: free runs of several
+    # records decide what is named, unless the model is exactly known.
+    doubtful = found.left is not None and state.est.n_records > 1 and options.coefficient_sd != 0.0
+    predicted = predicting(_without(state, out), held_out, options, rng, doubtful)
     refused = _why(out, NOT_SHOWN) | _why(predicted.failing, PREDICTS_WORSE)
     left = found.left if found.left is not None else _what_looks_like(refused, state)
     immaterial = _why(found.small, SMALL) | _why(predicted.idle, HARDLY_GAINS)
-    # Parts of a single record are much alike: what they refuse is told all the same.
-    told, immaterial = ({}, immaterial | refused) if several else (refused, immaterial)
+    told, immaterial = ({}, immaterial | refused) if doubtful else (refused, immaterial)
     findings = all_findings(state, given.faults, given.tracks, told, immaterial, rng)
     named = any(f.stage == "dynamics" for f in findings)
     instead = named and left is not None and left is state.rival

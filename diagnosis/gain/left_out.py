@@ -6,7 +6,7 @@ equations.  Of a single record, thirds are left out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 PARTS = 3
 """Parts of a single record that are left out in turn."""
+SLIGHT = 0.01
+"""Share of a channel's own motion by which its error may grow without being of importance."""
 RIDGE = 1e-6
 """Added to the normal equations in columns of unit length."""
 
@@ -72,13 +74,27 @@ def left_out_errors(
     return {c: np.array(blocks) for c, blocks in found.items()}
 
 
-def worst_ratio(before: Blocks, after: Blocks, rng: np.random.Generator) -> float:
-    """Largest ratio of errors (rms) among the channels that are predicted worse beyond chance; at least 1."""
+def worst_ratio(before: Blocks, after: Blocks, motion: Mapping[int, float], rng: np.random.Generator) -> float:
+    """Largest ratio of errors (rms) among the channels that are predicted worse beyond chance; at least 1.
+
+    motion : of each channel, of which an error must be more than SLIGHT to be worse: errors of the size of the sensors'
+        noise depend on the state that a run starts from.
+    """
     worst = 1.0
     for c, old in before.items():
         ratio, low, _ = ratio_of(old, after[c], rng)
-        worst = max(worst, ratio) if low > 1.0 else worst
+        lost = (after[c][:, 0].sum() - old[:, 0].sum()) / max(old[:, 1].sum(), 1.0)
+        worst = max(worst, ratio) if low > 1.0 and lost > (SLIGHT * motion[c]) ** 2 else worst
     return worst
+
+
+def motions(est: Estimator) -> dict[int, float]:
+    """Standard deviation of each channel about its mean in the records."""
+    found = {}
+    for c in np.flatnonzero(est.channels).tolist():
+        known = [d.measured[np.isfinite(d.measured[:, c]), c] for d in est.segments]
+        found[c] = float(np.sqrt(np.mean(np.concatenate([y - y.mean() for y in known if y.size]) ** 2)))
+    return found
 
 
 def best_ratio(before: Blocks, after: Blocks, rng: np.random.Generator) -> float:

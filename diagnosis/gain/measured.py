@@ -14,7 +14,7 @@ from ..selection.forward import without
 from ..state import State, Unmodelled
 from . import free_runs
 from .guard import WORSE
-from .left_out import Blocks, best_ratio, left_out_errors, worst_ratio
+from .left_out import Blocks, best_ratio, left_out_errors, motions, worst_ratio
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -113,7 +113,9 @@ def _trial(state: State, base: Setting, least: Blocks, rule: _Rule) -> _Trial:
         return _Trial(state, base, 1.0)
     setting = _simulating(state, base, rule.options)
     found = rule.errors(state.est, setting, _moved(state))
-    return _Trial(state, setting, worst_ratio(least, found, np.random.default_rng(rule.options.seed)))
+    return _Trial(
+        state, setting, worst_ratio(least, found, motions(state.est), np.random.default_rng(rule.options.seed))
+    )
 
 
 def _simulating(state: State, base: Setting, options: Options) -> Setting:

@@ -1,5 +1,7 @@
 """Terms that a response model lacks, planted by the tests' own integrator: free runs of left-out records name them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from helmbench.diagnosis.kinematics.tracks import Tracks
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared
 from helmbench.diagnosis.starting import DECIDED
+from helmbench.diagnosis.state import Candidate, Unmodelled
 from helmbench.models.coefficient_groups import every_own_number, groups_of, grown
 from helmbench.models.model import model_to_json, resolve
 
@@ -134,17 +137,18 @@ def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     assert entries["yaw_rate_scale"].why == DECIDED
 
 
-def test_a_cause_that_free_runs_refuse_is_not_named(rng):
+def test_a_cause_that_free_runs_refuse_is_told_alone_and_not_beside_what_remains(rng):
     records = runs(rng, cubic=400.0)[:3]
     options = Options(base_parameters="identify").checked(resolve("nomoto-1"))
     model, given = identified(resolve("nomoto-1"), records), Prepared(records, [], [], Tracks())
     shown = selected(model, given, options)
     names = {cause.id for cause in shown.state.causes}
-    found = concluded(model, given, options, shown, names)
-    print(names, found.verdict, found.extended.family)
-    assert names and not names & {f.cause for f in found.causes}
-    assert found.verdict == "unexplained" and all(name in found.reason for name in names)
-    assert found.extended.family == "nomoto-1"
+    other = Candidate(Unmodelled("something else"), (), 0.0, 0.0, shown.state.setting, shown.state.now)
+    for left, told in ((None, names), (other, set())):
+        found = concluded(model, given, options, replace(shown, left=left), names)
+        print(names, found.verdict, found.reason, found.extended.family)
+        assert names and found.verdict == "unexplained" and found.extended.family == "nomoto-1"
+        assert names & {f.cause for f in found.causes} == told
     assert {e.why for e in found.bank if e.cause in names} == {
         "detectable, immaterial: free runs of records that were left out do not show it"
     }

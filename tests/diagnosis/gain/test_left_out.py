@@ -10,7 +10,7 @@ from helmbench.diagnosis.causes.clock_jitter import LARGEST_SHARE, largest
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import terms_for
 from helmbench.diagnosis.diagnose import corrected_records
-from helmbench.diagnosis.gain.left_out import best_ratio, left_out_errors, worst_ratio
+from helmbench.diagnosis.gain.left_out import best_ratio, left_out_errors, motions, worst_ratio
 from helmbench.diagnosis.gain.measured import base_setting, predicting
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.starting import starting_state
@@ -43,12 +43,24 @@ def test_the_true_cause_predicts_what_was_left_out_and_its_opposite_does_not(sho
     base = left_out_errors(est, state.setting, (), False, False)
     true = left_out_errors(est, fitted, (own,), False, False)
     wrong = left_out_errors(est, est.at(fitted, own, -value), (), False, False)
-    print(np.rad2deg(value), worst_ratio(base, true, rng), worst_ratio(base, wrong, rng))
-    assert worst_ratio(base, true, rng) == 1.0
-    assert worst_ratio(base, wrong, rng) > 1.3
+    motion = motions(est)
+    print(np.rad2deg(value), worst_ratio(base, true, motion, rng), worst_ratio(base, wrong, motion, rng))
+    assert worst_ratio(base, true, motion, rng) == 1.0
+    assert worst_ratio(base, wrong, motion, rng) > 1.3
     assert best_ratio(base, true, rng) < 0.8 and best_ratio(base, base, rng) == 1.0
     turned = 1  # yaw rate
     assert true[turned][:, 0].sum() < base[turned][:, 0].sum()
+
+
+def test_errors_that_grow_by_little_of_the_motion_are_not_worse(shown, rng):
+    est, state = shown
+    base = left_out_errors(est, state.setting, (), False, False)
+    motion = motions(est)
+    grown = {c: blocks * [4.0, 1.0] for c, blocks in base.items()}
+    large = {c: float(np.sqrt(3.0 * blocks[:, 0].sum() / blocks[:, 1].sum())) / motion[c] for c, blocks in base.items()}
+    print(large)
+    assert worst_ratio(base, grown, motion, rng) == 2.0
+    assert worst_ratio(base, grown, {c: 101.0 * large[c] * m for c, m in motion.items()}, rng) == 1.0
 
 
 def two_causes(rng):
