@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from .result import Diagnosis
 
 SMALL = "below the size that matters"
-NOT_SHOWN = "free runs of records that were left out do not show it"
+NOT_SHOWN = "free runs of left-out records do not show it, or the records are too few"
 PREDICTS_WORSE = "records that were left out are predicted worse with it"
 HARDLY_GAINS = "records that were left out are predicted hardly better with it"
 
