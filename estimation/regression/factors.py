@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-BLOCK = 2048
+BLOCK = 8192
 """Rows folded at a time."""
 
 

@@ -74,10 +74,10 @@ def test_a_run_far_from_the_training_records_ends_in_nan():
 
 
 def test_terms_are_products_and_absolute_values(rng):
-    x = rng.normal(size=(5, 2))
+    x = rng.normal(size=(40, 2))
     factors = manoeuvring_terms([True, False])
     found = {tuple(np.round(column, 12)) for column in evaluate(factors, x).T}
-    for wanted in (x[:, 0] ** 2 * x[:, 1], np.ones(5), np.abs(x[:, 0]) * x[:, 1]):
+    for wanted in (x[:, 0] ** 2 * x[:, 1], np.ones(40), np.abs(x[:, 0]) * x[:, 1]):
         assert tuple(np.round(wanted, 12)) in found
     assert tuple(np.round(np.abs(x[:, 1]) * x[:, 0], 12)) not in found
     assert len(monomials(4, 2)) == 15
