@@ -89,16 +89,15 @@ def _diagnosed(
 def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str], object]) -> Diagnosis:
     """The diagnosis with the base model's numbers uncertain, or as they are where that gains nothing or is asked.
 
-    Its residuals do not contradict what the sensors' channels show without a model; where the model as it is leaves
-    effects unexplained, they say nothing more of such sensors.
+    Where the model as it is leaves effects unexplained, its residuals do not decide on sensors that the channels have
+    decided on without it.
     """
     if options.base_parameters == "file" and options.coefficient_sd is None:
         watch(CAUSES_BESIDE)
         beside, cleaned, explained = of_uncertain_base(model, given, options)
         if beside is None:
             watch(CAUSES)
-            allowed = _of_shown_sensors(given, cleaned)
-            found = concluded(model, allowed, options, selected(model, allowed, options))
+            found = concluded(model, given, options, selected(model, given, options))
             if found.verdict != "unexplained":
                 return found
             if cleaned.decided:
@@ -112,9 +111,6 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
             return told
         return by_free_runs(told, cleaned, explained, identified=True)
     watch(CAUSES)
-    if options.base_parameters == "file":
-        sensors = sensors_of(given.train, given.held_out, options.causes())
-        given = _of_shown_sensors(given, behind_sensors(given, sensors))
     shown = selected(model, given, options)
     found = concluded(model, given, options, shown)
     if options.base_parameters != "identify" or found.verdict != "unexplained" or model.is_3dof:
@@ -125,12 +121,6 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
     if told.verdict != "unexplained" or not refused & {f.cause for f in found.causes}:
         return told
     return replace(concluded(model, given, options, shown, refused), calibration=told.calibration)
-
-
-def _of_shown_sensors(given: Prepared, cleaned: Prepared) -> Prepared:
-    """The records as given; of sensors that the channels decide on, residuals may name those that the channels show."""
-    shown = {name for f in cleaned.tracks.findings for name in (f.cause, *f.tied_with)}
-    return replace(given, decided=frozenset(cause for cause in cleaned.decided if cause.id not in shown))
 
 
 def _followed(found: Diagnosis) -> Diagnosis:
