@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -52,7 +52,7 @@ def predicting(
     """
     failing: list[Cause] = []
     base = base_setting(state, options)
-    rule = _Rule(options, bool(_steady(state)))
+    rule = _Rule(options, bool(_steady(state)), motions(state.est))
     least = rule.errors(state.est, base, state.nuisance)
     here = _trial(state, base, least, rule)
     while here.worst > WORSE and here.state.accepted:
@@ -72,27 +72,22 @@ def _without_idle(here: _Trial, base: Setting, least: Blocks, rule: _Rule) -> tu
         found: list[tuple[float, Cause, _Trial]] = []
         for a in here.state.accepted:
             if a.variant and not isinstance(a.cause, Unmodelled):
-                rest = without(here.state, a)
-                setting = _simulating(rest, base, rule.options)
-                errors = rule.errors(rest.est, setting, _moved(rest))
-                ratio = best_ratio(errors, _errors(here, rule), np.random.default_rng(rule.options.seed))
-                found.append((ratio, a.cause, _trial(rest, base, least, rule)))
-        ratio, cause, trial = max(found, key=lambda item: item[0], default=(0.0, None, here))
+                rest = _fitted(without(here.state, a), base, least, rule)
+                ratio = best_ratio(rest.errors, here.errors, np.random.default_rng(rule.options.seed))
+                found.append((ratio, a.cause, rest))
+        ratio, cause, rest = max(found, key=lambda item: item[0], default=(0.0, None, here))
         if cause is None or ratio <= GAINS:
             return here, idle
-        here, idle = trial, [*idle, cause]
-
-
-def _errors(trial: _Trial, rule: _Rule) -> Blocks:
-    return rule.errors(trial.state.est, trial.setting, _moved(trial.state))
+        here, idle = rest if rest.state.accepted else _trial(rest.state, base, least, rule), [*idle, cause]
 
 
 @dataclass(frozen=True)
 class _Rule:
-    """How records are left out: per_record says whether some cause belongs to a record."""
+    """How records are left out: per_record says whether some cause belongs to a record; motion is the channels' own."""
 
     options: Options
     per_record: bool
+    motion: Mapping[int, float]
 
     def errors(self, est: Estimator, s: Setting, parameters: Sequence[Parameter]) -> Blocks:
         """Errors on what was left out, of a model that was fitted to all records."""
@@ -100,22 +95,26 @@ class _Rule:
 
 
 class _Trial(NamedTuple):
-    """A state with the setting that it is simulated at, and the worst ratio of left-out errors to the base model's."""
+    """A state with the setting that it is simulated at, its errors on what was left out, and their worst ratio to the
+    base model's."""
 
     state: State
     setting: Setting
+    errors: Blocks
     worst: float
 
 
 def _trial(state: State, base: Setting, least: Blocks, rule: _Rule) -> _Trial:
-    """base, least : the base model and its errors on what was left out."""
-    if not state.accepted:
-        return _Trial(state, base, 1.0)
+    """base, least : the base model, which a state without causes is, and its errors on what was left out."""
+    return _fitted(state, base, least, rule) if state.accepted else _Trial(state, base, least, 1.0)
+
+
+def _fitted(state: State, base: Setting, least: Blocks, rule: _Rule) -> _Trial:
+    """The state as it is fitted, also without causes."""
     setting = _simulating(state, base, rule.options)
-    found = rule.errors(state.est, setting, _moved(state))
-    return _Trial(
-        state, setting, worst_ratio(least, found, motions(state.est), np.random.default_rng(rule.options.seed))
-    )
+    errors = rule.errors(state.est, setting, _moved(state))
+    worst = worst_ratio(least, errors, rule.motion, np.random.default_rng(rule.options.seed))
+    return _Trial(state, setting, errors, worst)
 
 
 def _simulating(state: State, base: Setting, options: Options) -> Setting:
