@@ -42,8 +42,9 @@ def without_spikes(values: np.ndarray) -> tuple[np.ndarray, int, int]:
         return values.copy(), 0, 0
     for _ in range(ROUNDS):
         good = known & ~spike
-        departure = _departures(values, good)
-        spread = max(1.4826 * float(np.median(departure[good])), least)
+        departure, judged = _departures(values, good)
+        usual = departure[good & judged]
+        spread = max(1.4826 * float(np.median(usual)), least) if usual.size else least
         peak = departure >= _largest_beside(np.where(spike, 0.0, departure))
         found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
         if np.array_equal(found, spike) and spike.sum() > OFTEN * values.size:
@@ -61,16 +62,19 @@ def without_spikes(values: np.ndarray) -> tuple[np.ndarray, int, int]:
 
 def _twins(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
     """(T,) good samples that, both of two in turn, are further than the limit from the cubic through those beside."""
-    late = _departures(y, good, 1) > limit
-    early = _departures(y[::-1], good[::-1], 1)[::-1] > limit
+    late = _departures(y, good, 1)[0] > limit
+    early = _departures(y[::-1], good[::-1], 1)[0][::-1] > limit
     pair = late[:-1] & early[1:] & good[:-1] & good[1:] & (limit > 0.0)
     return np.append(pair, False) | np.append(False, pair)
 
 
-def _departures(y: np.ndarray, good: np.ndarray, skip: int = 0) -> np.ndarray:
-    """Distances (T,) from the cubic through the two good neighbours to each side, in units of noise alike for all;
-    0 where they are more than REACH samples away.  skip: so many samples after each are not used for it."""
-    out, place = np.zeros(y.size), np.arange(y.size)
+def _departures(y: np.ndarray, good: np.ndarray, skip: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (T,) from the cubic through the two good neighbours to each side, in units of noise alike for all,
+    and (T,) where there are any: neighbours more than REACH samples away say nothing, and the distance is 0.
+
+    skip : so many samples after each are not used for it.
+    """
+    out, judged, place = np.zeros(y.size), np.zeros(y.size, bool), np.arange(y.size)
     own = np.flatnonzero(good)
     after = np.searchsorted(own, place + skip, side="right")
     before = np.searchsorted(own, place)
@@ -82,8 +86,9 @@ def _departures(y: np.ndarray, good: np.ndarray, skip: int = 0) -> np.ndarray:
     for i, j in permutations(range(4), 2):
         weights[i] *= away[j] / (away[j] - away[i])
     distance = np.abs(y[k] - np.sum(weights * y[nodes], axis=0)) / np.sqrt(1.0 + np.sum(weights**2, axis=0))
-    out[k] = np.where(np.isfinite(distance) & (np.abs(away).max(axis=0) <= REACH), distance, 0.0)
-    return out
+    judged[k] = np.isfinite(distance) & (np.abs(away).max(axis=0) <= REACH)
+    out[k] = np.where(judged[k], distance, 0.0)
+    return out, judged
 
 
 def _largest_beside(x: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from helmbench.estimation.filters.innovations.derivatives import columns, respon
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.estimation.filters.innovations.noise_fit import QUANTUM, fit_noise
 from helmbench.estimation.filters.innovations.settings import Parameter
-from helmbench.estimation.filters.innovations.spikes import without_spikes
+from helmbench.estimation.filters.innovations.spikes import without_spikes, without_spikes_in_time
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
@@ -333,6 +333,21 @@ def test_corners_of_a_motion_without_noise_are_no_spikes(vessel):
         *(record.column(n) for n in ("yaw_rate_rad_s", "surge_m_s") if record.has(n)),
     ]
     assert [without_spikes(values)[1] for values in channels] == [0] * len(channels)
+
+
+@pytest.mark.parametrize("vessel", ["mariner", "s175", "kvlcc2-l7"])
+def test_where_half_the_rows_are_missing_a_motion_has_no_spikes_but_gross_errors_are_seen(vessel, rng):
+    """Of 40 gross errors at least 10 are seen (each with neighbours near enough: six in ten are), of the others 2."""
+    record = generate(Case(vessel, "zigzag:20/20", "low", seed=int(rng.integers(100)), duration_s=300.0))
+    seen, wrong = 0, 0
+    for _ in range(10):
+        kept = np.sort(rng.choice(record.n, record.n // 2, replace=False))
+        time, rate = record.time_s[kept], record.column("yaw_rate_rad_s")[kept]
+        wrong += without_spikes_in_time(rate, time)[1]
+        gross = rng.choice(np.arange(5, kept.size - 5), 4, replace=False)
+        rate[gross] += rng.choice([-1.0, 1.0], 4) * 0.5 * np.ptp(rate)
+        seen += int(np.isnan(without_spikes_in_time(rate, time)[0][gross]).sum())
+    assert seen >= 10 and wrong <= 2
 
 
 def test_a_sample_is_cut_into_as_many_steps_as_its_innovations_need():
