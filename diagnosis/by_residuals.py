@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,10 +15,12 @@ from .findings import all_findings, bank_entries, diagnosis_of, hypothesis_of, n
 from .gain.extension import extended_model
 from .gain.measured import predicting
 from .residuals.judged import unexplained
+from .residuals.tests import LATER, Memory, noise_with_memory
 from .selection.forward import select, without
 from .selection.materiality import material
 from .starting import starting_state, thinned
 from .state import Candidate, State, Unmodelled
+from .statistics.score_tests import log_tail
 
 if TYPE_CHECKING:
     from ..models.model import Model
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 SMALL = "below the size that matters"
 NOT_SHOWN = "free runs of left-out records do not show it, or the records are too few"
 PREDICTS_WORSE = "records that were left out are predicted worse with it"
+IN_NOISE = "not significant where the sensors' noise has a memory"
 HARDLY_GAINS = "records that were left out are predicted hardly better with it"
 
 
@@ -72,15 +75,19 @@ def concluded(
     barred : causes that the extended model may not hold.
     """
     state, rng, held_out = found.state, found.rng, thinned(given.held_out, model)
+    known = options.coefficient_sd == 0.0
+    memory = noise_with_memory(state.est, state.now) if known and found.left is not None else []
+    weak = _weak(state, memory)
+    state = _without(state, weak)
     out = [cause for cause in state.causes if cause.id in barred]
     # Where something else is wrong as well, likelihoods of what was tested are not to be trusted: free runs of several
-    # records decide what is named, unless the model is exactly known.
-    doubtful = found.left is not None and state.est.n_records > 1 and options.coefficient_sd != 0.0
+    # records decide what is named, unless the model is exactly known and its sensors' noise white.
+    doubtful = found.left is not None and state.est.n_records > 1 and (bool(memory) or not known)
     predicted = predicting(_without(state, out), held_out, options, rng, doubtful)
     refused = _why(out, NOT_SHOWN) | _why(predicted.failing, PREDICTS_WORSE)
     left = found.left if found.left is not None else _what_looks_like(refused, state)
-    immaterial = _why(found.small, SMALL) | _why(predicted.idle, HARDLY_GAINS)
-    told, immaterial = ({}, immaterial | refused) if doubtful else (refused, immaterial)
+    immaterial = _why(found.small, SMALL) | _why(weak, IN_NOISE) | _why(predicted.idle, HARDLY_GAINS)
+    told, immaterial = ({}, immaterial | refused) if doubtful and not known else (refused, immaterial)
     findings = all_findings(state, given.faults, given.tracks, told, immaterial, rng)
     named = any(f.stage == "dynamics" for f in findings)
     instead = named and left is not None and left is state.rival
@@ -96,7 +103,27 @@ def concluded(
         noise=noise_of(est, state.setting),
         poor=found.poor,
         hypothesis=hypothesis_of(state, left, held_out),
+        doubts=_doubts_of(memory),
     )
+
+
+def _weak(state: State, memory: Sequence[Memory]) -> list[Cause]:
+    """Causes that are not significant where only so many samples count as noise with a memory makes independent."""
+    if not memory:
+        return []
+    share = float(np.mean([channel.independent for channel in memory]))
+    level = np.log(state.alpha / state.n_effective)
+    found = zip(state.causes, state.accepted, strict=True)
+    return [cause for cause, a in found if log_tail(share * a.statistic, len(a.variant)) > level]
+
+
+def _doubts_of(memory: Sequence[Memory]) -> tuple[str, ...]:
+    """What noise with a memory makes doubtful, in one sentence."""
+    if not memory:
+        return ()
+    names = ", ".join(f"{one.channel} ({one.near:.2f} and {one.later:.2f})" for one in memory)
+    said = f"residuals are correlated from sample to sample and hardly over {LATER} samples, as filtered noise is"
+    return (f"{said}: {names}; likelihoods take noise as white and are too sure of small effects",)
 
 
 def _without(state: State, causes: Collection[Cause]) -> State:

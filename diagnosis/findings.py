@@ -201,6 +201,7 @@ def diagnosis_of(
     noise: Mapping[str, Any],
     poor: str | None = None,
     hypothesis: dict[str, Any] | None = None,
+    doubts: tuple[str, ...] = (),
 ) -> Diagnosis:
     """The diagnosis without the names of its records and without its cost, which `diagnose` knows.
 
@@ -227,4 +228,5 @@ def diagnosis_of(
         next_manoeuvre=next_manoeuvre(poor, findings),
         wall_s=0.0,
         cpu_s=0.0,
+        doubts=doubts,
     )

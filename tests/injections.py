@@ -160,6 +160,14 @@ def gaps_do_not_matter(rng):
     return "yaw_rate_scale" in names_and_ties(_diagnosed(injected("mariner", ("yaw_rate_scale",), rng, gaps=0.1)))
 
 
+def noise_with_a_memory_is_no_bias(rng):
+    """Sensors' noise that is filtered: the scale of the yaw rate is named, if there is one, and nothing beside it."""
+    vessel = str(rng.choice(["mariner", "s175", "kvlcc2-l7", "response-1"]))
+    causes = ((), ("yaw_rate_scale",))[int(rng.integers(2))]
+    found = _diagnosed(injected(vessel, causes, rng, noise_time_s=5.0))
+    return names(found) == list(causes) and any("filtered noise" in doubt for doubt in found.doubts)
+
+
 def extension_predicts_held_out_records(rng):
     """The extended model has the size that is told, near the true one, and predicts what it has not seen."""
     case = injected("mariner", ("rudder_effectiveness",), rng)
@@ -205,4 +213,5 @@ COMMON = (
     Expectation(waves_are_named_alone, 0.9, 4),
     Expectation(two_effects_are_named, 0.97, 2),
     Expectation(effect_outside_the_bank_is_unexplained, 0.89, 4),
+    Expectation(noise_with_a_memory_is_no_bias, 0.85, 6),
 )

@@ -6,12 +6,13 @@ cause only resembles asks for another size of it elsewhere.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...estimation.filters.innovations.vector import SYMBOLS
+from ...models.model import CHANNELS as COLUMNS
 from ..statistics.score_tests import log_tail
 from ..statistics.tails import chi2_quantile, normal_log_tail
 
@@ -19,6 +20,13 @@ if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
     from ..causes.base import Cause
     from ..statistics.score_tests import Projector
+
+
+ENOUGH = 50
+"""Products of innovations, above which a correlation is taken from them."""
+KEPT, FADED, LATER = 0.3, 0.5, 20
+"""Correlation from sample to sample above which noise has a memory, and the share of it that is left LATER samples on
+below which it is noise."""
 
 
 def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
@@ -103,16 +111,53 @@ def rate_statistic(est: Estimator, now: Innovations) -> float:
 def whiteness_tests(est: Estimator, now: Innovations, lags: int = 12) -> list[tuple[str, float]]:
     """Log p-values of each channel's innovations being white over the first lags (Ljung-Box)."""
     out = []
-    for c in np.flatnonzero(est.channels):
-        total, count = np.zeros(lags), np.zeros(lags)
-        for i in range(len(est.segments)):
-            e = np.clip(now.e[est.edges[i] + 10 : est.edges[i + 1], c], -4.5, 4.5)
-            for k in range(1, lags + 1):
-                total[k - 1] += e[k:] @ e[:-k]
-                count[k - 1] += np.count_nonzero(e[k:] * e[:-k])
-        if count.min() > 50:
+    for c in np.flatnonzero(est.channels).tolist():
+        total, count = _lagged(est, now, c, range(1, lags + 1))
+        if count.min() > ENOUGH:
             out.append((f"{SYMBOLS[c]} white", log_tail(float(np.sum(total**2 / count)), lags)))
     return out
+
+
+class Memory(NamedTuple):
+    """A channel whose innovations keep a part of themselves for some samples, as filtered sensors' noise does.
+
+    near, later : correlation from sample to sample, and LATER samples on.  independent : share of its samples that say
+    something new about what is constant in the noise, (1 + 2 sum of correlations)^-1.
+    """
+
+    channel: str
+    near: float
+    later: float
+    independent: float
+
+
+def noise_with_memory(est: Estimator, now: Innovations) -> list[Memory]:
+    """Channels whose innovations are correlated from sample to sample, and much less LATER samples on.
+
+    An effect that the model lacks lasts longer: its correlations fall little over LATER samples.
+    """
+    out = []
+    for c in np.flatnonzero(est.channels).tolist():
+        total, count = _lagged(est, now, c, range(LATER + 1))
+        if count.min() > ENOUGH:
+            size, *kept = (total / count).tolist()
+            correlation = np.maximum(np.array(kept) / size, 0.0)
+            near, later = float(correlation[0]), float(correlation[-1])
+            if near > KEPT and later < FADED * near:
+                out.append(Memory(COLUMNS[SYMBOLS[c]], near, later, 1.0 / (1.0 + 2.0 * float(correlation.sum()))))
+    return out
+
+
+def _lagged(est: Estimator, now: Innovations, c: int, lags: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Sums (L,) of the products of a channel's innovations so many samples apart, and (L,) numbers of products."""
+    total, count = np.zeros(len(lags)), np.zeros(len(lags))
+    for i in range(len(est.segments)):
+        e = np.clip(now.e[est.edges[i] + 10 : est.edges[i + 1], c], -4.5, 4.5)
+        for j, k in enumerate(lags):
+            products = e[k:] * e[: e.size - k]
+            total[j] += products.sum()
+            count[j] += np.count_nonzero(products)
+    return total, count
 
 
 def line_test(est: Estimator, now: Innovations) -> tuple[float, float]:

@@ -151,7 +151,7 @@ def diagnose(
         found = engine.diagnose(base, records, others, options, watch)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    return Diagnosis.of(replace(found, records=tuple(names), doubts=doubts))
+    return Diagnosis.of(replace(found, records=tuple(names), doubts=(*doubts, *found.doubts)))
 
 
 @contextmanager

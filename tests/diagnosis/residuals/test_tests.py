@@ -3,11 +3,13 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
+from scipy.signal import lfilter
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.residuals.features import lines
-from helmbench.diagnosis.residuals.tests import size_tests
+from helmbench.diagnosis.residuals.tests import noise_with_memory, size_tests
 from helmbench.diagnosis.residuals.unmodelled import _periodic
 from helmbench.diagnosis.state import first_state
 from helmbench.diagnosis.statistics.score_tests import Projector
@@ -38,6 +40,30 @@ def test_another_size_in_the_second_half_is_seen(seed):
 def test_one_size_throughout_is_believed(seed):
     """Of four tests none below e^-9.5 (chance 3 in 10,000)."""
     assert min(_tests(0.0, seed).values()) > -9.5
+
+
+def _innovations(rng, keep):
+    """Of one record: innovations (N, 6) of unit variance, each channel a first-order process that keeps a share."""
+    est = estimator(resolve("response-1"), [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
+    now = est.evaluate(est.start())
+    white = rng.standard_normal((len(now.e), 6))
+    return est, now._replace(e=lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white, axis=0))
+
+
+def test_noise_with_a_memory_is_told_with_the_share_of_its_samples_that_count(rng):
+    """Of a process with correlations 0.8^k (1 - 0.8) / (1 + 0.8) of the samples, as the error of its mean says."""
+    est, now = _innovations(rng, 0.8)
+    found = noise_with_memory(est, now)
+    assert [one.channel for one in found] == ["heading_rad", "yaw_rate_rad_s"]
+    assert [one.near for one in found] == pytest.approx([0.8] * 2, abs=0.1)
+    assert np.mean([one.independent for one in found]) == pytest.approx(0.2 / 1.8, rel=0.5)
+
+
+def test_white_noise_and_an_effect_that_lasts_are_no_noise_with_a_memory(rng):
+    est, now = _innovations(rng, 0.0)
+    assert noise_with_memory(est, now) == []
+    slow = 2.0 * np.sin(2.0 * np.pi * est.segments[0].time / est.segments[0].time[-1])
+    assert noise_with_memory(est, now._replace(e=now.e + slow[:, None])) == []
 
 
 def test_a_periodic_moment_is_seen_through_its_phase(rng):
