@@ -98,6 +98,8 @@ class _OnCluster(Executor):
         error = None if task.status in ("cancelled", "lost") else task.exception()
         if type(error).__name__ == "KilledWorker":
             found.set_exception(BrokenExecutor(one_line(error)))
+        elif error is None and self._client.status == "running":
+            found.set_exception(BrokenExecutor("the worker died before its result was fetched"))
         else:
             found.set_exception(error if isinstance(error, EnvironmentFault) else self._fault(error))
 

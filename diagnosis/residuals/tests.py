@@ -154,7 +154,7 @@ def _lagged(est: Estimator, now: Innovations, c: int, lags: Sequence[int]) -> tu
     for i in range(len(est.segments)):
         e = np.clip(now.e[est.edges[i] + 10 : est.edges[i + 1], c], -4.5, 4.5)
         for j, k in enumerate(lags):
-            products = e[k:] * e[: e.size - k]
+            products = e[k:] * e[: -k or None]
             total[j] += products.sum()
             count[j] += np.count_nonzero(products)
     return total, count
