@@ -46,12 +46,17 @@ def steering_side(record: Record) -> tuple[Side, float] | None:
     known = np.isfinite(rate) & np.isfinite(rudder)
     if known.sum() < FEWEST:
         return None
-    time, rate, rudder = record.time_s[known] - record.time_s[known][0], rate[known], rudder[known]
+    time, rate, rudder = record.time_s[known] - record.time_s[known][0], _scaled(rate[known]), _scaled(rudder[known])
     helm, turn = _one_sided(rudder), _one_sided(rate)
     if abs(helm) > ONE_SIDE:
         return (_side(helm * turn), abs(turn)) if abs(turn) > ONE_SIDE else None
     gain, share = _response(time, rate, rudder)
     return (_side(gain), share) if share >= SIGN_SHARE and gain != 0.0 else None
+
+
+def _scaled(values: np.ndarray) -> np.ndarray:
+    """Values (N,) over the largest of them: a sample of 1e300 has no square."""
+    return values / max(float(np.max(np.abs(values))), 1e-300)
 
 
 def _side(value: float) -> Side:

@@ -32,6 +32,8 @@ def test_the_sign_is_read_from_the_heading_where_there_is_no_yaw_rate():
 
 def test_nothing_is_said_where_nothing_can_be_told():
     record = generate(Case("response-1", "zigzag:20/20"))
+    spoiled = np.where(np.arange(record.n) == 50, 1e300, record.column("yaw_rate_rad_s"))
+    assert rudder_sign_doubt(record.with_channels(yaw_rate_rad_s=spoiled)) is None
     assert rudder_sign_doubt(record.with_channels(yaw_rate_rad_s=None, heading_rad=None)) is None
     assert rudder_sign_doubt(record.slice(0, 10)) is None
 
