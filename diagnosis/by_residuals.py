@@ -11,7 +11,7 @@ import numpy as np
 from ..estimation.filters.innovations.estimator import estimator
 from . import verdict
 from .causes.registry import terms_for
-from .findings import all_findings, bank_entries, diagnosis_of, hypothesis_of, noise_of
+from .findings import adjusted_p, all_findings, bank_entries, diagnosis_of, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import predicting
 from .residuals.judged import unexplained
@@ -112,9 +112,11 @@ def _weak(state: State, memory: Sequence[Memory]) -> list[Cause]:
     if not memory:
         return []
     share = float(np.mean([channel.independent for channel in memory]))
-    level = np.log(state.alpha / state.n_effective)
-    found = zip(state.causes, state.accepted, strict=True)
-    return [cause for cause, a in found if log_tail(share * a.statistic, len(a.variant)) > level]
+
+    def significant(found: Candidate) -> bool:
+        return adjusted_p(state, log_tail(share * found.statistic, len(found.variant))) <= state.alpha
+
+    return [cause for cause, found in zip(state.causes, state.accepted, strict=True) if not significant(found)]
 
 
 def _doubts_of(memory: Sequence[Memory]) -> tuple[str, ...]:
