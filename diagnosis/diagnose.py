@@ -32,10 +32,12 @@ CAUSES = "causes and gain"
 """Stages of a diagnosis; not every diagnosis has all of them."""
 
 
+LONGEST = 20_000
+"""Samples that one record may have: those of hours, in which a log does more than manoeuvres; they take two minutes."""
 LARGEST = 4 * 2**30
 """Memory, bytes, that the records of one diagnosis may need."""
-SAMPLE_BYTES, STATE_BYTES = 36_000, 12_000
-"""Memory of a sample and of each of its states, not less than measured: 77 kB a sample of six states."""
+SAMPLE_BYTES, STATE_BYTES = 16_000, 8_000
+"""Memory of a sample and of each of its states, not less than measured: 57 kB a sample of six states, 31 of three."""
 
 
 def diagnose(
@@ -134,9 +136,13 @@ def _require_room(model: Model, given: Prepared) -> None:
 
     Raises
     ------
-    BadInput : their filter needs more memory than is free, or than LARGEST: that would also take longer than one waits.
+    BadInput : a record has more than LONGEST samples, or their filter needs more memory than is free, or than LARGEST.
     """
     records = thinned([*given.train, *given.held_out], model)
+    longest = max(records, key=lambda record: record.n)
+    if longest.n > LONGEST:
+        hint = f"cut out the manoeuvres, or take a longer step: at most {LONGEST} samples a record"
+        raise BadInput(f"{longest.name}: {longest.n} samples are too many for one record of a diagnosis", hint=hint)
     samples = sum(record.n for record in records)
     of_sample = SAMPLE_BYTES + STATE_BYTES * len(model.states)
     what = f"{samples} samples of {len(records)} record{'s' if len(records) > 1 else ''}"

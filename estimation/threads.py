@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
@@ -10,11 +11,12 @@ from typing import TypeVar
 
 T = TypeVar("T")
 R = TypeVar("R")
+_this = threading.local()
 
 
 def in_threads(threads: int, work: Callable[[T], R], items: Iterable[T]) -> list[R]:
-    """Results of work in the order of the items; below two threads the caller does all of it."""
-    if threads < 2:
+    """Results of work in the order of the items; below two threads, or in one of them, the caller does all of it."""
+    if threads < 2 or getattr(_this, "of_pool", False):
         return [work(item) for item in items]
     return list(_pool(threads).map(in_context(work), items))
 
@@ -34,7 +36,11 @@ def in_context(work: Callable[[T], R]) -> Callable[[T], R]:
     return lambda item: context.copy().run(work, item)
 
 
+def _enter_pool() -> None:
+    _this.of_pool = True
+
+
 @lru_cache(maxsize=4)
 def _pool(threads: int) -> ThreadPoolExecutor:
-    """Threads, shared by all callers: they keep nothing."""
-    return ThreadPoolExecutor(threads)
+    """Threads, shared by all callers: they keep nothing.  Work that one of them hands out would wait for itself."""
+    return ThreadPoolExecutor(threads, initializer=_enter_pool)

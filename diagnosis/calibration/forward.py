@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain, combinations, pairwise
 from typing import TYPE_CHECKING
 
@@ -238,14 +239,17 @@ def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()
     """The attempt without groups that the others make needless: the one of the smallest fall per number leaves, as
     long as that does not matter."""
     while len(final.groups) > len(always) + 1:
-        trials = []
-        for group in final.groups[len(always) :]:
-            rest = tuple(g for g in final.groups if g.id != group.id)
-            trial = attempt(problem, rest, None, LONG)
-            fall = score_difference(problem, trial.left_out, final.left_out)
-            trials.append((_per_number(group, fall.gain), fall, trial))
+        without = partial(_without, problem, final)
+        trials = in_threads(problem.threads, without, final.groups[len(always) :])
         _, fall, trial = min(trials, key=lambda item: item[0])
         if _enters(problem, fall):
             return final
         final = trial
     return final
+
+
+def _without(problem: Problem, final: Attempt, group: Group) -> tuple[float, Fall, Attempt]:
+    """The attempt without a group: by how much the score falls with it, for each number and as a whole."""
+    trial = attempt(problem, tuple(g for g in final.groups if g.id != group.id), None, LONG)
+    fall = score_difference(problem, trial.left_out, final.left_out)
+    return _per_number(group, fall.gain), fall, trial

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 LAGS_S = (5.0, 12.0, 30.0, 75.0)
 LINES = (0.08, 0.6)
 """Angular frequencies of periodic moments that are tried, rad/s for a 160 m ship."""
+MOST_LINES = 400
+"""Frequencies that are tried; all of them in records of 40 minutes for a 160 m ship."""
 WINDOWS = 24
 """Windows a record is cut into for effects that act for a while."""
 
@@ -212,14 +214,29 @@ def pulses(est: Estimator) -> list[list[tuple[np.ndarray, ...]]]:
     return [*found, everywhere]
 
 
-def lines(est: Estimator) -> list[tuple[Feature, Feature]]:
-    """Yaw moments at a fixed frequency, cosine and sine over the record's time, at frequencies half a bin apart."""
+def lines(est: Estimator, now: Innovations) -> tuple[list[tuple[Feature, Feature]], int]:
+    """Yaw moments at a fixed frequency, cosine and sine over the record's time, at frequencies half a bin apart, and
+    how many there are; of more than MOST_LINES those are made where the innovations have most power."""
     longest = max(d.time[-1] for d in est.segments)
     axis = est.n_forces - 1 if est.model.is_3dof else 0
+    every = np.arange(LINES[0] / est.clock, LINES[1] / est.clock, np.pi / longest)
+    chosen = every
+    if every.size > MOST_LINES:
+        chosen = np.sort(every[np.argsort(_power(est, now, every))[-MOST_LINES:]])
     found = []
-    for omega in np.arange(LINES[0] / est.clock, LINES[1] / est.clock, np.pi / longest):
+    for omega in chosen:
         waves = [tuple(wave(omega * d.time) for d in est.segments) for wave in (np.cos, np.sin)]
         pair = zip(("cos", "sin"), waves, strict=True)
         cosine, sine = (Feature(f"{name} {omega:.3g} t", axis, arrays, "line") for name, arrays in pair)
         found.append((cosine, sine))
-    return found
+    return found, every.size
+
+
+def _power(est: Estimator, now: Innovations, frequencies: np.ndarray) -> np.ndarray:
+    """Power of the innovations of all channels at frequencies (F,), rad/s, over the records' common time."""
+    step = min(float(np.median(np.diff(d.time))) for d in est.segments)
+    places = np.concatenate([np.rint(d.time / step).astype(int) for d in est.segments])
+    length = 2 * (places.max() + 1)
+    sums = [np.bincount(places, weights=of_channel, minlength=length) for of_channel in now.e.T]
+    power = np.sum([np.abs(np.fft.rfft(one)) ** 2 for one in sums], axis=0)
+    return power[np.rint(frequencies * length * step / (2.0 * np.pi)).astype(int).clip(max=power.size - 1)]

@@ -87,7 +87,8 @@ class Linearised:
 def try_features(state: State, before: float, rng: np.random.Generator) -> list[Tried]:
     """Features, sets of them and pulses by the likelihood that one step and a level of gusts give, best first."""
     est, s = state.est, state.setting
-    found, waves, bursts = features.features(est, state.now), features.lines(est), features.pulses(est)
+    found, bursts = features.features(est, state.now), features.pulses(est)
+    waves = features.lines(est, state.now)
     best: dict[tuple[str, ...], Tried] = {}
     tests = float(len(found))
     for level in GUST_LEVELS if s.noise.has_forces else (1.0,):
@@ -160,8 +161,9 @@ def _sets(
     return out
 
 
-def _periodic(state: State, waves: Sequence[tuple[Feature, Feature]], here: Linearised) -> list[Tried]:
-    """The moment at a fixed frequency, of any phase, that gains most."""
+def _periodic(state: State, lines: tuple[Sequence[tuple[Feature, Feature]], int], here: Linearised) -> list[Tried]:
+    """The moment at a fixed frequency, of any phase, that gains most; lines: those tried, and of how many."""
+    waves, of = lines
 
     def gains(block: Sequence[tuple[Feature, Feature]]) -> np.ndarray:
         both = [f for pair in block for f in pair]
@@ -173,7 +175,7 @@ def _periodic(state: State, waves: Sequence[tuple[Feature, Feature]], here: Line
         return []
     gain = np.concatenate(state.in_threads(gains, _blocks(waves)))
     best = int(np.argmax(gain))
-    return [Tried(waves[best], float(gain[best]), np.sqrt(len(waves)))]  # one choice for both features
+    return [Tried(waves[best], float(gain[best]), np.sqrt(of))]  # one choice for both features
 
 
 def _bursts(state: State, bursts: Sequence[Sequence[Series]], here: Linearised) -> list[Tried]:

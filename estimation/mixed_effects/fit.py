@@ -11,6 +11,7 @@ import numpy as np
 
 from ..likelihood.minimiser import Damping, try_steps
 from ..linear_algebra import finite
+from ..threads import in_threads
 from .problem import Problem, Run, pooled, squares
 
 DIFFERENCE = 1e-3
@@ -138,7 +139,7 @@ def stepped(
 
 def _criterion(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> tuple[float, np.ndarray]:
     """The criterion and the error sizes (C,), floors included."""
-    errors = pooled([squares(p, theta, run, b) for run, b in zip(p.runs, own, strict=True)])
+    errors = pooled(in_threads(p.threads, lambda i: squares(p, theta, p.runs[i], own[i]), range(len(p.runs))))
     sd = np.where(p.known, p.floor, np.sqrt(errors**2 + p.floor**2))
     misfit = np.where(p.known, 0.5 * (errors / p.floor) ** 2, np.log(sd))
     prior = sum(((theta[n.place] - n.mean) / n.sd) ** 2 for n in numbers) + float(np.sum((own / p.own_sd) ** 2))
@@ -152,7 +153,11 @@ def normal_equations(
 
     Also for each record its share of both, and (k, p + 1) how its own effects follow: constant part last, minus slopes.
     """
-    blocks = [block_of(p, i, numbers, theta, own[i], sd) for i in range(len(p.runs))]
+
+    def block(i: int) -> Block:
+        return block_of(p, i, numbers, theta, own[i], sd)
+
+    blocks = in_threads(p.threads, block, range(len(p.runs)))
     precision = np.array([n.sd**-2.0 for n in numbers])
     mean, values = np.array([n.mean for n in numbers]), theta[[n.place for n in numbers]] if numbers else np.zeros(0)
     normal = np.diag(precision) + sum(a for a, _, _ in blocks)
@@ -161,7 +166,7 @@ def normal_equations(
 
 def block_of(
     p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray, sd: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> Block:
     """One record's normal equations with its own effects eliminated: (p, p), (p,), (k, p + 1)."""
     run, q = p.runs[i], len(numbers)
     error, slopes = _jacobian(p, run, numbers, theta, own)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..likelihood.minimiser import Damping, try_steps
+from ..threads import in_threads
 from .fit import LONGEST, Fitted, block_of, moved
 from .problem import Problem, Squares, pooled, squares
 
@@ -61,7 +62,8 @@ def _own_at(p: Problem, i: int, theta: np.ndarray, sd: np.ndarray, own: np.ndarr
 
 def leave_one_out(found: Fitted) -> tuple[LeftOut, ...]:
     """Each record predicted by a fit to the others: its normal equations subtracted and one step taken."""
-    return tuple(_left_out(found, i) for i in range(len(found.problem.runs)))
+    p = found.problem
+    return tuple(in_threads(p.threads, partial(_left_out, found), range(len(p.runs))))
 
 
 def _left_out(found: Fitted, i: int) -> LeftOut:

@@ -58,7 +58,7 @@ class Problem:
 
     channels : symbols of the states that count, and THRUST where a record measures it.
     thrust : thrust [N] from states (N, n), inputs (N, nu) and theta; None where the family has none.
-    threads : threads that choices between several fits may take.
+    threads : threads that records, and choices between several fits, may take.
     """
 
     model: Model

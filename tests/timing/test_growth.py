@@ -1,6 +1,7 @@
 """Many runs, many parameters, many records, many rows of a suite, and what whole commands cost."""
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -10,7 +11,7 @@ import pytest
 
 import helmbench
 from helmbench.datasets.generator import Case, generate
-from helmbench.methods.registry import make
+from helmbench.methods.registry import make, methods
 from helmbench.models.model import resolve
 
 from .conftest import Side
@@ -192,6 +193,46 @@ def test_check_of_five_records(ratios, benchmark, tmp_path):
     ratios.row("check five records of 600 s at 2 Hz, without the start", "CPU s", middle(found, "own"), most=1.0)
 
 
+LONG = """
+import helmbench
+made = helmbench.simulate("{vessel}", "zigzag:20/20", noise="low", duration_s=({samples} - 1) * {dt}, dt_s={dt}{more})
+model = helmbench.resolve("{vessel}")
+model = model.with_coefficients({factor} * model.coefficients)
+start, said = time.monotonic(), ""
+try:
+    helmbench.diagnose(model, [made], coefficient_sd={sd})
+except helmbench.BadInput as refusal:
+    said = str(refusal)
+report(own=time.monotonic() - start, said=said)
+"""
+TOO_LONG = 100_000
+"""Samples of a log that is refused; the refusal tells how many are possible."""
+LOGS = {
+    "mariner, coefficients known": ("mariner", 1.0, 0.0, ""),
+    "mariner, coefficients off by a tenth and free": ("mariner", 1.1, None, ""),
+    "mariner, coefficients free, in a current": ("mariner", 1.0, None, ', disturbance="current:0.3@90"'),
+    "kvlcc2-l7, coefficients off by a tenth and free": ("kvlcc2-l7", 1.1, None, ""),
+}
+STEPS_S = {"mariner": 1.0, "kvlcc2-l7": 0.2}
+
+
+@pytest.mark.parametrize("log", LOGS)
+def test_log_of_many_samples(ratios, benchmark, tmp_path, log):
+    """A log is refused before anything is computed, or else diagnosed in less than two minutes and 4 GB."""
+    vessel, factor, sd, more = LOGS[log]
+    told = {"vessel": vessel, "dt": STEPS_S[vessel], "factor": factor, "sd": sd, "more": more}
+    refused = repeated(benchmark, LONG.format(samples=TOO_LONG, **told), tmp_path, rounds=1)
+    longest = int(re.search(r"at most (\d+) samples a record", refused[0]["said"])[1])
+    name = f"a log of {TOO_LONG} samples, {log}: wall time until it is refused"
+    ratios.row(name, "s", middle(refused, "own"), most=120.0, remark=f"{longest} samples a record are possible")
+    found = in_a_process(LONG.format(samples=longest, **told), tmp_path)
+    assert not found["said"]
+    name = f"diagnose a log of {longest} samples, {log}"
+    limit = "free runs with every group of numbers, of a record that few threads share"
+    ratios.row(f"{name}: wall time", "s", found["own"], most=120.0, remark=f"{found['cpu']:.0f} CPU s", limit=limit)
+    ratios.row(f"{name}: memory", "GB", found["gb"], most=4.0, limit="the derivatives of every sample are kept")
+
+
 SUITE = """
 import helmbench
 entry = "entries: [{{vessels: response-1, methods: [ls], noise: low, seeds: {seeds}}}]"
@@ -240,3 +281,23 @@ def test_tiny_runs_of_a_suite(ratios, benchmark, tmp_path):
     itself = in_a_process(ITSELF.format(seeds=TINY), tmp_path)["each"]
     told = f"the run itself {itself:.2g} CPU s; the rest plans, hands over, guards, measures and stores"
     ratios.row("a tiny run of a suite: all but records, fit and scores", "CPU s", cpu - itself, most=0.002, remark=told)
+
+
+TUNED = "tuned:rts-ls,trials=12"
+DEFAULT = """
+import helmbench
+found = helmbench.run_suite("default", directory="{folder}", methods={methods}, jobs=2)
+report(runs=len(found.rows))
+"""
+
+
+def test_default_suite(ratios, benchmark, tmp_path):
+    """The whole suite on two processors, with the methods that fit the model's own equations, and with all."""
+    own = [name for name, method in methods().items() if method.kind == "grey box"]
+    benchmark.pedantic(lambda: None, rounds=1)
+    for label, names in (("grey-box methods", [*own, TUNED]), ("methods", [*methods(), TUNED])):
+        found = in_a_process(DEFAULT.format(folder=label.replace(" ", "-"), methods=names), tmp_path)
+        told = f"{found['runs']} runs, {found['cpu'] + found['children']:.0f} CPU s"
+        limit = "the fits themselves; hybrids, learners and `ukf` take half"
+        name = f"suite `default` on two processors, all {len(names)} {label}: wall time"
+        ratios.row(name, "s", found["wall"], most=240.0, remark=told, limit=limit)

@@ -139,9 +139,12 @@ def test_records_of_an_independent_simulator_are_adequate(rng):
 
 
 def test_a_single_record_is_cut_into_pieces(ship, rng):
+    """What is wrong shows in the differences between the pieces, which are few: some draws are not significant."""
     run = record_run(altered(ship, 0.4, 0.0), parse_manoeuvre("zigzag:20/20"), duration_s=240.0, dt_s=0.2)
-    found = calibrate(ship, [apply(run, parse_noise("low"), rng)])
-    assert len(found.runs) >= 3 and found.after["surge_m_s"][0] < found.before["surge_m_s"][0]
+    all_found = [calibrate(ship, [apply(run, parse_noise("low"), rng)]) for _ in range(4)]
+    assert all(len(found.runs) >= 3 for found in all_found)
+    better = [found.after["surge_m_s"][0] < 0.7 * found.before["surge_m_s"][0] for found in all_found]
+    assert sum(better) >= fewest(4, 0.95)
 
 
 def test_records_without_a_heading_and_with_a_long_gap_are_calibrated(ship, rng):

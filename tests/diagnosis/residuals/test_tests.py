@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+import helmbench
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
-from helmbench.diagnosis.residuals.features import lines
+from helmbench.diagnosis.residuals.features import LINES, MOST_LINES, lines
 from helmbench.diagnosis.residuals.tests import noise_with_memory, size_tests
 from helmbench.diagnosis.residuals.unmodelled import _periodic
 from helmbench.diagnosis.state import first_state
@@ -69,8 +70,9 @@ def test_white_noise_and_an_effect_that_lasts_are_no_noise_with_a_memory(rng):
 def test_a_periodic_moment_is_seen_through_its_phase(rng):
     """Cosine and sine of the frequency nearest to the injected one gain what the moment is worth."""
     est = estimator(resolve("response-1"), [generate(Case("response-1", "zigzag:20/20", "low", seed=1))])
-    waves = lines(est)
     n = est.segments[0].time.size
+    waves, of = lines(est, Innovations(np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 1))))
+    assert of == len(waves)
     columns = rng.standard_normal((2 * len(waves), 6 * n))
     k = int(rng.integers(len(waves)))
     residual = rng.standard_normal(6 * n) + 0.2 * columns[2 * k] - 0.3 * columns[2 * k + 1]
@@ -80,8 +82,24 @@ def test_a_periodic_moment_is_seen_through_its_phase(rng):
         columns=lambda axes, series: np.stack([row[id(one)] for one in series]),
         projector=Projector(now, np.zeros((0, 6 * n))),
     )
-    (found,) = _periodic(first_state(est, {}, 0.01, (), None), waves, here)
+    (found,) = _periodic(first_state(est, {}, 0.01, (), None), (waves, of), here)
     assert found.features == waves[k]
     size = np.array([0.2, -0.3])
     wanted = float(size @ (columns[2 * k : 2 * k + 2] @ columns[2 * k : 2 * k + 2].T) @ size)
     assert abs(found.gain - wanted) < 5.0 * 2.0 * np.sqrt(wanted)
+
+
+def test_of_many_frequencies_those_are_tried_where_the_innovations_have_power(rng):
+    """Records of many hours, one of them twice as long: the injected frequency is among the few that are tried."""
+    record = helmbench.simulate("mariner", "zigzag:20/20", duration_s=6000.0, dt_s=1.0)
+    longer = helmbench.simulate("mariner", "zigzag:20/20", duration_s=12000.0, dt_s=1.0)
+    est = estimator(resolve("mariner"), [record, longer])
+    e, time = rng.standard_normal((est.edges[-1], 6)), np.concatenate([d.time for d in est.segments])
+    omega = rng.uniform(*LINES) / est.clock
+    e[:, 4] += 0.2 * np.cos(omega * time + rng.uniform(0.0, 6.0))
+    tried, of = lines(est, Innovations(e, np.zeros(e.shape), e))
+    print(omega, of)
+    assert len(tried) == MOST_LINES < of
+    gains = [sum(abs(np.concatenate(f.series) @ e[:, 4]) ** 2 for f in pair) for pair in tried]
+    best = tried[int(np.argmax(gains))][0].name.split()[1]
+    assert float(best) == pytest.approx(omega, rel=0.01)
