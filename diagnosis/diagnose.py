@@ -32,7 +32,7 @@ CAUSES = "causes and gain"
 """Stages of a diagnosis; not every diagnosis has all of them."""
 
 
-LONGEST = 20_000
+LONGEST = 15_000
 """Samples that one record may have: those of hours, in which a log does more than manoeuvres; they take two minutes."""
 LARGEST = 4 * 2**30
 """Memory, bytes, that the records of one diagnosis may need."""
