@@ -11,6 +11,8 @@ SHORTEST = 5
 RARE = 1e-4
 JUMP = 0.25
 """Share of the channel's usual step by which it must jump before or after a frozen stretch."""
+TURNS = 0.4
+"""Share of steps in the other direction than the one before from which a channel is noisy."""
 NEIGHBOURS = 60
 """Samples to each side of a stretch whose steps are compared with it, at least."""
 COARSE = 3.5
@@ -35,7 +37,8 @@ def runs_of(values: np.ndarray) -> list[Run]:
 def frozen_runs(values: np.ndarray) -> list[Run]:
     """Runs that are too long for the channel: its steps near by make them improbable, and it jumps out of them.
 
-    A motion that comes to rest and leaves it smoothly is not frozen, nor is a coarse channel that moves slowly.
+    A motion that comes to rest and leaves it smoothly is not frozen, nor is a coarse channel that moves slowly. A noisy
+    channel need not jump: its noise does not come to rest.
     """
     known = values[np.isfinite(values)]
     if known.size < 4 * SHORTEST or np.ptp(known) == 0.0:
@@ -57,7 +60,14 @@ def _jump_if_frozen(values: np.ndarray, run: Run, samples: int) -> float:
     share = max(1.0 - moving.size / steps.size, 1e-3)
     jump = _jump(values, run) / float(np.median(moving))
     rare = samples * share ** (length - 1) < RARE
-    return jump if rare and jump > (COARSE if share > 0.1 else JUMP) else 0.0
+    least = COARSE if share > 0.1 else 0.0 if _noisy(before) and _noisy(after) else JUMP
+    return jump if rare and jump > least else 0.0
+
+
+def _noisy(values: np.ndarray) -> bool:
+    """Whether steps turn back so often as those of noise: two of three for white noise."""
+    turns = np.diff(np.sign(np.diff(values[np.isfinite(values)]))) != 0.0
+    return turns.size >= SHORTEST and float(np.mean(turns)) > TURNS
 
 
 def _jump(values: np.ndarray, run: Run) -> float:

@@ -191,3 +191,15 @@ def test_records_of_the_same_name_stay_apart(records):
 
 def test_no_record_is_no_finding():
     assert check([]).findings == ()
+
+
+def test_a_noisy_channel_that_stands_still_without_a_jump_is_frozen_and_a_motion_at_rest_is_not(rng):
+    time = np.arange(600) * 0.5
+    noisy = 0.01 * rng.standard_normal(time.size)
+    noisy[300] = noisy[299] + 1e-6
+    noisy[300:340] = noisy[300]
+    noisy[340] = noisy[339] + 1e-6
+    smooth = 1e-6 * (np.minimum(time - 150.0, 0.0) ** 3 + np.maximum(time - 170.0, 0.0) ** 3)
+    for values, causes in ((noisy, {"frozen_samples"}), (smooth, set())):
+        found = check([Record(time, {"surge_m_s": 7.0 + values}, "run")]).findings
+        assert {f.cause for f in found} & {"frozen_samples"} == causes
