@@ -32,8 +32,9 @@ CAUSES = "causes and gain"
 """Stages of a diagnosis; not every diagnosis has all of them."""
 
 
-LONGEST = 15_000
-"""Samples that one record may have: those of hours, in which a log does more than manoeuvres; they take two minutes."""
+LONGEST, LONGEST_OF_RESPONSE = 15_000, 50_000
+"""Samples that one record of a 3-DOF and of a response model may have: those of hours, in which a log does more than
+manoeuvres; more could take over two minutes."""
 LARGEST = 4 * 2**30
 """Memory, bytes, that the records of one diagnosis may need."""
 SAMPLE_BYTES, STATE_BYTES = 16_000, 8_000
@@ -136,12 +137,12 @@ def _require_room(model: Model, given: Prepared) -> None:
 
     Raises
     ------
-    BadInput : a record has more than LONGEST samples, or their filter needs more memory than is free, or than LARGEST.
+    BadInput : a record has more samples than one may, or their filter needs more memory than is free, or than LARGEST.
     """
     records = thinned([*given.train, *given.held_out], model)
-    longest = max(records, key=lambda record: record.n)
-    if longest.n > LONGEST:
-        hint = f"cut out the manoeuvres, or take a longer step: at most {LONGEST} samples a record"
+    longest, limit = max(records, key=lambda record: record.n), LONGEST if model.is_3dof else LONGEST_OF_RESPONSE
+    if longest.n > limit:
+        hint = f"cut out the manoeuvres, or take a longer step: at most {limit} samples a record"
         raise BadInput(f"{longest.name}: {longest.n} samples are too many for one record of a diagnosis", hint=hint)
     samples = sum(record.n for record in records)
     of_sample = SAMPLE_BYTES + STATE_BYTES * len(model.states)

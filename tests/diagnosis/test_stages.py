@@ -41,7 +41,7 @@ def test_records_too_long_for_one_diagnosis_are_refused_before_it_starts(monkeyp
 
 
 def test_a_log_too_long_for_one_record_is_refused_and_the_same_samples_in_two_are_not(monkeypatch, record):
-    monkeypatch.setattr(engine, "LONGEST", record.n - 1)
+    monkeypatch.setattr(engine, "LONGEST_OF_RESPONSE", record.n - 1)
     with pytest.raises(helmbench.BadInput, match="too many for one record of a diagnosis; cut out the manoeuvres"):
         engine.diagnose(helmbench.resolve("response-1"), [record])
     halves = [record.slice(0, record.n // 2), record.slice(record.n // 2, record.n)]

@@ -212,8 +212,9 @@ LOGS = {
     "mariner, coefficients off by a tenth and free": ("mariner", 1.1, None, ""),
     "mariner, coefficients free, in a current": ("mariner", 1.0, None, ', disturbance="current:0.3@90"'),
     "kvlcc2-l7, coefficients off by a tenth and free": ("kvlcc2-l7", 1.1, None, ""),
+    "response-2, coefficients off by a tenth and free": ("response-2", 1.1, None, ""),
 }
-STEPS_S = {"mariner": 1.0, "kvlcc2-l7": 0.2}
+STEPS_S = {"mariner": 1.0, "kvlcc2-l7": 0.2, "response-2": 1.0}
 
 
 @pytest.mark.parametrize("log", LOGS)
