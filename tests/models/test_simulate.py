@@ -92,7 +92,7 @@ def test_sensitivities_agree_with_finite_differences(vessel, rng):
 
     for k in rng.choice(p + len(initial), size=min(8, p), replace=False):
         excess = []
-        for width in max(abs(vessel.coefficients[k]) if k < p else 1.0, 1e-2) * np.array([1e-4, 1e-5, 1e-6]):
+        for width in max(abs(vessel.coefficients[k]) if k < p else 1.0, 1e-2) * np.logspace(-4, -8, 5):
             difference = (moved(k, width) - moved(k, -width)) / (2 * width)
             scale = np.abs(difference).max(axis=0)
             rounding = 1e-14 * np.abs(states).max(axis=0) / width
