@@ -32,7 +32,7 @@ CAUSES = "causes and gain"
 """Stages of a diagnosis; not every diagnosis has all of them."""
 
 
-LONGEST, LONGEST_OF_RESPONSE = 15_000, 50_000
+LONGEST, LONGEST_OF_RESPONSE = 15_000, 30_000
 """Samples that one record of a 3-DOF and of a response model may have: those of hours, in which a log does more than
 manoeuvres; more could take over two minutes."""
 LARGEST = 4 * 2**30
