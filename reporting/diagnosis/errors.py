@@ -20,7 +20,10 @@ def residual(trace: Trace, name: str, run: str) -> np.ndarray:
 def rms(values: np.ndarray) -> float:
     """Root mean square of what is finite; nan if nothing is."""
     known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else math.nan
+    if not known.size:
+        return math.nan
+    largest = float(np.abs(known).max()) or 1.0
+    return largest * float(np.sqrt(np.mean((known / largest) ** 2)))  # the square of what is huge is not finite
 
 
 def mean(values: np.ndarray) -> float:

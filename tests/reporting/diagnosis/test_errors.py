@@ -38,3 +38,4 @@ def test_gaps_are_left_out():
     values = np.array([3.0, np.nan, -3.0, np.inf])
     assert rms(values) == 3.0 and mean(values) == 0.0 and extent(values) == 6.0
     assert np.isnan(rms(np.array([np.nan]))) and extent(np.ones(3)) == np.inf
+    assert rms(np.zeros(2)) == 0.0 and rms(np.array([1e300, -1e300])) == 1e300
