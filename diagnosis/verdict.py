@@ -60,8 +60,8 @@ def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Se
     if left is not None:
         effect = left.cause.label if isinstance(left.cause, Unmodelled) else left.cause.id
         if instead:
-            return "unexplained", f"one effect outside the bank ({effect}) is as likely as all that is named"
-        return "unexplained", f"an effect outside the bank remains: {effect}"
+            return "unexplained", f"one other effect ({effect}) is as likely as all that is named"
+        return "unexplained", f"an effect remains unexplained: {effect}"
     ties = [f for f in findings if f.tied_with]
     if ties:
         said = "; ".join(f"{f.cause} cannot be told from {' or '.join(f.tied_with)}" for f in ties)

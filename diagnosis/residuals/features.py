@@ -2,7 +2,7 @@
 
 Each feature is a time series made from the filter's own states and the record's inputs, added to one force or one
 channel.  Zero-mean gusts with one correlation time depend on none of them, so a feature that raises the likelihood is
-the mark of an unmodelled effect.
+the mark of an unmodelled effect.  Their names are what a user reads of it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.filters.innovations.settings import Parameter
-from ...estimation.filters.innovations.vector import SYMBOLS
+from ...estimation.filters.innovations.vector import SENSORS, SYMBOLS
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -27,6 +27,16 @@ MOST_LINES = 400
 """Frequencies that are tried; all of them in records of 40 minutes for a 160 m ship."""
 WINDOWS = 24
 """Windows a record is cut into for effects that act for a while."""
+
+
+SHAPES = (
+    "scale that grows with",
+    "unequal scale to both sides of",
+    "share of the yaw rate in",
+    "jump of",
+    "curved drift of",
+)
+"""What may be wrong with one channel."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +73,17 @@ def features(est: Estimator, now: Innovations) -> list[Feature]:
     ramp = _standard([d.time / d.time[-1] - 0.5 for d in est.segments])
     for c in np.flatnonzero(est.channels):
         if ramp is not None:
-            found.append(Feature(f"drift of {SYMBOLS[c]}", nf + int(c), ramp, "sensor"))
+            found.append(Feature(f"drift of the recorded {word(c)}", nf + int(c), ramp, "sensor"))
         for kind, arrays in _channel_shapes(est, now, int(c)).items():
             series = _standard(arrays)
             if series is not None:
-                found.append(Feature(f"{kind} of {SYMBOLS[c]}", nf + int(c), series, "sensor"))
+                found.append(Feature(f"{kind} the recorded {word(c)}", nf + int(c), series, "sensor"))
     return found
+
+
+def word(channel: int) -> str:
+    """A channel's name as a word: `yaw rate`."""
+    return SENSORS[channel].replace("_", " ")
 
 
 def _standard(arrays: Sequence[np.ndarray]) -> tuple[np.ndarray, ...] | None:
@@ -90,11 +105,12 @@ def _basis(est: Estimator, states: np.ndarray, time: np.ndarray, rudder: np.ndar
 
 
 def _signals(est: Estimator, states: np.ndarray, rudder: np.ndarray) -> dict[str, np.ndarray]:
-    """Yaw rate, rudder, and for 3-DOF models sway and the loss of speed, of unit size."""
+    """Yaw rate, rudder, and for 3-DOF models sway and the change of speed, of unit size."""
     names = list(est.kernels.STATES)
-    raw = {"r": states[:, names.index("r")], "d": np.clip(rudder, -10.0, 10.0)}
+    raw = {"yaw rate": states[:, names.index("r")], "rudder": np.clip(rudder, -10.0, 10.0)}
     if est.model.is_3dof:
-        raw |= {"v": states[:, names.index("v")], "u": states[:, names.index("u")] / est.model.speed_m_s - 1.0}
+        speed = states[:, names.index("u")] / est.model.speed_m_s
+        raw |= {"sway": states[:, names.index("v")], "change of speed": speed - 1.0}
     return {name: x / max(np.std(x), 1e-9) for name, x in raw.items()}
 
 
@@ -107,18 +123,19 @@ def _nonlinear(signals: Mapping[str, np.ndarray]) -> Basis:
         out[a] = ("linear", x)
         out[f"|{a}|"] = ("even", np.abs(x))
         out[f"{a}^2"] = ("even", x**2)
-        out[f"{a}|{a}|"] = ("odd", x * np.abs(x))
+        out[f"{a} |{a}|"] = ("odd", x * np.abs(x))
         out[f"{a}^3"] = ("odd", x**3)
-        out[f"stall {a}"] = ("odd", np.sign(x) * np.maximum(np.abs(x) - np.quantile(np.abs(x), 0.75), 0.0))
-        out[f"dead {a}"] = ("odd", np.clip(x, -0.3, 0.3))
-        out[f"port {a}"] = ("even", np.maximum(x, 0.0))
+        beyond = np.maximum(np.abs(x) - np.quantile(np.abs(x), 0.75), 0.0)
+        out[f"{a} beyond its upper quartile"] = ("odd", np.sign(x) * beyond)
+        out[f"{a} limited to 0.3 of its sd"] = ("odd", np.clip(x, -0.3, 0.3))
+        out[f"positive {a}"] = ("even", np.maximum(x, 0.0))
         for b in keys[i + 1 :]:
             y = signals[b]
-            out[f"{a}{b}"] = ("product", x * y)
-            out[f"{a}|{b}|"] = ("product", x * np.abs(y))
-            out[f"{b}|{a}|"] = ("product", y * np.abs(x))
-            out[f"{a}^2{b}"] = ("product", x**2 * y)
-            out[f"{a}{b}^2"] = ("product", x * y**2)
+            out[f"{a} * {b}"] = ("product", x * y)
+            out[f"{a} |{b}|"] = ("product", x * np.abs(y))
+            out[f"{b} |{a}|"] = ("product", y * np.abs(x))
+            out[f"{a}^2 * {b}"] = ("product", x**2 * y)
+            out[f"{a} * {b}^2"] = ("product", x * y**2)
     return out
 
 
@@ -127,12 +144,12 @@ def _memory(est: Estimator, signals: Mapping[str, np.ndarray], time: np.ndarray)
     out: Basis = {}
     for a, x in signals.items():
         for lag in LAGS_S:
-            out[f"{a} late {lag:g}"] = ("memory", lagged(x, time, lag * est.clock))
-        out[f"sign {a} late"] = ("memory", np.sign(lagged(x, time, 12.0 * est.clock)))
+            out[f"{a} with a lag of {lag:g} s (of a 160 m ship)"] = ("memory", lagged(x, time, lag * est.clock))
+        out[f"side of the {a} with a lag"] = ("memory", np.sign(lagged(x, time, 12.0 * est.clock)))
         rate = np.gradient(lagged(x, time, 2.0 * est.clock), time)
         rate /= max(np.std(rate), 1e-12)
-        out[f"rate {a}"] = ("rate", rate)
-        out[f"|rate {a}|"] = ("rate", np.abs(rate))
+        out[f"rate of change of the {a}"] = ("rate", rate)
+        out[f"|rate of change of the {a}|"] = ("rate", np.abs(rate))
     return out
 
 
@@ -140,32 +157,32 @@ def _of_time(signals: Mapping[str, np.ndarray], time: np.ndarray) -> Basis:
     """Slow changes over the record."""
     part = time / time[-1] - 0.5
     out: Basis = {"time": ("drift", part), "time^2": ("drift", part**2 - 1.0 / 12.0)}
-    return out | {f"time {a}": ("drift", part * x) for a, x in signals.items()}
+    return out | {f"time * {a}": ("drift", part * x) for a, x in signals.items()}
 
 
 def _of_heading(signals: Mapping[str, np.ndarray], psi: np.ndarray) -> Basis:
     """What depends on the course."""
     out: Basis = {}
-    for m in (1, 2, 3):
-        out[f"cos {m} psi"] = ("heading", np.cos(m * psi))
-        out[f"sin {m} psi"] = ("heading", np.sin(m * psi))
+    for m, angle in enumerate(("heading", "2 heading", "3 heading"), start=1):
+        out[f"cos({angle})"] = ("heading", np.cos(m * psi))
+        out[f"sin({angle})"] = ("heading", np.sin(m * psi))
     for wave, label in ((np.cos(psi), "cos"), (np.sin(psi), "sin")):
-        for a in ("r", "d"):
-            out[f"{a} {label} psi"] = ("heading", signals[a] * wave)
+        for a in ("yaw rate", "rudder"):
+            out[f"{a} * {label}(heading)"] = ("heading", signals[a] * wave)
     return out
 
 
 def _of_place(est: Estimator, signals: Mapping[str, np.ndarray], states: np.ndarray) -> Basis:
     """What depends on the position."""
     out: Basis = {}
-    for name in ("x", "y"):
-        place = states[:, est.kernels.STATES.index(name)]
+    for state, name in (("x", "north"), ("y", "east")):
+        place = states[:, est.kernels.STATES.index(state)]
         reach = place - place.mean()
         reach = reach / max(np.std(reach), 1e-9)
         out[name] = ("place", reach)
         out[f"{name}^2"] = ("place", reach**2)
-        for a in ("r", "d"):
-            out[f"{a} {name}"] = ("place", signals[a] * reach)
+        for a in ("yaw rate", "rudder"):
+            out[f"{a} * {name}"] = ("place", signals[a] * reach)
     return out
 
 
@@ -181,22 +198,23 @@ def lagged(x: np.ndarray, time: np.ndarray, lag: float) -> np.ndarray:
 
 
 def _channel_shapes(est: Estimator, now: Innovations, c: int) -> dict[str, list[np.ndarray]]:
-    """Ways in which one channel alone can be wrong: growing with its value, its size, other motions, or time."""
+    """Ways in which one channel alone can be wrong: growing with its value, its side, the yaw rate, or time."""
     names = list(est.kernels.STATES)
     r = now.states[:, names.index("r")]
     x = now.states[:, est.places[c]]
-    shapes = {"curve": [], "even": [], "lever": [], "jump": [], "drift^2": []}
+    curve, side, lever, jump, drift = SHAPES
+    shapes = {name: [] for name in SHAPES}
     for i, d in enumerate(est.segments):
         rows = est.samples_of(i)
         own = x[rows] - x[rows].mean()
-        shapes["curve"].append(own**3)
-        shapes["even"].append(np.abs(own))
-        shapes["lever"].append(r[rows])
-        shapes["jump"].append(np.sign(d.time - 0.5 * d.time[-1]))
+        shapes[curve].append(own**3)
+        shapes[side].append(np.abs(own))
+        shapes[lever].append(r[rows])
+        shapes[jump].append(np.sign(d.time - 0.5 * d.time[-1]))
         part = d.time / d.time[-1] - 0.5
-        shapes["drift^2"].append(part**2 - 1.0 / 12.0)
+        shapes[drift].append(part**2 - 1.0 / 12.0)
     if SYMBOLS[c] == "r":
-        del shapes["lever"]
+        del shapes[lever]
     return shapes
 
 
@@ -227,7 +245,7 @@ def lines(est: Estimator, now: Innovations) -> tuple[list[tuple[Feature, Feature
     for omega in chosen:
         waves = [tuple(wave(omega * d.time) for d in est.segments) for wave in (np.cos, np.sin)]
         pair = zip(("cos", "sin"), waves, strict=True)
-        cosine, sine = (Feature(f"{name} {omega:.3g} t", axis, arrays, "line") for name, arrays in pair)
+        cosine, sine = (Feature(f"{name}({omega:.3g} rad/s * time)", axis, arrays, "line") for name, arrays in pair)
         found.append((cosine, sine))
     return found, every.size
 

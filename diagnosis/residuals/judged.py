@@ -41,7 +41,7 @@ def unexplained(state: State, rng: np.random.Generator) -> Candidate | None:
             *tests.activity_tests(state.est, state.now),
             *tests.whiteness_tests(state.est, state.now),
             *sizes,
-            (f"a line at {line[1]:.3g} rad/s", line[0]),
+            (f"a periodic error at {line[1]:.3g} rad/s", line[0]),
         ]
     )
     allowed = min(threshold, -0.5 * float(misfit_allowance(state).sum()))

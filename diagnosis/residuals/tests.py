@@ -15,6 +15,7 @@ from ...estimation.filters.innovations.vector import SYMBOLS
 from ...models.model import CHANNELS as COLUMNS
 from ..statistics.score_tests import log_tail
 from ..statistics.tails import chi2_quantile, normal_log_tail
+from .features import word
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -37,13 +38,14 @@ def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
     rate = est.joined(lambda d: np.abs(np.gradient(d.rudder, d.time)))
     part = est.joined(lambda d: d.time / d.time[-1])
     conditions = {
-        "yaw rate": r,
-        "rudder angle": rudder,
-        "rudder rate": np.minimum(rate, np.quantile(rate, 0.95)),
+        "the yaw rate": r,
+        "the rudder angle": rudder,
+        "the rudder rate": np.minimum(rate, np.quantile(rate, 0.95)),
         "time": part,
     }
     if est.n_records > 1:
-        conditions |= {f"record {name}": (est.owner == i).astype(float) for i, name in enumerate(est.record_names)}
+        own = ((name, est.owner == i) for i, name in enumerate(est.record_names))
+        conditions |= {f"the record ({name} against others)": inside.astype(float) for name, inside in own}
     out = []
     for label, g in conditions.items():
         for c in np.flatnonzero(est.channels):
@@ -54,7 +56,8 @@ def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
             z = np.minimum(e[used] ** 2, 20.0) - 1.0
             h = (g[used] - g[used].mean()) / np.std(g[used])
             t = np.sum((z - z.mean()) * h) / np.sqrt(used.sum() * max(np.var(z), 1e-12))
-            out.append((f"{SYMBOLS[c]} with {label}", float(np.log(2.0) + normal_log_tail(abs(t)))))
+            log_p = float(np.log(2.0) + normal_log_tail(abs(t)))
+            out.append((f"errors of the {word(c)} that depend on {label}", log_p))
     return out
 
 
@@ -70,9 +73,7 @@ def size_tests(
     for label, weight in _conditions(est, now).items():
         for cause, own in columns.items():
             parted = (own.reshape(len(own), -1, 6) * weight[:, None]).reshape(len(own), -1)
-            out.append(
-                (f"{cause.id} of another size with {label}", log_tail(projector.score(parted).statistic, len(own)))
-            )
+            out.append((f"another size of {cause.id} {label}", log_tail(projector.score(parted).statistic, len(own))))
     return out
 
 
@@ -82,13 +83,13 @@ def _conditions(est: Estimator, now: Innovations) -> dict[str, np.ndarray]:
     rudder = est.joined(lambda d: np.abs(d.rudder))
     late = est.joined(lambda d: d.time > 0.5 * d.time[-1])
     found = {
-        "time": late,
-        "the turn's side": r > 0.0,
-        "yaw rate": np.abs(r) > np.median(np.abs(r)),
-        "rudder angle": rudder > np.median(rudder),
+        "in the second half of a record": late,
+        "in turns to the other side": r > 0.0,
+        "at large yaw rates": np.abs(r) > np.median(np.abs(r)),
+        "at large rudder angles": rudder > np.median(rudder),
     }
     if est.n_records > 1:
-        found |= {f"record {name}": est.owner == i for i, name in enumerate(est.record_names)}
+        found |= {f"in {name}": est.owner == i for i, name in enumerate(est.record_names)}
     return {label: np.where(chosen, 1.0, -1.0) for label, chosen in found.items()}
 
 
@@ -114,7 +115,8 @@ def whiteness_tests(est: Estimator, now: Innovations, lags: int = 12) -> list[tu
     for c in np.flatnonzero(est.channels).tolist():
         total, count = _lagged(est, now, c, range(1, lags + 1))
         if count.min() > ENOUGH:
-            out.append((f"{SYMBOLS[c]} white", log_tail(float(np.sum(total**2 / count)), lags)))
+            statistic = float(np.sum(total**2 / count))
+            out.append((f"errors of the {word(c)} that depend on those before", log_tail(statistic, lags)))
     return out
 
 

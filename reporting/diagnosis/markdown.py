@@ -45,7 +45,12 @@ def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) 
     where = tables.markdown(where_table(found)) if found.where else "Under no particular condition."
     errors = error_table(found)
     gain = tables.markdown(gain_table(found)) if found.gain else "No gain was measured."
-    parts = [f"# {title}", note, f"**{words.cause(found.verdict).capitalize()}.** {words.verdict(found)}", found.reason]
+    parts = [
+        f"# {title}",
+        note,
+        f"**{words.cause(found.verdict).capitalize()}.** {words.verdict(found)}",
+        words.said(found.reason),
+    ]
     parts += [_finding(finding) for finding in found.causes]
     parts += ["## 1. What was simulated and what was measured", STATISTICS]
     parts += [tables.markdown(errors) if errors.rows else ""]
@@ -89,7 +94,7 @@ FREE_RUNS = (
 def _finding(finding: Finding) -> str:
     lines = [f"- **{words.tie(finding)}** ({finding.stage}, adjusted p {p_value(finding.p_adjusted)})"]
     lines += [f"  - {words.size(item)} ({percent(finding.level)} interval)" for item in finding.sizes]
-    lines += [f"  - {text}" for text in (finding.evidence, words.separation(finding)) if text]
+    lines += [f"  - {text}" for text in (words.said(finding.evidence), words.separation(finding)) if text]
     return "\n".join(lines)
 
 

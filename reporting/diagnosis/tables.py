@@ -70,7 +70,7 @@ def bank_table(found: Diagnosis, testable_only: bool = False) -> Table:
         Column("statistic", lambda entry: number(entry.statistic), lambda entry: entry.statistic),
         Column("power", lambda entry: percent(entry.power), lambda entry: entry.power),
         Column("tied with", lambda entry: ", ".join(map(words.cause, _rivals(entry, found)))),
-        Column("why", lambda entry: entry.why),
+        Column("why", lambda entry: words.said(entry.why)),
     ]
     entries = [e for e in words.ordered_bank(found) if not (testable_only and e.status == "not_testable")]
     return make_table(columns, entries, kind=lambda entry: entry.status)
@@ -78,7 +78,10 @@ def bank_table(found: Diagnosis, testable_only: bool = False) -> Table:
 
 def not_testable_table(found: Diagnosis) -> Table:
     """Causes that cannot be tested with this model and these records, and why."""
-    columns = [Column("cause", lambda entry: words.cause(entry.cause)), Column("why", lambda entry: entry.why)]
+    columns = [
+        Column("cause", lambda entry: words.cause(entry.cause)),
+        Column("why", lambda entry: words.said(entry.why)),
+    ]
     return make_table(columns, [entry for entry in found.bank if entry.status == "not_testable"])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...diagnosis.causes.registry import causes
 from ...diagnosis.gain.guard import WORSE
 from ..numbers import DEG, interval_digits, number, p_value, with_unit
 from ..tables import console
@@ -57,25 +58,54 @@ def cause(name: str) -> str:
     return name.replace("_", " ")
 
 
+def said(text: str) -> str:
+    """A sentence of a diagnosis, with the ids of causes as words."""
+    for name in causes():
+        text = text.replace(name, cause(name))
+    return text
+
+
 def tie(finding: Finding) -> str:
     """The cause, with those that the records cannot distinguish from it."""
     return " or ".join(map(cause, (finding.cause, *finding.tied_with)))
 
 
 def verdict(found: Diagnosis) -> str:
-    """The first sentence: what was found, and how it changes the free-run error."""
-    named = [f"{tie(f)} ({'; '.join(map(size, f.sizes[:3]))})" if f.sizes else tie(f) for f in found.causes]
-    causes = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
-    opening = {
+    """The first sentences: what the records show by themselves, what the simulation lacks, and what including it does
+    to the free-run error."""
+    return " ".join(part for part in (*_findings(found), gain_sentence(found)) if part)
+
+
+def _findings(found: Diagnosis) -> tuple[str, str]:
+    """What the records show without a model, and the verdict on the simulation."""
+    of_records, of_model = _by_stage(found)
+    shown = f"Found in the records themselves, and corrected: {_listed(of_records)}." if of_records else ""
+    lacking = f"The simulation lacks {_listed(of_model)}" if of_model else "The simulation agrees with the records"
+    unexplained = "The simulation is wrong in a way that none of the known causes explains"
+    best = f"; of these, {_listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
+    return shown, {
         "adequate": "The simulation agrees with the records: no further cause is needed.",
         "inconclusive": "The records do not allow a conclusion.",
-        "unexplained": "The simulation is wrong in a way that none of the known causes explains"
-        + (f"; of these, {causes} fit best." if causes else "."),
-        "named": f"The simulation lacks {causes}.",
-        "partly_named": f"The simulation lacks {causes}; a part of its error remains.",
-        "tied": f"The simulation lacks {causes}; the records cannot distinguish between the tied causes.",
+        "unexplained": unexplained + best,
+        "named": f"{lacking}.",
+        "partly_named": f"{lacking}; a part of its error remains." if of_model else "A part of its error remains.",
+        "tied": f"{lacking}; the records cannot distinguish between the tied causes.",
     }[found.verdict]
-    return " ".join(part for part in (opening, gain_sentence(found)) if part)
+
+
+def _by_stage(found: Diagnosis) -> tuple[list[Finding], list[Finding]]:
+    """Findings that the records show by themselves, for which they were corrected, and those of the simulation."""
+    of_records = [f for f in found.causes if f.stage == "kinematics"]
+    return of_records, [f for f in found.causes if f.stage != "kinematics"]
+
+
+def _listed(findings: Sequence[Finding]) -> str:
+    """Causes with the sizes that hold for all records, or with the first ones of single records."""
+    named = []
+    for finding in findings:
+        sizes = [item for item in finding.sizes if item.record is None] or finding.sizes
+        named.append(f"{tie(finding)} ({'; '.join(map(size, sizes[:3]))})" if sizes else tie(finding))
+    return " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
 
 
 def gain_sentence(found: Diagnosis) -> str:
@@ -83,15 +113,34 @@ def gain_sentence(found: Diagnosis) -> str:
     shown = [name for name in ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s") if name in found.gain]
     if not shown or not found.causes:
         return ""
-    changes = []
-    for name in shown[:2]:
-        gain, (word, unit, factor) = found.gain[name], channel(name)
-        before, after = number(factor * gain.rmse_before), number(factor * gain.rmse_after)
-        changes.append(f"of the {word} from {before} to {after} {unit}")
-    what = "it" if len(found.causes) == 1 else "them"
-    said = f"Including {what} changes the free-run error on held-out records: {', '.join(changes)}."
+    changed = [name for name in shown if len(set(_before_and_after(found, name))) > 1]
+    of_model = _by_stage(found)[1]
+    what = "it" if len(of_model) == 1 else "them"
+    if changed:
+        said = f"Including {what} changes the free-run error on held-out records: "
+        said += ", ".join(_change(found, name) for name in changed[:2])
+    else:
+        said = f"Including {what} leaves the free-run error on held-out records as it is: " if of_model else ""
+        said = said or "The free-run error on held-out records is "
+        said += ", ".join(_error(found, name) for name in shown[:2])
     lost = [name for name in shown if found.gain[name].rmse_after > WORSE * found.gain[name].rmse_before]
-    return f"{said} {worse(lost, 'extended')}" if lost else said
+    return f"{said}. {worse(lost, 'extended')}" if lost else f"{said}."
+
+
+def _before_and_after(found: Diagnosis, name: str) -> tuple[str, str]:
+    """Errors of a channel as they are shown."""
+    gain, factor = found.gain[name], channel(name)[2]
+    return number(factor * gain.rmse_before), number(factor * gain.rmse_after)
+
+
+def _change(found: Diagnosis, name: str) -> str:
+    (before, after), (word, unit, _) = _before_and_after(found, name), channel(name)
+    return f"of the {word} from {before} to {after} {unit}"
+
+
+def _error(found: Diagnosis, name: str) -> str:
+    word, unit, _ = channel(name)
+    return f"{_before_and_after(found, name)[0]} {unit} of the {word}"
 
 
 def worse(columns: Sequence[str], model: str) -> str:
@@ -164,11 +213,11 @@ def terminal(found: Diagnosis) -> str:
     from .tables import gain_table
 
     lines = [f"doubtful: {doubt}" for doubt in found.doubts]
-    lines += [f"{found.verdict}: {verdict(found)}", *([found.reason] if found.reason else [])]
+    lines += [f"{found.verdict}: {verdict(found)}", *([said(found.reason)] if found.reason else [])]
     for finding in found.causes:
         lines.append(f"  {tie(finding)}  (stage {finding.stage}, adjusted p {p_value(finding.p_adjusted)})")
         lines += [f"    {size(item)}" for item in finding.sizes]
-        lines += [f"    {text}" for text in (finding.evidence, separation(finding)) if text]
+        lines += [f"    {text}" for text in (said(finding.evidence), separation(finding)) if text]
     if found.gain:
         lines.append(console(gain_table(found), indent="  "))
     elif not any(role == "held_out" for _, role in found.records):

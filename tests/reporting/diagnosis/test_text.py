@@ -34,6 +34,53 @@ def test_the_verdict_names_cause_size_and_gain():
     assert f"of the yaw rate from {before} to {after} {unit}" in text
 
 
+def of_records(found, *causes):
+    """The diagnosis with causes that the records show by themselves."""
+    sizes = (Size("b", 0.02, 0.01, 0.03, "rad/s"), Size("b", 0.03, 0.02, 0.04, "rad/s", "run_1"))
+    own = tuple(replace(found.causes[0], cause=cause, stage="kinematics", sizes=sizes) for cause in causes)
+    return replace(found, causes=(*found.causes, *own))
+
+
+def test_what_the_records_show_by_themselves_is_told_apart():
+    found = of_records(made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}), "yaw_rate_bias", "channel_swap")
+    first, second = words.verdict(found).split("]). ")[:2]
+    bias = words.size(Size("b", 0.02, 0.01, 0.03, "rad/s"))
+    shown = f"Found in the records themselves, and corrected: yaw rate bias ({bias}) and channel swap ({bias}"
+    assert f"{first}]" == shown
+    assert second.startswith("The simulation lacks rudder offset (")
+
+
+def unchanged(found):
+    """The diagnosis with an extension that changes no free run."""
+    return replace(found, gain={name: replace(g, rmse_after=g.rmse_before) for name, g in found.gain.items()})
+
+
+@pytest.mark.parametrize(
+    ("verdict", "own", "texts"),
+    [
+        ("unexplained", True, ("explains; of these, rudder offset (", "fits best. Including it leaves the free-run ")),
+        ("unexplained", False, ("known causes explains. The free-run error on held-out records is ",)),
+        ("named", False, ("The simulation agrees with the records. The free-run error",)),
+        ("partly_named", False, ("A part of its error remains. The free-run error",)),
+    ],
+)
+def test_the_verdict_where_no_free_run_changes(verdict, own, texts):
+    found = of_records(made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}), "yaw_rate_bias")
+    causes = found.causes if own else found.causes[1:]
+    told = words.verdict(replace(unchanged(found), verdict=verdict, causes=causes))
+    assert all(text in told for text in texts)
+    assert " from " not in told
+
+
+def test_channels_that_change_are_told_first():
+    found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
+    rate = found.gain["yaw_rate_rad_s"]
+    gain = found.gain | {"yaw_rate_rad_s": replace(rate, rmse_after=rate.rmse_before)}
+    told = words.verdict(replace(found, gain=gain))
+    assert "records: of the heading from " in told
+    assert "yaw rate" not in told.partition("Including")[2]
+
+
 def test_the_terminal_shows_the_gain_as_a_table():
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
     lines = words.terminal(found).splitlines()
