@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..diagnosis.text import channel, worse
+from ..diagnosis.text import channel, sentence, worse
 from ..numbers import DEG, interval, number, percent
 from ..tables import Column, Table, console, field, make_table
 
@@ -26,7 +26,7 @@ BASE = "base model"
 def terminal(found: Calibration) -> str:
     """The calibration in a few lines."""
     lines = [f"doubtful: {doubt}" for doubt in found.doubts]
-    lines += [f"{found.model.id}: {found.verdict.replace('_', ' ')}. {verdict(found)}", found.reason]
+    lines += [f"{found.model.id}: {found.verdict.replace('_', ' ')}. {verdict(found)}", sentence(found.reason)]
     lines += ["", console(moved_table(found), "  ")] if found.moved else []
     lines += ["", "free-run errors, step by step:", console(steps_table(found), "  ")]
     lines += [worse(found.worse, "calibrated")] if found.worse else []

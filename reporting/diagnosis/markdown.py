@@ -49,7 +49,7 @@ def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) 
         f"# {title}",
         note,
         f"**{words.cause(found.verdict).capitalize()}.** {words.verdict(found)}",
-        words.said(found.reason),
+        words.sentence(found.reason),
     ]
     parts += [_finding(finding) for finding in found.causes]
     parts += ["## 1. What was simulated and what was measured", STATISTICS]

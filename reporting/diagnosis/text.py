@@ -65,9 +65,22 @@ def said(text: str) -> str:
     return text
 
 
+def sentence(text: str) -> str:
+    """The same with a capital and a full stop."""
+    text = said(text)
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".") if text else ""
+
+
 def tie(finding: Finding) -> str:
     """The cause, with those that the records cannot distinguish from it."""
     return " or ".join(map(cause, (finding.cause, *finding.tied_with)))
+
+
+def detail(value: object) -> str:
+    """A detail of a finding: a number with three digits, parts of a list one after the other."""
+    if isinstance(value, list | tuple):
+        return ", ".join(map(detail, value))
+    return number(value) if isinstance(value, float) else said(str(value))
 
 
 def verdict(found: Diagnosis) -> str:
@@ -213,7 +226,7 @@ def terminal(found: Diagnosis) -> str:
     from .tables import gain_table
 
     lines = [f"doubtful: {doubt}" for doubt in found.doubts]
-    lines += [f"{found.verdict}: {verdict(found)}", *([said(found.reason)] if found.reason else [])]
+    lines += [f"{found.verdict}: {verdict(found)}", *([sentence(found.reason)] if found.reason else [])]
     for finding in found.causes:
         lines.append(f"  {tie(finding)}  (stage {finding.stage}, adjusted p {p_value(finding.p_adjusted)})")
         lines += [f"    {size(item)}" for item in finding.sizes]

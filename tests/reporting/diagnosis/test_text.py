@@ -24,6 +24,31 @@ def test_sizes_have_their_usual_units(item, text):
     assert words.size(item) == text
 
 
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.42632853, "0.426"),
+        (["propeller thrust", "resistance"], "propeller thrust, resistance"),
+        ("Nrr", "Nrr"),
+        (3, "3"),
+    ],
+)
+def test_details_are_short(value, text):
+    assert words.detail(value) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("rudder_offset cannot be told from constant_force", "Rudder offset cannot be told from constant force."),
+        ("all is well.", "All is well."),
+        ("", ""),
+    ],
+)
+def test_reasons_are_sentences(text, told):
+    assert words.sentence(text) == told
+
+
 def test_the_verdict_names_cause_size_and_gain():
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
     text, gain = words.verdict(found), found.gain["yaw_rate_rad_s"]
