@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...diagnosis.causes.base_coefficients import BaseCoefficients
 from ...diagnosis.causes.registry import causes
 from ...diagnosis.gain.guard import WORSE
 from ..numbers import DEG, interval_digits, number, p_value, with_unit
@@ -93,7 +94,7 @@ def _findings(found: Diagnosis) -> tuple[str, str]:
     """What the records show without a model, and the verdict on the simulation."""
     of_records, of_model = _by_stage(found)
     shown = f"Found in the records themselves, and corrected: {_listed(of_records)}." if of_records else ""
-    lacking = f"The simulation lacks {_listed(of_model)}" if of_model else "The simulation agrees with the records"
+    lacking = _lacking(found, of_model) if of_model else "The simulation agrees with the records"
     unexplained = "The simulation is wrong in a way that none of the known causes explains"
     best = f"; of these, {_listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
     return shown, {
@@ -104,6 +105,32 @@ def _findings(found: Diagnosis) -> tuple[str, str]:
         "partly_named": f"{lacking}; a part of its error remains." if of_model else "A part of its error remains.",
         "tied": f"{lacking}; the records cannot distinguish between the tied causes.",
     }[found.verdict]
+
+
+def _lacking(found: Diagnosis, findings: Sequence[Finding]) -> str:
+    """What the simulation lacks; coefficients it has, and they are wrong."""
+    wrong = [f for f in findings if f.cause == BaseCoefficients.id and not f.tied_with]
+    lacked = [f for f in findings if f not in wrong]
+    parts = [f"has wrong {_groups(found, wrong) or _listed(wrong)}"] if wrong else []
+    parts += [f"lacks {_listed(lacked)}"] if lacked else []
+    return f"The simulation {' and '.join(parts)}"
+
+
+def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
+    """Groups of coefficients with the numbers that free runs moved: `propeller thrust (thrust_scale 0.33)`; empty where
+    they come from elsewhere."""
+    names = {item.parameter for finding in findings for item in finding.sizes}
+    groups: dict[str, list[str]] = {}
+    for m in found.calibration.moved if found.calibration else ():
+        if m.name in names:
+            change = number(m.after) if m.percent is None else f"{m.percent:+.0f} %"
+            groups.setdefault(cause(m.group), []).append(f"{m.name} {change}")
+    return _in_line([f"{group} ({', '.join(numbers)})" for group, numbers in groups.items()])
+
+
+def _in_line(parts: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
 def _by_stage(found: Diagnosis) -> tuple[list[Finding], list[Finding]]:
@@ -118,7 +145,7 @@ def _listed(findings: Sequence[Finding]) -> str:
     for finding in findings:
         sizes = [item for item in finding.sizes if item.record is None] or finding.sizes
         named.append(f"{tie(finding)} ({'; '.join(map(size, sizes[:3]))})" if sizes else tie(finding))
-    return " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
+    return _in_line(named)
 
 
 def gain_sentence(found: Diagnosis) -> str:

@@ -1,9 +1,11 @@
 """Sentences and sizes of a diagnosis."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
+from helmbench.diagnosis.calibration.result import Moved
 from helmbench.diagnosis.result import Size
 from helmbench.reporting.diagnosis import text as words
 
@@ -57,6 +59,33 @@ def test_the_verdict_names_cause_size_and_gain():
     assert words.size(found.causes[0].sizes[0]) in text
     before, after = (words.number(factor * value) for value in (gain.rmse_before, gain.rmse_after))
     assert f"of the yaw rate from {before} to {after} {unit}" in text
+
+
+def test_coefficients_are_wrong_and_not_lacking():
+    found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
+    own = replace(found.causes[0], cause="base_coefficients", sizes=(Size("K", 0.1, 0.09, 0.11, "1/s"),))
+    told = words.verdict(replace(found, causes=(own, *found.causes)))
+    assert told.startswith(
+        "The simulation has wrong base coefficients (K 0.1 1/s [0.09, 0.11]) and lacks rudder offset ("
+    )
+    tied = replace(own, tied_with=("rudder_effectiveness",))
+    assert words.verdict(replace(found, causes=(tied,))).startswith(
+        "The simulation lacks base coefficients or rudder e"
+    )
+
+
+def test_coefficients_that_free_runs_moved_are_told_by_group():
+    moved = (
+        Moved("R_0", "resistance", 0.02, 0.015, 0.014, 0.016, -25.0, -2.0),
+        Moved("thrust_scale", "propeller_thrust", 0.0, 0.33, 0.32, 0.34, None, 2.2),
+        Moved("rudder_offset", "neutral_angle", 0.0, 0.02, 0.01, 0.03, None, 1.0),
+    )
+    found = made_up()
+    sizes = tuple(Size(m.name, m.after, m.low, m.high, "1") for m in moved[:2])
+    own = replace(found.causes[0], cause="base_coefficients", stage="free runs", sizes=sizes)
+    told = words.verdict(replace(found, causes=(own,), calibration=SimpleNamespace(moved=moved)))
+    expected = "The simulation has wrong resistance (R_0 -25 %) and propeller thrust (thrust_scale 0.33)."
+    assert told.startswith(expected)
 
 
 def of_records(found, *causes):
