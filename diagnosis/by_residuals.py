@@ -11,7 +11,7 @@ import numpy as np
 from ..estimation.filters.innovations.estimator import estimator
 from . import verdict
 from .causes.registry import terms_for
-from .findings import adjusted_p, all_findings, bank_entries, diagnosis_of, hypothesis_of, noise_of
+from .findings import SMALL, adjusted_p, all_findings, bank_entries, diagnosis_of, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import predicting
 from .residuals.judged import unexplained
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from .prepared import Prepared
     from .result import Diagnosis
 
-SMALL = "below the size that matters"
 NOT_SHOWN = "free runs of left-out records do not show it, or the records are too few"
 PREDICTS_WORSE = "records that were left out are predicted worse with it"
 IN_NOISE = "not significant where the sensors' noise has a memory"

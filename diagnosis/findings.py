@@ -15,7 +15,7 @@ from .causes.outliers import Outliers
 from .causes.registry import causes
 from .residuals.unmodelled import confirmed
 from .result import Diagnosis, Entry, Finding, Gain, Trace
-from .state import Candidate, State, Unmodelled, covariance
+from .state import Candidate, State, Unmodelled, covariance, matters
 from .statistics.score_tests import log_tail
 from .verdict import next_manoeuvre, power, where
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from .causes.base import Cause
     from .kinematics.tracks import Tracks
     from .options import Options
+
+SMALL = "below the size that matters"
 
 
 def all_findings(
@@ -144,12 +146,27 @@ def _entry(
     if p is not None and p < state.alpha and state.accepted:
         why = f"significant alone, not beside {state.causes[0].id}"
         return Entry(cause.id, "explained_by", statistic, p, own, why)
-    return Entry(cause.id, "not_significant", statistic, p, own, "no evidence in the residuals")
+    return Entry(cause.id, "not_significant", statistic, p, own, _not_named(state, cause, p))
+
+
+def _not_named(state: State, cause: Cause, p: float | None) -> str:
+    """Why a cause is not named where none is."""
+    if p is None or p >= state.alpha:
+        return "no evidence in the residuals"
+    candidate = _candidate(state, cause)
+    if candidate is None:
+        return "significant by its score alone, far behind the strongest cause"
+    return SMALL if not matters(state, candidate) else "significant alone, but what remains unexplained fits better"
+
+
+def _candidate(state: State, cause: Cause) -> Candidate | None:
+    """A cause refitted in the first step."""
+    return next((c for c in state.candidates if c.cause == cause), None)
 
 
 def _first_statistic(state: State, cause: Cause) -> tuple[float | None, float | None]:
     """Statistic and adjusted p-value of a cause in the first step, refitted or else by its score."""
-    candidate = next((c for c in state.candidates if c.cause == cause), None)
+    candidate = _candidate(state, cause)
     if candidate is not None:
         return candidate.statistic, adjusted_p(state, candidate.log_p)
     screened = state.screened.get(cause)

@@ -271,9 +271,11 @@ def channel_shares(state: State, named: Candidate) -> np.ndarray:
 
 
 def matters(state: State, found: Candidate) -> bool:
-    """Whether a candidate is above its cause's floor; that counts where the base model is fitted to the records, which
-    is never exact: very small sizes are what it lacks elsewhere."""
-    if not state.nuisance or isinstance(found.cause, Unmodelled):
+    """Whether a candidate is above its cause's floor; that counts where the base model's coefficients are fitted to the
+    records, which is never exact: very small sizes are what it lacks elsewhere."""
+    speed = state.est.index.get("reference_speed")
+    fitted = any(entry != speed for p in state.nuisance for entry, _ in p.slots)
+    if not fitted or isinstance(found.cause, Unmodelled):
         return True
     values = np.array([state.est.value(found.setting, p) for p in found.variant])
     return found.cause.matters(state.est, found.variant, values)

@@ -32,7 +32,7 @@ class SpeedLoss(Cause):
     search = ByProfile((10.0, 30.0, 100.0, 300.0))
     extension = "speed_loss"
     separate_by = "record the speed through the water"
-    smallest = 0.01
+    smallest = 0.001
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         if "loss_gain" not in est.index:

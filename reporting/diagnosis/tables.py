@@ -65,7 +65,7 @@ def bank_table(found: Diagnosis, testable_only: bool = False) -> Table:
 
     columns = [
         Column("cause", lambda entry: words.cause(entry.cause)),
-        Column("status", lambda entry: entry.status.replace("_", " ")),
+        Column("status", lambda entry: _status(entry, found.alpha)),
         Column("adjusted p", lambda entry: p_value(entry.p_adjusted), lambda entry: entry.p_adjusted, evidence),
         Column("statistic", lambda entry: number(entry.statistic), lambda entry: entry.statistic),
         Column("power", lambda entry: percent(entry.power), lambda entry: entry.power),
@@ -74,6 +74,12 @@ def bank_table(found: Diagnosis, testable_only: bool = False) -> Table:
     ]
     entries = [e for e in words.ordered_bank(found) if not (testable_only and e.status == "not_testable")]
     return make_table(columns, entries, kind=lambda entry: entry.status)
+
+
+def _status(entry: Entry, alpha: float) -> str:
+    """The status as words; a cause whose p-value alone is significant is `not named`, and the table says why."""
+    significant = entry.p_adjusted is not None and entry.p_adjusted < alpha
+    return "not named" if significant and entry.status == "not_significant" else entry.status.replace("_", " ")
 
 
 def not_testable_table(found: Diagnosis) -> Table:

@@ -6,7 +6,9 @@ fixed seeds are compared with stored outcomes (`test_golden.py`); `make rates` d
 
 import pytest
 
+from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.findings import SMALL
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
@@ -47,6 +49,21 @@ def test_a_straight_course_is_inconclusive_and_says_what_to_run(rng):
     assert found.verdict == "inconclusive"
     assert found.causes == ()
     assert "zigzag" in (found.next_manoeuvre or "")
+
+
+def test_what_is_significant_alone_is_not_told_to_lack_evidence(rng):
+    """A faint offset beside fitted coefficients: below the size that matters, if the records show it."""
+    case = injected("response-1", ("rudder_offset",), rng, strength="faint")
+    found = diagnose(resolve("response-1"), case.train, (), Options(base_parameters="identify", max_effects=1))
+    print([(e.cause, e.p_adjusted, e.why) for e in found.bank if e.status == "not_significant"])
+    own = [entry for entry in found.bank if entry.cause not in OF_SENSORS]
+    for entry in own:
+        if entry.status == "not_significant" and entry.p_adjusted is not None:
+            assert (entry.p_adjusted < found.alpha) == (entry.why in BELOW)
+
+
+OF_SENSORS = [name for name, cause in causes().items() if cause.where == "sensor"]
+BELOW = (SMALL, "significant by its score alone, far behind the strongest cause")
 
 
 def test_diagnosis_is_repeatable(rng):

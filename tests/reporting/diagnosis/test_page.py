@@ -78,6 +78,15 @@ def test_every_cause_stands_in_the_table(found):
     assert table.kinds == tuple(entry.status for entry in words.ordered_bank(found))
 
 
+def test_a_significant_cause_that_is_not_named_is_not_called_insignificant(found):
+    entries = [replace(entry, status="not_significant") for entry in found.bank if entry.p_adjusted is not None]
+    rows = {row[0].text: row[1].text for row in bank_table(replace(found, bank=tuple(entries))).rows}
+    assert set(rows.values()) == {"not named", "not significant"}
+    for entry in entries:
+        told = "not named" if entry.p_adjusted < found.alpha else "not significant"
+        assert rows[words.cause(entry.cause)] == told
+
+
 def test_errors_are_those_of_the_records(found):
     rows = error_table(found).rows
     trace = found.traces[0]
