@@ -119,12 +119,15 @@ def _lacking(found: Diagnosis, findings: Sequence[Finding]) -> str:
 def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
     """Groups of coefficients with the numbers that free runs moved: `propeller thrust (thrust_scale 0.33)`; empty where
     they come from elsewhere."""
+    if found.calibration is None:
+        return ""
     names = {item.parameter for finding in findings for item in finding.sizes}
+    titles = {step.group: step.title.partition(" (")[0] for step in found.calibration.steps}
     groups: dict[str, list[str]] = {}
-    for m in found.calibration.moved if found.calibration else ():
+    for m in found.calibration.moved:
         if m.name in names:
             change = number(m.after) if m.percent is None else f"{m.percent:+.0f} %"
-            groups.setdefault(cause(m.group), []).append(f"{m.name} {change}")
+            groups.setdefault(titles.get(m.group, m.group), []).append(f"{m.name} {change}")
     return _in_line([f"{group} ({', '.join(numbers)})" for group, numbers in groups.items()])
 
 

@@ -80,10 +80,12 @@ def test_coefficients_that_free_runs_moved_are_told_by_group():
         Moved("thrust_scale", "propeller_thrust", 0.0, 0.33, 0.32, 0.34, None, 2.2),
         Moved("rudder_offset", "neutral_angle", 0.0, 0.02, 0.01, 0.03, None, 1.0),
     )
+    titles = {"resistance": "resistance", "propeller_thrust": "propeller thrust (scale of K_T)"}
+    steps = tuple(SimpleNamespace(group=group, title=title) for group, title in titles.items())
     found = made_up()
     sizes = tuple(Size(m.name, m.after, m.low, m.high, "1") for m in moved[:2])
     own = replace(found.causes[0], cause="base_coefficients", stage="free runs", sizes=sizes)
-    told = words.verdict(replace(found, causes=(own,), calibration=SimpleNamespace(moved=moved)))
+    told = words.verdict(replace(found, causes=(own,), calibration=SimpleNamespace(moved=moved, steps=steps)))
     expected = "The simulation has wrong resistance (R_0 -25 %) and propeller thrust (thrust_scale 0.33)."
     assert told.startswith(expected)
 
