@@ -71,13 +71,13 @@ def features(est: Estimator, now: Innovations) -> list[Feature]:
             continue
         found += [Feature(name, axis, series, family) for axis in range(nf)]
     ramp = _standard([d.time / d.time[-1] - 0.5 for d in est.segments])
-    for c in np.flatnonzero(est.channels):
+    for c in np.flatnonzero(est.channels).tolist():
         if ramp is not None:
-            found.append(Feature(f"drift of the recorded {word(c)}", nf + int(c), ramp, "sensor"))
-        for kind, arrays in _channel_shapes(est, now, int(c)).items():
+            found.append(Feature(f"drift of the recorded {word(c)}", nf + c, ramp, "sensor"))
+        for kind, arrays in _channel_shapes(est, now, c).items():
             series = _standard(arrays)
             if series is not None:
-                found.append(Feature(f"{kind} the recorded {word(c)}", nf + int(c), series, "sensor"))
+                found.append(Feature(f"{kind} the recorded {word(c)}", nf + c, series, "sensor"))
     return found
 
 

@@ -48,7 +48,7 @@ def activity_tests(est: Estimator, now: Innovations) -> list[tuple[str, float]]:
         conditions |= {f"the record ({name} against others)": inside.astype(float) for name, inside in own}
     out = []
     for label, g in conditions.items():
-        for c in np.flatnonzero(est.channels):
+        for c in np.flatnonzero(est.channels).tolist():
             e = now.e[:, c]
             used = e != 0.0
             if used.sum() < 50 or np.std(g[used]) == 0.0:
