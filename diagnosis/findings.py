@@ -138,7 +138,7 @@ def _entry(
         return Entry(cause.id, "not_significant", tracks[cause], p, own, "heading, log and positions agree without it")
     if cause in cannot:
         return Entry(cause.id, "not_testable", statistic, p, own, cannot[cause])
-    if cause in state.failed and all(c.cause != cause for c in state.candidates):
+    if cause in state.failed and _candidate(state, cause) is None:
         return Entry(cause.id, "not_testable", statistic, p, own, state.failed[cause])
     if cause in state.in_span:
         why = "the free coefficients of the base model, or nothing that was measured, can show it"

@@ -272,7 +272,8 @@ def channel_shares(state: State, named: Candidate) -> np.ndarray:
 
 def matters(state: State, found: Candidate) -> bool:
     """Whether a candidate is above its cause's floor; that counts where the base model's coefficients are fitted to the
-    records, which is never exact: very small sizes are what it lacks elsewhere."""
+    records, which is never exact: very small sizes are what it lacks elsewhere.  The reference speed is none of them:
+    every response model whose surge is measured has it fitted."""
     speed = state.est.index.get("reference_speed")
     fitted = any(entry != speed for p in state.nuisance for entry, _ in p.slots)
     if not fitted or isinstance(found.cause, Unmodelled):

@@ -158,16 +158,14 @@ def gain_sentence(found: Diagnosis) -> str:
         return ""
     changed = [name for name in shown if len(set(_before_and_after(found, name))) > 1]
     of_model = _by_stage(found)[1]
-    what = "it" if len(of_model) == 1 else "them"
+    error, what = "the free-run error on held-out records", "it" if len(of_model) == 1 else "them"
     if changed:
-        said = f"Including {what} changes the free-run error on held-out records: "
-        said += ", ".join(_change(found, name) for name in changed[:2])
+        told = f"Including {what} changes {error}: {', '.join(_change(found, name) for name in changed[:2])}."
     else:
-        said = f"Including {what} leaves the free-run error on held-out records as it is: " if of_model else ""
-        said = said or "The free-run error on held-out records is "
-        said += ", ".join(_error(found, name) for name in shown[:2])
+        opening = f"Including {what} leaves {error} as it is:" if of_model else f"{error.capitalize()} is"
+        told = f"{opening} {', '.join(_error(found, name) for name in shown[:2])}."
     lost = [name for name in shown if found.gain[name].rmse_after > WORSE * found.gain[name].rmse_before]
-    return f"{said}. {worse(lost, 'extended')}" if lost else f"{said}."
+    return f"{told} {worse(lost, 'extended')}" if lost else told
 
 
 def _before_and_after(found: Diagnosis, name: str) -> tuple[str, str]:

@@ -15,6 +15,8 @@ from helmbench.models.model import resolve
 from ..injections import ALONE, COMMON, SPECIAL, fewest, injected
 
 GROUPS = 4
+OF_SENSORS = [name for name, cause in causes().items() if cause.where == "sensor"]
+BELOW = (SMALL, "significant by its score alone, far behind the strongest cause")
 
 
 def passes(expected, rng) -> list[bool]:
@@ -60,10 +62,6 @@ def test_what_is_significant_alone_is_not_told_to_lack_evidence(rng):
     for entry in own:
         if entry.status == "not_significant" and entry.p_adjusted is not None:
             assert (entry.p_adjusted < found.alpha) == (entry.why in BELOW)
-
-
-OF_SENSORS = [name for name, cause in causes().items() if cause.where == "sensor"]
-BELOW = (SMALL, "significant by its score alone, far behind the strongest cause")
 
 
 def test_diagnosis_is_repeatable(rng):
