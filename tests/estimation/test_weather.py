@@ -60,3 +60,50 @@ def test_validation_runs_in_the_measured_wind(ship, record):
     windy, calm = (Stretch.of(model, record).free_run().states for model in (ship, replace(ship, windage=None)))
     heading = record.heading_unwrapped()
     assert np.max(np.abs(windy[:, 5] - heading)) < 0.02 < np.max(np.abs(calm[:, 5] - heading))
+
+
+def _gusty(record, ship, rng):
+    """The ship in a wind that changes, its revolutions too: what is simulated with both as inputs."""
+    from helmbench.models.simulate import simulate
+
+    time = record.time_s
+    size, turn = rng.uniform(1.0, 4.0), rng.uniform(-np.pi, np.pi)
+    wind = size * (1.0 + 0.4 * np.sin(time / 7.0))
+    direction = turn + 0.5 * np.sin(time / 11.0)
+    turns = ship.n0_rps * (1.0 + 0.1 * np.sin(time / 13.0))
+    changed = record.with_channels(wind_speed_m_s=wind, wind_direction_rad=direction, propeller_rps=turns)
+    weather = measured_weather(changed, ship, time)
+    start = np.zeros(len(ship.states))
+    start[0] = record.column("surge_m_s")[0]
+    states = simulate(ship, np.column_stack([record.rudder(), turns, weather]), record.dt, start)
+    found = dict(zip(ship.states, states.T, strict=True))
+    names = {"u": "surge_m_s", "v": "sway_m_s", "r": "yaw_rate_rad_s", "psi": "heading_rad"}
+    names |= {"x": "north_m", "y": "east_m"}
+    return changed.with_channels(**{names[s]: values for s, values in found.items() if s in names})
+
+
+def test_filter_calibration_and_validation_give_the_same_free_run(ship, record):
+    """In wind and at revolutions that change; a calm run is far from all of them."""
+    from helmbench.diagnosis.gain import free_runs
+    from helmbench.estimation.filters.innovations.estimator import estimator
+    from helmbench.estimation.validation.runs import Stretch
+
+    seed = int(np.random.SeedSequence().entropy % 2**32)
+    print(f"seed {seed}")
+    run = _gusty(record, ship, np.random.default_rng(seed))
+    heading = run.heading_unwrapped()
+
+    def headings(model):
+        est = estimator(model, [run])
+        filtered = free_runs.free_run(est, est.start(), 0)[:, 0]
+        p = problem(model, [run])
+        error = p.residuals(model.theta, p.runs[0], np.zeros(p.own_sd.size))[:, p.channels.index("psi")]
+        validated = Stretch.of(model, run).free_run().states[:, 5]
+        return filtered, heading[p.runs[0].series.index] - error, validated
+
+    late = run.time_s > 0.5 * run.time_s[-1]
+    windy, calm = headings(ship), headings(replace(ship, windage=None))
+    effect = min(float(np.std((heading - c)[late])) for c in calm)
+    assert effect > np.deg2rad(3.0)
+    for found in windy:
+        assert np.max(np.abs((found - heading)[late])) < max(0.05 * effect, np.deg2rad(0.5))

@@ -12,6 +12,7 @@ from ....datasets.instruments import quietened, rudder_noise
 from ....models.errors import CannotFit
 from ...gaps import SHORTEST, parts_of
 from ...series import bridged, initial_state_of, inputs_of, samples
+from ...weather import held_weather
 from .spikes import without_spikes_in_time
 from .vector import CHANNELS, SYMBOLS, state_of
 
@@ -122,7 +123,7 @@ def _segment(part: Record, record: Record, index: int, model: Model, kernels: Ke
         rudder=rudder,
         quiet=rudder,
         other=np.ascontiguousarray(np.column_stack([*other, np.zeros((time.size, 0))])),
-        environment=np.zeros((time.size, 4)),
+        environment=held_weather(record, model, part.time_s),
         measured=measured,
         start=start,
         variance=spread**2,
