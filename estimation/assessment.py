@@ -139,6 +139,9 @@ class Assessment:
             "diverged": list(self.diverged),
             "correlated": list(self.correlated),
             "rudder_left": list(self.rudder_left),
+            "horizons": [vars(s) for s in self.judged.scores if s.record is None and s.horizon_s is not None],
+            "simple": [vars(s) for s in self.judged.simple],
+            "trusted_s": self.judged.trusted_s[self.name],
             "training": scores(self.train),
             "validation": None if self.held_out is None else scores(self.held_out),
             "residuals": {side: [_residuals(one) for one in found] for side, found in sides.items()},
@@ -170,8 +173,8 @@ def assess(
     told, not_told = _identifiability(estimate, train)
     return Assessment(
         estimate=estimate,
-        train=_validation(estimate, train),
-        held_out=_validation(estimate, held_out) if held_out else None,
+        train=_validation(estimate, train, ahead=not held_out),
+        held_out=_validation(estimate, held_out, ahead=True) if held_out else None,
         train_residuals=channel_residuals(estimate, train),
         held_out_residuals=_held_out_residuals(estimate, held_out),
         parameters=_parameters(estimate, told),
@@ -197,10 +200,10 @@ def scores(found: Validation) -> dict[str, Any]:
     return out | {"r2_free_together": np.nan if together is None else together.r2}
 
 
-def _validation(estimate: Estimate, records: Sequence[Record]) -> Validation:
+def _validation(estimate: Estimate, records: Sequence[Record], ahead: bool) -> Validation:
     name = f"{estimate.model.family} by {estimate.method}"
     predictors = {} if estimate.predictor is None else {name: estimate.predictor}
-    return validate({name: estimate.model}, named(records), predictors, ahead=False)
+    return validate({name: estimate.model}, named(records), predictors, ahead)
 
 
 def _compared(comparison: Comparison, records: Sequence[Record]) -> Validation:

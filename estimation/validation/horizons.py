@@ -1,4 +1,9 @@
-"""Times ahead at which predictions are compared with a record, from the ship's own time."""
+"""Times ahead at which predictions are compared with a record, from the ship's own time, and what they must beat.
+
+A prediction that is no better than that of somebody who looks at the compass and knows no model is of no use.  Two such
+predictions stand beside every model: the ship goes on turning as now, and the ship goes on straight.  A model is
+trusted as far ahead as it is better than both, in heading and in yaw rate.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +12,23 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...models.errors import CannotFit
+from ...models.time_scale import time_scale_s
+from .result import Score
+
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
 
-LENGTHS = (0.5, 1.5, 3.0)
-"""Times ahead in ship lengths travelled: 10, 31 and 62 s for a ship of 160 m at 15 kn."""
+LENGTHS = (0.5, 1.5, 3.0, 6.0, 12.0)
+"""Times ahead in ship lengths travelled: 10, 31, 62, 124 and 249 s for a ship of 160 m at 15 kn."""
 SHARES = (1.0 / 60.0, 1.0 / 20.0, 1.0 / 10.0)
 """Times ahead as shares of the records' median duration where the ship's length or speed is not known."""
 REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
 """L/U of a ship of 160 m at 15 kn, s."""
+TURNS_ON, STRAIGHT = "goes on turning", "goes straight"
+TRUSTED = ("heading_rad", "yaw_rate_rad_s")
+"""Channels in which a model must be better than both simple predictions."""
 
 
 class Horizons(NamedTuple):
@@ -28,15 +40,23 @@ class Horizons(NamedTuple):
 
 
 def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
-    """Horizons for all models alike: of the first one that knows its length; its speed may come from the records."""
+    """Horizons for all models alike: of the first one that knows its length; its speed may come from the records.
+
+    Where none does, the time of a response model's gain and time constant takes the place of L/U.
+    """
+    models, longest = list(models), max(float(record.time_s[-1] - record.time_s[0]) for record in records)
     for model in models:
         length, speed = length_of(model), _speed(model, records)
         if np.isfinite(length) and np.isfinite(speed):
             own = length / speed
             source = "the model" if np.isfinite(model.speed_m_s) else "the records"
-            times = ", ".join(f"{share:g}" for share in LENGTHS)
-            basis = f"{times} ship lengths at L/U = {length:.4g} m / {speed:.3g} m/s = {own:.3g} s (speed of {source})"
-            return Horizons(tuple(own * share for share in LENGTHS), basis, own / REFERENCE_S)
+            basis = f"ship lengths at L/U = {length:.4g} m / {speed:.3g} m/s = {own:.3g} s (speed of {source})"
+            return _in_lengths(own, basis, longest)
+    for model in models:
+        own = _response_time_s(model)
+        if np.isfinite(own):
+            basis = f"times sqrt(T / K) = {own:.3g} s, which is about L/U (no ship length or speed is known)"
+            return _in_lengths(own, basis, longest)
     duration = float(np.median([record.time_s[-1] - record.time_s[0] for record in records]))
     basis = (
         f"1/60, 1/20 and 1/10 of the records' median duration of {duration:.4g} s (no ship length or speed is known)"
@@ -44,10 +64,65 @@ def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
     return Horizons(tuple(duration * share for share in SHARES), basis, min(duration / 600.0, 1.0))
 
 
+def _in_lengths(own_s: float, basis: str, longest_s: float) -> Horizons:
+    """Those of LENGTHS that a record is long enough for, at least the first, in s; own_s : L/U."""
+    shares = [share for share in LENGTHS if own_s * share <= longest_s] or [LENGTHS[0]]
+    basis = f"{', '.join(f'{share:g}' for share in shares)} {basis}"
+    return Horizons(tuple(own_s * share for share in shares), basis, own_s / REFERENCE_S)
+
+
+class Simple:
+    """A prediction without a model, in the place of one whose states are `states`: see the module.
+
+    Velocities stay as they are, but a ship that goes straight has no sway.
+    """
+
+    def __init__(self, states: Sequence[str], turns: bool) -> None:
+        self.states, self.turns = list(states), turns
+
+    def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
+        """States (M + 1, n), see `Predictor`."""
+        here = np.array(start, float)
+        here[[i for i, s in enumerate(self.states) if s in ("w", *(() if self.turns else ("r", "v")))]] = 0.0
+        states = np.tile(here, (len(inputs), 1))
+        if {"psi", "r"} <= set(self.states):
+            r, psi = self.states.index("r"), self.states.index("psi")
+            states[:, psi] += here[r] * dt * np.arange(len(inputs))
+        return states
+
+    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
+        """States (N, n) one sample ahead, see `Predictor`."""
+        return np.array([self.simulate(inputs[:2], dt, state)[-1] for state in states])
+
+
+def trusted_s(scores: Sequence[Score], simple: Sequence[Score], model: str) -> float:
+    """Time ahead, s, up to which a model's errors over all records are below those of both simple predictions.
+
+    0 where they are not at the shortest time ahead; nan where no time ahead was tried.
+    """
+    times = sorted({s.horizon_s for s in simple if s.horizon_s is not None})
+    trusted = 0.0 if times else np.nan
+    for time in times:
+        own = {s.channel: s.rmse for s in scores if (s.model, s.record, s.horizon_s) == (model, None, time)}
+        rivals = [s for s in simple if s.horizon_s == time and s.channel in TRUSTED]
+        if not rivals or any(not own.get(s.channel, np.inf) < s.rmse for s in rivals):
+            break
+        trusted = time
+    return trusted
+
+
 def length_of(model: Model) -> float:
     """The ship's length, m; nan where the model does not know it."""
     constants = dict(zip(model.constant_names, model.constants.tolist(), strict=True))
     return float(model.particulars.get("L", constants.get("L", np.nan)))
+
+
+def _response_time_s(model: Model) -> float:
+    """Time scale of a response model with coefficients, s; nan where there is none."""
+    try:
+        return time_scale_s(model) if model.known else np.nan
+    except CannotFit:
+        return np.nan
 
 
 def _speed(model: Model, records: Sequence[Record]) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -104,7 +104,9 @@ class Validation:
     """Models on records: scores, indices, free runs, and what was left out.
 
     models : name -> model, the validated one first;  horizons_s : times ahead;  horizon_basis : how they were chosen;
-    doubts : what is doubtful about the records, a sentence each.
+    simple : errors over all records of two predictions without a model, `goes on turning` and `goes straight`;  noise :
+    channel -> standard deviation of the sensor's noise;  trusted_s : model -> time ahead up to which it is better than
+    both, nan where no time ahead was tried;  doubts : what is doubtful about the records, a sentence each.
     """
 
     models: Mapping[str, Model]
@@ -115,6 +117,9 @@ class Validation:
     indices: tuple[Index, ...]
     runs: tuple[Run, ...]
     left_out: tuple[LeftOut, ...]
+    simple: tuple[Score, ...] = ()
+    noise: Mapping[str, float] = field(default_factory=dict)
+    trusted_s: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
 
     def score(
@@ -154,6 +159,9 @@ class Validation:
                 }
                 for run in self.runs
             ],
+            "simple": [vars(score) for score in self.simple],
+            "noise": dict(self.noise),
+            "trusted_s": dict(self.trusted_s),
             "left_out": [vars(one) for one in self.left_out],
             "doubts": list(self.doubts),
         }

@@ -15,7 +15,7 @@ from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS as COLUMNS
 from ..gaps import SHORTEST, stretches
 from ..prediction import CHANNELS, SYMBOLS, Squares, as_shown, squares
-from .horizons import Horizons, horizons_of, length_of
+from .horizons import STRAIGHT, TURNS_ON, Horizons, Simple, horizons_of, length_of, trusted_s
 from .manoeuvres import Found, measured_indices, rows, simulated_indices
 from .result import FREE, ONE_STEP, Index, LeftOut, Measured, Run, Score, Validation
 from .runs import Stretch
@@ -80,16 +80,46 @@ def validate(
         raise BadInput(f"no record suits model {next(iter(models))}: {'; '.join(reasons)}")
     sums = {(m, r, *key): value for (m, r), part in parts.items() for key, value in part.sums.items()}
     labels = [FREE, ONE_STEP, *map(label, horizons.times_s)]
+    times = dict(zip(labels[2:], horizons.times_s, strict=True))
+    scores = tuple(_scores(sums, list(models), list(given), times))
+    simple, noise = _without_model(first, given, horizons) if ahead else ((), {})
     return Validation(
         models=dict(models),
         records=tuple(_measured(name, record) for name, record in given.items()),
         horizons_s=horizons.times_s,
         horizon_basis=horizons.basis,
-        scores=tuple(_scores(sums, list(models), list(given), dict(zip(labels[2:], horizons.times_s, strict=True)))),
+        scores=scores,
         indices=tuple(index for part in parts.values() for index in part.indices),
         runs=tuple(part.run for part in parts.values() if part.run is not None),
         left_out=tuple(one for part in parts.values() for one in part.left_out),
+        simple=simple,
+        noise=noise,
+        trusted_s={name: trusted_s(scores, simple, name) for name in models},
     )
+
+
+def _without_model(
+    model: Model, given: Mapping[str, Record], horizons: Horizons
+) -> tuple[tuple[Score, ...], dict[str, float]]:
+    """Errors ahead of both simple predictions over all records, and the sensors' noise by channel."""
+    names = {TURNS_ON: Simple(model.states, turns=True), STRAIGHT: Simple(model.states, turns=False)}
+    sums: dict[Key, Squares] = {}
+    variances: dict[str, list[float]] = {}
+    for name, record in given.items():
+        turned = record.turned(model.positive_rudder)
+        try:
+            own = [(which, _stretches(model, turned, horizons.clock, one)) for which, one in names.items()]
+        except CannotFit:
+            continue
+        for which, found in own:
+            sums |= {(which, name, *key): value for key, value in _sums_ahead(found, horizons).items()}
+        for _, stretch in own[0][1]:
+            for column, sd in zip(stretch.series.columns.tolist(), stretch.series.noise.tolist(), strict=True):
+                variances.setdefault(COLUMNS[model.states[column]], []).append(sd**2)
+    times = {label(time): time for time in horizons.times_s}
+    found = _scores(sums, list(names), list(given), times)
+    noise = {channel: float(np.sqrt(np.mean(values))) for channel, values in variances.items()}
+    return tuple(s for s in found if s.record is None and s.channel is not None and s.horizon_s is not None), noise
 
 
 def label(horizon_s: float) -> str:
@@ -203,6 +233,12 @@ def _sums(
 ) -> dict[tuple[str, str], Squares]:
     """Sums of squares by channel and horizon: free runs as recorded, predictions ahead behind the instruments."""
     sums = {(channel, FREE): value for channel, value in _free_sums(record, run, found).items()}
+    return sums | _sums_ahead(found, horizons)
+
+
+def _sums_ahead(found: Sequence[tuple[Record, Stretch]], horizons: Horizons) -> dict[tuple[str, str], Squares]:
+    """Sums of squares of predictions ahead by channel and horizon."""
+    sums: dict[tuple[str, str], Squares] = {}
     labels = [ONE_STEP, *map(label, horizons.times_s)]
     for _, stretch in found:
         for horizon, states in zip(labels, stretch.ahead(horizons.times_s), strict=True):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..templating import render
 from ..validation.page import key_of, panels
-from ..validation.tables import free_table, left_out_table
+from ..validation.tables import free_table, horizon_table, left_out_table, trusted_lines
 from ..validation.text import count
 from . import text as words
 from .charts import SIDES, residual_charts
@@ -32,6 +32,9 @@ def html(found: Assessment) -> str:
         headline=words.headline(found),
         statement=words.statement(found),
         sides=shown,
+        horizons=horizon_table(found.judged),
+        horizon_basis=found.judged.horizon_basis,
+        trusted=trusted_lines(found.judged),
         key=key_of(found.train),
         residuals=residual_table(found),
         charts=residual_charts(found),

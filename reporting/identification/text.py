@@ -13,7 +13,7 @@ from ...estimation.assessment import APPROXIMATES, EXPLAINS, FAILS
 from ...estimation.likelihood.search import ADEQUATE
 from ..numbers import number, r_squared
 from ..tables import console, html
-from ..validation.tables import free_table
+from ..validation.tables import free_table, horizon_table, trusted_lines
 from .tables import assessed_table, comparison_note, comparison_table, parameter_table
 
 if TYPE_CHECKING:
@@ -131,6 +131,9 @@ def terminal(found: Assessment) -> str:
     side = "training" if found.held_out is None else "held-out"
     lines.append(f"free runs of {side} records {', '.join(record.name for record in found.judged.records)}")
     lines.append(console(free_table(found.judged), indent="  "))
+    if found.judged.horizons_s:
+        lines.append(f"root mean square errors ahead; {found.judged.horizon_basis}")
+        lines += [console(horizon_table(found.judged), indent="  "), *trusted_lines(found.judged)]
     lines += ["", compared(found.comparison)] if found.comparison is not None else []
     lines += ["", *next_lines(found)] if next_lines(found) else []
     return "\n".join(lines)

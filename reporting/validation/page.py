@@ -12,7 +12,7 @@ from ..diagnosis.charts import MEASURED, Curve, channel_chart, rudder_chart, tra
 from ..numbers import DEG
 from ..plots import COLOURS
 from ..templating import render
-from .tables import free_table, horizon_table, index_table, left_out_table, record_table
+from .tables import free_table, horizon_table, index_table, left_out_table, record_table, trusted_lines
 from .text import count
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def html(found: Validation) -> str:
         records=count(found),
         free=free_table(found),
         horizons=horizon_table(found),
+        trusted=trusted_lines(found),
         by_record=record_table(found),
         indices=index_table(found),
         left_out=left_out_table(found),

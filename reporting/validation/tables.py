@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ...datasets.columns import CANONICAL
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 TOGETHER = "together"
 """The row of all channels: mean R^2 of heading, yaw rate, surge and sway."""
+NOISE = "sensor noise"
 
 
 def free_table(found: Validation) -> Table:
@@ -31,11 +33,17 @@ def free_table(found: Validation) -> Table:
 
 
 def horizon_table(found: Validation) -> Table:
-    """Root mean square errors some time ahead, over all records: a row a channel and model, a column a horizon."""
+    """Root mean square errors some time ahead, over all records: a row a channel and model, a column a horizon.
+
+    Behind the models stand the two predictions without one, and the sensor's noise.
+    """
     horizons = list(dict.fromkeys(score.horizon for score in found.scores))
     horizons = [*(h for h in horizons if h != FREE), FREE]
     pairs = [(channel, name) for channel in _channels(found) for name in found.models]
     rows = [pair for pair in pairs if found.score(*pair)]
+    rows = [
+        row for channel in _channels(found) for row in [*(p for p in rows if p[0] == channel), *_simple(found, channel)]
+    ]
     columns = [
         Column("channel", lambda row: _channel_name(row[0])),
         Column("unit", lambda row: _unit(row[0])),
@@ -133,8 +141,30 @@ def _score_column(title: str, found: Validation, model: str, value: Callable[[Sc
     return _scored(title, lambda channel: found.score(channel, model), value)
 
 
+def _simple(found: Validation, channel: str) -> list[tuple[str, str]]:
+    """Rows of what a model must beat in a channel, and of the noise that it cannot."""
+    names = dict.fromkeys(score.model for score in found.simple if score.channel == channel)
+    return [*((channel, name) for name in names), *([(channel, NOISE)] if names and channel in found.noise else [])]
+
+
 def _at_horizon(found: Validation, horizon: str) -> Callable[[Any], Score | None]:
-    return lambda row: found.score(row[0], row[1], horizon=horizon)
+    def score(row: tuple[str, str]) -> Score | None:
+        channel, name = row
+        if name == NOISE:
+            timed = next((s for s in found.simple if s.horizon == horizon), None)
+            return None if timed is None else replace(timed, channel=channel, rmse=found.noise[channel])
+        simple = (s for s in found.simple if (s.model, s.channel, s.horizon) == (name, channel, horizon))
+        return next(simple, None) or found.score(channel, name, horizon=horizon)
+
+    return score
+
+
+def trusted_lines(found: Validation) -> list[str]:
+    """A sentence a model: how far ahead it is better than both predictions without a model."""
+    rivals = "a ship that goes on turning as now, and than one that goes straight"
+    known = {name: time for name, time in found.trusted_s.items() if math.isfinite(time)}
+    better = {n: f"trust it for {t:.3g} s, up to which it is better than" for n, t in known.items() if t > 0.0}
+    return [f"{name}: {better.get(name, 'at no time ahead better than')} {rivals}" for name in known]
 
 
 def _scored(title: str, score: Callable[[Any], Score | None], value: Callable[[Score | None], float | None]) -> Column:

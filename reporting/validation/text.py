@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..tables import console
-from .tables import free_table, horizon_table, index_table, left_out_table
+from .tables import free_table, horizon_table, index_table, left_out_table, trusted_lines
 
 if TYPE_CHECKING:
     from ...estimation.validation.result import Validation
@@ -17,6 +17,7 @@ def terminal(found: Validation) -> str:
     parts += [f"free runs of {', '.join(found.models)} along {count(found)}", console(free_table(found), "  ")]
     parts += [f"{run.model} along {run.record}: {run.told}" for run in found.runs if run.told]
     parts += [f"root mean square errors ahead; {found.horizon_basis}", console(horizon_table(found), "  ")]
+    parts += trusted_lines(found)
     if found.indices:
         parts += ["manoeuvring indices (IMO MSC.137(76))", console(index_table(found), "  ")]
     if found.left_out:

@@ -10,7 +10,7 @@ import pytest
 from helmbench.datasets import measured
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.record import Record
-from helmbench.estimation.validation.horizons import horizons_of
+from helmbench.estimation.validation.horizons import STRAIGHT, TURNS_ON, horizons_of
 from helmbench.estimation.validation.result import FREE, ONE_STEP
 from helmbench.estimation.validation.validate import label, validate
 from helmbench.models.errors import BadInput
@@ -226,13 +226,41 @@ def test_horizons_follow_the_ships_own_time():
     model = resolve("mariner")
     found = horizons_of([resolve("response-1"), model], [record])
     own = model.particulars["L"] / model.speed_m_s
-    assert found.times_s == pytest.approx([0.5 * own, 1.5 * own, 3.0 * own]) and found.clock == pytest.approx(
-        1.0, abs=0.05
-    )
+    wanted = [share * own for share in (0.5, 1.5, 3.0, 6.0, 12.0) if share * own <= record.time_s[-1]]
+    assert len(wanted) >= 4 and found.times_s == pytest.approx(wanted) and found.clock == pytest.approx(1.0, abs=0.05)
     assert horizons_of([replace(model, speed_m_s=math.nan)], [record]).times_s == pytest.approx(found.times_s, rel=0.2)
-    alone = horizons_of([resolve("response-1")], [record])
+    response = resolve("response-1")
+    scale = (response.parameters["T"] / response.parameters["K"]) ** 0.5
+    alone = horizons_of([response], [record])
+    assert alone.times_s[:3] == pytest.approx([0.5 * scale, 1.5 * scale, 3.0 * scale])
+    alone = horizons_of([response.blanked()], [record])
     assert alone.times_s == pytest.approx(np.array([1 / 60, 1 / 20, 1 / 10]) * record.time_s[-1])
     assert "no ship length" in alone.basis
+
+
+def test_predictions_without_a_model_are_what_they_say():
+    """A ship in a steady turn goes on turning without an error, and is r t from its course."""
+    time = np.arange(0.0, 600.0, 0.5)
+    rate = 0.01
+    turn = Record(
+        time,
+        {"rudder_rad": np.full(time.size, 0.1), "yaw_rate_rad_s": np.full(time.size, rate), "heading_rad": rate * time},
+        "turn",
+    )
+    found = validate({"right": nomoto(0.1, 20.0), "wrong": nomoto(0.05, 20.0)}, {"turn": turn})
+    for score in found.simple:
+        truth = {"heading_rad": rate * score.horizon_s, "yaw_rate_rad_s": rate}[score.channel]
+        assert score.rmse == pytest.approx(0.0 if score.model == TURNS_ON else truth, abs=2e-3 * truth, rel=0.02)
+    assert {score.model for score in found.simple} == {TURNS_ON, STRAIGHT}
+    assert found.trusted_s["wrong"] == 0.0
+
+
+def test_a_good_model_is_trusted_as_far_as_it_was_tried_and_a_useless_one_not_at_all(rng):
+    record = response(0.1, 20.0, steered(rng), 0.25)
+    rough = record.with_channels(heading_rad=record.column("heading_rad") + 1e-3 * rng.standard_normal(record.n))
+    found = validate({"true": nomoto(0.1, 20.0), "reversed": nomoto(-0.1, 20.0)}, {"one": rough})
+    assert found.trusted_s == {"true": found.horizons_s[-1], "reversed": 0.0}
+    assert found.noise["heading_rad"] == pytest.approx(1e-3, rel=0.2)
 
 
 # ------------------------------------------------------------------------------------------------ measured sets
