@@ -21,6 +21,8 @@ from ..templating import render
 from . import rates
 from .rates import Board, Frame
 
+SHORT = ("injected", "vessel", "base")
+"""Parts by which the Markdown text shows the rates."""
 READING = (
     "Every case is made by a truth simulator that shares no code with what is judged: a ship, manoeuvres, sensors, and "
     "the injected effects. "
@@ -30,6 +32,8 @@ READING = (
     "Both causes of a pair count only in different ties. Held-out error over the oracle's: free-run RMSE of the "
     "extended model on whole held-out records, over that of a fit with the true causes (the oracle); geometric mean "
     "over heading, yaw rate, surge and sway. "
+    "One wrong number: the base model carries a single mistake, the records are those of the correct ship; right is "
+    "the group of numbers, or the cause, that the mistake belongs to. "
     "Imperfect base: the base model's own numbers, terms or particulars are wrong. There an effect that is detectable "
     "beside an exact base may be impossible to tell, so that names are also counted over the cases in which the "
     "oracle, who is told the true cause, names it. "
@@ -85,7 +89,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
 def markdown(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
     """The report as Markdown text."""
     parts = [f"# Diagnosis: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, cases)]
-    shown = [rate_table(board), *part_tables(board)[:1], said_table(board), power_table(board), size_table(board)]
+    shown = [rate_table(board), *part_tables(board, SHORT), said_table(board), power_table(board), size_table(board)]
     for table in [*shown, failure_table(board)]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
@@ -182,11 +186,11 @@ def _target(row: Mapping[str, Any]) -> str:
     return f"{sign} {percent(target)}"
 
 
-def part_tables(board: Board) -> list[Table]:
+def part_tables(board: Board, scopes: Sequence[str] = rates.SCOPES) -> list[Table]:
     """Every rate in parts: one table a scope, rates as columns."""
     titles = {"injected": "By injected cause", "vessel": "By vessel", "gusts": "By gusts", "strength": "By strength"}
     titles |= {"base": "By base model", "records": "By how the records are made"}
-    return [_part_table(board.rates, scope, title) for scope, title in titles.items()]
+    return [_part_table(board.rates, scope, title) for scope, title in titles.items() if scope in scopes]
 
 
 def _part_table(table: Frame, scope: str, title: str) -> Table:

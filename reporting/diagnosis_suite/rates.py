@@ -11,8 +11,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ...bench.kinds.diagnosis.bases import EXACT
-from ...bench.kinds.diagnosis.plan import ORACLE
+from ...bench.kinds.diagnosis.bases import EXACT, UNSTATED
+from ...bench.kinds.diagnosis.plan import ONE_BUG, ORACLE
 
 Frame: TypeAlias = Any
 """pandas frames, which are imported only where they are made."""
@@ -73,7 +73,23 @@ def _null(gusts: str) -> Callable[[Frame], Frame]:
 
 
 def _null_beside(frame: Frame) -> Frame:
-    return (frame["group"] == "null") & ~_exact(frame)
+    return (frame["group"] == "null") & ~_exact(frame) & ~_unstated(frame)
+
+
+def _unstated(frame: Frame) -> Frame:
+    return frame["base"] == UNSTATED
+
+
+def _null_unstated(frame: Frame) -> Frame:
+    return (frame["group"] == "null") & _unstated(frame)
+
+
+def _one_bug(frame: Frame) -> Frame:
+    return frame["group"] == ONE_BUG
+
+
+def _one_bug_alone(frame: Frame) -> Frame:
+    return _one_bug(frame) & (frame["outcome"] == "alone")
 
 
 def _false_alarm(frame: Frame) -> Frame:
@@ -146,6 +162,38 @@ RATES = (
         _predictable,
         _worse,
         0.0,
+        False,
+    ),
+    Rate(
+        "bug_alone",
+        "one wrong number: its group or cause is all that is named",
+        _one_bug,
+        lambda f: f["outcome"] == "alone",
+        0.80,
+    ),
+    Rate("bug_tie", "... or tied with others", _one_bug, _named, 0.0),
+    Rate("bug_among", "... or among other findings", _one_bug, lambda f: f["outcome"].isin([*FOUND, "among"]), 0.90),
+    Rate(
+        "bug_verdict",
+        "verdict named or tied where nothing but the wrong number is named",
+        _one_bug_alone,
+        lambda f: f["verdict"].isin(["named", "tied"]),
+        0.95,
+    ),
+    Rate(
+        "bug_worse",
+        "one wrong number: held-out error above 1.05 of the base in some channel",
+        _one_bug,
+        _worse,
+        0.0,
+        False,
+    ),
+    Rate(
+        "false_unstated",
+        "correct base, not told so: verdict other than adequate",
+        _null_unstated,
+        _false_alarm,
+        0.02,
         False,
     ),
     Rate("both", "both causes of a pair named", lambda f: f["group"] == "pair", lambda f: f["outcome"] == "both", 0.90),
@@ -312,19 +360,21 @@ def _spread_row(name: str, title: str, values: np.ndarray, most: float | None = 
 def confusion(cases: Frame) -> Frame:
     """What was named for what was injected: method, injected, named, cases.
 
-    Detectable single causes, unknown effects (by group) and clean records; a tie that holds the truth counts as the
-    truth, else the best member of the first finding; `adequate` and `unexplained` where that is all that was said.
+    Detectable single causes, wrong numbers, unknown effects (by group) and clean records; a tie that holds the truth
+    counts as the truth, else the best member of the first finding; `adequate` and `unexplained` where that is all that
+    was said.
     """
     chosen = cases[(cases["status"] == "ok") & (cases["group"] != "pair")]
     chosen = chosen[(chosen["group"] != "injected") | _detectable(chosen)]
     injected = chosen["injected"].where(chosen["group"] == "injected", "(" + chosen["group"] + ")")
+    injected = injected.where(~_one_bug(chosen), chosen["base"])
     table = chosen.assign(injected=injected, named=[_said(row) for row in chosen.to_dict("records")])
     return table.groupby(["method", "injected", "named"], sort=True).size().rename("cases").reset_index()
 
 
 def _said(row: dict[str, Any]) -> str:
     if row["outcome"] in FOUND:
-        return row["injected"]
+        return row["injected"] or row["base"]
     if row["outcome"] == "unexplained" or not row["named"]:
         return f"({row['verdict']})"
     return row["named"].split("+")[0].split("/")[0]

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .bugs import bug_of
+
 if TYPE_CHECKING:
     from ....models.model import Model
 
-EXACT = "exact"
+EXACT, UNSTATED = "exact", "unstated"
+"""Bases that are the true ship: the diagnosis is told so, or is not."""
 MOST = 2.0
 """Largest error of a coefficient, in standard deviations."""
 DIAMETER = (0.9, 1.1)
@@ -22,8 +25,10 @@ LACKING = {"other-family": ("rudder_offset",)}
 
 
 def base_model(text: str, vessel: str, rng: np.random.Generator) -> Model:
-    """The model that a diagnoser is given for a vessel of the truth simulator; text: one of BASES."""
-    return BASES[text](vessel, rng)
+    """The model that a diagnoser is given for a vessel of the truth simulator; text: one of BASES, or of the vessel's
+    `bugs.BUGS`."""
+    bug = bug_of(vessel, text)
+    return BASES[text](vessel, rng) if bug is None else bug.base()
 
 
 def carried(text: str, vessel: str) -> bool:
@@ -93,6 +98,7 @@ def _other_family(vessel: str, rng: np.random.Generator) -> Model:
 
 BASES: dict[str, Callable[[str, np.random.Generator], Model]] = {
     EXACT: _exact,
+    UNSTATED: _exact,
     "off-5": _off(0.05),
     "off-10": _off(0.1),
     "off-20": _off(0.2),

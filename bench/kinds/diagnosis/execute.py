@@ -8,7 +8,8 @@ import numpy as np
 
 from ...execution import attempt, guarded, measured_cost
 from .bases import EXACT, base_model
-from .judge import KNOWN, detectable, gain, judge, size_rows, truth_errors
+from .bugs import bug_of
+from .judge import KNOWN, detectable, gain, judge, judge_bug, size_rows, truth_errors
 from .plan import ORACLE, CaseSpec
 from .records import RECORDS
 
@@ -70,7 +71,9 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
     model, options = base_of(spec), _options(spec)
     with measured_cost(row):
         found = diagnoser.diagnose(model, case.train, case.held_out, options)
-    row |= judge(found, spec.group, spec.injected, spec.base) | gain(found) | truth_errors(case)
+    bug = bug_of(spec.vessel, spec.base)
+    scored = judge(found, spec.group, spec.injected, spec.base) if bug is None else judge_bug(found, bug)
+    row |= scored | gain(found) | truth_errors(case)
     return size_rows(found, case) if spec.group in KNOWN and spec.method != ORACLE else []
 
 

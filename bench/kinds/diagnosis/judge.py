@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .bases import EXACT, LACKING
+from .bases import EXACT, LACKING, UNSTATED
+from .bugs import Bug
 from .columns import CHANNELS
+from .names import named
 
 if TYPE_CHECKING:
     from ....diagnosis.result import Diagnosis, Finding, Size
@@ -23,6 +25,7 @@ OUTCOMES = {
     "missed": "nothing was found where an effect is injected",
     "both": "each of two causes is in a finding of its own",
     "one": "one of two causes is named, or both in the same finding",
+    "among": "the wrong number of the base model is in one of several findings",
     "unexplained": "an effect outside the taxonomy was reported as unexplained",
     "named": "an effect outside the taxonomy was named as a cause of the taxonomy",
     "adequate": "no effect is injected and nothing was found",
@@ -43,9 +46,9 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str =
     findings = [frozenset((f.cause, *f.tied_with)) for f in diagnosis.causes]
     extra = [f for f, held in zip(diagnosis.causes, findings, strict=True) if not held & set(injected)]
     extra = [f for f in extra if not _of_base(f.cause, base)]
-    if base != EXACT:
-        named = zip(diagnosis.causes, findings, strict=True)
-        findings = [held for f, held in named if not _of_base(f.cause, base) or held & set(injected)]
+    if base not in (EXACT, UNSTATED):
+        pairs = zip(diagnosis.causes, findings, strict=True)
+        findings = [held for f, held in pairs if not _of_base(f.cause, base) or held & set(injected)]
     holding = [found for found in findings if found & set(injected)]
     outcome = _outcome(diagnosis, group, injected, findings)
     confident = diagnosis.verdict in ("named", "tied")
@@ -58,6 +61,35 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str =
         "tie_size": max(map(len, holding)) if holding else None,
         "extra_names": len(extra),
     }
+
+
+def judge_bug(diagnosis: Diagnosis, bug: Bug) -> dict[str, Any]:
+    """The scored columns of a base with one wrong number, as `judge` gives them.
+
+    `alone`: all that is named is right; `tie`: it is tied with others; `among`: there are further findings, which
+    `extra_names` counts.
+    """
+    findings, right = named(diagnosis), frozenset(bug.right)
+    holding = [found for found in findings if found & right]
+    extra = len(findings) - len(holding)
+    confident = diagnosis.verdict in ("named", "tied")
+    return {
+        "verdict": diagnosis.verdict,
+        "named": "+".join("/".join(sorted(found, key=lambda name: (name not in right, name))) for found in findings),
+        "outcome": _bug_outcome(findings, holding, right),
+        "false_alarm": None,
+        "confident_wrong": confident and any(len(found) == 1 and not found & right for found in findings),
+        "tie_size": max(map(len, holding)) if holding else None,
+        "extra_names": extra,
+    }
+
+
+def _bug_outcome(findings: Sequence[frozenset[str]], holding: Sequence[frozenset[str]], right: frozenset[str]) -> str:
+    if not holding:
+        return "wrong_first" if findings else "missed"
+    if len(holding) < len(findings):
+        return "among"
+    return "alone" if all(found <= right for found in holding) else "tie"
 
 
 def _of_base(name: str, base: str) -> bool:

@@ -16,13 +16,14 @@ from ....models.plain import EXACT_BELOW
 from ....models.suggestions import suggestion
 from ..base import limited
 from .bases import EXACT, carried
+from .bugs import BUGS
 
 if TYPE_CHECKING:
     from ...suites import Suite
     from ..base import Selection
     from .suite import Entry
 
-NOTHING, PLAIN = "none", "plain"
+NOTHING, PLAIN, ONE_BUG = "none", "plain", "one-bug"
 ORACLE = "oracle"
 """Name in the tables of the diagnosis that is given the true causes: a bound on the gain, not a competitor."""
 
@@ -95,7 +96,8 @@ def _specs(
     for turn in range(selection.seeds or suite.head.seeds):
         for number, entry in enumerate(suite.entries):
             rng = np.random.default_rng([selection.seed or 0, turn, number])
-            for case in draw_cases(suite.name, entry, rng):
+            draw = bug_cases if entry.group == ONE_BUG else draw_cases
+            for case in draw(suite.name, entry, rng):
                 if selection.vessels and case.vessel not in selection.vessels:
                     continue
                 for name, maker in makers if turn else [*makers, *once]:
@@ -119,6 +121,15 @@ def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[C
             vessel, weather = next(vessels[base], carriers[0]), next(gusts)
             kind = next(records)
             yield CaseSpec(suite, "", "", entry.group, vessel, injected, strength, weather, seed, base, kind)
+
+
+def bug_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[CaseSpec]:
+    """One round of an entry of single bugs: each bug of its vessels `each` times."""
+    gusts, records = stratified(entry.gusts, rng), stratified(entry.records, rng)
+    for bug in BUGS:
+        for _ in range(entry.each if not entry.vessels or bug.vessel in entry.vessels else 0):
+            seed, weather = int(rng.integers(EXACT_BELOW)), next(gusts)
+            yield CaseSpec(suite, "", "", ONE_BUG, bug.vessel, (), NOTHING, weather, seed, bug.id, next(records))
 
 
 def stratified(values: Sequence[str], rng: np.random.Generator) -> Iterator[str]:

@@ -11,15 +11,18 @@ from typing import Annotated, Literal
 from ....models.yaml_file import Count, FileContent, Flag, Text, Texts, needs
 
 Group = Annotated[
-    Literal["injected", "null", "anticipated", "unforeseen", "pair"],
-    needs("injected, null, anticipated, unforeseen or pair"),
+    Literal["injected", "null", "anticipated", "unforeseen", "pair", "one-bug"],
+    needs("injected, null, anticipated, unforeseen, pair or one-bug"),
 ]
 
 Base = Annotated[
-    Literal["exact", "off-5", "off-10", "off-20", "dropped", "particulars", "other-family"],
-    needs("exact, off-5, off-10, off-20, dropped, particulars or other-family"),
+    Literal["exact", "unstated", "off-5", "off-10", "off-20", "dropped", "particulars", "other-family"],
+    needs("exact, unstated, off-5, off-10, off-20, dropped, particulars or other-family"),
 ]
-Made = Annotated[Literal["plain", "coloured", "spread", "closed-loop"], needs("plain, coloured, spread or closed-loop")]
+Made = Annotated[
+    Literal["plain", "coloured", "spread", "closed-loop", "five-three"],
+    needs("plain, coloured, spread, closed-loop or five-three"),
+]
 
 
 class Head(FileContent):
@@ -40,7 +43,7 @@ class Head(FileContent):
 class Entry(FileContent):
     """Cases of one group.
 
-    group : how the answer is scored.
+    group : how the answer is scored; `one-bug` takes each of `bugs.BUGS` `each` times instead of injecting anything.
     inject : causes joined by +, `none`, or all `causes`, `anticipated` or `unforeseen` kinds.
     vessels : ids (default: those of the truth simulator); those that cannot carry an effect are left out.
     strength : names of `faults.STRENGTHS` or `faults.SIZED`; gusts : names of `faults.GUSTS`.
