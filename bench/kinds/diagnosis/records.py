@@ -16,5 +16,5 @@ RECORDS: Mapping[str, Mapping[str, Any]] = {
     },
 }
 """Name -> what differs from a plain case: sensors' noise with a memory (s, of a 160 m ship), sizes that differ between
-records (relative standard deviation), runs in which heading orders the rudder, five training and three held-out records.
+records (relative standard deviation), runs in which heading orders the rudder, five training and three held-out ones.
 """
