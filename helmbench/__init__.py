@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .api.diagnosis import Diagnosis, diagnose
     from .api.doctor import Health, doctor
     from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
-    from .api.importing import Import, import_log
+    from .api.importing import Import, ImportDraft, draft_import, import_log
     from .api.lists import (
         list_causes,
         list_diagnosers,
@@ -66,6 +66,7 @@ __all__ = [
     "FitFailed",
     "Health",
     "Import",
+    "ImportDraft",
     "Model",
     "PlausibilityWarning",
     "Record",
@@ -82,6 +83,7 @@ __all__ = [
     "compare_results",
     "diagnose",
     "doctor",
+    "draft_import",
     "fetch",
     "generate",
     "identify",
@@ -126,6 +128,7 @@ _HOME = {
     "FitFailed": ("models.errors", "FitFailed"),
     "Health": ("api.doctor", "Health"),
     "Import": ("api.importing", "Import"),
+    "ImportDraft": ("api.importing", "ImportDraft"),
     "Model": ("models.model", "Model"),
     "PlausibilityWarning": ("datasets.plausibility", "PlausibilityWarning"),
     "Record": ("datasets.record", "Record"),
@@ -141,6 +144,7 @@ _HOME = {
     "compare_results": ("api.suites", "compare_results"),
     "diagnose": ("api.diagnosis", "diagnose"),
     "doctor": ("api.doctor", "doctor"),
+    "draft_import": ("api.importing", "draft_import"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),
     "identify": ("api.identification", "identify"),

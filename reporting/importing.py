@@ -11,26 +11,28 @@ from .numbers import MISSING
 from .tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ..datasets.importing.report import ColumnRow, Fault, ImportReport
+    from ..datasets.importing.draft import DraftColumn
+    from ..datasets.importing.report import Fault, ImportReport
     from ..datasets.record import Record
 
 LONGEST = 28
 """Characters of first values that are shown."""
 
 
-def column_table(columns: Sequence[ColumnRow]) -> Table:
+def column_table(columns: Sequence[DraftColumn]) -> Table:
     """A row a column of the log: what it was taken for, and how surely."""
     several = len({row.table for row in columns}) > 1
     shown = [
         *([Column("table", lambda row: row.table)] if several else []),
         Column("column", lambda row: row.column),
-        Column("is", lambda row: row.to),
+        Column("is", lambda row: row.quantity),
         Column("unit", lambda row: row.unit),
+        Column("sign", lambda row: row.sign),
         Column("smallest", lambda row: _number(row.smallest), lambda row: row.smallest),
         Column("largest", lambda row: _number(row.largest), lambda row: row.largest),
-        Column("first values", lambda row: _short(", ".join(row.first))),
-        Column("sure", lambda row: _share(row), lambda row: row.confidence),
-        Column("why", lambda row: row.reason),
+        Column("first values", lambda row: _short(", ".join(row.samples))),
+        Column("sure", lambda row: row.sure if row.used else MISSING),
+        Column("why", lambda row: row.why),
     ]
     return make_table(shown, columns)
 
@@ -55,7 +57,7 @@ def terminal(report: ImportReport, records: Sequence[Record]) -> str:
     return "\n".join([*parts, "", *(repr(record).strip("<>") for record in records)])
 
 
-def faults_text(columns: Sequence[ColumnRow], faults: Sequence[Fault]) -> str:
+def faults_text(columns: Sequence[DraftColumn], faults: Sequence[Fault]) -> str:
     """Columns and all faults of an import that failed."""
     parts = [tables.console(column_table(columns)), ""] if columns else []
     return "\n".join([*parts, tables.console(fault_table(faults))])
@@ -71,10 +73,6 @@ def notebook(report: ImportReport, records: Sequence[Record]) -> str:
 
 def _number(value: float) -> str:
     return MISSING if value != value else f"{value:.{6 if abs(value) < 1e6 else 11}g}"
-
-
-def _share(row: ColumnRow) -> str:
-    return MISSING if row.confidence != row.confidence or row.to == "aside" else f"{row.confidence:.0%}"
 
 
 def _short(text: str) -> str:

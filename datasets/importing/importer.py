@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import os
 from collections import Counter
+from collections.abc import Mapping as Dict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,13 +19,15 @@ from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side
 from ..rudder_sign import rudder_sign_doubt, steering_side
+from .clock import FORMS, seconds, spread
 from .convert import Stream, stream_of
 from .derive import derive
+from .draft import NOT_USED, DraftColumn, Sure
 from .guess import SURE, ColumnGuess, TableGuess, guess_table
 from .mapping import Mapping, TableMap
 from .merge import Merged, merge
-from .raw import RawTable
-from .report import ColumnRow, Fault, ImportReport, refuse_fatal, span
+from .raw import RawColumn, RawTable
+from .report import Fault, ImportReport, refuse_fatal, span
 from .sources import read_raw
 
 Aside: TypeAlias = "dict[str, dict[str, Any]]"
@@ -54,19 +57,57 @@ class Imported:
     aside: Aside
 
 
-def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | None, options: Options) -> Imported:
+@dataclass(frozen=True)
+class Drafted:
+    """What the columns of a log are taken for; `mapping` the same as a file, with what is open as '?'."""
+
+    columns: tuple[DraftColumn, ...]
+    mapping: Mapping | None
+    faults: tuple[Fault, ...]
+
+
+def draft_tables(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> Drafted:
+    """What every column of a log is taken for, and the questions that are open.
+
+    Parameters
+    ----------
+    tables : of all files.
+    mapping : what the columns are; None: told by the log.
+    answers : id of a question -> key of its answer.
+    """
+    guesses = [guess_table(table) for table in tables]
+    _, rows, faults = _matched(tables, mapping) if mapping else _guessed(guesses)
+    return Drafted(tuple(rows), mapping or _draft(guesses), tuple(faults))
+
+
+def raw_series(tables: Sequence[RawTable], drafted: Drafted, label: str, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times (N,), s, or row numbers where no time is known, and the numbers (N,) of a column; BadInput for no such."""
+    table = next((table for table in tables if table.label == label), None)
+    column = table.column(name) if table is not None else None
+    if table is None or column is None:
+        raise BadInput(f"no column {name!r} in {label!r}")
+    times = [row.column for row in drafted.columns if row.table == label and row.quantity == "time"]
+    form = next((row.unit for row in drafted.columns if row.table == label and row.quantity == "time"), None)
+    if form not in FORMS:
+        return np.arange(table.n, dtype=float), column.numbers
+    return spread(seconds([c for n in times if (c := table.column(n))], form))[0], column.numbers
+
+
+def import_tables(
+    tables: Sequence[RawTable], mapping: Mapping | None, options: Options, answers: Dict[str, str]
+) -> Imported:
     """Import logs as records.
 
     Parameters
     ----------
-    paths : files of one logger or several, of one run or several.
-    mapping : what the columns are; None: guessed.
+    tables : of one logger or several, of one run or several.
+    mapping : what the columns are; None: told by the log.
+    answers : id of a question -> key of its answer.
 
     Raises
     ------
     ImportFault : whatever keeps the logs from being records, all faults at once.
     """
-    tables = _read_all(paths)
     guesses = [] if mapping else [guess_table(table) for table in tables]
     draft = _draft(guesses)
     pairs, rows, faults = _matched(tables, mapping) if mapping else _guessed(guesses)
@@ -101,7 +142,7 @@ def import_tables(paths: Sequence[str | os.PathLike[str]], mapping: Mapping | No
     return Imported(tuple(records), used, ImportReport(tuple(rows), tuple(steps), tuple(faults)), aside)
 
 
-def _read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
+def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
     """The tables of all files; what is wrong with files is told of all at once."""
     tables, faults = [], []
     if len({Path(path).resolve() for path in paths}) < len(paths):
@@ -145,7 +186,7 @@ def _draft(guesses: Sequence[TableGuess]) -> Mapping | None:
 
 def _guessed(
     guesses: Sequence[TableGuess],
-) -> tuple[list[tuple[RawTable, TableMap]], list[ColumnRow], list[Fault]]:
+) -> tuple[list[tuple[RawTable, TableMap]], list[DraftColumn], list[Fault]]:
     """Tables with their guessed mappings, a row a column, and tables that cannot be used."""
     rows = [row for guess in guesses for row in _guess_rows(guess)]
     pairs = [(guess.table, entry) for guess in guesses if (entry := guess.mapping()) is not None]
@@ -170,30 +211,38 @@ def _unsure(table: RawTable, guess: ColumnGuess) -> Fault:
     return Fault(table.label, f"{guess.quantity}? {guess.reason}", hint, column=guess.column.name)
 
 
-def _guess_rows(guess: TableGuess) -> list[ColumnRow]:
+def _guess_rows(guess: TableGuess) -> list[DraftColumn]:
     table = guess.table
     rows = []
     for name in guess.time_columns:
         column = table.column(name)
         if column is not None and guess.time is not None:
-            told = guess.time.confidence, guess.time.reason
-            rows.append(
-                ColumnRow(table.label, name, guess.time.form, "time", *span(column.numbers), column.first(), *told)
-            )
+            rows.append(_row_of(table, column, "time", guess.time.form, 1, guess.time.reason, "stated"))
     for g in guess.columns:
         used = g.quantity is not None and g.unit is not None and g.confidence >= SURE
         unit = g.unit.name if g.unit is not None else g.column.unit
-        to = str(g.quantity) if used else "aside"
+        to = str(g.quantity) if used else NOT_USED
         why = g.reason if used or g.quantity is None else f"{g.quantity}? {g.reason}"
-        why += "; sign turned" if used and g.sign < 0 else ""
-        values = span(g.column.numbers)
-        rows.append(ColumnRow(table.label, g.column.name, unit, to, *values, g.column.first(), g.confidence, why))
+        rows.append(_row_of(table, g.column, to, unit, g.sign, why, _sure(g.reason)))
     return rows
+
+
+def _sure(reason: str) -> Sure:
+    if "agrees with" in reason:
+        return "other channel"
+    if "can only be" in reason:
+        return "physics"
+    return "guess" if "no unit stated" in reason else "stated"
+
+
+def _row_of(table: RawTable, column: RawColumn, to: str, unit: str, sign: int, why: str, sure: Sure) -> DraftColumn:
+    turned = "turned round" if sign < 0 else ""
+    return DraftColumn(table.label, column.name, to, unit, turned, why, sure, (), *span(column.numbers), column.first())
 
 
 def _matched(
     tables: Sequence[RawTable], mapping: Mapping
-) -> tuple[list[tuple[RawTable, TableMap]], list[ColumnRow], list[Fault]]:
+) -> tuple[list[tuple[RawTable, TableMap]], list[DraftColumn], list[Fault]]:
     """Tables with the entries of a mapping whose columns they have."""
     pairs, rows, faults = [], [], []
     for table in tables:
@@ -218,15 +267,14 @@ def _missing(table: RawTable, entry: TableMap) -> list[str]:
     return [name for name in names if table.column(name) is None]
 
 
-def _mapped_rows(table: RawTable, entry: TableMap) -> list[ColumnRow]:
-    said = {column.column: (column.unit, column.to, column.sign) for column in entry.columns}
-    said |= {name: (entry.time.form, "time", 1) for name in entry.time.columns}
+def _mapped_rows(table: RawTable, entry: TableMap) -> list[DraftColumn]:
+    said = {column.column: (column.to, column.unit, column.sign) for column in entry.columns}
+    said |= {name: ("time", entry.time.form, 1) for name in entry.time.columns}
     rows = []
     for column in table.columns:
-        unit, to, sign = said.get(column.name, (column.unit, "aside", 1))
-        why = "mapping" + ("; sign turned" if sign < 0 else "") if column.name in said else "not in the mapping"
-        values = span(column.numbers)
-        rows.append(ColumnRow(table.label, column.name, unit, to, *values, column.first(), float("nan"), why))
+        told = said.get(column.name, (NOT_USED, column.unit, 1))
+        why = "mapping" if column.name in said else "not in the mapping"
+        rows.append(_row_of(table, column, *told, why, "stated"))
     return rows
 
 

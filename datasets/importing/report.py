@@ -11,26 +11,11 @@ import numpy as np
 from ...models.errors import BadInput
 
 if TYPE_CHECKING:
+    from .draft import DraftColumn
     from .mapping import Mapping
 
 MOST_TOLD = 4
 """Faults that the one line of an error repeats."""
-
-
-@dataclass(frozen=True)
-class ColumnRow:
-    """One column: table, name, unit of its numbers, what it became ('aside' if nothing), smallest and largest number,
-    first values, confidence from 0 to 1 (nan where a mapping file says it), reason."""
-
-    table: str
-    column: str
-    unit: str
-    to: str
-    smallest: float
-    largest: float
-    first: tuple[str, ...]
-    confidence: float
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -52,7 +37,7 @@ class Fault:
 class ImportReport:
     """Columns, steps in their order, and faults that did not end the import."""
 
-    columns: tuple[ColumnRow, ...]
+    columns: tuple[DraftColumn, ...]
     steps: tuple[str, ...]
     faults: tuple[Fault, ...]
 
@@ -62,7 +47,7 @@ class ImportFault(BadInput):
     with every guess however unsure (None where there is none)."""
 
     def __init__(
-        self, faults: Sequence[Fault], columns: Sequence[ColumnRow] = (), draft: Mapping | None = None
+        self, faults: Sequence[Fault], columns: Sequence[DraftColumn] = (), draft: Mapping | None = None
     ) -> None:
         fatal = [fault for fault in faults if fault.fatal]
         self.faults, self.columns, self.draft = tuple(faults), tuple(columns), draft
@@ -78,7 +63,7 @@ class ImportFault(BadInput):
         return ImportFault, (self.faults, self.columns, self.draft)
 
 
-def refuse_fatal(faults: Iterable[Fault], columns: Sequence[ColumnRow] = (), draft: Mapping | None = None) -> None:
+def refuse_fatal(faults: Iterable[Fault], columns: Sequence[DraftColumn] = (), draft: Mapping | None = None) -> None:
     """Raise ImportFault, with all faults, if one of them is fatal."""
     found = list(faults)
     if any(fault.fatal for fault in found):

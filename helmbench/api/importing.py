@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,9 +11,13 @@ from typing import TYPE_CHECKING
 from ..models.errors import BadInput
 
 if TYPE_CHECKING:
-    from ..datasets.importing.importer import Aside
+    import numpy as np
+
+    from ..datasets.importing.draft import DraftColumn, Question
+    from ..datasets.importing.importer import Aside, Drafted, Options
     from ..datasets.importing.mapping import Mapping as ColumnMapping
-    from ..datasets.importing.report import ImportReport
+    from ..datasets.importing.raw import RawTable
+    from ..datasets.importing.report import Fault, ImportReport
     from ..datasets.record import Record
     from .identification import Path as FilePath
 
@@ -45,6 +49,17 @@ class Import:
         from ..reporting.importing import terminal
 
         return terminal(self.report, self.records)
+
+    def to_dict(self) -> dict[str, object]:
+        """Records, columns, steps and faults as plain data for JSON."""
+        from ..datasets.importing.draft import plain
+
+        return {
+            "records": [{"name": r.name, "samples": r.n, "channels": list(r.channels)} for r in self.records],
+            "columns": plain(self.report.columns),
+            "steps": list(self.report.steps),
+            "faults": [vars(fault) for fault in self.report.faults],
+        }
 
     def write(self, path: FilePath, *, force: bool = False) -> tuple[Path, ...]:
         """Write the records with their sidecars, the mapping, and the columns that are kept aside: all or none.
@@ -102,10 +117,116 @@ class Import:
         return notebook(self.report, self.records)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class ImportDraft:
+    """What every column of a log is taken for, before it is imported.
+
+    Questions are answered by `answer`, which gives a new draft; `import_log` imports the log where none is open.
+    """
+
+    _drafted: Drafted
+    _tables: tuple[RawTable, ...]
+    _given: _Given
+
+    @property
+    def columns(self) -> tuple[DraftColumn, ...]:
+        """Every column of every table, in the order of the files."""
+        return self._drafted.columns
+
+    @property
+    def questions(self) -> tuple[Question, ...]:
+        """What no one stated."""
+        return tuple(question for column in self.columns for question in column.questions)
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """What is wrong with the files."""
+        return self._drafted.faults
+
+    @property
+    def mapping(self) -> ColumnMapping | None:
+        """The same as a mapping, '?' where a question is open; None where no table holds a time."""
+        return self._drafted.mapping
+
+    def answer(self, answers: Mapping[str, str]) -> ImportDraft:
+        """The draft with further answers: id of a question -> key of the answer, or a number where one may be given.
+
+        Raises
+        ------
+        BadInput : an answer is none of its question.
+        """
+        return _drafted(self._tables, self._given.with_answers(answers))
+
+    def series(self, table: str, column: str) -> tuple[np.ndarray, np.ndarray]:
+        """Times (N,), s, or row numbers where no time is known, and the column's numbers (N,) as in the file.
+
+        Raises
+        ------
+        BadInput : no such column.
+        """
+        from ..datasets.importing.importer import raw_series
+
+        return raw_series(self._tables, self._drafted, table, column)
+
+    def import_log(self) -> Import:
+        """The log as records; BadInput where questions are open or the log cannot be records."""
+        return _imported(self._tables, self._given)
+
+    def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
+        """Write the mapping, to be changed by hand; BadInput where there is none or the file cannot be written."""
+        if self.mapping is None:
+            raise BadInput("no table of the log has a time", hint="see `faults`")
+        write_mapping(self.mapping, path, force)
+
+    def to_dict(self) -> dict[str, object]:
+        """Columns, questions and faults as plain data for JSON."""
+        from ..datasets.importing.draft import plain
+
+        return {"columns": plain(self.columns), "faults": [vars(fault) for fault in self.faults]}
+
+    def __repr__(self) -> str:
+        return f"<ImportDraft of {len(self.columns)} columns, {len(self.questions)} open questions>"
+
+
+@dataclass(frozen=True, eq=False)
+class _Given:
+    """What the user said of a log."""
+
+    mapping: ColumnMapping | None
+    options: Options
+    answers: Mapping[str, str]
+    segment: bool
+
+    def with_answers(self, answers: Mapping[str, str]) -> _Given:
+        return replace(self, answers={**self.answers, **answers})
+
+
+def draft_import(
+    paths: FilePath | Sequence[FilePath],
+    *,
+    mapping: ColumnMapping | FilePath | None = None,
+    answers: Mapping[str, str] | None = None,
+    vessel: str | None = None,
+    positive_rudder: str | None = None,
+    step_s: float | None = None,
+    variation_deg: float | None = None,
+    segment: bool = False,
+) -> ImportDraft:
+    """Read raw logs and say what every column is taken for, what tells it, and what no one states.
+
+    Parameters and errors as in `import_log`; open questions are no error here.
+    """
+    from ..datasets.importing.importer import read_all
+
+    given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
+    return _drafted(tuple(read_all(_files(paths))), given)
+
+
 def import_log(
     paths: FilePath | Sequence[FilePath],
     *,
     mapping: ColumnMapping | FilePath | None = None,
+    answers: Mapping[str, str] | None = None,
     vessel: str | None = None,
     positive_rudder: str | None = None,
     step_s: float | None = None,
@@ -115,14 +236,16 @@ def import_log(
     """Read raw logs of any make as records.
 
     Text with any separator, decimal sign, encoding and header, Excel workbooks (xlsx), MAT files (version 7 or
-    earlier) and NMEA 0183.  Quantity, unit and sign of each column are guessed from names, units, ranges and from each
-    other; look at `report` before the records are used.  Positions in degrees become north and east, speed and course
-    over ground become surge and sway.  Several loggers are put on one time base.
+    earlier) and NMEA 0183.  Quantity, unit and sign of each column are taken from what the file states, from its other
+    channels and from what is physically possible; what none of these tells is a question, and the import ends with it.
+    Positions in degrees become north and east, speed and course over ground become surge and sway.  Several loggers are
+    put on one time base.
 
     Parameters
     ----------
     paths : one file or several, of one logger or several.
-    mapping : the mapping of an earlier import, or the path of its file; None: guessed.
+    mapping : the mapping of an earlier import, or the path of its file; None: told by the log.
+    answers : id of a question -> key of its answer; see `draft_import`.
     vessel : id of the vessel, for the sidecar.
     positive_rudder : 'port' or 'starboard'; None: told by the yaw response.
     step_s : time step of the records; None: that of the log, of several loggers that of the slowest.
@@ -133,21 +256,50 @@ def import_log(
     ------
     BadInput : the logs cannot be records; all that is wrong is told at once.
     """
-    from ..datasets.importing.importer import Options, import_tables
+    from ..datasets.importing.importer import read_all
+
+    given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
+    return _imported(read_all(_files(paths)), given)
+
+
+def _files(paths: FilePath | Sequence[FilePath]) -> list[str]:
+    return [fspath(file) for file in ([paths] if isinstance(paths, str | PathLike) else paths)]
+
+
+def _given(
+    mapping: ColumnMapping | FilePath | None,
+    answers: Mapping[str, str] | None,
+    vessel: str | None,
+    positive_rudder: str | None,
+    step_s: float | None,
+    variation_deg: float | None,
+    segment: bool,
+) -> _Given:
+    from ..datasets.importing.importer import Options
     from ..datasets.importing.mapping import read_mapping
-    from ..datasets.importing.segments import cut
     from ..datasets.record import is_side
 
     if positive_rudder is not None and not is_side(positive_rudder):
         raise BadInput(f"positive rudder {positive_rudder!r}", hint="give 'port' or 'starboard'")
     if step_s is not None and not step_s > 0.0:
         raise BadInput(f"step {step_s!r}", hint="give seconds above 0")
-    files = [paths] if isinstance(paths, str | PathLike) else list(paths)
     known = read_mapping(Path(mapping)) if isinstance(mapping, str | PathLike) else mapping
-    options = Options(vessel, positive_rudder, step_s, variation_deg)
-    found = import_tables([fspath(file) for file in files], known, options)
+    return _Given(known, Options(vessel, positive_rudder, step_s, variation_deg), answers or {}, segment)
+
+
+def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
+    from ..datasets.importing.importer import draft_tables
+
+    return ImportDraft(draft_tables(tables, given.mapping, given.answers), tuple(tables), given)
+
+
+def _imported(tables: Sequence[RawTable], given: _Given) -> Import:
+    from ..datasets.importing.importer import import_tables
+    from ..datasets.importing.segments import cut
+
+    found = import_tables(tables, given.mapping, given.options, given.answers)
     records = found.records
-    if segment:
+    if given.segment:
         records = tuple(part for record in records for _, part in cut(record)) or records
     return Import(records, found.mapping, found.report, found.aside)
 

@@ -89,7 +89,7 @@ def import_command(
         return OK
     paths = found.write(output, force=force)
     if as_json:
-        print_json(_as_dict(found) | {"files": [str(path) for path in paths]})
+        print_json(found.to_dict() | {"files": [str(path) for path in paths]})
     elif not quiet:
         show_files(paths)
     return OK
@@ -122,13 +122,3 @@ def _write_draft(error: Exception, mapping: Path) -> None:
     if draft is not None:
         write_mapping(draft, mapping)
         click.echo(f"wrote {mapping} with every guess: change it, then repeat the command", err=True)
-
-
-def _as_dict(found: Import) -> dict[str, object]:
-    report = found.report
-    return {
-        "records": [{"name": r.name, "samples": r.n, "channels": list(r.channels)} for r in found.records],
-        "columns": [vars(row) for row in report.columns],
-        "steps": list(report.steps),
-        "faults": [vars(fault) for fault in report.faults],
-    }

@@ -22,7 +22,7 @@ MEMBERS = (
         "RecordMeta",
         "Reproduction",
     ),
-    *("Import", "SimulatedRuns", "SuiteResults", "Validation"),
+    *("Import", "ImportDraft", "SimulatedRuns", "SuiteResults", "Validation"),
 )
 """Classes whose methods and properties are public, too."""
 
