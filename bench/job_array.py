@@ -8,7 +8,7 @@ outlived the process which submitted them; a job that begins after its folder wa
 from __future__ import annotations
 
 import os
-import shutil
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,13 +17,15 @@ from pathlib import Path
 from typing import Any
 
 from ..models.errors import BadInput, EnvironmentFault
+from ..models.folders import append, make_folder, read_regular, remove_folder, write_atomic
 from .environment import code_version, cpu_count
 from .execution import one_line
+from .journal import RUNS, is_held, new_runs
 from .kinds.base import Spec
 from .limits import Limits
 from .pool import processes
 from .runner import execute
-from .store import RUNS, Store, is_held, new_runs
+from .store import Store
 from .traces import TRACES
 
 PARTS, LOGS, REASON = "parts", "logs", "reason.txt"
@@ -72,10 +74,11 @@ def run_array(specs: Sequence[Spec], store: Store, array: JobArray, watch: Watch
     EnvironmentFault : a job ended before its runs were finished; what is finished is kept.
     """
     folder = store.directory / PARTS
+    make_folder(folder, within=store.directory)
     _adopt(folder, store, watch)
     todo = [spec for spec in specs if spec.key not in store.finished]
     if todo:
-        executor = _executor(array, folder / LOGS)
+        executor = _executor(array, _new_logs(folder))
         shares = _shares(todo, folder, store, array, limits)
         jobs = _submitted(executor, shares)
         try:
@@ -85,7 +88,7 @@ def run_array(specs: Sequence[Spec], store: Store, array: JobArray, watch: Watch
                 job.cancel()
             raise
     store.write_tables()
-    shutil.rmtree(folder, ignore_errors=True)
+    remove_folder(folder)
 
 
 def work(share: Share) -> None:
@@ -99,7 +102,7 @@ def work(share: Share) -> None:
             execute(share.specs, part, pool, limits=share.limits)
     except (BadInput, EnvironmentFault) as error:
         if share.folder.is_dir():
-            reason.write_text(one_line(error), encoding="utf-8")
+            write_atomic(reason, one_line(error).encode())
         raise
 
 
@@ -158,13 +161,13 @@ def _follow(jobs: Sequence[Any], shares: Sequence[Share], store: Store, watch: W
         part.close(store)
     if lost:
         told = f"{len(lost)} of {len(shares)} jobs ended before their runs were finished"
-        why = f" ({reasons[0]})" if reasons else f"; their logs are in {store.directory / PARTS / LOGS}"
+        why = f" ({reasons[0]})" if reasons else f"; their logs are in {store.directory / PARTS}"
         raise EnvironmentFault(told + why, hint="what is finished is kept: continue with --resume")
 
 
 def _reason(share: Share) -> str:
     path = share.folder / REASON
-    return one_line(path.read_text(encoding="utf-8")) if path.is_file() else ""
+    return one_line(read_regular(path).decode(errors="replace"))
 
 
 def _adopt(folder: Path, store: Store, watch: Watch) -> None:
@@ -177,8 +180,14 @@ def _adopt(folder: Path, store: Store, watch: Watch) -> None:
         part.close(store)
 
 
+def _new_logs(folder: Path) -> Path:
+    """A folder of this user's own for submitit, which runs what lies in it: nobody else can have put anything there."""
+    return Path(tempfile.mkdtemp(prefix=LOGS, dir=folder))
+
+
 def _folders(folder: Path) -> Iterator[Path]:
-    return (path for path in sorted(folder.glob("*")) if path.is_dir() and path.name != LOGS)
+    found = [path for path in sorted(folder.glob("*")) if path.is_dir() and not path.name.startswith(LOGS)]
+    return iter([make_folder(path, within=folder) for path in found])
 
 
 class _Part:
@@ -197,8 +206,6 @@ class _Part:
 
     def close(self, store: Store) -> None:
         """Add the traces to the store's and remove the folder."""
-        traces = self.folder / TRACES
-        if traces.is_file():
-            with (store.directory / TRACES).open("ab") as file:
-                file.write(traces.read_bytes())
-        shutil.rmtree(self.folder)
+        if traces := read_regular(self.folder / TRACES):
+            append(store.directory / TRACES, traces)
+        remove_folder(self.folder)

@@ -16,9 +16,10 @@ import numpy as np
 
 from ..models.errors import BadInput
 from .environment import code_version
+from .journal import RUNS, read_runs
 from .kinds import kind_of
 from .kinds.base import TIMES, Kind, Selection, Spec
-from .store import RUNS, Store, read_manifest, read_runs, stored_kind
+from .store import Store, read_manifest, stored_kind
 from .suites import load_suite
 from .traces import traces_by_row
 from .trust import Trust, check_trust
@@ -53,7 +54,7 @@ def merge(source: str | Path, target: str | Path, sample: int = 5, seed: int = 0
     theirs, ours = read_manifest(source), read_manifest(target)
     _check_manifests(theirs, ours, source)
     kind = stored_kind(theirs)
-    runs = read_runs(source / RUNS, kind.tables)[0]
+    runs = read_runs(source / RUNS, kind.tables)
     if not runs:
         raise BadInput("holds no finished run", file=source / RUNS)
     specs = _planned(theirs, source, trust) | _planned(ours, target, trust)

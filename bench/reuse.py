@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ..models.errors import BadInput
+from .journal import RUNS, read_runs
 from .kinds.base import Kind, Spec
-from .store import RUNS, Store, read_manifest, read_runs, stored_kind
+from .store import Store, read_manifest, stored_kind
 from .traces import traces_by_row
 
 
@@ -41,7 +42,7 @@ def _taken(wanted: Mapping[str, Spec], folder: Path, store: Store) -> list[dict[
     """Runs of a folder under the keys and names that this suite gives them."""
     form, found = store.kind.tables, []
     traces = traces_by_row(folder)
-    for run in read_runs(folder / RUNS, form)[0]:
+    for run in read_runs(folder / RUNS, form):
         spec = wanted.get(str(run.get("content")))
         if spec is not None and run["row"]["status"] != "failed":
             trace = traces(run["row"], form.keys)

@@ -14,7 +14,7 @@ from .environment import code_version, environment
 from .kinds import kind_of
 from .kinds.base import Selection, Spec
 from .limits import UNLIMITED, Limits
-from .store import MANIFEST, Store
+from .store import MANIFEST, Store, read_manifest
 
 if TYPE_CHECKING:
     from .pool import Pool
@@ -73,7 +73,7 @@ def open_store(directory: str | Path, suite: Suite, selection: Selection, specs:
 
 def resume_store(directory: str | Path, suite: Suite, specs: Sequence[Spec]) -> Store:
     """The store of a started run, refused where it was made from another suite, selection or version."""
-    store = Store.resume(directory)
+    manifest = read_manifest(Path(directory))
     expected = {
         "suite": suite.name,
         "version": code_version(),
@@ -82,14 +82,13 @@ def resume_store(directory: str | Path, suite: Suite, specs: Sequence[Spec]) -> 
     }
     named = {"suite_digest": "the suite's file", "plan_digest": "the selection of methods, vessels and seeds"}
     for name, value in expected.items():
-        if store.manifest.get(name) != value:
-            store.close()
+        if manifest.get(name) != value:
             raise BadInput(
                 f"cannot be resumed: {named.get(name, name)} differs from the one it was started with",
                 file=Path(directory) / MANIFEST,
                 hint="start again in a new directory",
             )
-    return store
+    return Store.resume(directory)
 
 
 def plan_digest(specs: Iterable[Spec]) -> str:

@@ -2,24 +2,33 @@
 
 Which tables and columns there are depends on the kind of suite (`kinds.base.Tables`).
 
-`runs.jsonl` is only ever appended to, one `write` per finished run, so that a killed process loses nothing that was
-finished; an incomplete last line is dropped when the store is opened again, a damaged line between is passed over, with
-a warning, and its run made again.  `environment.json` says what was run, and with what.
+Each run is appended to the journal (`journal`) by one `write`, so that a killed process loses nothing that was
+finished.  `environment.json` says what was run, and with what.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..models.data_file import json_of, load
+from ..models.data_file import load
 from ..models.errors import BadInput
-from ..models.plain import EXACT_BELOW, plain
+from ..models.folders import (
+    append,
+    check_each,
+    check_folder,
+    check_regular,
+    leftovers,
+    make_folder,
+    write_all,
+    write_atomic,
+)
+from ..models.plain import plain
+from .journal import RUNS, lock, open_journal, read_runs, sealed, unsealed
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, Tables
 from .traces import TRACES, trace_line
@@ -27,13 +36,9 @@ from .traces import TRACES, trace_line
 if TYPE_CHECKING:
     import pandas as pd
 
-RUNS, MANIFEST = "runs.jsonl", "environment.json"
+MANIFEST = "environment.json"
 TIMING = "timing.json"
 """Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
-
-
-class DamagedRunsWarning(UserWarning):
-    """Lines of a journal are not stored runs; the others are used."""
 
 
 def stored_kind(manifest: Mapping[str, Any]) -> Kind:
@@ -51,17 +56,20 @@ class Store:
     def __init__(self, directory: Path, manifest: Mapping[str, Any]) -> None:
         self.directory, self.manifest = directory, dict(manifest)
         self.kind = stored_kind(manifest)
-        self._file: int | None = _open_for_append(directory / RUNS)
-        for torn in _leftovers(directory):
+        form = self.kind.tables
+        check_each(directory, (RUNS, TRACES), (MANIFEST, form.wide_file, form.long_file))
+        self._file: int | None
+        self._file, runs = open_journal(directory / RUNS, form)
+        for torn in leftovers(directory):
             torn.unlink(missing_ok=True)
-        self._runs = {run["key"]: run for run in read_runs(directory / RUNS, self.kind.tables)[0]}
+        self._runs = {run["key"]: run for run in runs}
 
     @classmethod
     def create(cls, directory: str | Path, manifest: Mapping[str, Any]) -> Store:
         """A store in a new or empty directory."""
         directory = Path(directory)
         check_vacant(directory)
-        directory.mkdir(parents=True, exist_ok=True)
+        make_folder(directory)
         with locked(directory):
             check_vacant(directory)
             write_atomic(directory / MANIFEST, _json(manifest, indent=1).encode() + b"\n")
@@ -89,11 +97,10 @@ class Store:
             raise ValueError("the store is closed")
         run = dict(run)
         if trace := run.pop("trace", None):
-            with (self.directory / TRACES).open("ab") as file:
-                file.write(trace_line(run["row"], self.kind.tables.keys, trace))
-        line = _json(run)
-        _write_all(self._file, line.encode() + b"\n")
-        self._runs[run["key"]] = json.loads(line)
+            append(self.directory / TRACES, trace_line(run["row"], self.kind.tables.keys, trace))
+        line = sealed(run)
+        write_all(self._file, line, self.directory / RUNS)
+        self._runs[run["key"]] = json.loads(unsealed(line.rstrip()) or b"")
 
     def close(self) -> None:
         """Flush the appended runs to the disk."""
@@ -122,9 +129,8 @@ class Store:
 
 def check_vacant(directory: Path, manifest: str = MANIFEST) -> None:
     """Refuse a path that is no directory, or one that holds anything; a started run has a manifest."""
-    if directory.exists() and not directory.is_dir():
-        raise BadInput("is not a directory", file=directory, hint="give a new directory with -o")
-    if directory.is_dir() and set(directory.iterdir()) - set(_leftovers(directory)):
+    check_folder(directory)
+    if directory.is_dir() and set(directory.iterdir()) - set(leftovers(directory)):
         hint = "continue it with --resume or give a new directory with -o" if (directory / manifest).exists() else None
         raise BadInput("directory is not empty", file=directory, hint=hint or "give a new directory with -o")
 
@@ -135,7 +141,7 @@ def read_manifest(directory: Path) -> dict[str, Any]:
     from .manifest_file import ManifestFile
 
     path = directory / MANIFEST
-    if not path.is_file():
+    if not check_regular(path):
         raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing")
     manifest = load(path)
     if not isinstance(manifest, dict) or not {"suite", "version", "planned"} <= manifest.keys():
@@ -143,49 +149,6 @@ def read_manifest(directory: Path) -> dict[str, Any]:
     if checked(ManifestFile, manifest, path).kind not in kind_names():
         raise BadInput(f"unknown kind {manifest['kind']!r}", file=path, hint=f"known: {', '.join(kind_names())}")
     return manifest
-
-
-def read_runs(path: Path, form: Tables | None = None) -> tuple[list[dict[str, Any]], int]:
-    """Stored runs, the last one of each key, and the number of bytes that hold whole lines.
-
-    form : of the tables that the runs' rows must fit.
-
-    A torn last line is left out, and any other line that is not a stored run, with a `DamagedRunsWarning`.
-    """
-    data = path.read_bytes() if path.exists() else b""
-    found, damaged, whole = _whole_runs(data, path, form)
-    if damaged:
-        rows = f"row{'s' if len(damaged) > 1 else ''} {', '.join(map(str, damaged[:5]))}"
-        more = f" and {len(damaged) - 5} others" if len(damaged) > 5 else ""
-        hint = "the other runs are used; --resume makes the lost ones again"
-        warnings.warn(f"{path}: {rows}{more}: not a stored run; {hint}", DamagedRunsWarning, stacklevel=2)
-    return list(found.values()), whole
-
-
-def new_runs(path: Path, begin: int, form: Tables) -> tuple[list[dict[str, Any]], int]:
-    """Runs that another process has stored behind the byte `begin`, and the byte behind the last whole line."""
-    try:
-        with path.open("rb") as file:
-            file.seek(begin)
-            data = file.read()
-    except FileNotFoundError:
-        return [], begin
-    found, _, whole = _whole_runs(data, path, form)
-    return list(found.values()), begin + whole
-
-
-def _whole_runs(data: bytes, path: Path, form: Tables | None) -> tuple[dict[str, dict[str, Any]], list[int], int]:
-    """Runs by their keys, numbers of damaged lines, and the number of bytes that hold whole lines."""
-    whole = data.rfind(b"\n") + 1
-    found: dict[str, dict[str, Any]] = {}
-    damaged: list[int] = []
-    for number, line in enumerate(data[:whole].split(b"\n"), start=1):
-        run = _run(line, path, number, form) if line.strip() else {}
-        if run is None:
-            damaged.append(number)
-        elif run:
-            found[run["key"]] = run
-    return found, damaged, whole
 
 
 def tables(
@@ -211,64 +174,18 @@ def read_tables(directory: str | Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     directory = Path(directory)
     form = stored_kind(read_manifest(directory)).tables
     wide, long = directory / form.wide_file, directory / form.long_file
-    if wide.exists() and long.exists():
+    if check_regular(wide) and check_regular(long):
         try:
             return pd.read_parquet(wide), pd.read_parquet(long)
         except (OSError, ValueError) as error:
             raise BadInput(f"cannot be read ({error})", file=wide) from None
-    return frames(read_runs(directory / RUNS, form)[0], form)
+    return frames(read_runs(directory / RUNS, form), form)
 
 
 def frames(runs: Iterable[Mapping[str, Any]], form: Tables):
     """Both tables of runs as two pandas frames with the columns and types of the stored tables."""
     wide, long = (_table(columns, rows).to_pandas() for columns, rows in tables(runs, form).values())
     return wide, long
-
-
-def _leftovers(directory: Path) -> list[Path]:
-    """Files that `write_atomic` was writing when its process was killed."""
-    return list(directory.glob(".*.tmp"))
-
-
-def write_atomic(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_bytes(data)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _run(line: bytes, path: Path, number: int, form: Tables | None) -> dict[str, Any] | None:
-    """The run of a line; None where it is damaged."""
-    try:
-        run = json_of(line, path, number)
-    except BadInput:
-        return None
-    if not (isinstance(run, dict) and isinstance(run.get("key"), str) and isinstance(run.get("row"), dict)):
-        return None
-    rows = run.get("parameters")
-    if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
-        return None
-    whole = form is None or (
-        _fits(run["row"], form.wide, form.keys)
-        and all(_fits(run["row"] | row, form.long, (*form.keys, *form.long_keys)) for row in rows)
-    )
-    return run if whole else None
-
-
-def _fits(row: Mapping[str, Any], columns: Mapping[str, str], keys: Iterable[str]) -> bool:
-    """Whether a row has all its keys, and values of its columns' types."""
-    types: dict[str, tuple[type, ...]] = {"string": (str,), "int": (int,), "bool": (bool,), "float": (int, float)}
-    known = all(row.get(name) is None or type(row[name]) in types[kind] for name, kind in columns.items())
-    stored = all(_storable(row.get(name), kind) for name, kind in columns.items())
-    return known and stored and all(row.get(name) is not None for name in keys)
-
-
-def _storable(value: Any, kind: str) -> bool:
-    """Whether a column of Parquet holds a whole number exactly."""
-    return type(value) is not int or abs(value) < (EXACT_BELOW if kind == "float" else 2**63)
 
 
 @contextmanager
@@ -280,53 +197,10 @@ def locked(directory: Path) -> Iterator[None]:
         yield
         return
     try:
-        _lock(file, directory / RUNS)
+        lock(file, directory / RUNS)
         yield
     finally:
         os.close(file)
-
-
-def is_held(path: Path) -> bool:
-    """Whether a process is writing a journal."""
-    try:
-        file = os.open(path, os.O_RDWR)
-    except FileNotFoundError:
-        return False
-    try:
-        _lock(file, path)
-    except BadInput:
-        return True
-    finally:
-        os.close(file)
-    return False
-
-
-def _open_for_append(path: Path) -> int:
-    """Open the log for this process alone, behind its last whole line."""
-    file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
-    try:
-        _lock(file, path)
-        os.ftruncate(file, read_runs(path)[1])
-    except BaseException:
-        os.close(file)
-        raise
-    return file
-
-
-def _lock(file: int, path: Path) -> None:
-    try:
-        import fcntl
-    except ImportError:  # no advisory locks on this platform
-        return
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        raise BadInput("another run is writing here", file=path.parent) from None
-
-
-def _write_all(file: int, data: bytes) -> None:
-    while data:
-        data = data[os.write(file, data) :]
 
 
 def _json(value: Any, indent: int | None = None) -> str:

@@ -1,6 +1,6 @@
 """Stored traces: a thinned free run along a held-out record, one a method and problem, in `traces.jsonl`.
 
-Each line holds the key columns of its run and the trace:
+Each line holds the key columns of its run and the trace, and ends with a digest as those of the journal:
 `{"row": {...}, "trace": {"record", "time_s", "channels": {name: {"measured", "predicted"}}, "log": {...}}}`,
 in the units of the channel's name; null is a gap or a value that is not finite.  `log` is that of a recursion, the
 published parameters against time: `{"time_s", "values": {parameter: [...]}}`; other methods have none.
@@ -18,6 +18,8 @@ import numpy as np
 
 from ..models.data_file import json_of
 from ..models.errors import BadInput
+from ..models.folders import read_regular
+from .journal import sealed, unsealed
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -60,14 +62,13 @@ def _thinned(count: int, most: int) -> np.ndarray:
 
 def trace_line(row: Mapping[str, Any], keys: tuple[str, ...], trace: Mapping[str, Any]) -> bytes:
     """The line of a run's trace, with its end."""
-    text = json.dumps({"row": {key: row[key] for key in keys}, "trace": trace}, allow_nan=False, ensure_ascii=False)
-    return text.encode() + b"\n"
+    return sealed({"row": {key: row[key] for key in keys}, "trace": trace})
 
 
 def read_traces(directory: str | Path) -> list[dict[str, Any]]:
     """The stored traces of a run directory; empty where there are none, damaged lines are passed over."""
     path = Path(directory) / TRACES
-    lines = path.read_bytes().split(b"\n") if path.exists() else []
+    lines = read_regular(path).split(b"\n")
     found = [_trace(line, path, number) for number, line in enumerate(lines, start=1) if line.strip()]
     return [entry for entry in found if entry is not None]
 
@@ -80,7 +81,7 @@ def traces_by_row(directory: str | Path) -> Callable[[Mapping[str, Any], tuple[s
 
 def _trace(line: bytes, path: Path, number: int) -> dict[str, Any] | None:
     try:
-        entry = json_of(line, path, number)
+        entry = None if (text := unsealed(line)) is None else json_of(text, path, number)
     except BadInput:
         return None
     return entry if isinstance(entry, dict) and {"row", "trace"} <= entry.keys() else None

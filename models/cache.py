@@ -1,6 +1,7 @@
 """The folder of compiled code: private to the user, every file checked by its digest before it is used.
 
-What is kept there is run, so nobody else may write it.  A file that is damaged counts as missing and is built again.
+What is kept there is run, so nobody else may write it.  A file that is damaged, that belongs to another user or that
+others may write counts as missing and is built again.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
-from .errors import EnvironmentFault
+from .errors import BadInput, EnvironmentFault
+from .folders import is_own, open_regular
 
 VARIABLE = "HELMBENCH_CACHE"
 LOCK_WAIT_S = 600.0
@@ -97,25 +99,36 @@ def _passing_folder(hint: str) -> Path:
 def private_folder(folder: Path) -> Path:
     """The folder, with a subfolder `kernels` that only this user can enter; both are made where they are missing.
 
+    The permissions of a folder that exists are left alone, those of `kernels` are closed.
     Raises `OSError` where the folder is a link, belongs to another user (but the administrator) or cannot be written.
     """
-    _checked(folder, {os.geteuid(), 0} if hasattr(os, "geteuid") else set(), 0o022)
-    _checked(folder / "kernels", {os.geteuid()} if hasattr(os, "geteuid") else set(), 0o077)
+    if not is_own(_made(folder)):
+        raise OSError(f"{folder} belongs to another user")
+    close_folder(folder / "kernels")
     tempfile.TemporaryFile(dir=folder / "kernels").close()
     return folder
 
 
-def _checked(folder: Path, owners: set[int], closed: int) -> None:
-    """Make or check one folder: of one of these owners, and with these permissions taken from the others."""
+def close_folder(folder: Path) -> None:
+    """Make a folder that only this user can enter, or close one of this user's; `OSError` where it is another's."""
+    found = _made(folder)
+    if not _is_mine(found):
+        raise OSError(f"{folder} belongs to another user")
+    if hasattr(os, "geteuid") and found.st_mode & 0o077:
+        folder.chmod(stat.S_IMODE(found.st_mode) & ~0o077)
+
+
+def _made(folder: Path) -> os.stat_result:
+    """What a folder is, which is made where it is missing; `OSError` where it is a link or a file."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     found = folder.lstat()
-    mode = stat.S_IMODE(found.st_mode)
     if not stat.S_ISDIR(found.st_mode):
         raise OSError(f"{folder} is a link or a file")
-    if owners and found.st_uid not in owners:
-        raise OSError(f"{folder} belongs to another user")
-    if owners and mode & closed and not mode & stat.S_ISVTX:
-        folder.chmod(mode & ~closed)
+    return found
+
+
+def _is_mine(found: os.stat_result) -> bool:
+    return not hasattr(os, "geteuid") or found.st_uid == os.geteuid()
 
 
 def _told(error: OSError) -> str:
@@ -135,10 +148,12 @@ def store(path: Path, data: bytes) -> None:
 
 
 def stored(path: Path) -> bytes | None:
-    """What `store` wrote; None where there is nothing or where it is damaged."""
+    """What `store` wrote; None where there is nothing, or where it is damaged or can be another user's work."""
     try:
-        content = path.read_bytes()
-    except OSError:
+        with os.fdopen(open_regular(path, os.O_RDONLY), "rb") as file:
+            found = os.fstat(file.fileno())
+            content = file.read() if _is_mine(found) and not found.st_mode & 0o022 else b""
+    except (OSError, BadInput):
         return None
     digest, data = content[:DIGEST_BYTES], content[DIGEST_BYTES:]
     return data if hashlib.sha256(data).digest() == digest else None

@@ -18,7 +18,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .cache import VARIABLE, building, cache_folder, store, stored
+from .cache import VARIABLE, building, cache_folder, close_folder, store, stored
 from .errors import BadInput, EnvironmentFault
 from .family_names import check_family_name
 
@@ -104,10 +104,18 @@ def _files(name: str) -> dict[str, str]:
     found = _indexed(name)
     if found is None:
         index = _index(name)
-        index.parent.mkdir(mode=0o700, exist_ok=True)
+        _close(index.parent)
         with building(index):
             found = _indexed(name) or _made(name)
     return found
+
+
+def _close(folder: Path) -> None:
+    try:
+        close_folder(folder)
+    except OSError as error:
+        hint = f"remove it, or set {VARIABLE} to another folder"
+        raise EnvironmentFault(f"cannot be used ({error})", file=folder, hint=hint) from None
 
 
 def _indexed(name: str) -> dict[str, str] | None:

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ..bench.kinds import DIAGNOSIS, IDENTIFICATION
-from ..bench.store import read_manifest, write_atomic
+from ..bench.store import read_manifest
+from ..models.folders import check_each, write_atomic
 from .tables import in_markdown
 
 PAGES = {IDENTIFICATION: ".leaderboard.page", DIAGNOSIS: ".diagnosis_suite.page"}
@@ -44,6 +45,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
 
 def write_files(directory: Path, texts: Mapping[str, str]) -> tuple[Path, ...]:
     """Write texts under their names into a directory; the paths."""
+    check_each(directory, (), ())
     for name, text in texts.items():
         write_atomic(directory / name, text.encode())
     return tuple(directory / name for name in texts)

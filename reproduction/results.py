@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..bench.store import write_atomic
 from ..models.data_file import load
 from ..models.errors import BadInput
+from ..models.folders import make_folder, write_atomic
 from ..models.plain import plain
 from .claims.claim import Claim, Paper, Reference
 from .runner import Run
@@ -69,8 +69,7 @@ def write(results: Results, directory: Path) -> Path:
         "failures": dict(results.failures),
         "figures": dict(results.figures),
     }
-    path = directory / FOLDER / f"{results.paper}.json"
-    path.parent.mkdir(parents=True, exist_ok=True)
+    path = make_folder(directory / FOLDER, within=directory) / f"{results.paper}.json"
     write_atomic(path, json.dumps(plain(data), indent=1, allow_nan=False, sort_keys=True).encode() + b"\n")
     return path
 

@@ -17,9 +17,10 @@ import numpy as np
 
 from ..bench.environment import code_version, environment
 from ..bench.execution import one_line, quiet
-from ..bench.store import check_vacant, locked, write_atomic
+from ..bench.store import check_vacant, locked
 from ..models.data_file import load
 from ..models.errors import BadInput, EnvironmentFault
+from ..models.folders import check_regular, make_folder, write_atomic
 from ..models.plain import plain
 from .claims.claim import Paper
 from .papers.study import StudyResult, stream, studies_of
@@ -76,10 +77,10 @@ def open_directory(directory: Path, resume: bool, seed: int = 0) -> Iterator[Non
     Raises `BadInput` where it is not vacant, not to be resumed, or held by another process.
     """
     path = directory / MANIFEST
-    resume = resume and path.exists()
+    resume = resume and check_regular(path)
     if not resume:
         check_vacant(directory, MANIFEST)
-        directory.mkdir(parents=True, exist_ok=True)
+    make_folder(directory)
     with locked(directory):
         if not resume:
             check_vacant(directory, MANIFEST)
@@ -143,7 +144,7 @@ def is_available(measured: str) -> bool:
 def write_run(run: Run, directory: Path) -> None:
     """Store a run: first its series, then, atomically, the file that marks it as finished."""
     path = run.job.path(directory)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent, within=directory)
     if run.series:
         buffer = io.BytesIO()
         np.savez_compressed(buffer, allow_pickle=False, **run.series)
@@ -155,13 +156,13 @@ def write_run(run: Run, directory: Path) -> None:
 def read_run(job: Job, directory: Path) -> Run | None:
     """A stored run; None where there is none."""
     path = job.path(directory)
-    if not path.exists():
+    if not check_regular(path):
         return None
     try:
         data = load(path)
         values, error = dict(data["values"]), data["error"]
         series = path.with_suffix(".npz")
-        arrays = dict(np.load(series)) if series.exists() else {}
+        arrays = dict(np.load(series)) if check_regular(series) else {}
         return Run(job, values, arrays, None if error is None else str(error), float(data["cpu_s"]))
     except (ValueError, KeyError, TypeError, OSError, EOFError, BadZipFile, zlib.error) as error:
         raise BadInput(f"cannot be read ({one_line(error)})", file=path) from None

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
+from ..models.folders import make_folder
 from . import results, runner
 from .claims import files
 from .claims.claim import DERIVED, Paper
@@ -45,6 +46,8 @@ def reproduce(
     """
     jobs = runner.plan(chosen, seed)
     with runner.open_directory(directory, resume, seed):
+        for folder in (directory / PAGES, directory / INTERACTIVE):
+            make_folder(folder, within=directory)
         runner.compute(jobs, directory, pool, watch)
         runs = list(runner.stored_runs(jobs, directory))
         found = [(paper, _drawn(paper, results.of_runs(paper, runs), runs, directory / PAGES)) for paper in chosen]

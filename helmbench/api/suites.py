@@ -187,12 +187,13 @@ def load_results(directory: str | PathLike[str]) -> SuiteResults:
     ------
     BadInput : the directory holds no run of a suite, or a file in it is damaged.
     """
-    from ..bench.store import RUNS, read_manifest, read_runs, stored_kind, tables
+    from ..bench.journal import RUNS, read_runs
+    from ..bench.store import read_manifest, stored_kind, tables
 
     folder = Path(directory)
     manifest = read_manifest(folder)
     form = stored_kind(manifest).tables
-    _, rows = tables(read_runs(folder / RUNS, form)[0], form)[form.wide_file]
+    _, rows = tables(read_runs(folder / RUNS, form), form)[form.wide_file]
     return SuiteResults(folder, manifest, tuple(rows))
 
 
@@ -281,8 +282,9 @@ def merge_results(
 
 def _started(directory: Path) -> bool:
     from ..bench.store import MANIFEST
+    from ..models.folders import check_regular
 
-    return (directory / MANIFEST).exists()
+    return check_regular(directory / MANIFEST)
 
 
 def _stored_selection(directory: Path) -> Selection:

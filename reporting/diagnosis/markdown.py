@@ -23,9 +23,10 @@ if TYPE_CHECKING:
 def write_markdown(found: Diagnosis, folder: str | Path, name: str, title: str, note: str = "") -> tuple[Path, ...]:
     """Write `name`.md and its figures `name`-*.svg into a folder, all of them or none; the paths."""
     from ...models.files import replace_together
+    from ...models.folders import make_folder
 
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     drawn = figures(found)
     texts = {f"{name}.md": markdown(found, title, note, {key: f"{name}-{key}.svg" for key in drawn})}
     texts |= {f"{name}-{key}.svg": svg for key, svg in drawn.items()}

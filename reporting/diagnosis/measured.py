@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...datasets.measured import stems
+from ...models.folders import write_atomic
 from ...models.model import resolve
 
 if TYPE_CHECKING:
@@ -163,7 +164,8 @@ def write_reports(folder: Path = FOLDER) -> None:
         write_markdown(replace(found, wall_s=0.0, cpu_s=0.0), folder, name, report.title, report.note)
         lines.append(f"- [{report.title}]({name}.md): {verdict(found)}")
         print(lines[-1])
-    (folder / "README.md").write_text("\n\n".join(lines[:2]) + "\n\n" + "\n".join(lines[2:]) + "\n", "utf-8")
+    text = "\n\n".join(lines[:2]) + "\n\n" + "\n".join(lines[2:]) + "\n"
+    write_atomic(folder / "README.md", text.encode())
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import numpy as np
 from ...bench.kinds.identification.columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
 from ...bench.store import read_tables
 from ...models.errors import BadInput
+from ...models.folders import check_regular
 from .standings import CELL, MEDIANS, PREDICTED, Frame, Series
 
 JUDGED = ("rel_error_median", *(f"r2_free_{name}" for name in (*PREDICTED, "north_m", "east_m")))
@@ -34,7 +35,7 @@ def read_compact(directory: str | Path) -> tuple[Frame, Frame]:
     BadInput : a file cannot be read.
     """
     directory = Path(directory)
-    if all((directory / name).exists() for name in (RESULTS, PARAMETERS)):
+    if all([check_regular(directory / name) for name in (RESULTS, PARAMETERS)]):
         parts = [_columns(directory / RESULTS, WIDE), _columns(directory / PARAMETERS, LONG)]
     else:
         parts = [frame.items() for frame in read_tables(directory)]

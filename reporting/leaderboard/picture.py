@@ -8,6 +8,7 @@ from pathlib import Path
 
 import matplotlib
 
+from ...models.folders import make_folder, write_atomic
 from ..plots import NO_METADATA, STYLE
 from .compact import read_compact
 from .estimates import summarised
@@ -27,8 +28,8 @@ def write_picture(results: Path, place: Path) -> None:
     """Draw the standings of stored results (a folder) into a file."""
     runs, parameters = read_compact(results)
     board = build(runs, summarised(parameters))
-    place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_text(drawn(board), encoding="utf-8")
+    make_folder(place.parent)
+    write_atomic(place, drawn(board).encode())
 
 
 if __name__ == "__main__":

@@ -13,9 +13,10 @@ from typing import Any
 
 from ...bench.kinds import IDENTIFICATION
 from ...bench.kinds.identification.columns import PARAMETERS, RESULTS
-from ...bench.store import read_manifest, read_tables, write_atomic
+from ...bench.store import read_manifest, read_tables
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
+from ...models.folders import make_folder, write_atomic
 from .. import plots, tables
 from . import standings
 from .answer import answer
@@ -57,7 +58,7 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
     results, parameters = together([read_tables(source) for source in sources])
     if results.empty:
         raise BadInput("no run is finished yet", file=sources[0])
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     traces = [entry for source in sources for entry in read_traces(source)]
     written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters)}
     written |= pages(combined(manifests), results, parameters, traces)

@@ -8,6 +8,7 @@ from typing import Any
 
 from ...models.data_file import load
 from ...models.errors import BadInput
+from ...models.folders import check_regular
 from ..numbers import duration
 from ..tables import Column, Table, field, make_table
 
@@ -31,7 +32,7 @@ def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
     ------
     BadInput : the file is no benchmark JSON file, or it is required and missing.
     """
-    if not path.exists() and not required:
+    if not required and not check_regular(path):
         return []
     try:
         found = load(path)["benchmarks"]

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ...bench.environment import environment
-from ...bench.store import write_atomic
 from ...models.errors import BadInput
+from ...models.folders import make_folder, write_atomic
 from . import study_page
 from .page import AXES, drawing, readme
 from .rows import read_rows
@@ -33,7 +33,7 @@ def publish(source: Path, folder: Path, machine: Mapping[str, Any]) -> tuple[Pat
     for axis in AXES:
         if own := [row for row in rows if row.axis == axis]:
             texts[f"{axis}.svg"] = drawing(own, axis)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for name, text in texts.items():
         write_atomic(folder / name, text.encode())
     return tuple(folder / name for name in texts)

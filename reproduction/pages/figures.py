@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...bench.store import write_atomic
+from ...models.folders import make_folder, write_atomic
 from ...reporting.plots import svg
 from ..claims.claim import Figure, Paper
 from ..papers.study import StudyResult, module_of
@@ -27,6 +27,6 @@ def write(paper: Paper, figure: Figure, results: Sequence[StudyResult], director
     draw = getattr(module_of(paper.paper), figure.draw)
     data = svg(lambda canvas: draw(results, canvas)).encode()
     path = directory / file_of(paper.paper, figure)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent, within=directory)
     write_atomic(path, data)
     return hashlib.sha256(data).hexdigest()

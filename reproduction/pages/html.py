@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...bench.store import write_atomic
+from ...models.folders import make_folder, write_atomic
 from ...reporting.plots import embedded
 from ...reporting.templating import render
 from ..claims.claim import Paper
@@ -21,9 +21,9 @@ from .markdown import claim_table
 def write(found: Sequence[tuple[Paper, Results]], pages: Path, directory: Path) -> list[Path]:
     """One self-contained HTML page a paper into `directory`, with the figures that lie in the folder `pages`."""
     written = []
+    make_folder(directory, within=directory.parent)
     for paper, results in found:
         path = directory / f"{paper.paper}.html"
-        path.parent.mkdir(parents=True, exist_ok=True)
         write_atomic(path, page(paper, results, pages).encode())
         written.append(path)
     return written

@@ -9,7 +9,7 @@ from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
 
-from ...bench.store import write_atomic
+from ...models.folders import make_folder, write_atomic
 from ...reporting.numbers import MISSING, interval_digits, percent
 from ...reporting.tables import Column, Table, make_table
 from ...reporting.tables import markdown as table_text
@@ -32,6 +32,7 @@ def write(papers: Sequence[Paper], directory: Path) -> list[Path]:
     """Pages and index from the results that are stored in the directory."""
     found = [(paper, stored.read(paper.paper, directory)) for paper in papers]
     texts = texts_of(found)
+    make_folder(directory)
     for name, text in texts.items():
         write_atomic(directory / name, text.encode())
     return [directory / name for name in texts]

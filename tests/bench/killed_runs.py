@@ -19,10 +19,10 @@ from tqdm import tqdm
 
 import helmbench
 from helmbench.bench import pool
+from helmbench.bench.journal import RUNS
 from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
 from helmbench.bench.kinds.identification.kind import IdentificationKind
-from helmbench.bench.store import RUNS
 
 from ..inline_pool import inline
 

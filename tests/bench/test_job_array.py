@@ -14,8 +14,8 @@ import pytest
 
 import helmbench
 from helmbench.bench import job_array
+from helmbench.bench.journal import RUNS
 from helmbench.bench.limits import Limits
-from helmbench.bench.store import RUNS
 from helmbench.models.errors import BadInput, EnvironmentFault
 
 from .killed_runs import tables

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 import helmbench
-from helmbench.bench.store import RUNS
+from helmbench.bench.journal import RUNS
 
 from .killed_runs import tables
 

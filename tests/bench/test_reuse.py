@@ -8,11 +8,11 @@ import pytest
 
 import helmbench
 from helmbench.bench import content
+from helmbench.bench.journal import read_runs
 from helmbench.bench.kinds import kind_of
 from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.identification import content as identification
 from helmbench.bench.kinds.identification.plan import plan
-from helmbench.bench.store import read_runs
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 from helmbench.models.errors import BadInput
@@ -38,7 +38,7 @@ def suite_of(tmp_path):
 
 
 def journal(folder):
-    return {run["key"]: run for run in read_runs(folder / "runs.jsonl")[0]}
+    return {run["key"]: run for run in read_runs(folder / "runs.jsonl")}
 
 
 def contents(suite):

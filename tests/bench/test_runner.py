@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from helmbench.bench import runner, store
+from helmbench.bench import journal, runner, store
 from helmbench.bench.kinds.base import TIMES, Selection
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
 from helmbench.bench.kinds.identification.kind import IdentificationKind
@@ -65,8 +65,8 @@ def test_interrupted_runs_end_in_the_same_tables(tmp_path_factory, stops, torn):
                 with runner.resume_store(folder / "broken", suite, specs) as broken:
                     runner.run(specs, broken, pool, watch)
             except Killed:
-                log = (folder / "broken" / store.RUNS).read_bytes()
-                (folder / "broken" / store.RUNS).write_bytes(log[: len(log) - torn])
+                log = (folder / "broken" / journal.RUNS).read_bytes()
+                (folder / "broken" / journal.RUNS).write_bytes(log[: len(log) - torn])
         with runner.resume_store(folder / "broken", suite, specs) as broken:
             runner.run(specs, broken, pool)
     assert_same_tables(folder / "whole", folder / "broken")

@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from helmbench.bench import store as stores
+from helmbench.bench.journal import RUNS, DamagedRunsWarning, open_journal, read_runs, sealed, unsealed
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.kinds.identification.columns import PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
-from helmbench.bench.store import MANIFEST, RUNS, DamagedRunsWarning, Store, frames, locked, read_runs, read_tables
+from helmbench.bench.store import MANIFEST, Store, frames, locked, read_tables
 from helmbench.models.errors import BadInput
+from helmbench.models.folders import write_atomic
 
 KEYS = ["suite", "method", "variant", "vessel", "model", "train", "held_out"]
 KEYS += ["noise", "disturbance", "thinning", "length", "seed"]
@@ -83,21 +84,24 @@ def test_any_cut_of_the_log_keeps_exactly_the_whole_lines(tmp_path_factory, valu
     folder = tmp_path_factory.mktemp("log")
     runs = [{"key": f"k{i}", "row": DEFAULTS | {"wall_s": v}, "parameters": []} for i, v in enumerate(values)]
     path = folder / RUNS
-    path.write_bytes(b"".join(stores._json(run).encode() + b"\n" for run in runs))
+    path.write_bytes(b"".join(map(sealed, runs)))
     data = path.read_bytes()[: cut % (path.stat().st_size + 1)]
     path.write_bytes(data)
-    kept, size = read_runs(path)
+    kept = read_runs(path)
     assert [run["key"] for run in kept] == [f"k{i}" for i in range(data.count(b"\n"))]
-    assert data[:size].count(b"\n") == len(kept) and b"\n" not in data[size:]
+    file, again = open_journal(path, kind_of(IDENTIFICATION).tables)
+    os.close(file)
+    assert again == kept and path.read_bytes() == data[: data.rfind(b"\n") + 1]
 
 
 @given(value=st.floats(allow_nan=False, allow_infinity=False))
 def test_numbers_come_back_bit_for_bit(value):
-    assert json.loads(stores._json({"x": value}))["x"] == value
+    assert json.loads(unsealed(sealed({"x": value}).rstrip()))["x"] == value
 
 
 def test_numbers_that_are_not_finite_are_null():
-    assert json.loads(stores._json({"x": [float("nan"), float("inf"), 1.0]})) == {"x": [None, None, 1.0]}
+    line = sealed({"x": [float("nan"), float("inf"), 1.0]}).rstrip()
+    assert json.loads(unsealed(line)) == {"x": [None, None, 1.0]}
 
 
 @pytest.mark.parametrize(
@@ -180,14 +184,14 @@ def test_tables_are_read_from_the_log_until_they_exist(tmp_path, manifest, run_o
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "leaderboard.md"
-    stores.write_atomic(path, b"old")
+    write_atomic(path, b"old")
 
     def no_space(*_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", no_space)
-    with pytest.raises(OSError, match="No space"):
-        stores.write_atomic(path, b"new")
+    with pytest.raises(BadInput, match=r"leaderboard\.md: cannot be used .No space"):
+        write_atomic(path, b"new")
     assert files(tmp_path) == ["leaderboard.md"] and path.read_bytes() == b"old"
 
 

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from helmbench.bench.store import MANIFEST, RUNS, DamagedRunsWarning
+from helmbench.bench.journal import RUNS, DamagedRunsWarning
+from helmbench.bench.store import MANIFEST
 from helmbench.models.model import model_to_json, resolve
 
 CSV = "\n".join(

@@ -3,6 +3,7 @@
 import errno
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -93,12 +94,12 @@ def test_folders_are_closed_to_others(warm):
     assert {path.stat().st_mode & 0o777 for path in [folder / "kernels", *folder.glob("kernels/*/")]} == {0o700}
 
 
-def test_permissions_of_an_older_folder_are_taken_back(tmp_path):
+def test_the_folder_of_a_group_keeps_its_permissions_and_that_of_the_kernels_is_closed(tmp_path):
     (tmp_path / "kernels").mkdir()
     (tmp_path / "kernels").chmod(0o777)
     tmp_path.chmod(0o775)
     cache.private_folder(tmp_path)
-    assert (tmp_path / "kernels").stat().st_mode & 0o777 == 0o700 and tmp_path.stat().st_mode & 0o777 == 0o755
+    assert (tmp_path / "kernels").stat().st_mode & 0o777 == 0o700 and tmp_path.stat().st_mode & 0o777 == 0o775
 
 
 def test_a_folder_of_another_user_is_refused(tmp_path, monkeypatch):
@@ -106,6 +107,30 @@ def test_a_folder_of_another_user_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "geteuid", lambda: 4711)
     with pytest.raises(OSError, match="belongs to another user"):
         cache.private_folder(tmp_path)
+
+
+def planted(path, how):
+    """Put code that others may have written in the place of a file of the cache."""
+    data = path.read_bytes()[cache.DIGEST_BYTES :] + b"\nopen('canary', 'w')"
+    path.unlink()
+    place = path if how != "link" else path.with_name("planted")
+    cache.store(place, data)
+    if how == "link":
+        path.symlink_to(place)
+    elif how == "open":
+        path.chmod(0o622)
+    elif how == "another user":
+        os.chown(path, 4711, 4711)
+
+
+@pytest.mark.parametrize("how", ["link", "open", *(["another user"] if os.geteuid() == 0 else [])])
+def test_code_that_another_user_can_have_planted_is_not_loaded(warm, tmp_path, how):
+    shutil.copytree(warm[0], tmp_path / "cache")
+    (tmp_path / "cache" / "kernels").chmod(0o777)
+    for path in [*(tmp_path / "cache").rglob("*.kernel"), *(tmp_path / "cache").rglob("*.nbc")]:
+        planted(path, how)
+    (_, misses, *found), _ = run(HELMBENCH_CACHE=str(tmp_path / "cache"))
+    assert int(misses) > 0 and found[:1] == warm[1][:1] and not list(tmp_path.rglob("canary"))
 
 
 @pytest.mark.parametrize("linked", ["", "kernels"])

@@ -6,12 +6,12 @@ import pandas as pd
 import pytest
 
 from helmbench.bench import runner
+from helmbench.bench.journal import RUNS
 from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.diagnosis.columns import CASES, SIZES
 from helmbench.bench.kinds.diagnosis.execute import execute, injected_of
 from helmbench.bench.kinds.diagnosis.kind import KIND
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec, plan
-from helmbench.bench.store import RUNS
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 

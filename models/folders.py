@@ -1,0 +1,181 @@
+"""Files in a folder that exists already: it may come from elsewhere and hold links, pipes and files of other users.
+
+Every file of such a folder is opened, written or removed here.  Only regular files are, never what a link names, and
+only in folders of this user; everything is checked before anything is written.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import shutil
+import stat
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from .errors import BadInput
+from .files import MOST_BYTES, reason_of
+
+ADMINISTRATOR = 0
+"""Number of the user whose folders and files are trusted as the own ones."""
+_SAFE = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY"))
+"""Flags of every opening: links are not followed, pipes are not waited for."""
+LEFT = ".*.tmp"
+"""Pattern of the files that `write_atomic` was writing when its process was killed."""
+
+
+def is_own(found: os.stat_result) -> bool:
+    """Whether a file or folder belongs to this user or the administrator; true where files have no owners."""
+    return not hasattr(os, "geteuid") or found.st_uid in (os.geteuid(), ADMINISTRATOR)
+
+
+def check_folder(folder: Path) -> None:
+    """BadInput where something exists that is no folder, or one of another user; a folder may be named by a link."""
+    try:
+        found = folder.stat()
+    except FileNotFoundError:
+        if folder.is_symlink():
+            raise BadInput("is a link to nothing", file=folder, hint="give a new directory") from None
+        return
+    except OSError as error:
+        raise BadInput(f"cannot be used ({reason_of(error)})", file=folder) from None
+    if not stat.S_ISDIR(found.st_mode):
+        raise BadInput("is not a directory", file=folder, hint="give a new directory with -o")
+    if not is_own(found):
+        raise BadInput("belongs to another user", file=folder, hint="copy what is in it to a folder of your own")
+
+
+def make_folder(folder: Path, within: Path | None = None) -> Path:
+    """A folder that is made where it is missing, and checked where it exists; it.
+
+    within : folder above it below which nothing may be a link.
+    """
+    inner = [] if within is None else [folder, *folder.parents][: len(folder.relative_to(within).parts)]
+    for part in inner:
+        if part.is_symlink():
+            raise BadInput("is a link", file=part, hint="folders of results hold no links: remove it")
+    check_folder(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"cannot be made ({reason_of(error)})", file=folder) from None
+    return folder
+
+
+def check_regular(path: Path) -> bool:
+    """Whether a file exists; BadInput where it is a link, a pipe, a folder or a device."""
+    try:
+        mode = path.lstat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    if not stat.S_ISREG(mode):
+        kind = "link" if stat.S_ISLNK(mode) else "directory" if stat.S_ISDIR(mode) else "pipe or a device"
+        raise BadInput(f"is a {kind}, not a file", file=path, hint="remove it, or copy the files to a new directory")
+    return True
+
+
+def read_regular(path: Path, begin: int = 0) -> bytes:
+    """The file from the byte `begin` on; empty where it is missing.  BadInput where it is no regular file."""
+    if not check_regular(path):
+        return b""
+    with _told(path), os.fdopen(open_regular(path, os.O_RDONLY), "rb") as file:
+        file.seek(begin)
+        data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise BadInput(f"is larger than {MOST_BYTES // 2**20} MiB, the most that is read", file=path)
+    return data
+
+
+def check_appendable(path: Path) -> None:
+    """BadInput where a file exists that `open_to_append` refuses."""
+    if check_regular(path):
+        with _told(path):
+            os.close(_writable(path, os.O_RDONLY))
+
+
+def open_to_append(path: Path) -> int:
+    """Open a regular file of this user with one name, made where it is missing, for reading and appending."""
+    check_regular(path)
+    with _told(path):
+        return _writable(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
+
+
+def append(path: Path, data: bytes) -> None:
+    """Add to the end of a file; as `open_to_append`."""
+    file = open_to_append(path)
+    try:
+        write_all(file, data, path)
+    finally:
+        os.close(file)
+
+
+def write_all(file: int, data: bytes, path: Path) -> None:
+    """Write everything to an open file; BadInput, which names the file, where the disk is full."""
+    with _told(path):
+        while data:
+            data = data[os.write(file, data) :]
+
+
+def write_atomic(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all; a link is replaced, not what it names.  BadInput where it cannot be."""
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")
+    try:
+        with _told(path):
+            file = open_regular(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
+            with os.fdopen(file, "wb") as stream:
+                stream.write(data)
+            os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def leftovers(folder: Path) -> list[Path]:
+    """Files that `write_atomic` was writing when its process was killed."""
+    return [path for path in folder.glob(LEFT) if path.is_symlink() or path.is_file()]
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a folder with all in it, as far as possible; BadInput where it is a link."""
+    make_folder(folder, within=folder.parent)
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_each(folder: Path, appended: Iterable[str], replaced: Iterable[str]) -> None:
+    """BadInput where a folder or one of the files that will be appended to or replaced in it must not be written."""
+    check_folder(folder)
+    for name in appended:
+        check_appendable(folder / name)
+    for name in replaced:
+        check_regular(folder / name)
+
+
+def open_regular(path: Path, flags: int) -> int:
+    """Open a regular file, never what a link names.  Raises `OSError`, and BadInput where it is a pipe or the like."""
+    file = os.open(path, flags | _SAFE, 0o644)
+    if stat.S_ISREG(os.fstat(file).st_mode):
+        return file
+    os.close(file)
+    raise BadInput("is not a file", file=path)
+
+
+def _writable(path: Path, flags: int) -> int:
+    """Open a regular file of this user that has one name."""
+    file = open_regular(path, flags)
+    found = os.fstat(file)
+    if is_own(found) and found.st_nlink == 1:
+        return file
+    os.close(file)
+    told = "has more than one name (hard links)" if is_own(found) else "belongs to another user"
+    raise BadInput(told, file=path, hint="copy the files to a new directory")
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """What the system refuses is told with the name of the file."""
+    try:
+        yield
+    except OSError as error:
+        told = "is a link, not a file" if error.errno == errno.ELOOP else f"cannot be used ({reason_of(error)})"
+        raise BadInput(told, file=path) from None
