@@ -5,6 +5,7 @@ import json
 import pytest
 
 from helmbench import run_suite
+from helmbench.bench.journal import sealed, unsealed
 from helmbench.bench.merging import merge
 from helmbench.bench.store import read_manifest, read_tables
 from helmbench.models.errors import BadInput
@@ -39,10 +40,10 @@ def copies(folders, tmp_path):
                 (tmp_path / name / path.name).write_bytes(path.read_bytes())
         if change:
             path = tmp_path / "rls" / "runs.jsonl"
-            lines = path.read_text().splitlines()
-            run = json.loads(lines[0])
+            first, *others = path.read_bytes().splitlines(keepends=True)
+            run = json.loads(unsealed(first.rstrip()))
             change(run)
-            path.write_text("\n".join([json.dumps(run), *lines[1:]]) + "\n")
+            path.write_bytes(b"".join([sealed(run), *others]))
         return tmp_path / "rls", tmp_path / "ls"
 
     return build
