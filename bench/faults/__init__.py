@@ -10,12 +10,12 @@ A kind of effect is one file in `effects/`.
 """
 
 from .case import GUSTS, Case, Injected, inject
-from .effects import ANTICIPATED, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
+from .effects import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
 from .measured import inject_in_record
 from .ships import VESSELS
 from .strength import SIZED, STRENGTHS, noncentrality
 
 __all__ = [
-    "ANTICIPATED", "GUSTS", "SIZED", "STRENGTHS", "TAXONOMY", "UNFORESEEN", "VESSELS", "Case", "Effect", "EffectKind",
-    "Injected", "inject", "inject_in_record", "kind_of", "kinds", "names_of", "noncentrality",
+    "ANTICIPATED", "GUSTS", "REGIME", "SIZED", "STRENGTHS", "TAXONOMY", "UNFORESEEN", "VESSELS", "Case", "Effect",
+    "EffectKind", "Injected", "inject", "inject_in_record", "kind_of", "kinds", "names_of", "noncentrality",
 ]  # fmt: skip

@@ -33,7 +33,8 @@ class Case:
     causes : kinds of effects, drawn at `strength` (none: a clean case); `effects` are injected as they are.
     strength : a key of `STRENGTHS` or `SIZED`, or a non-centrality.
     gusts : 'none', 'fast' or 'slow'; gust_level : yaw moment of a gust (sd) as a rudder angle, rad.
-    train, held_out : manoeuvres (default: three and two of mixed kinds, in the ship's own time scale).
+    train, held_out : manoeuvres (default: three and two of mixed kinds); `{:g}` stands for 40 and 120 s, in the ship's
+        own time scale.
     duration_s, dt_s : of each record (default 600 s at 0.5 s, a fifth of it or so for a model).
     noise : factor on the sensors' noise; gaps : share of samples lost; channels : which are kept (default: all).
     command : the records hold the rudder's command instead of its angle.
@@ -78,8 +79,8 @@ class Case:
         clock = self.ship.clock
         times = 40.0 * clock, 120.0 * clock
         facts: dict[str, Any] = {
-            "train": self.train or tuple(text.format(times[0]) for text in TRAIN),
-            "held_out": self.held_out or tuple(text.format(times[1]) for text in HELD_OUT),
+            "train": tuple(text.format(times[0]) for text in self.train or TRAIN),
+            "held_out": tuple(text.format(times[1]) for text in self.held_out or HELD_OUT),
             "duration_s": self.duration_s or (600.0 if clock > 0.5 else 150.0),
             "dt_s": self.dt_s or (0.5 if clock > 0.5 else 0.1),
             "channels": self.channels or (sensing.CHANNELS if self.ship.is_3dof else sensing.RESPONSE_CHANNELS),
@@ -120,6 +121,13 @@ class Injected:
                 run = self.frames.run(self.case, self.effects, i, None, run.rudder)
             out.append(self.frames.record(self.case, self.effects, i, run, np.random.default_rng(0), noise=False))
         return out
+
+    def true_motion(self) -> list[Record]:
+        """The motion of the training records as it was, in all channels without errors of the sensors."""
+        case = replace(self.case, channels=sensing.CHANNELS)
+        runs = [self.frames.run(case, self.effects, i, self.gusts) for i in range(len(self.train))]
+        rng = np.random.default_rng(0)
+        return [self.frames.record(case, (), i, run, rng, noise=False) for i, run in enumerate(runs)]
 
 
 def inject(case: Case, rng: np.random.Generator) -> Injected:

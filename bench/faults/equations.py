@@ -19,12 +19,12 @@ GRAVITY = 9.81
 #: Names of the effect parameters that act inside the equations; units as in the files of `effects`.
 DYNAMIC_TEXT = (
     "current_north current_east wind_north wind_east X Y N Nrr Nrrr Yvv Yrv Yvr Nvr Nrv mass_fraction Hs "
-    "wave_from drop recovery r_quadratic r_cubic"
+    "wave_from drop recovery r_quadratic r_cubic rudder_loss rudder_angle wake_loss wake_drift"
 )
 DYNAMIC = DYNAMIC_TEXT.split()
 (
     I_CN, I_CE, I_WN, I_WE, I_X, I_Y, I_N, I_NRR, I_NRRR, I_YVV, I_YRV, I_YVR, I_NVR, I_NRV, I_MASS,
-    I_HS, I_WF, I_DROP, I_REC, I_R2, I_R3,
+    I_HS, I_WF, I_DROP, I_REC, I_R2, I_R3, I_RLOSS, I_RANGLE, I_WLOSS, I_WDRIFT,
 ) = range(len(DYNAMIC))  # fmt: skip
 #: What the equations know of a ship besides its coefficients.
 SHIP_TEXT = "rho S L U0 n m mxg iz m11 m22 m23 m32 m33 af al cx cy cn kn dw rho_air force moment"
@@ -36,7 +36,29 @@ SHIP = SHIP_TEXT.split()
 
 
 @njit(**JIT)
-def mariner_force(c, s, u, v, r, d):
+def rudder_kept(p, d):
+    """Share of the rudder's force at angle d that an injected stall leaves."""
+    return 1.0 - p[I_RLOSS] if fabs(d) > p[I_RANGLE] else 1.0
+
+
+@njit(**JIT)
+def wake_kept(p, u, v):
+    """Factor on the inflow of the propeller by an injected error of the wake at large drift angles."""
+    return 1.0 - p[I_WLOSS] if fabs(atan2(v, u)) > p[I_WDRIFT] else 1.0
+
+
+@njit(**JIT)
+def mariner_force(c, s, u, v, r, d, kept):
+    """X, Y, N of hull, propeller and rudder, of whose force the share `kept` acts."""
+    x, y, n = abkowitz_force(c, s, u, v, r, d)
+    if kept == 1.0:
+        return x, y, n
+    x0, y0, n0 = abkowitz_force(c, s, u, v, r, 0.0)
+    return x0 + kept * (x - x0), y0 + kept * (y - y0), n0 + kept * (n - n0)
+
+
+@njit(**JIT)
+def abkowitz_force(c, s, u, v, r, d):
     """X, Y, N of hull, propeller and rudder with the centripetal terms; c in the order of `ships.ABKOWITZ`."""
     speed = sqrt(u * u + v * v) + 1e-12
     a, b, w = (u - s[S_U0]) / speed, v / speed, r * s[S_L] / speed
@@ -59,8 +81,11 @@ def lateral(c, a, b, w, d):
 
 
 @njit(**JIT)
-def s175_force(c, s, u, v, r, d):
-    """Hull, propeller and rudder with the centripetal terms; c in the order of `ships.SON_NOMOTO`."""
+def s175_force(c, s, u, v, r, d, kept, wake):
+    """Hull, propeller and rudder with the centripetal terms; c in the order of `ships.SON_NOMOTO`.
+
+    kept : share of the rudder's force that acts; wake : factor on the inflow of the propeller.
+    """
     (xuu, xvv, xrr, xvr, cp, cru, yuv, yur, yvvv, yrrr, yvrr, yvvr, crv, nuv, nur, nvvv, nrrr, nvrr, nvvr, crr) = (
         c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11], c[12], c[13], c[14], c[15], c[16],
         c[17], c[18], c[19],
@@ -72,13 +97,13 @@ def s175_force(c, s, u, v, r, d):
     length, rho = s[S_L], s[S_RHO]
     speed = sqrt(u * u + v * v) + 1e-12
     up, vp, rp = u / speed, v / speed, r * length / speed
-    inflow = u * ((1.0 - wp) + tau * (vp + xp * rp) ** 2)
+    inflow = wake * u * ((1.0 - wp) + tau * (vp + xp * rp) ** 2)
     advance = inflow / (s[S_PROP] * dp)
     kt = a0 + a1 * advance
     thrust = rho * s[S_PROP] ** 2 * dp**4 * kt
     ur = inflow * eps * sqrt(1.0 + 8.0 * kx * kt / (pi * advance * advance))
     vr = speed * (gamma * vp + crr1 * rp + crrr * rp**3 + crrv * rp * rp * vp)
-    normal = 0.5 * rho * ar * fa * (ur * ur + vr * vr) * sin(d + atan2(vr, ur))
+    normal = kept * 0.5 * rho * ar * fa * (ur * ur + vr * vr) * sin(d + atan2(vr, ur))
     q = s[S_S] * speed * speed
     added = s[S_S] * length
     x = q * (xuu * up * up + xvv * vp * vp + xrr * rp * rp + xvr * vp * rp) + cp * thrust - cru * normal * sin(d)
@@ -90,8 +115,8 @@ def s175_force(c, s, u, v, r, d):
 
 
 @njit(**JIT)
-def kvlcc2_force(c, s, u, v, r, d):
-    """MMG standard method with the centripetal terms; c in the order of `ships.YASUKAWA`."""
+def kvlcc2_force(c, s, u, v, r, d, kept, wake):
+    """MMG standard method with the centripetal terms; c in the order of `ships.YASUKAWA`, kept and wake as above."""
     length, rho = s[S_L], s[S_RHO]
     speed = sqrt(u * u + v * v) + 1e-12
     vp, rp = v / speed, r * length / speed
@@ -100,7 +125,7 @@ def kvlcc2_force(c, s, u, v, r, d):
     beta = -atan2(v, u)
     beta_p = beta - xp * rp
     c2 = c2p if beta_p > 0 else c2m
-    inflow = u * (1.0 - wp0) * (1.0 + (1.0 - exp(-c1 * fabs(beta_p))) * (c2 - 1.0))
+    inflow = wake * u * (1.0 - wp0) * (1.0 + (1.0 - exp(-c1 * fabs(beta_p))) * (c2 - 1.0))
     advance = inflow / (s[S_PROP] * dp)
     kt = k0 + k1 * advance + k2 * advance * advance
     thrust = rho * s[S_PROP] ** 2 * dp**4 * kt
@@ -109,7 +134,7 @@ def kvlcc2_force(c, s, u, v, r, d):
     ur = eps * inflow * sqrt(eta * race * race + 1.0 - eta)
     beta_r = beta - lr * rp
     vr = speed * (c[38] if beta_r > 0 else c[39]) * beta_r
-    normal = 0.5 * rho * ar * fa * (ur * ur + vr * vr) * sin(d - atan2(vr, ur))
+    normal = kept * 0.5 * rho * ar * fa * (ur * ur + vr * vr) * sin(d - atan2(vr, ur))
     q = s[S_S] * speed * speed
     added = s[S_S] * length
     x = q * (-c[0] + c[1] * vp * vp + c[2] * vp * rp + c[3] * rp * rp + c[4] * vp**4) + (1.0 - tp) * thrust
@@ -169,12 +194,13 @@ def three_dof(kind, c, s, p, x, d, fx, fy, fn, out):
     co, si = cos(psi), sin(psi)
     uc, vc = p[I_CN] * co + p[I_CE] * si, -p[I_CN] * si + p[I_CE] * co
     ur, vr = u - uc, v - vc
+    kept, wake = rudder_kept(p, d), wake_kept(p, ur, vr)
     if kind == 0:
-        xx, yy, nn = mariner_force(c, s, ur, vr, r, d)
+        xx, yy, nn = mariner_force(c, s, ur, vr, r, d, kept)
     elif kind == 1:
-        xx, yy, nn = s175_force(c, s, ur, vr, r, d)
+        xx, yy, nn = s175_force(c, s, ur, vr, r, d, kept, wake)
     else:
-        xx, yy, nn = kvlcc2_force(c, s, ur, vr, r, d)
+        xx, yy, nn = kvlcc2_force(c, s, ur, vr, r, d, kept, wake)
     x1, y1, n1 = added_force(s, p, ur, vr, r, psi, u, v)
     xx, yy, nn = xx + x1 + fx, yy + y1 + fy, nn + n1 + fn
     f = p[I_MASS]
@@ -198,6 +224,7 @@ def response(kind, c, s, p, x, d, fn, out):
     """
     u, r, psi = x[0], x[2], x[5]
     k = u / s[S_U0]
+    d *= rudder_kept(p, d)
     if kind == 3:
         damping = k * r + c[2] / k * r**3 + p[I_R2] * r * fabs(r) + p[I_R3] / k * r**3
         out[2] = (c[1] * k * k * d - damping) / c[0] + fn

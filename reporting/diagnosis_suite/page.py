@@ -34,6 +34,8 @@ READING = (
     "over heading, yaw rate, surge and sway. "
     "One wrong number: the base model carries a single mistake, the records are those of the correct ship; right is "
     "the group of numbers, or the cause, that the mistake belongs to. "
+    "Fault in a regime: it acts beyond a threshold or to one side only; F1 is the harmonic mean of precision and "
+    "recall of the samples that the findings say it acts in (0 where none is stated). "
     "Imperfect base: the base model's own numbers, terms or particulars are wrong. There an effect that is detectable "
     "beside an exact base may be impossible to tell, so that names are also counted over the cases in which the "
     "oracle, who is told the true cause, names it. "

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...bench.kinds.diagnosis.bases import EXACT, UNSTATED
-from ...bench.kinds.diagnosis.plan import ONE_BUG, ORACLE
+from ...bench.kinds.diagnosis.plan import ONE_BUG, ORACLE, REGIME
 
 Frame: TypeAlias = Any
 """pandas frames, which are imported only where they are made."""
@@ -22,10 +22,16 @@ GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 CASE = ["group", "vessel", "injected", "strength", "gusts", "seed"]
 SCOPES = ("vessel", "gusts", "strength", "injected", "base", "records")
 FOUND = ("alone", "tie")
+LATER = ("regime_true", "regime_named", "regime_f1", "healthy_bias")
+"""Columns that old stores do not have."""
 WORSE = 1.05
 """Ratio of errors that an extended model may not exceed."""
 CLOSE = 1.3
 """Largest ratio of errors to the oracle's, in any channel, that counts as close to it."""
+CLOSE_F1 = 0.8
+"""F1 score of samples from which a regime counts as located."""
+HEALTHY = 0.1
+"""Largest error of numbers that are right, in prior standard deviations."""
 POWER_EDGES = (1.0, 3.0, 10.0, 30.0, 60.0, 120.0, 400.0, 800.0, 4e3, 1e4)
 """Non-centralities between which the power curves count."""
 
@@ -90,6 +96,28 @@ def _one_bug(frame: Frame) -> Frame:
 
 def _one_bug_alone(frame: Frame) -> Frame:
     return _one_bug(frame) & (frame["outcome"] == "alone")
+
+
+def _regime(frame: Frame) -> Frame:
+    return frame["group"] == REGIME
+
+
+def _located(frame: Frame) -> Frame:
+    """Cases of a regime that occurs in the records."""
+    return _regime(frame) & (frame["regime_f1"].notna() | (frame["status"] == "failed"))
+
+
+def _without_regime(frame: Frame) -> Frame:
+    return ~_regime(frame) & frame["regime_true"].notna()
+
+
+def _healthy(frame: Frame) -> Frame:
+    """Wrong numbers and regimes, where the other numbers have priors."""
+    return (_regime(frame) | _one_bug(frame)) & frame["healthy_bias"].notna()
+
+
+def _in_some_finding(frame: Frame) -> Frame:
+    return frame["outcome"].isin([*FOUND, "among"])
 
 
 def _false_alarm(frame: Frame) -> Frame:
@@ -172,7 +200,7 @@ RATES = (
         0.80,
     ),
     Rate("bug_tie", "... or tied with others", _one_bug, _named, 0.0),
-    Rate("bug_among", "... or among other findings", _one_bug, lambda f: f["outcome"].isin([*FOUND, "among"]), 0.90),
+    Rate("bug_among", "... or among other findings", _one_bug, _in_some_finding, 0.90),
     Rate(
         "bug_verdict",
         "verdict named or tied where nothing but the wrong number is named",
@@ -195,6 +223,36 @@ RATES = (
         _false_alarm,
         0.02,
         False,
+    ),
+    Rate(
+        "regime_alone",
+        "fault in a regime: its group or cause is all that is named",
+        _regime,
+        lambda f: f["outcome"] == "alone",
+        0.0,
+    ),
+    Rate("regime_among", "... or tied, or among other findings", _regime, _in_some_finding, 0.90),
+    Rate(
+        "regime_f1",
+        "fault in a regime: samples located with F1 >= .8",
+        _located,
+        lambda f: f["regime_f1"] >= CLOSE_F1,
+        0.80,
+    ),
+    Rate(
+        "regime_false",
+        "a regime is stated where there is none",
+        _without_regime,
+        lambda f: f["regime_named"] != "",
+        0.05,
+        False,
+    ),
+    Rate(
+        "healthy",
+        "numbers that are right stay within .1 of their prior standard deviation (rms)",
+        _healthy,
+        lambda f: f["healthy_bias"] <= HEALTHY,
+        0.90,
     ),
     Rate("both", "both causes of a pair named", lambda f: f["group"] == "pair", lambda f: f["outcome"] == "both", 0.90),
 )
@@ -245,6 +303,7 @@ def with_gain(cases: Frame) -> Frame:
     outcome_oracle : its outcome.  gain_ratio, gain_worst : held-out error after over the oracle's, geometric mean and
     largest of the channels.
     """
+    cases = cases.reindex(columns=[*cases, *(name for name in LATER if name not in cases)])
     told = cases["method"] == ORACLE
     after = [f"rmse_after_{channel}" for channel in GAIN_CHANNELS]
     oracle = cases[told & (cases["status"] == "ok")][[*CASE, "outcome", *after]]
@@ -317,12 +376,14 @@ def figure_table(cases: Frame, sizes: Frame) -> Frame:
 def _figures(own: Frame, covered: Frame) -> list[dict[str, Any]]:
     ties = own[_detectable(own) & _named(own)]["tie_size"].astype(float)
     ratio = own[_detectable(own)]["gain_ratio"].dropna().to_numpy(float)
+    f1 = own["regime_f1"].dropna().to_numpy(float)
     wall, cpu = (own[name].dropna().to_numpy(float) for name in ("wall_s", "cpu_s"))
     rows = [
         _mean_row(ties),
         _share_row("coverage", "sizes inside their 90 % intervals", covered, (0.85, 0.95)),
         _spread_row("gain_median", "held-out error over the oracle's, median (5-95 % of cases)", ratio, 1.15),
         _share_row("gain_close", "... share of cases within 1.15", ratio <= 1.15),
+        _spread_row("regime_f1_median", "F1 of samples located in a regime, median (5-95 % of cases)", f1),
         _spread_row("wall_s", "wall time of a diagnosis, s, median (5-95 % of cases)", wall),
         _spread_row("cpu_s", "CPU time of a diagnosis, s, median (5-95 % of cases)", cpu),
     ]
@@ -367,7 +428,7 @@ def confusion(cases: Frame) -> Frame:
     chosen = cases[(cases["status"] == "ok") & (cases["group"] != "pair")]
     chosen = chosen[(chosen["group"] != "injected") | _detectable(chosen)]
     injected = chosen["injected"].where(chosen["group"] == "injected", "(" + chosen["group"] + ")")
-    injected = injected.where(~_one_bug(chosen), chosen["base"])
+    injected = injected.where(~_one_bug(chosen), chosen["base"]).where(~_regime(chosen), chosen["injected"])
     table = chosen.assign(injected=injected, named=[_said(row) for row in chosen.to_dict("records")])
     return table.groupby(["method", "injected", "named"], sort=True).size().rename("cases").reset_index()
 

@@ -10,7 +10,7 @@ from helmbench.models.errors import BadInput
 def test_the_suites_are_there():
     themes = ["disturbances", "excitation", "noise", "outliers", "sampling"]
     assert suite_names() == sorted(
-        ["default", "diagnosis", "generalise", "imperfect", "measured", "one-bug", "quick", *themes]
+        ["default", "diagnosis", "generalise", "imperfect", "measured", "one-bug", "quick", "regimes", *themes]
     )
     for name in suite_names():
         suite = load_suite(name)

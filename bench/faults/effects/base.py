@@ -16,8 +16,9 @@ import numpy as np
 
 from ..ships import Ship
 
-TAXONOMY, ANTICIPATED, UNFORESEEN = "causes", "anticipated", "unforeseen"
-"""Groups: causes of the taxonomy, unknown effects that a diagnosis may have a test for, and other unknown effects."""
+TAXONOMY, ANTICIPATED, UNFORESEEN, REGIME = "causes", "anticipated", "unforeseen", "regime"
+"""Groups: causes of the taxonomy, unknown effects that a diagnosis may have a test for, other unknown effects, and
+effects that act in a part of the run only."""
 LAST = 10_000
 Rows = dict[str, np.ndarray]
 """Columns of a record by channel."""
@@ -48,7 +49,7 @@ class EffectKind(ABC):
     Attributes
     ----------
     id : the cause that a diagnosis should name (an unknown effect: its own name).
-    group : `TAXONOMY`, `ANTICIPATED` or `UNFORESEEN`.
+    group : `TAXONOMY`, `ANTICIPATED`, `UNFORESEEN` or `REGIME`.
     rank : place in the order in which a suite draws; a kind without one comes last, so that a new kind leaves the
         cases of the others as they are.
     units : parameter -> unit.

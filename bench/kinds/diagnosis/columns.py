@@ -33,11 +33,16 @@ CASE_COLUMNS = {
     "confident_wrong": "bool",
     "tie_size": "int",
     "extra_names": "int",
+    "regime_true": "string",
+    "regime_named": "string",
+    "regime_f1": "float",
+    "healthy_bias": "float",
     **{f"rmse_{when}_{channel}": "float" for when in ("before", "after", "truth") for channel in CHANNELS},
     **TIMES,
 }
 """`named`: findings of the diagnosis in its order, joined by +, tied causes by /; `outcome`: see `judge.OUTCOMES`;
-`rmse_`: on held-out records, of free runs of the model before and after, and of the true ship without gusts."""
+`regime_`, `healthy_bias`: see `localisation`; `rmse_`: on held-out records, of free runs of the model before and after,
+and of the true ship without gusts."""
 
 SIZE_COLUMNS = {
     **KEYS,

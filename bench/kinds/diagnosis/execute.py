@@ -9,7 +9,8 @@ import numpy as np
 from ...execution import attempt, guarded, measured_cost
 from .bases import EXACT, base_model
 from .bugs import bug_of
-from .judge import KNOWN, detectable, gain, judge, judge_bug, size_rows, truth_errors
+from .judge import KNOWN, detectable, gain, judge, judge_names, size_rows, truth_errors
+from .localisation import healthy_bias, regime_scores
 from .plan import ORACLE, CaseSpec
 from .records import RECORDS
 
@@ -63,6 +64,7 @@ def _warm_up(spec: CaseSpec) -> None:
 def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
     """Fill in the row; returns the rows of the sizes."""
     from ....diagnosis.registry import find
+    from ....models.model import resolve
 
     _warm_up(spec)
     case = injected_of(spec)
@@ -71,10 +73,23 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
     model, options = base_of(spec), _options(spec)
     with measured_cost(row):
         found = diagnoser.diagnose(model, case.train, case.held_out, options)
-    bug = bug_of(spec.vessel, spec.base)
-    scored = judge(found, spec.group, spec.injected, spec.base) if bug is None else judge_bug(found, bug)
-    row |= scored | gain(found) | truth_errors(case)
+    right, wrong = right_names(spec)
+    scored = judge_names(found, right) if right else judge(found, spec.group, spec.injected, spec.base)
+    row |= scored | gain(found) | truth_errors(case) | regime_scores(found, case)
+    row |= {"healthy_bias": healthy_bias(found, resolve(spec.vessel), right | wrong) if right else None}
     return size_rows(found, case) if spec.group in KNOWN and spec.method != ORACLE else []
+
+
+def right_names(spec: CaseSpec) -> tuple[frozenset[str], frozenset[str]]:
+    """Groups of numbers and causes that name what is wrong with the base model of a case, and the wrong numbers; none
+    where the injected cause itself is to be named."""
+    from ...faults import kind_of
+
+    bug = bug_of(spec.vessel, spec.base)
+    if bug is not None:
+        return frozenset(bug.right), bug.numbers
+    kinds = [kind_of(name) for name in spec.injected]
+    return frozenset(name for kind in kinds for name in getattr(kind, "right", ())), frozenset()
 
 
 def _options(spec: CaseSpec) -> Any:

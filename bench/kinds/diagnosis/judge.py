@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .bases import EXACT, LACKING, UNSTATED
-from .bugs import Bug
 from .columns import CHANNELS
 from .names import named
 
@@ -25,7 +24,7 @@ OUTCOMES = {
     "missed": "nothing was found where an effect is injected",
     "both": "each of two causes is in a finding of its own",
     "one": "one of two causes is named, or both in the same finding",
-    "among": "the wrong number of the base model is in one of several findings",
+    "among": "what is wrong with the base model is in one of several findings",
     "unexplained": "an effect outside the taxonomy was reported as unexplained",
     "named": "an effect outside the taxonomy was named as a cause of the taxonomy",
     "adequate": "no effect is injected and nothing was found",
@@ -63,20 +62,22 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str =
     }
 
 
-def judge_bug(diagnosis: Diagnosis, bug: Bug) -> dict[str, Any]:
-    """The scored columns of a base with one wrong number, as `judge` gives them.
+def judge_names(diagnosis: Diagnosis, right: frozenset[str]) -> dict[str, Any]:
+    """The scored columns of a base with one wrong number, or of a fault in a regime, as `judge` gives them.
+
+    right : groups of numbers and causes that name what is wrong.
 
     `alone`: all that is named is right; `tie`: it is tied with others; `among`: there are further findings, which
     `extra_names` counts.
     """
-    findings, right = named(diagnosis), frozenset(bug.right)
+    findings = named(diagnosis)
     holding = [found for found in findings if found & right]
     extra = len(findings) - len(holding)
     confident = diagnosis.verdict in ("named", "tied")
     return {
         "verdict": diagnosis.verdict,
         "named": "+".join("/".join(sorted(found, key=lambda name: (name not in right, name))) for found in findings),
-        "outcome": _bug_outcome(findings, holding, right),
+        "outcome": _names_outcome(findings, holding, right),
         "false_alarm": None,
         "confident_wrong": confident and any(len(found) == 1 and not found & right for found in findings),
         "tie_size": max(map(len, holding)) if holding else None,
@@ -84,7 +85,7 @@ def judge_bug(diagnosis: Diagnosis, bug: Bug) -> dict[str, Any]:
     }
 
 
-def _bug_outcome(findings: Sequence[frozenset[str]], holding: Sequence[frozenset[str]], right: frozenset[str]) -> str:
+def _names_outcome(findings: Sequence[frozenset[str]], holding: Sequence[frozenset[str]], right: frozenset[str]) -> str:
     if not holding:
         return "wrong_first" if findings else "missed"
     if len(holding) < len(findings):

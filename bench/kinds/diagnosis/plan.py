@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..base import Selection
     from .suite import Entry
 
-NOTHING, PLAIN, ONE_BUG = "none", "plain", "one-bug"
+NOTHING, PLAIN, ONE_BUG, REGIME = "none", "plain", "one-bug", "regime"
 ORACLE = "oracle"
 """Name in the tables of the diagnosis that is given the true causes: a bound on the gain, not a competitor."""
 
@@ -141,7 +141,7 @@ def stratified(values: Sequence[str], rng: np.random.Generator) -> Iterator[str]
 def _texts(inject: Sequence[str]) -> list[str]:
     from ...faults import ANTICIPATED, TAXONOMY, UNFORESEEN, names_of
 
-    groups = {group: names_of(group) for group in (TAXONOMY, ANTICIPATED, UNFORESEEN)}
+    groups = {group: names_of(group) for group in (TAXONOMY, ANTICIPATED, UNFORESEEN, REGIME)}
     return [text for name in inject for text in groups.get(name, (name,))]
 
 

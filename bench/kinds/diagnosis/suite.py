@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 from ....models.yaml_file import Count, FileContent, Flag, Text, Texts, needs
 
 Group = Annotated[
-    Literal["injected", "null", "anticipated", "unforeseen", "pair", "one-bug"],
-    needs("injected, null, anticipated, unforeseen, pair or one-bug"),
+    Literal["injected", "null", "anticipated", "unforeseen", "pair", "one-bug", "regime"],
+    needs("injected, null, anticipated, unforeseen, pair, one-bug or regime"),
 ]
 
 Base = Annotated[
@@ -20,8 +20,8 @@ Base = Annotated[
     needs("exact, unstated, off-5, off-10, off-20, dropped, particulars or other-family"),
 ]
 Made = Annotated[
-    Literal["plain", "coloured", "spread", "closed-loop", "five-three"],
-    needs("plain, coloured, spread, closed-loop or five-three"),
+    Literal["plain", "coloured", "spread", "closed-loop", "five-three", "five-steps"],
+    needs("plain, coloured, spread, closed-loop, five-three or five-steps"),
 ]
 
 
@@ -44,7 +44,7 @@ class Entry(FileContent):
     """Cases of one group.
 
     group : how the answer is scored; `one-bug` takes each of `bugs.BUGS` `each` times instead of injecting anything.
-    inject : causes joined by +, `none`, or all `causes`, `anticipated` or `unforeseen` kinds.
+    inject : causes joined by +, `none`, or all `causes`, `anticipated`, `unforeseen` or `regime` kinds.
     vessels : ids (default: those of the truth simulator); those that cannot carry an effect are left out.
     strength : names of `faults.STRENGTHS` or `faults.SIZED`; gusts : names of `faults.GUSTS`.
     each : cases of each text in a round.

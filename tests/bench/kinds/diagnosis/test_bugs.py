@@ -10,7 +10,7 @@ from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.diagnosis.bases import base_model
 from helmbench.bench.kinds.diagnosis.bugs import BUGS, bug_of
 from helmbench.bench.kinds.diagnosis.execute import base_of, injected_of
-from helmbench.bench.kinds.diagnosis.judge import OUTCOMES, judge_bug
+from helmbench.bench.kinds.diagnosis.judge import OUTCOMES, judge_names
 from helmbench.bench.kinds.diagnosis.plan import ONE_BUG, plan
 from helmbench.bench.suites import load_suite
 from helmbench.diagnosis.causes.registry import all_causes
@@ -69,7 +69,7 @@ def test_a_mistake_shows_in_free_runs(bug):
 )
 def test_a_wrong_number_is_named_alone_tied_or_among_others(diagnosis_of, findings, outcome, extra, tie):
     bug = bug_of("s175", "yaw-inertia")
-    scored = judge_bug(replace(diagnosis_of(*findings), model=bug.base()), bug)
+    scored = judge_names(replace(diagnosis_of(*findings), model=bug.base()), frozenset(bug.right))
     assert scored["outcome"] == outcome in OUTCOMES
     assert (scored["extra_names"], scored["tie_size"]) == (extra, tie)
     assert scored["confident_wrong"] == any("/" not in name and name not in ("inertia", "J_z") for name in findings)
@@ -89,7 +89,7 @@ def test_groups_of_the_base_are_read_from_the_details(diagnosis_of, details, out
     bug = bug_of("s175", "yaw-inertia")
     found = diagnosis_of("base_coefficients")
     told = replace(found, model=bug.base(), causes=(replace(found.causes[0], details=details),))
-    assert judge_bug(told, bug)["outcome"] == outcome
+    assert judge_names(told, frozenset(bug.right))["outcome"] == outcome
 
 
 def test_the_suite_has_every_bug_once_and_correct_bases(seed):

@@ -1,8 +1,12 @@
 """Columns of the tables of a diagnosis suite: what plan and judge fill in, and no more."""
 
+import numpy as np
+
+from helmbench.bench.faults import Case, inject
 from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.diagnosis.columns import CASE_COLUMNS, KEYS, SIZE_COLUMNS
 from helmbench.bench.kinds.diagnosis.judge import compare, gain, judge
+from helmbench.bench.kinds.diagnosis.localisation import regime_scores
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec
 
 SPEC = CaseSpec("mine", "innovations", "innovations", "pair", "mariner", ("wind", "current"), "large", "fast", 7)
@@ -15,7 +19,8 @@ def test_keys_are_those_of_a_planned_case():
 
 def test_a_case_fills_every_column_but_none_beside(diagnosis_of):
     filled = {*SPEC.row_key(), *judge(diagnosis_of("wind"), "pair", SPEC.injected), *gain(diagnosis_of()), *TIMES}
-    filled |= {"status", "error", "noncentrality", "detectable"}
+    filled |= {"status", "error", "noncentrality", "detectable", "healthy_bias"}
+    filled |= set(regime_scores(diagnosis_of(), inject(Case("cargo", duration_s=20.0), np.random.default_rng(0))))
     assert filled <= set(CASE_COLUMNS)
     assert all(name.startswith("rmse_") for name in set(CASE_COLUMNS) - filled)
 

@@ -1,0 +1,79 @@
+"""Scores of what a diagnosis says beside names: where an effect acts, and how far it moves numbers that are right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ....models.errors import BadInput
+
+if TYPE_CHECKING:
+    from ....diagnosis.result import Diagnosis
+    from ....models.model import Model
+    from ...faults import Injected
+    from ...faults.regimes import Regime
+
+
+def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
+    """Columns of the regime of a case: the true one, those stated in `details["regime"]`, and their F1.
+
+    F1 is over the samples of all training records, truly in the regime against said to be in any of those stated, of the
+    true motion; without a stated regime it is 0, without a true one empty.
+    """
+    from ...faults.effects import RegimeKind
+
+    stated = stated_regimes(diagnosis)
+    true = [e.kind.regime(e.at(0), case.case.ship) for e in case.effects if isinstance(e.kind, RegimeKind)]
+    return {
+        "regime_true": "+".join(map(str, true)),
+        "regime_named": "+".join(map(str, stated)),
+        "regime_f1": localisation(true, stated, case) if true else None,
+    }
+
+
+def stated_regimes(diagnosis: Diagnosis) -> list[Regime]:
+    """The regimes that the findings of a diagnosis state."""
+    from ...faults.regimes import Regime
+
+    details = [finding.details.get("regime") for finding in diagnosis.causes]
+    return list(dict.fromkeys(Regime.of(one) for one in details if isinstance(one, dict)))
+
+
+def localisation(true: Sequence[Regime], stated: Sequence[Regime], case: Injected) -> float | None:
+    """F1 of samples in any of the regimes; None where the true one never occurs."""
+    from ...faults.regimes import f1
+
+    runs = case.true_motion()
+    truly, said = (
+        np.concatenate(
+            [np.any([one.inside(run) for one in some], axis=0) if some else np.zeros(run.n, bool) for run in runs]
+        )
+        for some in (true, stated)
+    )
+    return f1(truly, said) if truly.any() else None
+
+
+def healthy_bias(diagnosis: Diagnosis, true: Model, wrong: frozenset[str]) -> float | None:
+    """Root mean square error of the extended model's numbers that are right in the base model, in prior standard
+    deviations.
+
+    true : the model of the ship; wrong : numbers, and groups of numbers, that are left out.  None where the family
+    states no priors.
+    """
+    from ....models.coefficient_groups import groups_of
+
+    try:
+        groups = groups_of(true)
+    except BadInput:
+        return None
+    now, then = (
+        dict(zip((*m.coordinates, *m.constant_names), m.theta.tolist(), strict=True))
+        for m in (diagnosis.extended, true)
+    )
+    own = {
+        n: sd for g in groups if g.extension is None and g.id not in wrong for n, sd in g.sd.items() if n not in wrong
+    }
+    errors = [(now[name] - then[name]) / sd for name, sd in own.items() if name in now]
+    return float(np.sqrt(np.mean(np.square(errors)))) if errors else None
