@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
     """Columns of the regime of a case: the true one, those stated in `details["regime"]`, and their F1.
 
-    F1 is over the samples of all training records, truly in the regime against said to be in any of those stated, of the
-    true motion; without a stated regime it is 0, without a true one empty.
+    F1 is over the samples of all training records: truly in the regime against said to be in any of those stated, both
+    by the true motion.  It is 0 without a stated regime, empty without a true one.
     """
     from ...faults.effects import RegimeKind
 
