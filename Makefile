@@ -20,7 +20,7 @@ TYPES := build/types/helmbench
 TOOLS := build/tools
 SUITES ?= $(filter $(patsubst bench/suites/%.yaml,%,$(wildcard bench/suites/*.yaml)),default generalise measured \
 	noise outliers disturbances sampling excitation)
-ROOMS := models datasets estimation methods diagnosis bench reporting reproduction
+ROOMS := models datasets checks estimation methods diagnosis bench reporting reproduction
 
 # An environment holds absolute paths: when the checkout has moved, build it again.
 ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),here)

@@ -77,7 +77,7 @@ def code_version() -> str:
 def _source_digest() -> str:
     rooms = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256()
-    for folder in ("models", "datasets", "estimation", "methods", "diagnosis", "bench"):
+    for folder in ("models", "datasets", "checks", "estimation", "methods", "diagnosis", "bench"):
         for path in sorted((rooms / folder).rglob("*")):
             if path.suffix in (".py", ".yaml"):
                 digest.update(path.relative_to(rooms).as_posix().encode() + b"\0" + path.read_bytes())

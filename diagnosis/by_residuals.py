@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..checks.statistics.tails import log_tail
 from ..estimation.filters.innovations.estimator import estimator
 from . import verdict
 from .causes.registry import terms_for
@@ -20,7 +21,6 @@ from .selection.forward import select, without
 from .selection.materiality import material
 from .starting import starting_state, thinned
 from .state import Candidate, State, Unmodelled
-from .statistics.score_tests import log_tail
 
 if TYPE_CHECKING:
     from ..models.model import Model

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..checks.base import Check
 from ..datasets.generator import Case, generate
 from ..datasets.instruments import corrected, observed
 from ..datasets.record import Record
@@ -113,13 +114,15 @@ def switched_on(case: Carried, variant: Variant) -> Setting:
     return s
 
 
-def check_is_described(cls: type[Cause]) -> None:
+def check_is_described(cls: type[Check]) -> None:
     """Identifier, physics, unit, place and search are stated."""
     cause = cls()
     assert cause.id.isidentifier() and cause.id == cause.id.lower(), f"{cause.id!r} is no identifier in small letters"
     assert len(cause.physics.split()) >= 5, "the docstring does not say what the cause is"
     assert cause.where in (*WHERE, "record"), f"where is {cause.where!r}, one of {', '.join(WHERE)}"
     assert cause.unit, "the unit of the sizes is not stated"
+    if not isinstance(cause, Cause):
+        return
     if not isinstance(cause, StageCause):
         assert isinstance(cause.search, Search), "the search is not stated"
     if cause.extension is not None:
@@ -279,5 +282,5 @@ OF_STAGES = (check_is_described,)
 
 def check_cause(cls: type[Cause]) -> None:
     """Run all checks on a cause class; the first that fails raises AssertionError."""
-    for check in OF_STAGES if issubclass(cls, StageCause) else CHECKS:
+    for check in OF_STAGES if not issubclass(cls, Cause) or issubclass(cls, StageCause) else CHECKS:
         check(cls)

@@ -9,23 +9,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checks.base import Check
+from ..checks.integrity.outlying import MOST
+from ..checks.result import NORMAL_90, Size
+from ..checks.statistics.tails import log_tail
+from ..datasets.spikes import LIMIT
 from ..estimation.filters.innovations.vector import SYMBOLS
 from ..models.model import CHANNELS as COLUMNS
-from .causes.outliers import Outliers
+from .causes.base import Cause
 from .causes.registry import causes
 from .residuals.unmodelled import confirmed
 from .result import Diagnosis, Entry, Finding, Gain, Trace
 from .state import Candidate, State, Unmodelled, covariance, matters
-from .statistics.score_tests import log_tail
 from .verdict import next_manoeuvre, power, where
 
 if TYPE_CHECKING:
+    from ..checks.columns._base import ColumnFault
     from ..datasets.record import Record
     from ..estimation.filters.innovations.estimator import Estimator
     from ..estimation.filters.innovations.settings import Setting
     from ..models.model import Model
-    from .causes._records import RecordFault
-    from .causes.base import Cause
     from .kinematics.tracks import Tracks
     from .options import Options
 
@@ -33,7 +36,7 @@ SMALL = "below the size that matters"
 
 
 def all_findings(
-    state: State, faults: Sequence[RecordFault], tracks: Tracks, barred: Mapping[str, str],
+    state: State, faults: Sequence[ColumnFault], tracks: Tracks, barred: Mapping[str, str],
     immaterial: Collection[str], rng: np.random.Generator,
 ) -> list[Finding]:  # fmt: skip
     """Findings of all stages.
@@ -42,14 +45,26 @@ def all_findings(
     immaterial : causes (ids) that are not told.
     """
     own = [_left_out(f, barred) for f in _of_selection(state, rng) if f.cause not in immaterial]
-    return [*(of_fault(f) for f in faults), *tracks.findings, *Outliers().findings(state.est), *own]
+    return [*(of_fault(f) for f in faults), *tracks.findings, *of_outliers(state.est), *own]
 
 
-def of_fault(fault: RecordFault) -> Finding:
+def of_fault(fault: ColumnFault) -> Finding:
     """What is told of a gross fault that was corrected."""
     p = float(np.exp(max(log_tail(fault.statistic, 1), -700.0)))
     details = dict(fault.details)
-    return Finding(fault.cause.id, (), "kinematics", fault.statistic, p, (), details=details, evidence=fault.evidence)
+    return Finding(fault.check.id, (), "kinematics", fault.statistic, p, (), details=details, evidence=fault.evidence)
+
+
+def of_outliers(est: Estimator) -> list[Finding]:
+    """Outliers if there are more than sensors' noise gives, and more than near misses (a heavy tail)."""
+    spikes, count = sum(d.spikes for d in est.segments), est.n_values
+    if spikes <= MOST or spikes <= sum(d.near_spikes for d in est.segments):
+        return []
+    share = spikes / max(count + spikes, 1)
+    half = NORMAL_90 * float(np.sqrt(share * (1.0 - share) / max(count, 1)))
+    size = Size("share", share, max(share - half, 0.0), share + half, "1")
+    said = f"{spikes} of {count + spikes} samples stand more than {LIMIT} standard deviations off their neighbours"
+    return [Finding("outliers", (), "kinematics", float(spikes), 1e-6, (size,), evidence=said)]
 
 
 def _left_out(f: Finding, barred: Mapping[str, str]) -> Finding:
@@ -112,9 +127,22 @@ def bank_entries(
     """
     named = {f.cause: f for f in findings}
     tied = {name: f for f in findings for name in f.tied_with}
-    every = [_entry(state, cause, named, tied, cannot, dict(tracks.statistics)) for cause in causes().values()]
+    every = [
+        _entry(state, cause, named, tied, cannot, dict(tracks.statistics))
+        if isinstance(cause, Cause)
+        else _of_check(cause, named)
+        for cause in causes().values()
+    ]
     why = {cause: f"detectable, immaterial: {reason}" for cause, reason in immaterial.items()}
     return tuple(replace(e, status="explained_by", why=why[e.cause]) if e.cause in why else e for e in every)
+
+
+def _of_check(check: Check, named: Mapping[str, Finding]) -> Entry:
+    """The line of what the records were checked for before all else."""
+    f = named.get(check.id)
+    if f is None:
+        return Entry(check.id, "not_significant", None, None, None, "no evidence in the records")
+    return Entry(check.id, "tied" if f.tied_with else "named", f.statistic, f.p_adjusted, None, f.evidence)
 
 
 def _entry(

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..checks.result import Size
+from ..checks.statistics.tails import student_tail
 from ..estimation.fit import arithmetic_guard
 from ..models.coefficient_groups import groups_of
 from ..models.errors import BadInput, CannotFit, FitFailed
@@ -19,8 +21,7 @@ from .causes.registry import bank
 from .causes.rudder_offset import RudderOffset
 from .gain.free_runs import gains_of_traces
 from .gain.guard import WORSE
-from .result import Entry, Finding, Size
-from .statistics.tails import student_tail
+from .result import Entry, Finding
 
 if TYPE_CHECKING:
     from ..models.model import Model

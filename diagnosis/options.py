@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ..models.errors import BadInput
+from .causes.base import Cause
 from .causes.registry import cause
 
 if TYPE_CHECKING:
     from ..models.model import Model
-    from .causes.base import Cause
+
 
 THREADS = 2
 
@@ -54,4 +55,6 @@ class Options:
 
     def causes(self) -> frozenset[Cause] | None:
         """The causes that the bank is restricted to; BadInput for an unknown one."""
-        return None if self.only is None else frozenset(cause(name) for name in self.only)
+        if self.only is None:
+            return None
+        return frozenset(c for c in map(cause, self.only) if isinstance(c, Cause))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from ..checks.columns._base import ColumnFault
     from ..datasets.record import Record
-    from .causes._records import RecordFault
     from .causes.base import Cause
     from .kinematics.tracks import Tracks
 
@@ -21,7 +21,7 @@ class Prepared:
 
     train: list[Record]
     held_out: list[Record]
-    faults: list[RecordFault]
+    faults: list[ColumnFault]
     tracks: Tracks
     decided: frozenset[Cause] = frozenset()
 

@@ -10,24 +10,13 @@ import numpy as np
 from ..models.plain import plain
 
 if TYPE_CHECKING:
+    from ..checks.result import Size
     from ..models.model import Model
     from .calibration.result import Calibration
 
 SCHEMA = 2
 VERDICTS = ("inconclusive", "unexplained", "partly_named", "tied", "named", "adequate")
 """In the order of precedence."""
-
-
-@dataclass(frozen=True)
-class Size:
-    """One number of a cause with its interval, SI; `record` names the record it belongs to, None for all."""
-
-    parameter: str
-    value: float
-    low: float
-    high: float
-    unit: str
-    record: str | None = None
 
 
 @dataclass(frozen=True)

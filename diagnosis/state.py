@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from ..checks.statistics.tails import log_tail
 from ..estimation.filters.innovations.derivatives import columns
 from ..estimation.filters.innovations.estimator import Estimator, Innovations
 from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
 from ..estimation.filters.innovations.vector import CHANNELS
-from ..estimation.linear_algebra import finite, information_inverse
 from ..estimation.threads import in_context
+from ..models.linear_algebra import finite, information_inverse
 from .statistics.gusts import GustLikelihood
-from .statistics.score_tests import Projector, Score, log_tail
+from .statistics.score_tests import Projector, Score
 
 if TYPE_CHECKING:
     from .causes.base import Cause

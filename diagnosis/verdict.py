@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checks.statistics.tails import chi2_quantile, shifted_chi2_tail
 from .result import Finding, Trace
 from .state import Unmodelled
-from .statistics.tails import chi2_quantile, shifted_chi2_tail
 
 if TYPE_CHECKING:
     from ..estimation.filters.innovations.estimator import Estimator

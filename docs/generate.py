@@ -14,12 +14,12 @@ from typing import Any
 import click
 
 import helmbench
+from helmbench.checks.base import SensorError
 from helmbench.cli import cli
 from helmbench.datasets.columns import CANONICAL, QUANTITIES
 from helmbench.datasets.sensors import CHANNELS, NOISE
 from helmbench.datasets.sidecar import META_KEYS
-from helmbench.diagnosis.causes._check import CheckCause
-from helmbench.diagnosis.causes.base import WHERE
+from helmbench.diagnosis.causes.base import WHERE, Cause
 from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.methods.base import KINDS
 from helmbench.methods.registry import methods
@@ -103,9 +103,9 @@ def cause_page() -> Iterator[str]:
                 continue
             used = (
                 "`check`"
-                if isinstance(cause, CheckCause)
+                if not isinstance(cause, Cause)
                 else "`diagnose`, and `check` where it shows"
-                if cause.turn or cause.track
+                if isinstance(cause, SensorError) and (cause.turn or cause.track)
                 else "`diagnose`"
             )
             yield from (f"### {name}", "", cause.physics, "", f"Unit: {cause.unit or 'none'}. Looked for by {used}.")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..datasets.signals import sensor_sd
 from ..models.errors import CannotFit, FitFailed
 from .bounds import NULL, information
 from .design import candidate_information, information_gain
@@ -19,7 +20,7 @@ from .fit import blas_limited, numerical_guard, prepared
 from .likelihood.output_error import identify
 from .likelihood.unknowns import Unknowns
 from .regression import factors
-from .series import MEASURED, samples, sensor_sd
+from .series import MEASURED, samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

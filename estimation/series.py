@@ -14,6 +14,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..datasets.signals import bridged, sensor_sd
 from ..models.errors import CannotFit
 
 if TYPE_CHECKING:
@@ -71,38 +72,10 @@ def inputs_of(record: Record, model: Model) -> dict[str, np.ndarray]:
     return found
 
 
-def sensor_sd(values: np.ndarray) -> float:
-    """Standard deviation of white noise on a smooth series (N,), from its third differences.
-
-    Robust (median absolute deviation), so kinks and outliers do not count; 0 for fewer than 8 differences.
-    """
-    third = np.diff(values, 3)
-    third = third[np.isfinite(third)]
-    if third.size < 8:
-        return 0.0
-    spread = 1.4826 * np.median(np.abs(third)) or np.std(third)  # coarsely quantised series have a median of 0
-    return float(spread / np.sqrt(20.0))
-
-
 def noise_floor(values: np.ndarray) -> float:
     """A standard deviation (> 0) at the rounding level of a series (N,), for channels without visible noise."""
     known = values[np.isfinite(values)]
     return float(max(np.abs(known).max(initial=0.0), 1e-6) * 1e-12)
-
-
-def bridged(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """values (N,) with gaps filled linearly, and at the ends by the nearest value; the same array if it has no gap.
-
-    Raises
-    ------
-    CannotFit : no value is finite.
-    """
-    known = np.isfinite(values)
-    if not known.any():
-        raise CannotFit("an input channel has no samples")
-    if known.all():
-        return np.asarray(values, float)
-    return np.interp(time_s, time_s[known], values[known])
 
 
 def averaged(record: Record, samples: int = 200) -> Record:

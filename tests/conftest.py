@@ -6,9 +6,9 @@ import hypothesis
 import numpy as np
 import pytest
 
+from helmbench.checks.result import Size
 from helmbench.datasets import measured
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis.result import Size
 from helmbench.models.model import resolve
 
 from .inline_pool import without_workers

@@ -6,10 +6,13 @@ from vulture.core import Vulture
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = (
-    *("models", "datasets", "estimation", "methods", "diagnosis", "bench", "reporting", "reproduction", "helmbench"),
-    "tests/vulture_whitelist.py",
+    *("models", "datasets", "checks", "estimation", "methods", "diagnosis"),
+    *("bench", "reporting", "reproduction", "helmbench", "tests/vulture_whitelist.py"),
 )
-FOUND_BY_REGISTRY = ("methods", "diagnosis/causes", "diagnosis/baselines", "bench/faults/effects", "bench/scores")
+FOUND_BY_REGISTRY = (
+    *("methods", "checks/files", "checks/columns", "checks/sensors", "diagnosis/causes", "diagnosis/baselines"),
+    *("bench/faults/effects", "bench/scores"),
+)
 """Folders whose classes and functions a registry loads."""
 CALLED_BY_OTHERS = (
     *("check_*", "_repr_html_", "__getattr__", "__dir__"),  # contract checks; notebooks; the interpreter

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.tails import chi2_tail
 from ..causes.registry import testable
 from ..diagnose import prepared
 from ..registry import Diagnoser
 from ..searches.change_point import ByChangePoint, longest
-from ..statistics.tails import chi2_tail
 from .conclusion import Chosen, conclude
 from .output_error import Fit, FreeRuns, cost, rms
 

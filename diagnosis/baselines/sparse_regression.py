@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.geometry import body_velocities
-from ..causes.registry import cause as cause_of
 from ..causes.registry import testable
 from ..diagnose import prepared
 from ..registry import Diagnoser
@@ -83,7 +82,7 @@ class SparseRegression(Diagnoser):
         terms = sorted((t for eq in equations(model, train) for t in survivors(*eq)), reverse=True, key=lambda t: t[0])
         share, label, cause = terms[0] if terms else (0.0, "", None)
         bank, _ = testable(runs.est)
-        named = None if cause is None or cause_of(cause) not in bank else cause_of(cause)
+        named = next((c for c in bank if c.id == cause), None)
         verdict = "adequate" if not terms else "unexplained" if named is None else "named"
         chosen = [] if named is None else [Chosen(named, *fit_cause(runs, runs.base(), named, bank[named]))]
         reason = f"{label} explains {share:.1%} of a residual" if terms else "no term explains a residual"
@@ -133,7 +132,8 @@ def equations(model: Model, records: Sequence[Record]) -> list[tuple]:
 
 
 def _record_equations(model: Model, record: Record) -> list[tuple]:
-    from ...estimation.series import bridged, samples
+    from ...datasets.signals import bridged
+    from ...estimation.series import samples
 
     found = {s: samples(record, s) for s in ("psi", "r", "u", "v", "x", "y")} | {"d": record.rudder()}
     series = {s: bridged(values, record.time_s) for s, values in found.items() if values is not None}

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.result import NORMAL_90
 from ...datasets.instruments import hull_record
 from ...estimation.fit import arithmetic_guard, blas_limited
 from ...estimation.gaps import unbroken
-from ...estimation.linear_algebra import finite
 from ...estimation.mixed_effects.left_out import jackknife
 from ...estimation.mixed_effects.problem import THRUST, Problem, pooled, problem, squares
 from ...models.coefficient_groups import every_own_number, groups_of, grown
 from ...models.errors import BadInput, CannotFit
+from ...models.linear_algebra import finite
 from ...models.model import CHANNELS
 from ...models.time_scale import time_scale_s
-from ..causes.base import NORMAL_90
 from ..causes.rudder_offset import RudderOffset
 from ..gain.guard import WORSE
 from ..options import THREADS

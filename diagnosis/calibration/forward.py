@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.tails import student_quantile
 from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equations, stepped
 from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, score_difference
 from ...estimation.mixed_effects.problem import Problem, pooled
 from ...estimation.threads import in_threads
 from ..gain.guard import WORSE
-from ..statistics.tails import student_quantile
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.result import Size
 from ...estimation.filters.innovations.settings import Parameter, Setting
-from ..result import Size
 from .base import DESCRIBED, Cause, require_3dof
 
 if TYPE_CHECKING:

@@ -8,26 +8,23 @@ an instrument (`models.instruments`).
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ...checks.base import Check
+from ...checks.result import NORMAL_90, Size
 from ...estimation.filters.innovations.settings import Parameter, Setting
 from ...estimation.filters.innovations.vector import SENSORS, SYMBOLS
-from ..result import Size
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..kinematics.series import Path, SensorEffect, Turn
     from ..searches.base import Search
     from ..state import Candidate, State, Variant
 
 DEGREE = np.pi / 180.0
-NORMAL_90 = 1.6448536269514722
-"""Half width of a 90 % interval in standard deviations."""
 DESCRIBED = 1e-3
 """Share of a size by which it may be off because samples are joined and equations stepped: what the truth simulator's
 records in calm show beyond the noise (107 sizes of the benchmark known to better than 1 %)."""
@@ -38,7 +35,7 @@ class NotTestable(Exception):
     """The model or the channels cannot carry a cause; the message says why."""
 
 
-class Cause(ABC):
+class Cause(Check):
     """Base class of all causes; subclasses set the class attributes and implement `variants`.
 
     id : public identifier, that of the file.  where : one of WHERE.  unit : of its sizes.
@@ -48,44 +45,13 @@ class Cause(ABC):
     separate_by : what would tell it from its rivals.
     smallest, largest : size of the first parameter (length of a pair; seconds are those of a 160 m ship) from which it
     matters, and up to which it can be; None where none is stated.
-    turn, track : what it leaves between heading and yaw rate, and between positions and velocities, where that shows
-    it without a model; track_without_model : the same, where a model's filter is not to be asked for it.
-    track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
-    can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
     """
 
-    id: ClassVar[str]
-    where: ClassVar[str]
-    unit: ClassVar[str]
     search: ClassVar[Search]
     extension: ClassVar[str | None] = None
     power_size: ClassVar[float | None] = None
-    separate_by: ClassVar[str | None] = None
     smallest: ClassVar[float | None] = None
     largest: ClassVar[float | None] = None
-    turn: ClassVar[tuple[SensorEffect[Turn], ...]] = ()
-    track: ClassVar[tuple[SensorEffect[Path], ...]] = ()
-    track_without_model: ClassVar[tuple[SensorEffect[Path], ...]] = ()
-    track_rivals: ClassVar[tuple[str, ...]] = ()
-    least_turn: ClassVar[float] = 0.0
-    drifts: ClassVar[bool] = False
-
-    @property
-    def physics(self) -> str:
-        """What the cause is, in words and as an equation."""
-        return cleandoc(type(self).__doc__ or "")
-
-    def __repr__(self) -> str:
-        return self.id
-
-    def __reduce__(self):
-        return type(self), ()
-
-    def __eq__(self, other: object) -> bool:
-        return type(self) is type(other)
-
-    def __hash__(self) -> int:
-        return hash(self.id)
 
     @abstractmethod
     def variants(self, est: Estimator) -> Sequence[Variant]:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.result import NORMAL_90, Size
 from ..residuals.tests import rate_statistic
-from ..result import Size
 from ..searches.scan import ByScan
-from .base import NORMAL_90, Cause
+from .base import Cause
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator

@@ -5,14 +5,14 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from functools import lru_cache
-from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ...checks.base import Check
+from ...checks.columns._base import ColumnCheck
+from ...checks.registry import checks, classes_in, installed
 from ...models.errors import BadInput
 from ...models.families.extensions import is_term
 from ...models.suggestions import suggestion
-from ._check import CheckCause
-from ._records import RecordCause
 from ._stage import StageCause
 from .base import Cause, NotTestable
 
@@ -21,37 +21,29 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..state import Variant
 
-GROUP = "helmbench.causes"
-"""Entry-point group by which other packages add causes."""
-
 
 @lru_cache(maxsize=1)
-def all_causes() -> dict[str, Cause]:
+def all_causes() -> dict[str, Check]:
     """Identifier -> every cause, sorted: those that a diagnosis tests, and those that only `check` looks for.
 
     Raises
     ------
     BadInput : two causes have the same identifier, or a plug-in cannot be loaded.
     """
-    found: dict[str, Cause] = {}
-    for cls in [*_own(), *_installed()]:
+    found: dict[str, Check] = {}
+    for cls in [*_own(), *(cls for cls in installed() if issubclass(cls, Cause))]:
         if cls.id in found:
             raise BadInput(f"cause {cls.id!r} is defined twice", file=cls.__module__)
         found[cls.id] = cls()
-    return dict(sorted(found.items()))
+    return dict(sorted((checks() | found).items()))
 
 
-def causes() -> dict[str, Cause]:
+def causes() -> dict[str, Check]:
     """Identifier -> every cause that a diagnosis tests, sorted; BadInput as `all_causes`."""
-    return {name: entry for name, entry in all_causes().items() if not isinstance(entry, CheckCause)}
+    return {name: entry for name, entry in all_causes().items() if isinstance(entry, Cause | ColumnCheck)}
 
 
-def check_causes() -> dict[str, CheckCause]:
-    """Identifier -> every cause that only `check` looks for, sorted; BadInput as `all_causes`."""
-    return {name: entry for name, entry in all_causes().items() if isinstance(entry, CheckCause)}
-
-
-def cause(name: str) -> Cause:
+def cause(name: str) -> Check:
     """The cause of an identifier; BadInput if there is none."""
     known = causes()
     if name not in known:
@@ -59,14 +51,9 @@ def cause(name: str) -> Cause:
     return known[name]
 
 
-def record_causes() -> list[RecordCause]:
-    """Causes that make whole columns mean something else, in the order in which they are looked for."""
-    return sorted((c for c in causes().values() if isinstance(c, RecordCause)), key=lambda c: (c.rank, c.id))
-
-
 def bank() -> list[Cause]:
     """Causes that are tried against a model."""
-    return [c for c in causes().values() if not isinstance(c, StageCause)]
+    return [c for c in causes().values() if isinstance(c, Cause) and not isinstance(c, StageCause)]
 
 
 def terms_for(model: Model) -> tuple[str, ...]:
@@ -87,7 +74,7 @@ def testable(est: Estimator) -> tuple[dict[Cause, tuple[Variant, ...]], dict[Cau
             can[entry] = tuple(entry.variants(est))
         except NotTestable as reason:
             cannot[entry] = str(reason)
-    later = (c for c in causes().values() if isinstance(c, StageCause) and not isinstance(c, RecordCause))
+    later = (c for c in causes().values() if isinstance(c, StageCause))
     return can, cannot | {entry: entry.stage for entry in later}
 
 
@@ -98,29 +85,4 @@ def _own() -> list[type[Cause]]:
         for entry in pkgutil.iter_modules(package.__path__)
         if not entry.name.startswith("_")
     ]
-    return [cls for module in modules for cls in causes_in(module)]
-
-
-def causes_in(module: Any) -> list[type[Cause]]:
-    """The causes that a module defines itself (not those it imports)."""
-    return [
-        value
-        for value in vars(module).values()
-        if isinstance(value, type)
-        and issubclass(value, Cause)
-        and "id" in vars(value)
-        and value.__module__ == module.__name__
-    ]
-
-
-def _installed() -> list[type[Cause]]:
-    found = []
-    for point in entry_points(group=GROUP):
-        try:
-            cls = point.load()
-        except Exception as error:  # whatever a foreign package raises while it is imported
-            raise BadInput(f"cause plug-in cannot be loaded: {error}", file=point.value) from error
-        if not (isinstance(cls, type) and issubclass(cls, Cause)):
-            raise BadInput("not a subclass of helmbench.diagnosis.causes.base.Cause", file=point.value)
-        found.append(cls)
-    return found
+    return [cls for module in modules for cls in classes_in(module, Cause)]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.result import Size
 from ...estimation.filters.innovations.settings import Parameter
-from ..result import Size
 from ..searches.score import ByScore
 from .base import Cause, NotTestable
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..kinematics.series import TrackEffect, half_a_percent
+from ...checks.sensors import speed_scale
 from ..searches.score import ByScore
 from .base import Cause, one, require_channels
 
@@ -14,18 +14,11 @@ if TYPE_CHECKING:
     from ..state import Variant
 
 
-class SpeedScale(Cause):
-    """Scale error of the speed log: recorded surge and sway = (1 + s) true."""
-
-    id = "speed_scale"
-    where = "sensor"
-    unit = "1"
+class SpeedScale(speed_scale.SpeedScale, Cause):
     search = ByScore()
     smallest = 0.005
     largest = 0.3
     power_size = 0.002
-    separate_by = "a measured mile in both directions"
-    track = (TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way, half_a_percent),)
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         require_channels(est, "u", "v")

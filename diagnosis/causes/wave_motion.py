@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.result import NORMAL_90, Size
 from ...estimation.filters.innovations.noise_fit import fit_noise
-from ...estimation.linear_algebra import finite
-from ..result import Size
+from ...models.linear_algebra import finite
 from ..searches.base import Search
 from ..state import candidate
 from ..statistics.bootstrap import independent_variances
-from .base import DEGREE, NORMAL_90, Cause
+from .base import DEGREE, Cause
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator

@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.base import Check
+from ...checks.result import NORMAL_90, Size
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.refit import refit
 from ...models.coefficient_groups import groups_of
 from ...models.errors import BadInput, FitFailed
 from ...models.instruments import combined
 from .. import verdict
-from ..causes.base import NORMAL_90, Cause
+from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes, terms_for
 from ..causes.rudder_effectiveness import RudderEffectiveness
@@ -23,7 +25,7 @@ from ..findings import diagnosis_of, noise_of, of_fault
 from ..gain.extension import extended_model
 from ..gain.measured import base_setting, gain_of
 from ..kinematics.stage import Sensors, sensors_of
-from ..result import Entry, Finding, Size
+from ..result import Entry, Finding
 from ..starting import starting_state, thinned
 from ..state import Candidate, State
 from .entering import entering
@@ -163,7 +165,7 @@ def _matters(final: Fitted, one: Sized, felt: bool) -> bool:
     return cause.matters(final.base.est, one.variant, one.values) and one.clear and felt
 
 
-def of_hull(cause: Cause) -> bool:
+def of_hull(cause: Check) -> bool:
     """Whether a cause describes the hull, as the base model's own numbers do."""
     return cause.where == "hull" or cause.id in OF_HULL
 
@@ -325,10 +327,12 @@ def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, 
     """One line for every cause of the taxonomy."""
     named = {f.cause: f for f in findings}
     tied = {name: f.cause for f in findings for name in f.tied_with}
-    small = {one.accepted.cause: done.shares.drops[i] for i, one in done.immaterial}
+    small = {one.accepted.cause.id: done.shares.drops[i] for i, one in done.immaterial}
+    leads = {cause.id: lead for cause, lead in done.found.leads.items()}
+    untestable = {cause.id: why for cause, why in cannot.items()}
     out = []
     for cause in causes().values():
-        lead = done.found.leads.get(cause)
+        lead = leads.get(cause.id)
         statistic = None if lead is None else lead.statistic
         p = None if lead is None else float(min(1.0, 25.0 * np.exp(max(lead.log_p, -700.0))))
         if cause.id in named:
@@ -336,13 +340,13 @@ def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, 
             status, statistic, p, why = "tied" if f.tied_with else "named", f.statistic, f.p_adjusted, f.evidence
         elif cause.id in tied:
             status, why = "tied", f"cannot be told from {tied[cause.id]} on these records"
-        elif cause in small and not small[cause].low > 0.0:
+        elif cause.id in small and not small[cause.id].low > 0.0:
             status, why = "not_significant", "detectable, but takes nothing off the free-run error for sure"
-        elif cause in small:
+        elif cause.id in small:
             status = "explained_by"
-            why = f"detectable, immaterial: takes off {100.0 * small[cause].value:.1f} % of the free-run error"
-        elif cause in cannot:
-            status, why = "not_testable", cannot[cause]
+            why = f"detectable, immaterial: takes off {100.0 * small[cause.id].value:.1f} % of the free-run error"
+        elif cause.id in untestable:
+            status, why = "not_testable", untestable[cause.id]
         elif cause.id in LEFT_OUT:
             status, why = "not_testable", "the base model's own numbers, which are uncertain, take its place"
         else:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import CLIP
-from ...estimation.linear_algebra import finite
+from ...models.linear_algebra import finite
 from .terms import NUMBERS, SIDE
 
 AXES = 3

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ..searches.change_point import longest
-from ..statistics.score_tests import log_tail
 from .fit import Base, expanded
 from .quadratic import START, Quadratic, inflation, mode, scales
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...estimation.threads import beside
-from ..statistics.score_tests import log_tail
 from .fit import ROUNDS, Base, Fitted, fit, with_forces
 from .quadratic import START
 from .screen import GRID, Lead, screen

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..causes.base import NORMAL_90, Cause
-from ..result import Finding, Size
-from ..statistics.random_effects import random_effects_mean
+from ...checks.result import NORMAL_90, Size
+from ...checks.statistics.random_effects import random_effects_mean
+from ..causes.base import Cause
+from ..result import Finding
 from .fit import expanded
 from .quadratic import by_record, mode, robust_covariance
 from .search import AROUND_S

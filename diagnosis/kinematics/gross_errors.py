@@ -9,19 +9,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..causes.registry import record_causes
+from ...checks.registry import column_checks
 
 if TYPE_CHECKING:
+    from ...checks.columns._base import ColumnFault
     from ...datasets.record import Record
     from ...models.model import Model
-    from ..causes._records import RecordFault
 
 
-def corrected_for(records: Sequence[Record], model: Model) -> tuple[list[Record], list[RecordFault]]:
+def corrected_for(records: Sequence[Record], model: Model) -> tuple[list[Record], list[ColumnFault]]:
     """Records with gross faults corrected, and what they were."""
-    found: list[RecordFault] = []
+    found: list[ColumnFault] = []
     current = list(records)
-    for cause in record_causes():
-        faults, current = cause.find(current, model.starboard)
+    for check in column_checks():
+        faults, current = check.find(current, model.starboard)
         found += faults
     return current, found

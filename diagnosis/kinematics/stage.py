@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.check import UNUSABLE, distinct
+from ...checks.comparison.chains import heading_chain, track_chain
+from ...checks.comparison.selection import compare
+from ...checks.findings import of_sizes
+from ...checks.statistics.tails import log_tail
 from ...datasets.instruments import corrected
 from ..causes.registry import bank
 from ..result import Finding
-from ..statistics.score_tests import log_tail
-from .chains import heading_chain, track_chain
-from .check import UNUSABLE, distinct
-from .findings import of_sizes
-from .sensors import compare
 
 if TYPE_CHECKING:
+    from ...checks.result import CheckFinding
     from ...datasets.record import Record
     from ..causes.base import Cause
-    from .check_result import CheckFinding
 
 
 FARTHEST = 1.0
@@ -47,7 +47,8 @@ def sensors_of(train: Sequence[Record], held_out: Sequence[Record], only: Collec
     done = Sensors(distinct(train), list(held_out))
     for chain in (heading_chain(), track_chain()):
         known = [c for c in bank() if only is None or c in only]
-        options = tuple(o for o in chain.options if o.cause in known and all(e.instruments for e in o.effects))
+        ids = {c.id: c for c in known}
+        options = tuple(o for o in chain.options if o.cause.id in ids and all(e.instruments for e in o.effects))
         try:
             found = compare(chain._replace(options=options), done.train)
         except UNUSABLE:
@@ -67,14 +68,13 @@ def sensors_of(train: Sequence[Record], held_out: Sequence[Record], only: Collec
             for effect, mean in zip(s.option.effects, s.means, strict=True)
             for slot in effect.instruments
         }
-        ids = {c.id for c in known}
         told = tuple(_finding(f, ids) for f in of_sizes(found) if f.material)
         done = Sensors(
             [fixed.get(r.name, r) for r in done.train],
             [corrected(r, numbers) for r in done.held_out] if numbers else done.held_out,
             (*done.findings, *told),
             done.instruments | numbers,
-            done.decided | {option.cause for option in found.tested},
+            done.decided | {ids[option.cause.id] for option in found.tested},
         )
     return done
 

@@ -14,14 +14,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...checks.base import SensorError
+from ...checks.comparison.series import NEEDED, SensorEffect, path_of, whitened
+from ...checks.result import NORMAL_90, Size
+from ...checks.statistics.tails import log_tail
 from ...datasets.instruments import corrected
-from ...estimation.linear_algebra import finite
-from ..causes.base import NORMAL_90, Cause
-from ..causes.registry import bank, cause
-from ..result import Finding, Size
+from ...models.linear_algebra import finite
+from ..causes.base import Cause
+from ..causes.registry import bank
+from ..result import Finding
 from ..selection.ties import MOST_TIED, TIE_NATS
-from ..statistics.score_tests import log_tail
-from .series import NEEDED, SensorEffect, path_of, whitened
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -57,13 +59,14 @@ def usable(records: Sequence[Record]) -> list[Record]:
 
 def rivals(entry: Cause) -> tuple[Cause, ...]:
     """Causes that the track alone cannot tell from one."""
-    return tuple(cause(name) for name in entry.track_rivals)
+    known = {c.id: c for c in bank()}
+    return tuple(known[name] for name in getattr(entry, "track_rivals", ()))
 
 
 def options(only: Collection[Cause] | None) -> list[Option]:
     """Every effect on the track of the causes (None: of all)."""
     chosen = [c for c in bank() if only is None or c in only]
-    return [Option(c, effect) for c in chosen for effect in c.track]
+    return [Option(c, effect) for c in chosen if isinstance(c, SensorError) for effect in c.track]
 
 
 def compare(records: Sequence[Record], alpha: float, only: Collection[Cause] | None = None) -> Tracks:

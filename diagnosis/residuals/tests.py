@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...checks.statistics.tails import chi2_quantile, log_tail, normal_log_tail
 from ...estimation.filters.innovations.vector import SYMBOLS
 from ...models.model import CHANNELS as COLUMNS
-from ..statistics.score_tests import log_tail
-from ..statistics.tails import chi2_quantile, normal_log_tail
 from .features import word
 
 if TYPE_CHECKING:

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import responses, traces
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.settings import Noise, Setting
 from ...estimation.filters.innovations.vector import CHANNELS
-from ...estimation.linear_algebra import finite
+from ...models.linear_algebra import finite
 from ..state import IN_SPAN, Candidate, State, Unmodelled, candidate, exceeds_misfit, projector
 from ..statistics.gusts import gust_cost, penalised_likelihood
-from ..statistics.score_tests import independent_tests, log_tail
+from ..statistics.score_tests import independent_tests
 from . import features
 from .features import Feature
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.estimator import Estimator
 from ...estimation.filters.innovations.settings import Setting
 from ..state import Candidate, Screened, State, Variant
 from ..statistics.bootstrap import largest_score
-from ..statistics.score_tests import log_tail
 from .base import Here, Search, most_likely, refitted
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ..state import Candidate, Screened, State, Variant
 from ..statistics.bootstrap import largest_score
-from ..statistics.score_tests import log_tail
 from .base import Here, Search, refitted
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise_from_starts
 from ...estimation.filters.innovations.refit import refit
@@ -16,7 +17,7 @@ from ..residuals import tests
 from ..residuals.unmodelled import best_unmodelled
 from ..state import HIDING, Candidate, Screened, State, Unmodelled, candidate, exceeds_misfit, matters
 from ..statistics.gusts import penalised_likelihood
-from ..statistics.score_tests import canonical_correlation, log_tail
+from ..statistics.score_tests import canonical_correlation
 from .failures import Failed, attempted, itself, sorted_out
 from .screening import counted, screen
 from .ties import MOST_TIED, TIE_CORRELATION, TIE_NATS

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ..searches.base import Here
 from ..state import IN_SPAN, Screened, State, Variant, projector
-from ..statistics.score_tests import effective_number, log_tail
+from ..statistics.score_tests import effective_number
 from .failures import Failed, attempted, itself
 
 if TYPE_CHECKING:

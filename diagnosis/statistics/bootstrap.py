@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import CLIP
-from ...estimation.linear_algebra import finite
+from ...models.linear_algebra import finite
 from .score_tests import Projector, Score, independent_tests
 
 if TYPE_CHECKING:

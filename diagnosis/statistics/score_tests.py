@@ -7,23 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...checks.statistics.tails import chi2_tail, normal_tail
 from ...estimation.filters.innovations.estimator import Innovations
 from ...estimation.filters.innovations.noise_fit import CLIP
 from ...estimation.filters.innovations.vector import CHANNELS
-from ...estimation.linear_algebra import finite, information_inverse
-from .tails import chi2_log_tail, chi2_tail, normal_tail
+from ...models.linear_algebra import finite, information_inverse
 
 DRAWS = 5000
-
-
-def log_tail(statistic: float, k: int) -> float:
-    """log P(chi2_k > statistic), also far in the tail."""
-    from scipy.special import gammaln
-
-    x = max(float(statistic), 1e-9)
-    if x < 300.0:
-        return chi2_log_tail(x, k)
-    return float(-0.5 * x + (0.5 * k - 1.0) * np.log(0.5 * x) - gammaln(0.5 * k))
 
 
 @dataclass(frozen=True)

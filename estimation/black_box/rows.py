@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.signals import bridged
 from ...models.errors import CannotFit
 from ..regression.smoothed import at_equal_steps
-from ..series import bridged, inputs_of, require, yaw_rate_of
+from ..series import inputs_of, require, yaw_rate_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

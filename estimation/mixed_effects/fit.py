@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...models.linear_algebra import finite
 from ..likelihood.minimiser import Damping, try_steps
-from ..linear_algebra import finite
 from ..threads import in_threads
 from .problem import Problem, Run, pooled, squares
 

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.signals import bridged
 from ...models.errors import CannotFit
 from ..observers.statevariable import derivatives, transients
-from ..series import bridged, inputs_of, require, samples
+from ..series import inputs_of, require, samples
 from . import factors
 from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, n_accelerations, table
 

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.signals import bridged
 from ...models.errors import CannotFit, FitFailed
 from ..observers.eso import Observed, observe, observe_as_printed
 from ..selection import free_run_cost
-from ..series import bridged, inputs_of, require, series_of
+from ..series import inputs_of, require, series_of
 from .filtered import stretches
 from .least_squares import equation_factors, least_squares
 from .samples import RegressionSamples, check_enough_rows, table

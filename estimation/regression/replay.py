@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.signals import sensor_sd
 from ...models.errors import CannotFit, FitFailed
-from ..series import sensor_sd
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

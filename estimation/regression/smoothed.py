@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.signals import bridged, sensor_sd
 from ...models.errors import CannotFit
 from ..observers.smoothing import Track, Walk, fitted_walk, smoothed
-from ..series import bridged, inputs_of, noise_floor, require, samples, sensor_sd
+from ..series import inputs_of, noise_floor, require, samples
 from .filtered import FilteredRows, stretches
 from .samples import RegressionSamples, check_enough_rows, n_accelerations, table
 

@@ -39,7 +39,7 @@ def warn_of(doubts: Sequence[str]) -> None:
 
 
 def _file_doubts(record: Record) -> list[str]:
-    from ..diagnosis.kinematics.check import file_faults
+    from ..checks.check import file_faults
 
     found, _, _, _ = file_faults(record, FILE_FAULTS)
     return [f"{record.name}: {f.evidence}" for f in found if f.material]

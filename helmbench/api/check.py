@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..diagnosis.kinematics import check_result
+from ..checks import result as check_result
 from ..models.errors import BadInput
 from .documents import json_text, text_writer, write_together
 from .identification import listed
@@ -16,9 +16,9 @@ from .identification import listed
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..checks.result import CheckFinding
     from ..datasets.lenient import Repairs
     from ..datasets.record import Record
-    from ..diagnosis.kinematics.check_result import CheckFinding
     from .identification import Path as FilePath
 
 FILES = ("check.json", "check.html")
@@ -104,7 +104,7 @@ def check(records: Record | FilePath | Sequence[Record | FilePath], *, positive_
     ------
     BadInput : no record is given, or a file cannot be read as a table with known columns.
     """
-    from ..diagnosis.kinematics.check import check as engine
+    from ..checks.check import check as engine
 
     given = [_read(one, positive_rudder) for one in listed(records)]
     if not given:
@@ -124,9 +124,9 @@ def _read(one: Record | FilePath, positive_rudder: str | None) -> tuple[Record, 
 
 def _of_repairs(record: Record, repairs: Repairs) -> list[CheckFinding]:
     """Findings about rows that were left out or moved on reading."""
-    from ..diagnosis.causes.registry import check_causes
-    from ..diagnosis.kinematics.fault import Fault
-    from ..diagnosis.kinematics.findings import of_fault
+    from ..checks.fault import Fault
+    from ..checks.findings import of_fault
+    from ..checks.registry import file_checks
 
     said = {
         "have no time": repairs.timeless,
@@ -135,4 +135,4 @@ def _of_repairs(record: Record, repairs: Repairs) -> list[CheckFinding]:
     }
     faults = [Fault(f"{n} of {repairs.rows} rows {what}", ("time_s",)) for what, n in said.items() if n]
     faults += [Fault(f"{name} has {n} infinite values", (name,)) for name, n in repairs.infinite]
-    return [of_fault(check_causes()["time_stamps"], fault, record) for fault in faults]
+    return [of_fault(file_checks()["time_stamps"], fault, record) for fault in faults]

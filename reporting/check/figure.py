@@ -11,7 +11,7 @@ from ..plots import COLOURS, SOFT
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ...diagnosis.kinematics.check_result import CheckResult
+    from ...checks.result import CheckResult
 
 ALL = "all records"
 

@@ -9,7 +9,7 @@ from .tables import by_record, findings
 from .text import NOTHING, headline
 
 if TYPE_CHECKING:
-    from ...diagnosis.kinematics.check_result import CheckResult
+    from ...checks.result import CheckResult
 
 READING = (
     "No model of the ship is used. A finding of the file is read off the samples of each record. A finding of the "

@@ -9,7 +9,7 @@ from ..numbers import MISSING, number
 from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ...diagnosis.kinematics.check_result import CheckFinding, CheckResult
+    from ...checks.result import CheckFinding, CheckResult
 
 SHOWN = 3
 """Records that are named one by one."""

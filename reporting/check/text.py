@@ -8,7 +8,7 @@ from .. import tables
 from .tables import brief, findings, name
 
 if TYPE_CHECKING:
-    from ...diagnosis.kinematics.check_result import CheckResult
+    from ...checks.result import CheckResult
 
 NOTHING = "no findings: the channels agree with each other, and the samples show no fault"
 

@@ -13,7 +13,8 @@ from ..tables import console
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ...diagnosis.result import Diagnosis, Entry, Finding, Size
+    from ...checks.result import Size
+    from ...diagnosis.result import Diagnosis, Entry, Finding
 
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 SHARES = ("e", "s", "share", "fraction")

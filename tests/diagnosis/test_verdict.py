@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from helmbench.checks.result import Size
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis import verdict
-from helmbench.diagnosis.result import Finding, Size, Trace
+from helmbench.diagnosis.result import Finding, Trace
 from helmbench.diagnosis.state import Candidate, Unmodelled
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.filters.innovations.spikes import without_spikes_in_time
+from helmbench.datasets.spikes import without_spikes_in_time
 from helmbench.estimation.gaps import splices, stretches, unbroken
 from helmbench.models.model import resolve
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.record import Record
-from helmbench.estimation.series import averaged, initial_state_of, sensor_sd, series_of, steps
+from helmbench.datasets.signals import sensor_sd
+from helmbench.estimation.series import averaged, initial_state_of, series_of, steps
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 

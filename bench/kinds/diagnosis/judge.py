@@ -13,7 +13,8 @@ from .columns import CHANNELS
 from .names import named
 
 if TYPE_CHECKING:
-    from ....diagnosis.result import Diagnosis, Finding, Size
+    from ....checks.result import Size
+    from ....diagnosis.result import Diagnosis, Finding
     from ...faults import Effect, Injected
     from ...faults.ships import Ship
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
+from ....datasets.signals import sensor_sd
 from ....models import kernels as kernel_store
 from ...gaps import clock_of
-from ...series import sensor_sd
 from ...threads import in_threads
 from .force_units import force_units
 from .runs import KEPT, Recent, filtered

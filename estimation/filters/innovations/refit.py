@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...linear_algebra import finite
+from ....models.linear_algebra import finite
 from .derivatives import columns
 from .noise_fit import fit_noise
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ....datasets.instruments import quietened, rudder_noise
+from ....datasets.signals import bridged
+from ....datasets.spikes import without_spikes_in_time
 from ....models.errors import CannotFit
 from ...gaps import SHORTEST, parts_of
-from ...series import bridged, initial_state_of, inputs_of, samples
+from ...series import initial_state_of, inputs_of, samples
 from ...weather import held_weather
-from .spikes import without_spikes_in_time
 from .vector import CHANNELS, SYMBOLS, state_of
 
 if TYPE_CHECKING:

@@ -3,13 +3,14 @@
 import pytest
 
 from helmbench.diagnosis.causes._stage import StageCause
+from helmbench.diagnosis.causes.base import Cause
 from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.diagnosis.contract import CHECKS, OF_STAGES
 
 
 def cases():
     for name, cause in all_causes().items():
-        for check in OF_STAGES if isinstance(cause, StageCause) else CHECKS:
+        for check in OF_STAGES if not isinstance(cause, Cause) or isinstance(cause, StageCause) else CHECKS:
             yield pytest.param(type(cause), check, id=f"{name}-{check.__name__.removeprefix('check_')}")
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, inject
-from helmbench.diagnosis.causes.outliers import Outliers
+from helmbench.checks.columns.outliers import Outliers
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, inject
+from helmbench.checks.result import NORMAL_90
 from helmbench.datasets.generator import Case as Generated
 from helmbench.datasets.generator import generate
-from helmbench.diagnosis.causes.base import DESCRIBED, NORMAL_90
+from helmbench.diagnosis.causes.base import DESCRIBED
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
 from helmbench.estimation.filters.innovations.estimator import estimator

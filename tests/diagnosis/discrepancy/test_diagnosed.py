@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from helmbench.bench.kinds.diagnosis.bases import base_model
+from helmbench.checks.result import Size
 from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.discrepancy.diagnosed import of_hull, once
 from helmbench.diagnosis.discrepancy.shares import OfChannel
-from helmbench.diagnosis.result import Finding, Size
+from helmbench.diagnosis.result import Finding
 from helmbench.models.model import model_to_json, resolve
 
 from ...injections import injected

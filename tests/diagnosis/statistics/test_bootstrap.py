@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, inject
+from helmbench.checks.statistics.tails import log_tail
 from helmbench.datasets.generator import Case as Generated
 from helmbench.datasets.generator import generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
@@ -15,7 +16,6 @@ from helmbench.diagnosis.selection.forward import noise_fitted, refined
 from helmbench.diagnosis.selection.screening import screen
 from helmbench.diagnosis.state import first_state
 from helmbench.diagnosis.statistics.bootstrap import independent_values, independent_variances
-from helmbench.diagnosis.statistics.score_tests import log_tail
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve
 

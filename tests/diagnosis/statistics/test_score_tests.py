@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from helmbench.checks.statistics.tails import log_tail
 from helmbench.diagnosis.statistics.score_tests import (
     Projector,
     canonical_correlation,
     cauchy_combination,
     effective_number,
     independent_tests,
-    log_tail,
 )
 from helmbench.estimation.filters.innovations.estimator import Innovations
 

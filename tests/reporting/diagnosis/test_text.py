@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from helmbench.checks.result import Size
 from helmbench.diagnosis.calibration.result import Moved
-from helmbench.diagnosis.result import Size
 from helmbench.reporting.diagnosis import text as words
 
 from ...made_up_diagnosis import made_up

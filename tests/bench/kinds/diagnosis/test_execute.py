@@ -20,7 +20,8 @@ from ....inline_pool import inline
 here = pytest.mark.usefixtures("in_this_process")
 STUB = """
 from helmbench.diagnosis.registry import Diagnoser
-from helmbench.diagnosis.result import Diagnosis, Finding, Gain, Size
+from helmbench.diagnosis.result import Diagnosis, Finding, Gain
+from helmbench.checks.result import Size
 
 class Guess(Diagnoser):
     name = "guess"

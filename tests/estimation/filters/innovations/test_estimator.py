@@ -7,12 +7,12 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.sensors import NOISE
+from helmbench.datasets.spikes import without_spikes, without_spikes_in_time
 from helmbench.estimation.filters.innovations import noise_fit
 from helmbench.estimation.filters.innovations.derivatives import columns, responses, tangent, traces
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.estimation.filters.innovations.noise_fit import QUANTUM, fit_noise
 from helmbench.estimation.filters.innovations.settings import Parameter
-from helmbench.estimation.filters.innovations.spikes import without_spikes, without_spikes_in_time
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 

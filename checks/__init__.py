@@ -1,0 +1,1 @@
+"""What records show of their sensors and files without a hull model."""

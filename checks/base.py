@@ -1,0 +1,75 @@
+"""What a check is: one class in one file, and all that is known of it without a hull model.
+
+A check says what it looks for (its docstring: in words and as an equation), the unit of its sizes, and what would tell
+it from its rivals.  `FileCheck` looks at one record, `ColumnCheck` (`columns._base`) at what whole columns mean,
+`SensorError` leaves something between channels that must agree.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from inspect import cleandoc
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from .comparison.series import Path, SensorEffect, Turn
+    from .fault import Fault
+
+
+class Check(ABC):
+    """Base class of all that can be wrong; subclasses set the class attributes.
+
+    id : public identifier, that of the file.  where : part of the chain, as `diagnosis.causes.base.WHERE`, or record.
+    unit : of its sizes.  separate_by : what would tell it from its rivals.
+    stage : where it is looked for, as a reason why a model's residuals are not asked for it.
+    """
+
+    id: ClassVar[str]
+    where: ClassVar[str] = "record"
+    unit: ClassVar[str] = "1"
+    separate_by: ClassVar[str | None] = None
+    stage: ClassVar[str] = "looked for in the records themselves, without a model"
+
+    @property
+    def physics(self) -> str:
+        """What it is, in words and as an equation."""
+        return cleandoc(next((c.__doc__ for c in type(self).__mro__ if c.__doc__), ""))
+
+    def __repr__(self) -> str:
+        return self.id
+
+    def __reduce__(self):
+        return type(self), ()
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other)
+
+    def __hash__(self) -> int:
+        return hash(self.id)
+
+
+class FileCheck(Check):
+    """Base class of faults that one record's file shows."""
+
+    @abstractmethod
+    def find(self, record: Record) -> list[Fault]:
+        """Faults of this kind in one record."""
+
+
+class SensorError(Check):
+    """Base class of sensor errors that show between channels that must agree.
+
+    turn, track : what it leaves between heading and yaw rate, and between positions and velocities; track_without_model
+    : the same, where a model's filter is not to be asked for it.
+    track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
+    can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
+    """
+
+    where = "sensor"
+    turn: ClassVar[tuple[SensorEffect[Turn], ...]] = ()
+    track: ClassVar[tuple[SensorEffect[Path], ...]] = ()
+    track_without_model: ClassVar[tuple[SensorEffect[Path], ...]] = ()
+    track_rivals: ClassVar[tuple[str, ...]] = ()
+    least_turn: ClassVar[float] = 0.0
+    drifts: ClassVar[bool] = False

@@ -1,0 +1,1 @@
+"""Checks of what whole columns mean: one class in one file each."""

@@ -1,0 +1,42 @@
+"""Checks of what whole columns mean: what they have in common, and a fault that they find."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..base import Check
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+
+@dataclass(frozen=True)
+class ColumnFault:
+    """A fault that was found: its check, what a finding says of it, how clearly it shows (in sd, squared), and the
+    instruments of a model that has it."""
+
+    check: ColumnCheck
+    details: Mapping[str, Any]
+    evidence: str
+    statistic: float
+    instruments: Mapping[str, float]
+
+
+class ColumnCheck(Check):
+    """Base class of checks that show that whole columns mean something else.
+
+    rank : checks of lower rank are looked for first.
+    """
+
+    stage = "looked for in the records themselves, before all else"
+    rank = 0
+
+    @abstractmethod
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
+        """Faults of this kind, and the records with them corrected.
+
+        starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
+        """

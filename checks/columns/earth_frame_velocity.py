@@ -1,0 +1,31 @@
+"""Check `earth_frame_velocity`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..integrity.readings import better_reading, read_as
+from ._base import ColumnCheck, ColumnFault
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+
+class EarthFrameVelocity(ColumnCheck):
+    """The surge and sway columns hold velocities along north and east."""
+
+    id = "earth_frame_velocity"
+    rank = 2
+    separate_by = "the logger's list of channels"
+
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
+        better = better_reading(records)
+        if better is None or better.reading.columns:
+            return [], list(records)
+        said = (
+            f"the track disagrees with the velocities by {better.present:.3f} of the way made, by {better.own:.3f} "
+            "when they are read as north and east"
+        )
+        statistic = (better.present / max(better.own, 1e-6)) ** 2
+        return [ColumnFault(self, {}, said, statistic, {"earth_frame_velocity": 1.0})], read_as(records, better.reading)

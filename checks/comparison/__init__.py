@@ -1,0 +1,1 @@
+"""Comparison of heading with yaw rate, and of positions with velocities, by forward selection."""

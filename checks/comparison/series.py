@@ -1,0 +1,224 @@
+"""What sensor errors leave between heading and yaw rate, and between a track and the velocities that made it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+import numpy as np
+
+from ...datasets.signals import bridged, integral, sensor_sd
+from .whitening import whitened_steps
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+NEEDED = ("heading_rad", "surge_m_s", "sway_m_s", "north_m", "east_m")
+
+
+M = TypeVar("M", bound="Motion")
+
+
+@dataclass(frozen=True)
+class SensorEffect(Generic[M]):
+    """What a sensor error of size one leaves between channels that must agree.
+
+    Of a track (M is `Path`): of the positions, less the way made by velocities and heading.  Of a turn (M is `Turn`):
+    of the heading, less the integrated yaw rate.
+
+    parameter, unit : of its size.  instruments : the numbers that correct it.  column : (2, T) north and east of a
+    path, or (1, T) of a turn.  floor : the size from which it matters in a record.  delay : the size cannot be
+    negative, and below a share of the sampling step it is not seen.
+    """
+
+    parameter: str
+    unit: str
+    instruments: tuple[str, ...]
+    column: Callable[[M], np.ndarray]
+    floor: Callable[[M], float]
+    delay: bool = False
+
+
+def late_floor(motion: Motion) -> float:
+    """Floor of a delay, s: half a sampling step, or two percent of the time in which the ship changes its turn."""
+    return max(0.5 * motion.step_s, 0.02 * motion.turning_time_s)
+
+
+def half_a_percent(motion: Motion) -> float:
+    """Floor of a scale (1)."""
+    return 0.005
+
+
+def half_a_degree(motion: Motion) -> float:
+    """Floor of an angle, rad."""
+    return float(np.deg2rad(0.5))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Time (T,) from the first sample, and the heading (T,), gaps bridged."""
+
+    time: np.ndarray
+    heading: np.ndarray
+
+    @property
+    def step_s(self) -> float:
+        """Median sampling step, s."""
+        return float(np.median(np.diff(self.time)))
+
+    @cached_property
+    def turning_time_s(self) -> float:
+        """Yaw rate over yaw acceleration (rms of both), s, from means of the heading over a 200th of the record."""
+        window = max(self.time.size // 200, 1)
+        n = self.time.size // window * window
+        time, heading = (a[:n].reshape(-1, window).mean(axis=1) for a in (self.time, self.heading))
+        rate = np.gradient(heading, time)
+        slope = np.gradient(rate, time)
+        return float(np.sqrt(np.mean(rate**2) / max(np.mean(slope**2), 1e-300)))
+
+
+@dataclass(frozen=True)
+class Turn(Motion):
+    """Heading and yaw rate (T,) of a record, gaps bridged."""
+
+    rate: np.ndarray
+
+    @cached_property
+    def turned(self) -> np.ndarray:
+        """(T,) heading that the yaw rate gives."""
+        return integral(self.rate, self.time)
+
+    @cached_property
+    def quiet_rate(self) -> np.ndarray:
+        """(T,) yaw rate, smoothed: as a column of a regression its noise would draw estimates to zero."""
+        return smoothed(self.rate)
+
+    @property
+    def rate_floor(self) -> float:
+        """Floor of a bias, rad/s: half a percent of the motion, or a tenth of the sensor's noise."""
+        return max(0.005 * float(np.sqrt(np.mean(self.rate**2))), 0.1 * sensor_sd(self.rate))
+
+
+def turn_of(record: Record) -> Turn:
+    """A record's heading and yaw rate, with gaps bridged."""
+    time = record.time_s - record.time_s[0]
+    heading = bridged(record.heading_unwrapped(), time)
+    return Turn(time, heading, bridged(record.column("yaw_rate_rad_s"), time))
+
+
+def smoothed(values: np.ndarray) -> np.ndarray:
+    """Series (T,) through a Gaussian filter of two samples."""
+    from scipy.ndimage import gaussian_filter1d
+
+    return gaussian_filter1d(values, 2.0, mode="nearest")
+
+
+@dataclass(frozen=True)
+class Path(Motion):
+    """Surge, sway, north and east (T,) of a record beside its heading, gaps bridged."""
+
+    surge: np.ndarray
+    sway: np.ndarray
+    north: np.ndarray
+    east: np.ndarray
+
+    @cached_property
+    def rates(self) -> np.ndarray:
+        """(2, T) velocities north and east."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        return np.stack([self.surge * c - self.sway * s, self.surge * s + self.sway * c])
+
+    @cached_property
+    def way(self) -> np.ndarray:
+        """(2, T) way made by the velocities."""
+        return integral(self.rates, self.time)
+
+    @property
+    def turned_way(self) -> np.ndarray:
+        """(2, T) change of the way by a heading that is too large."""
+        return np.stack([self.way[1], -self.way[0]])
+
+    @property
+    def of_sway(self) -> np.ndarray:
+        """(2, T) way that a sway that is too large adds, negative."""
+        return integral(np.stack([np.sin(self.heading), -np.cos(self.heading)]), self.time)
+
+    @property
+    def late_speeds(self) -> np.ndarray:
+        """(2, T) sums of the speeds' changes, turned north and east: the way that speeds a second late leave out."""
+        middle = 0.5 * (self.heading[1:] + self.heading[:-1])
+        cosine, sine, along, across = np.cos(middle), np.sin(middle), np.diff(self.surge), np.diff(self.sway)
+        steps = np.stack([along * cosine - across * sine, along * sine + across * cosine])
+        return np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1)
+
+    @property
+    def late_heading(self) -> np.ndarray:
+        """(2, T) way that a heading a second late leaves out: its yaw rate turns the velocities."""
+        rate = np.gradient(smoothed(self.heading), self.time)
+        return integral(np.stack([-self.rates[1], self.rates[0]]) * rate, self.time)
+
+    @property
+    def ahead(self) -> np.ndarray:
+        """(2, T) way that a point 1 m forward makes beyond that of its ship."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        return np.stack([c - c[0], s - s[0]])
+
+    @property
+    def lever_floor(self) -> float:
+        """Floor of a distance ahead, m: a tenth of the positions' noise, or what turns into a twentieth of the sway."""
+        sway, turn = (
+            float(np.sqrt(np.mean(x**2))) for x in (self.sway, np.gradient(smoothed(self.heading), self.time))
+        )
+        return max(0.1 * sensor_sd(self.north), 0.1 * sensor_sd(self.east), 0.05 * sway / max(turn, 1e-12))
+
+    @property
+    def sway_floor(self) -> float:
+        """Floor of a sway offset, m/s: half a percent of the speed, or a tenth of the sensor's noise."""
+        speed = float(np.sqrt(np.mean(self.surge**2 + self.sway**2)))
+        return max(0.005 * speed, 0.1 * sensor_sd(self.sway))
+
+    @property
+    def late_motion(self) -> np.ndarray:
+        """(2, T) the same where the heading is late as well."""
+        return self.rates - self.rates[:, :1]
+
+
+def path_of(record: Record) -> Path:
+    """A record's path, with gaps bridged."""
+    time = record.time_s - record.time_s[0]
+    heading = bridged(record.heading_unwrapped(), time)
+    return Path(time, heading, *(bridged(record.column(name), time) for name in NEEDED[1:]))
+
+
+def whitened(record: Record, effects: list[SensorEffect]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of one record: departure (2T,), columns (2T, k) of the effects and (2T, 2) of a steady drift, whitened.
+
+    The log's noise is a random walk of the way made and the positions' noise white.
+    """
+    path = path_of(record)
+    zero = np.zeros_like(path.time)
+    drift = [np.stack([path.time, zero]), np.stack([zero, path.time])]
+    series = [np.stack([path.north, path.east]) - path.way, *(effect.column(path) for effect in effects), *drift]
+    place = max(sensor_sd(path.north), sensor_sd(path.east), 1e-6)
+    speed = float(np.mean(np.hypot(path.surge, path.sway)))
+    walk = np.hypot(max(sensor_sd(path.surge), sensor_sd(path.sway)), speed * sensor_sd(path.heading))
+    known = np.isfinite(record.column("north_m")) & np.isfinite(record.column("east_m"))
+    rows = local_level(np.stack(series), known, place, float(walk * np.median(np.diff(path.time))))
+    return rows[0], rows[1 : 1 + len(effects)].T, rows[1 + len(effects) :].T
+
+
+def local_level(series: np.ndarray, known: np.ndarray, place: float, walk: float) -> np.ndarray:
+    """Whitened innovations (m, 2 T) of series (m, 2, T) under white noise on a random walk from an unknown start."""
+    own = np.flatnonzero(known | (np.arange(known.size) == 0))
+    steps = np.diff(own)
+    out = np.zeros_like(series)
+    for axis in range(series.shape[1]):
+        rows = whitened_steps(series[:, axis, own], np.full(steps.size, True), place, walk * np.sqrt(steps))
+        out[:, axis, own[1:]] = rows
+    return out.reshape(len(series), -1)
+
+
+TurnEffect = SensorEffect[Turn]
+TrackEffect = SensorEffect[Path]

@@ -1,0 +1,51 @@
+"""A fault of one record that needs no model to be seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .result import Size
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+
+
+SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+"""Columns of sensors, which change in every sample: a rudder or a propeller may be held."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is wrong, as a sentence with its figures.
+
+    channels : columns that are concerned.  sizes : numbers of the fault with their intervals.  material : whether it
+    would falsify what the record gives; else it is a remark.  blanks : samples (column, start, stop) that are
+    no measurements.  factors : column -> what its values are to be multiplied by.
+    """
+
+    evidence: str
+    channels: tuple[str, ...] = ()
+    sizes: tuple[Size, ...] = ()
+    material: bool = True
+    blanks: tuple[tuple[str, int, int], ...] = ()
+    factors: Mapping[str, float] = field(default_factory=dict)
+
+
+def exact(parameter: str, value: float, unit: str) -> Size:
+    """A size that is counted or read off, without an interval."""
+    return Size(parameter, float(value), float(value), float(value), unit)
+
+
+def cleaned(record: Record, faults: Sequence[Fault]) -> Record:
+    """The record with blanked samples as gaps and wrong factors corrected."""
+    channels = {name: values.copy() for name, values in record.channels.items()}
+    for fault in faults:
+        for name, factor in fault.factors.items():
+            channels[name] = channels[name] * factor
+        for name, start, stop in fault.blanks:
+            channels[name][max(start, 0) : stop] = np.nan
+    return record.with_channels(**channels)

@@ -1,0 +1,1 @@
+"""Checks of one record's file: one class in one file each."""

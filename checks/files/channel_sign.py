@@ -1,0 +1,57 @@
+"""Check `channel_sign`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...datasets.axes import track_of
+from ..base import FileCheck
+from ..fault import Fault, exact
+from ..integrity.ratios import AGREE, heading_ratio
+from ..integrity.readings import BETTER, LEAST, TRACK, better_reading, track_error
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+
+class ChannelSign(FileCheck):
+    """A column with the other sign: yaw rate against heading, sway or east against the track, the track's turns against
+    the heading's."""
+
+    id = "channel_sign"
+    separate_by = "the logger's list of channels and its axes"
+
+    def find(self, record: Record) -> list[Fault]:
+        track = self._of_track(record)
+        if track is None and better_reading([record]) is None:  # which another cause names
+            track = self._of_course(record)
+        return [f for f in (self._of_rate(record), track) if f]
+
+    def _of_rate(self, record: Record) -> Fault | None:
+        ratio = heading_ratio(record)
+        if ratio is None or ratio.correlation > -AGREE:
+            return None
+        said = f"yaw_rate_rad_s turns against the heading (correlation {ratio.correlation:.3f})"
+        return Fault(said, ("yaw_rate_rad_s",), (exact("ratio", ratio.slope, "1"),), factors={"yaw_rate_rad_s": -1.0})
+
+    def _of_track(self, record: Record) -> Fault | None:
+        if not record.has(*TRACK):
+            return None
+        present = track_error(record)
+        errors = {name: track_error(record.with_channels(**{name: -record.column(name)})) for name in TRACK[1:]}
+        best = min(errors, key=lambda name: errors[name])
+        if not errors[best] < BETTER * present > BETTER * LEAST:
+            return None
+        said = (
+            f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} with "
+            f"{best} reversed"
+        )
+        return Fault(said, (best,), (exact("disagreement", present, "1"),), factors={best: -1.0})
+
+    def _of_course(self, record: Record) -> Fault | None:
+        """Positions alone, without velocities or together with them: their track turns to the other side."""
+        found = track_of(record)
+        if found is None or not found.mirrored:
+            return None
+        said = f"the track turns against the heading, as if {found.reading}; or the heading counts anticlockwise"
+        return Fault(said, ("north_m", "east_m"))

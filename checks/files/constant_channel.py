@@ -1,0 +1,33 @@
+"""Check `constant_channel`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.columns import CANONICAL
+from ..base import FileCheck
+from ..fault import Fault
+from .frozen_samples import SENSED
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+
+class ConstantChannel(FileCheck):
+    """A channel that never changes, or never has a value: a dead sensor, or one that was not connected."""
+
+    id = "constant_channel"
+    separate_by = "a record in which the quantity surely changes"
+
+    def find(self, record: Record) -> list[Fault]:
+        found = []
+        for name, values in record.channels.items():
+            known = values[np.isfinite(values)]
+            if not known.size:
+                found.append(Fault(f"{name} has no value at all", (name,)))
+            elif known.size > 1 and np.ptp(known) == 0.0:
+                said = f"{name} is {known[0]:.6g} {CANONICAL[name]} in every row"
+                found.append(Fault(said, (name,), material=name in SENSED))
+        return found

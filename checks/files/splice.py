@@ -1,0 +1,40 @@
+"""Check `splice`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..base import FileCheck
+from ..comparison.whitening import LONGEST_GAP
+from ..fault import Fault, exact
+from ..integrity.jumps import jumps
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+UNITS = {"heading_rad": "rad", "north_m": "m", "east_m": "m"}
+
+
+class Splice(FileCheck):
+    """A jump of heading or position beyond what yaw rate and speed allow: pieces joined, or a sensor that was reset."""
+
+    id = "splice"
+    unit = "m, rad"
+    separate_by = "the original files, piece by piece"
+
+    def find(self, record: Record) -> list[Fault]:
+        found, time = [], record.time_s
+        for name in UNITS:
+            own = [j for j in jumps(record) if j.channel == name]
+            if not own:
+                continue
+            worst = max(own, key=lambda j: abs(j.change))
+            unit = UNITS[name]
+            said = (
+                f"{name} jumps {len(own)} times, most by {worst.change:.4g} {unit} at {time[worst.k]:.6g} s, where its "
+                f"rates allow {worst.allowed:.2g} {unit}"
+            )
+            half = LONGEST_GAP // 2 + 1
+            blanks = tuple((name, j.k - half, j.k + half + 1) for j in own)
+            found.append(Fault(said, (name,), (exact("largest jump", worst.change, unit),), blanks=blanks))
+        return found

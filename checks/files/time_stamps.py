@@ -1,0 +1,40 @@
+"""Check `time_stamps`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..base import FileCheck
+from ..fault import Fault, exact
+from ..integrity.stamps import stamps
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+UNEVEN_SHARE = 0.02
+MISSING_SHARE = 0.02
+
+
+class TimeStamps(FileCheck):
+    """Time stamps that repeat, go back, come late or irregularly, or rows that are missing."""
+
+    id = "time_stamps"
+    unit = "s"
+    separate_by = "the logger's own sample counter"
+
+    def find(self, record: Record) -> list[Fault]:
+        if record.n < 3:
+            return []
+        s, found = stamps(record.time_s), []
+        if s.missing:
+            said = f"{s.missing} rows are missing in {s.gaps} gaps of up to {s.longest_s:.4g} s (step {s.step_s:.4g} s)"
+            much = s.missing > MISSING_SHARE * record.n
+            found.append(Fault(said, ("time_s",), (exact("longest gap", s.longest_s, "s"),), much))
+        if s.late.size:
+            at = ", ".join(f"{record.time_s[k]:.6g}" for k in s.late[:3])
+            said = f"{s.late.size} stamps come early or late between their neighbours, at {at} s"
+            found.append(Fault(said, ("time_s",)))
+        if s.uneven > UNEVEN_SHARE:
+            said = f"{100.0 * s.uneven:.0f} % of the steps differ from {s.step_s:.4g} s by more than 5 %"
+            found.append(Fault(said, ("time_s",), (exact("standard deviation of the step", s.spread_s, "s"),)))
+        return found

@@ -1,0 +1,59 @@
+"""Check `wrong_unit`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.record import RUDDERS
+from ..base import FileCheck
+from ..fault import Fault, exact
+from ..integrity.ratios import AGREE, ANGLES, SPEEDS, heading_ratio, speed_ratio, unit_of
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+DEGREE = np.pi / 180.0
+LARGEST_RUDDER = 1.6
+"""Rudder angle (rad) above which the column must hold degrees."""
+SPEED_COLUMNS = ("surge_m_s", "sway_m_s")
+
+
+class WrongUnit(FileCheck):
+    """A column in another unit than its name says: degrees for radians, knots for metres per second."""
+
+    id = "wrong_unit"
+    separate_by = "the logger's list of channels"
+
+    def find(self, record: Record) -> list[Fault]:
+        return [f for f in (self._angle(record), self._speed(record), *self._rudders(record)) if f]
+
+    def _angle(self, record: Record) -> Fault | None:
+        ratio = heading_ratio(record)
+        if ratio is None or abs(ratio.correlation) < AGREE or unit_of(ratio.slope, ANGLES) is None:
+            return None
+        name, other = ("heading_rad", "yaw_rate_rad_s") if abs(ratio.slope) > 1.0 else ("yaw_rate_rad_s", "heading_rad")
+        times = max(abs(ratio.slope), 1.0 / abs(ratio.slope))
+        said = f"{name} holds degrees: its changes are {times:.4g} times what {other} gives"
+        return Fault(said, (name,), (exact("ratio", ratio.slope, "1"),), factors={name: DEGREE})
+
+    def _speed(self, record: Record) -> Fault | None:
+        ratio = speed_ratio(record)
+        unit = None if ratio is None else unit_of(ratio, SPEEDS)
+        if ratio is None or unit is None:
+            return None
+        factors = {
+            name: 1.0 / next(k for k, v in SPEEDS.items() if v == unit) for name in SPEED_COLUMNS if record.has(name)
+        }
+        said = f"{' and '.join(factors)} seem to hold {unit}: {ratio:.4g} times the speed that the positions show"
+        return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), factors=factors)
+
+    def _rudders(self, record: Record) -> list[Fault]:
+        found = []
+        for name in RUDDERS:
+            most = float(np.nanmax(np.abs(record.column(name)), initial=0.0)) if record.has(name) else 0.0
+            if most > LARGEST_RUDDER:
+                said = f"{name} reaches {most:.4g} rad: it holds degrees"
+                found.append(Fault(said, (name,), (exact("largest", most, "rad"),), factors={name: DEGREE}))
+        return found

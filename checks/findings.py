@@ -1,0 +1,172 @@
+"""Findings of `check` from what was computed: sentences, sizes by record and over all, whether they matter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .base import Check
+from .comparison.courses import FLOOR, Deviation
+from .comparison.drift import RIVALS, Drift, drifts, interval, is_there, rivals
+from .comparison.selection import DIFFERENT, TIE, Compared, Sizes
+from .registry import check_of, sensor_errors
+from .result import NORMAL_90, CheckFinding, Size
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from .fault import Fault
+
+DRIFT_SHARE = 0.005
+"""Share of the ship's speed from which a drift matters."""
+SHOWN = 3
+
+
+def of_fault(entry: Check, fault: Fault, record: Record) -> CheckFinding:
+    """A fault of one record's file as a finding."""
+    return CheckFinding(
+        entry.id,
+        "file",
+        (record.name,),
+        fault.channels,
+        tuple(Size(s.parameter, s.value, s.low, s.high, s.unit, record.name) for s in fault.sizes),
+        fault.evidence,
+        separate_by=entry.separate_by,
+        material=fault.material,
+    )
+
+
+def merged(found: Sequence[CheckFinding]) -> list[CheckFinding]:
+    """Findings of the same cause in the same columns of several records as one, those that matter first."""
+    groups: dict[tuple, list[CheckFinding]] = {}
+    for f in found:
+        groups.setdefault((f.cause, f.channels), []).append(f)
+    out = [_together(group) for group in groups.values()]
+    return sorted(out, key=lambda f: not f.material)
+
+
+def _together(group: Sequence[CheckFinding]) -> CheckFinding:
+    first = next((f for f in group if f.material), group[0])
+    said = [f.evidence for f in group] if len(group) == 1 else [f"{f.records[0]}: {f.evidence}" for f in group]
+    more = f"; and {len(said) - SHOWN} more" if len(said) > SHOWN else ""
+    return CheckFinding(
+        first.cause,
+        first.stage,
+        tuple(dict.fromkeys(r for f in group for r in f.records)),
+        first.channels,
+        tuple(s for f in group for s in f.sizes),
+        "; ".join(said[:SHOWN]) + more,
+        separate_by=first.separate_by,
+        material=any(f.material for f in group),
+    )
+
+
+def of_sizes(done: Compared) -> list[CheckFinding]:
+    """Sensor errors that a comparison selected, those that matter first."""
+    found = [_of_sizes(done, s) for s in done.found]
+    return sorted(found, key=lambda f: not f.material)
+
+
+def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
+    names, sizes = [r.name for r in done.records], []
+    for k, (effect, mean) in enumerate(zip(s.option.effects, s.means, strict=True)):
+        sizes.append(Size(effect.parameter, mean.value, mean.low, mean.high, effect.unit))
+        told = np.isfinite(s.each[:, k])
+        sizes += [
+            Size(effect.parameter, v, v - NORMAL_90 * sd, v + NORMAL_90 * sd, effect.unit, name)
+            for v, sd, name in zip(
+                s.each[told, k].tolist(), s.spread[told, k].tolist(), np.array(names)[told].tolist(), strict=True
+            )
+        ]
+    entry, p_equal = s.option.cause, min(m.p_equal for m in s.means)
+    differs = p_equal < DIFFERENT and len(names) > 1
+    tied = [o.cause.id for o in s.rivals] + list(entry.track_rivals)
+    said = f"{done.chain.title}: z = {s.z:.1f} over {len(names)} record{'s' if len(names) > 1 else ''}"
+    said += f"; late: {_late(s)}" if s.option.effects[0].delay else ""
+    said += f"; differs between records (p = {p_equal:.1g}): not one cause" if differs else ""
+    return CheckFinding(
+        entry.id,
+        "sensors",
+        tuple(names),
+        done.chain.needed,
+        tuple(sizes),
+        said,
+        tuple(dict.fromkeys(tied)),
+        entry.separate_by,
+        s.material,
+        s.z,
+        p_equal if len(names) > 1 else None,
+    )
+
+
+def _late(s: Sizes) -> str:
+    names = [slot.removesuffix("_delay").replace("_", " ") for slot in s.option.effects[0].instruments]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def of_drift(done: Compared) -> list[CheckFinding]:
+    """A steady drift of the records, or the sensor error that explains it with fewer numbers."""
+    chosen = [s.option for s in done.found if s.material]
+    found = drifts(done.chain, done.corrected, chosen)
+    if not is_there(found):
+        return []
+    speeds = [
+        float(np.hypot(np.nanmean(r.column("surge_m_s")), np.nanmean(r.column("sway_m_s")))) for r in done.records
+    ]
+    near = [] if chosen else rivals(done.chain, done.corrected, done.chain.options)
+    sizes = [size for d in found for size in _drift_sizes(d)]
+    material = any(np.hypot(*d.velocity) > DRIFT_SHARE * v for d, v in zip(found, speeds, strict=True))
+    tied = [o.cause.id for o, _ in near]
+    tied += [name for name in RIVALS if chosen == [] and len(found) == 1 and name not in tied]
+    rivals_of = {error.id: error.track_rivals for error in sensor_errors()}
+    best = found[int(np.argmin([d.p for d in found]))]
+    speed, low, high, towards = interval(best)
+    said = (
+        f"positions drift against heading and log by {speed:.3g} m/s [{low:.3g}, {high:.3g}] towards "
+        f"{np.rad2deg(towards) % 360.0:.0f} deg in {best.record}: a current, if the log measures through the water"
+    )
+    if near and near[0][1] > -TIE and len(found) > 1:
+        said += f"; one {near[0][0].cause.id} for all records explains it as well"
+    entry = check_of("current")
+    return [
+        CheckFinding(
+            "current",
+            "sensors",
+            tuple(d.record for d in found),
+            done.chain.needed,
+            tuple(sizes),
+            said,
+            tuple(dict.fromkeys(x for name in tied for x in (name, *rivals_of.get(name, ())))),
+            entry.separate_by,
+            material,
+        )
+    ]
+
+
+def _drift_sizes(drift: Drift) -> list[Size]:
+    speed, low, high, towards = interval(drift)
+    half = min((high - low) / (2.0 * max(speed, 1e-300)), np.pi)
+    return [
+        Size("speed", speed, low, high, "m/s", drift.record),
+        Size("towards", towards, towards - half, towards + half, "rad", drift.record),
+    ]
+
+
+def of_deviation(found: Deviation | None) -> list[CheckFinding]:
+    """A drift angle that goes with the heading, as a finding."""
+    if found is None:
+        return []
+    entry = check_of("compass_deviation")
+    said = (
+        f"the drift angle goes with the heading, by up to {np.rad2deg(found.amplitude):.2g} deg (z = {found.z:.1f}); "
+        f"that explains {100.0 * found.share:.0f} % of the sway that turning leaves; leeway would look alike"
+    )
+    tied = ("wind", "current") if found.like_current else ("wind",)
+    columns = ("heading_rad", "surge_m_s", "sway_m_s")
+    material = found.amplitude > FLOOR
+    return [
+        CheckFinding(
+            entry.id, "sensors", found.records, columns, found.sizes, said, tied, entry.separate_by, material, found.z
+        )
+    ]

@@ -1,0 +1,92 @@
+"""Units and signs: the ratio of what a channel shows to what another one gives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...datasets.signals import integral
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+WINDOW_S = 8.0
+FEWEST = 30
+AGREE = 0.95
+"""Correlation from which a ratio is believed."""
+NEAR = 0.06
+"""Share by which a ratio may differ from that of two units."""
+ANGLES = {np.pi / 180.0: "radians where degrees are meant", 180.0 / np.pi: "degrees where radians are meant"}
+SPEEDS = {3600.0 / 1852.0: "knots", 3.6: "km/h", 1.0 / 0.3048: "ft/s"}
+
+
+class Ratio(NamedTuple):
+    """Slope of a channel's changes over those that another one gives, and their correlation."""
+
+    slope: float
+    correlation: float
+
+
+def heading_ratio(record: Record) -> Ratio | None:
+    """Heading's changes over those that the yaw rate gives; None where they cannot be compared.
+
+    A heading that wraps at 360 is unwrapped there.
+    """
+    if not record.has("heading_rad", "yaw_rate_rad_s"):
+        return None
+    heading = record.column("heading_rad")
+    known = np.isfinite(heading) & np.isfinite(record.column("yaw_rate_rad_s"))
+    heading = heading[known]
+    if heading.size < FEWEST:
+        return None
+    period = 2.0 * np.pi
+    if np.ptp(heading) > 3.0 * period and np.abs(np.diff(heading)).max() > 0.5 * 360.0:
+        period = 360.0
+    turned = np.unwrap(heading, period=period) if np.ptp(heading) < 1.2 * period else heading
+    return _ratio(record.time_s[known], turned, record.column("yaw_rate_rad_s")[known])
+
+
+def speed_ratio(record: Record) -> float | None:
+    """Recorded speed over the speed that positions show, median over windows; None where they cannot be compared."""
+    if not record.has("surge_m_s", "north_m", "east_m"):
+        return None
+    speed = record.column("surge_m_s")
+    if record.has("sway_m_s"):
+        speed = np.hypot(speed, record.column("sway_m_s"))
+    north, east = record.column("north_m"), record.column("east_m")
+    known = np.isfinite(speed) & np.isfinite(north) & np.isfinite(east)
+    if known.sum() < FEWEST:
+        return None
+    time, speed, north, east = (a[known] for a in (record.time_s, speed, north, east))
+    w = _window(time)
+    moved = np.hypot(north[w:] - north[:-w], east[w:] - east[:-w])
+    way = integral(np.abs(speed), time)
+    way = way[w:] - way[:-w]
+    fast = (moved > 0.5 * np.max(moved)) & (way > 0.0)
+    if not fast.any() or np.max(moved) <= 0.0:
+        return None
+    return float(np.median(way[fast] / moved[fast]))
+
+
+def _ratio(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> Ratio | None:
+    w = _window(time)
+    change = values[w:] - values[:-w]
+    given = integral(rate, time)
+    given = given[w:] - given[:-w]
+    spread = float(np.sqrt(np.mean(given**2) * np.mean(change**2)))
+    if change.size < FEWEST // 2 or not spread > 0.0:
+        return None
+    both = float(np.mean(given * change))
+    return Ratio(both / float(np.mean(given**2)), both / spread)
+
+
+def _window(time: np.ndarray) -> int:
+    """Samples of a window, at most a quarter of the record."""
+    return int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, max(time.size // 4, 2)))
+
+
+def unit_of(ratio: float, units: dict[float, str]) -> str | None:
+    """Name of the unit whose ratio to SI this is, sign left aside; None for none."""
+    near = [name for value, name in units.items() if abs(abs(ratio) / value - 1.0) < NEAR]
+    return near[0] if near else None

@@ -1,0 +1,68 @@
+"""What `check` says of records: findings of the file and of the sensors, and what could not be checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..models.plain import plain
+
+SCHEMA = 1
+NORMAL_90 = 1.6448536269514722
+"""Half width of a 90 % interval in standard deviations."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """One number of a cause with its interval, SI; `record` names the record it belongs to, None for all."""
+
+    parameter: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    record: str | None = None
+
+
+@dataclass(frozen=True)
+class CheckFinding:
+    """One thing that is wrong with records or sensors.
+
+    stage : 'file' (integrity of the data) or 'sensors' (channels compared with each other).  records : those it
+    concerns.  sizes : with 90 % intervals, over all records and by record.  material : whether the size matters; else
+    it is detectable only.  z : of the estimate, p_equal : probability that records have the same size (None: one
+    record, or nothing to compare).
+    """
+
+    cause: str
+    stage: str
+    records: tuple[str, ...]
+    channels: tuple[str, ...]
+    sizes: tuple[Size, ...]
+    evidence: str
+    tied_with: tuple[str, ...] = ()
+    separate_by: str | None = None
+    material: bool = True
+    z: float | None = None
+    p_equal: float | None = None
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """The outcome of `check`."""
+
+    records: tuple[str, ...]
+    findings: tuple[CheckFinding, ...]
+    not_checked: tuple[str, ...]
+    """What could not be checked and why, a sentence each."""
+    level: float = 0.90
+
+    def to_json(self) -> dict[str, Any]:
+        """The document of schema version 1 (check.json), plain numbers only."""
+        return {
+            "schema": SCHEMA,
+            "records": list(self.records),
+            "level": self.level,
+            "findings": plain(self.findings),
+            "not_checked": list(self.not_checked),
+        }

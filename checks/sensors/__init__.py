@@ -1,0 +1,1 @@
+"""Sensor errors that show between channels: one class in one file each."""

@@ -1,0 +1,15 @@
+"""Sensor error `speed_scale`."""
+
+from __future__ import annotations
+
+from ..base import SensorError
+from ..comparison.series import TrackEffect, half_a_percent
+
+
+class SpeedScale(SensorError):
+    """Scale error of the speed log: recorded surge and sway = (1 + s) true."""
+
+    id = "speed_scale"
+    unit = "1"
+    separate_by = "a measured mile in both directions"
+    track = (TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way, half_a_percent),)

@@ -1,0 +1,1 @@
+"""Tails of distributions, and means of sizes that differ between records."""

@@ -1,0 +1,41 @@
+"""Noise, gaps and integrals of series."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..models.errors import CannotFit
+
+
+def sensor_sd(values: np.ndarray) -> float:
+    """Standard deviation of white noise on a smooth series (N,), from its third differences.
+
+    Robust (median absolute deviation), so kinks and outliers do not count; 0 for fewer than 8 differences.
+    """
+    third = np.diff(values, 3)
+    third = third[np.isfinite(third)]
+    if third.size < 8:
+        return 0.0
+    spread = 1.4826 * np.median(np.abs(third)) or np.std(third)  # coarsely quantised series have a median of 0
+    return float(spread / np.sqrt(20.0))
+
+
+def bridged(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """values (N,) with gaps filled linearly, and at the ends by the nearest value; the same array if it has no gap.
+
+    Raises
+    ------
+    CannotFit : no value is finite.
+    """
+    known = np.isfinite(values)
+    if not known.any():
+        raise CannotFit("an input channel has no samples")
+    if known.all():
+        return np.asarray(values, float)
+    return np.interp(time_s, time_s[known], values[known])
+
+
+def integral(rates: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Integrals (..., T) of rates (..., T), 0 at the start."""
+    steps = np.diff(time) * (rates[..., 1:] + rates[..., :-1]) / 2.0
+    return np.concatenate([np.zeros((*rates.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
