@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (
     "models",
     "datasets",
+    "checks",
     "estimation",
     "methods",
     "diagnosis",
