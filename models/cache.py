@@ -11,10 +11,11 @@ import hashlib
 import os
 import shutil
 import stat
+import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -52,6 +53,39 @@ class Clock:
 
 
 BUILDING = Clock()
+COMPILING = "compiling the code of models and methods: once on this machine, up to half a minute"
+
+
+class FirstUse:
+    """Says that code is compiled where a user waits for it: at its first use."""
+
+    def __init__(self) -> None:
+        self._listener: Callable[[str], object] = _printed
+        self._said = False
+
+    def begins(self) -> None:
+        """A function is compiled; said once."""
+        if not self._said:
+            self._said = True
+            self._listener(COMPILING)
+
+    @contextmanager
+    def told_to(self, listener: Callable[[str], object]) -> Iterator[None]:
+        """Say it to `listener` in the enclosed code, once more if it was said before."""
+        former, self._listener, self._said = self._listener, listener, False
+        try:
+            yield
+        finally:
+            self._listener = former
+
+
+def _printed(text: str) -> None:
+    """A line for people: on a terminal or in a notebook."""
+    if sys.stderr.isatty() or "ipykernel" in sys.modules:
+        print(f"helmbench: {text}", file=sys.stderr, flush=True)
+
+
+FIRST_USE = FirstUse()
 DIGEST_BYTES = hashlib.sha256().digest_size
 
 

@@ -22,7 +22,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
-from .cache import BUILDING, cache_folder, lock_of, store, stored
+from .cache import BUILDING, FIRST_USE, cache_folder, lock_of, store, stored
 from .typing_memo import operators_typed_once
 
 f8, i8, b1 = types.float64, types.int64, types.boolean
@@ -120,6 +120,8 @@ class KernelCache(NullCache):
         if found is None and path not in self._locks:
             self._locks[path] = lock_of(path)
             found = self._read(path, target_context)
+        if found is None:
+            FIRST_USE.begins()
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:

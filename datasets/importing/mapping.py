@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping as Dict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -9,6 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ...models.yaml_file import FileContent, checked, read_yaml
 from .clock import FORMS, Form
+from .draft import NOT_USED
 from .quantities import QUANTITIES
 from .units import UNITS
 
@@ -60,6 +62,11 @@ class TableMap(FileContent):
     clock_offset_s: float | None = None
     columns: tuple[ColumnMap, ...]
 
+    @property
+    def label(self) -> str:
+        """File and sheet, as tables of a log are called."""
+        return f"{self.file} [{self.sheet}]" if self.sheet else self.file
+
 
 class Mapping(FileContent):
     """What an import needs to be told."""
@@ -88,6 +95,17 @@ def read_mapping(path: Path) -> Mapping:
 
     read_utf8(path)
     return checked(Mapping, read_yaml(path, "a mapping of columns"), path)
+
+
+def with_columns(mapping: Mapping, said: Dict[tuple[str, str], Dict[str, Any]]) -> Mapping:
+    """The mapping with (table, column) -> `to`, a quantity or 'not used', `unit`, `sign`; BadInput where that cannot be."""
+    tables: list[dict[str, Any]] = []
+    for table in mapping.tables:
+        own = {column: entry for (label, column), entry in said.items() if label == table.label}
+        kept = [column.model_dump() for column in table.columns if column.column not in own]
+        kept += [{"column": column, **entry} for column, entry in own.items() if entry["to"] != NOT_USED]
+        tables.append(table.model_dump() | {"columns": kept})
+    return checked(Mapping, mapping.model_dump() | {"tables": tables}, Path("mapping"))
 
 
 def mapping_text(mapping: Mapping) -> str:

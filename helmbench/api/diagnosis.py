@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .identification import Path as FilePath
 
 FILES = ("diagnosis.json", "diagnosis.html", "extended_model.json")
+READING = "reading the model and the records"
 SHORT_CHANNELS = {"heading": "psi", "yaw_rate": "r", "surge": "u", "sway": "v", "north": "x", "east": "y"}
 """Short names of channels -> states."""
 
@@ -109,7 +110,7 @@ def diagnose(
     seed: int = 0,
     causes: Sequence[str] | None = None,
     positive_rudder: str | None = None,
-    progress: bool = False,
+    progress: bool | Callable[[str], object] = False,
 ) -> Diagnosis:
     """Find what a model gets wrong about records, name the cause, extend the model and measure the gain.
 
@@ -129,7 +130,8 @@ def diagnose(
     seed : of the random numbers of bootstraps.
     causes : the only causes to test (`list_causes`); None: all.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
-    progress : show on standard error which stage the diagnosis is in.
+    progress : show on standard error which stage the diagnosis is in; or a function that is called with every stage
+        when it begins.
 
     Raises
     ------
@@ -138,16 +140,19 @@ def diagnose(
     FitFailed : the model cannot be run with the records, or the arithmetic fails.
     CannotFit : the records lack what a diagnosis needs: the rudder, and heading or yaw rate.
     """
-    from ..diagnosis import diagnose as engine
-    from ..diagnosis.options import Options
+    from ..models.cache import FIRST_USE
 
-    base = as_model(model)
-    only = None if causes is None else tuple(causes)
-    options = Options(base_parameters, coefficient_sd, _columns(channels), max_effects, alpha, seed, only)
-    options.checked(base)
-    *given, doubts = training_and_held_out(base, train, held_out, positive_rudder)
-    records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
-    with _shown_stages(progress) as watch:
+    with _shown_stages(progress) as watch, FIRST_USE.told_to(watch):
+        watch(READING)
+        from ..diagnosis import diagnose as engine
+        from ..diagnosis.options import Options
+
+        base = as_model(model)
+        only = None if causes is None else tuple(causes)
+        options = Options(base_parameters, coefficient_sd, _columns(channels), max_effects, alpha, seed, only)
+        options.checked(base)
+        *given, doubts = training_and_held_out(base, train, held_out, positive_rudder)
+        records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
         found = engine.diagnose(base, records, others, options, watch)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
@@ -155,8 +160,11 @@ def diagnose(
 
 
 @contextmanager
-def _shown_stages(progress: bool) -> Generator[Callable[[str], object]]:
+def _shown_stages(progress: bool | Callable[[str], object]) -> Generator[Callable[[str], object]]:
     """A function that shows the stage of a diagnosis on standard error, and how long it has taken, where asked."""
+    if callable(progress):
+        yield progress
+        return
     from tqdm import tqdm
 
     shape = "diagnosis: {desc} [{elapsed}]"

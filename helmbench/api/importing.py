@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..models.errors import BadInput
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
     from ..datasets.importing.report import Fault, ImportReport
+    from ..datasets.importing.segments import Segment
     from ..datasets.record import Record
     from .identification import Path as FilePath
 
@@ -156,6 +157,24 @@ class ImportDraft:
         BadInput : an answer is none of its question.
         """
         return _drafted(self._tables, self._given.with_answers(answers))
+
+    def with_columns(self, said: Mapping[tuple[str, str], Mapping[str, Any]]) -> ImportDraft:
+        """The draft with columns that the user says: (table, column) -> `to`, a quantity or 'not used', `unit`, `sign`.
+
+        Raises
+        ------
+        BadInput : no table of the log has a time, or a column cannot be what is said.
+        """
+        from ..datasets.importing.mapping import with_columns
+
+        if self.mapping is None:
+            raise BadInput("no table of the log has a time", hint="see `faults`")
+        return _drafted(self._tables, replace(self._given, mapping=with_columns(self.mapping, said)))
+
+    def turned_columns(self) -> set[tuple[str, str]]:
+        """Table and column of every column whose sign is turned round."""
+        tables = () if self.mapping is None else self.mapping.tables
+        return {(table.label, column.column) for table in tables for column in table.columns if column.sign == -1}
 
     def series(self, table: str, column: str) -> tuple[np.ndarray, np.ndarray]:
         """Times (N,), s, or row numbers where no time is known, and the column's numbers (N,) as in the file.
@@ -313,6 +332,24 @@ def write_mapping(mapping: ColumnMapping, path: FilePath, force: bool = False) -
     if not force:
         refuse_existing([Path(path)])
     replace_together({Path(path): text_writer(mapping_text(mapping))})
+
+
+def find_manoeuvres(record: Record) -> list[Segment]:
+    """The manoeuvres of a record in their order, as samples start:stop; empty where the rudder is never laid."""
+    from ..datasets.importing.segments import find_segments
+
+    return find_segments(record)
+
+
+def list_quantities() -> dict[str, list[str]]:
+    """What a column of a log can be -> the units that its numbers can have, the usual one first."""
+    from ..datasets.importing.quantities import QUANTITIES
+    from ..datasets.importing.units import UNITS
+
+    return {
+        name: sorted((u.name for u in UNITS.values() if u.dimension == one.dimension), key=lambda u: u != one.usual)
+        for name, one in QUANTITIES.items()
+    }
 
 
 def _aside_writer(table: Mapping[str, Sequence[object]]) -> Callable[[Path], object]:

@@ -26,6 +26,7 @@ from .identify import identify
 from .import_ import import_command
 from .list import list_command
 from .merge import merge
+from .open import open_command
 from .report import report
 from .reproduce import reproduce
 from .run import run
@@ -40,7 +41,7 @@ def cli() -> None:
 
 
 COMMANDS = (
-    *(list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
+    *(open_command, list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
     *(run, report, compare, merge, reproduce, fetch, doctor, completion),
 )
 RESUMED = ("run", "reproduce")

@@ -1,0 +1,36 @@
+"""`helmbench open [FILE...]`."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import click
+
+from ._shared import FILE
+
+MISSING = "the page needs two more packages; install them with: python -m pip install 'helmbench[open]'"
+
+
+@click.command("open")
+@click.argument("files", nargs=-1, metavar="[FILE]...", type=FILE)
+@click.option("--no-browser", is_flag=True, help="Only print the address; open it yourself.")
+def open_command(files: tuple[Path, ...], no_browser: bool) -> None:
+    """Open a page in the browser: drop logs, look at every column, check, identify, diagnose.
+
+    The server answers to this machine only, and logs do not leave it.  It runs until Ctrl-C; all that was dropped is
+    deleted then, so download what you want to keep.
+    """
+    from importlib.util import find_spec
+
+    from .. import BadInput
+
+    if any(find_spec(name) is None for name in ("starlette", "uvicorn")):
+        raise BadInput(MISSING)
+    from ..open.serve import serve
+
+    def say(address: str) -> None:
+        click.echo(f"helmbench is at {address}\nLogs stay on this machine. Ctrl-C ends it and deletes what was dropped.")
+
+    with suppress(KeyboardInterrupt):  # the way in which it ends
+        serve(files, say, not no_browser)

@@ -1,0 +1,1 @@
+"""`helmbench open`: a server on this machine alone, and the page on which logs are dropped and diagnosed."""

@@ -1,0 +1,341 @@
+"""The server's answers: the page, the state of a project, files that come and go."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import zipfile
+from collections.abc import Awaitable, Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from starlette.applications import Starlette
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Route
+
+from ..models.errors import BadInput
+from .projects import LOGS, MODEL_FILE, MODELS, MOST_PARTS, PARTIAL, Project, Projects
+from .tasks import NO_MODEL, VIEW
+
+MOST_BYTES, MOST_BODY = 1 << 30, 4 << 20
+"""Largest file that is taken, and largest other body of a request, bytes."""
+ASSETS = {
+    "open.css": "text/css",
+    "main.js": "text/javascript",
+    "server.js": "text/javascript",
+    "dom.js": "text/javascript",
+    "plots.js": "text/javascript",
+    "columns.js": "text/javascript",
+    "parts.js": "text/javascript",
+    "result.js": "text/javascript",
+    "uplot.js": "text/javascript",
+    "uplot.css": "text/css",
+}
+"""Files of the page -> media type."""
+REPORT_PAGE = (
+    "sandbox allow-scripts allow-modals; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
+    "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""Content security policy of a report: it may not speak to the server."""
+Handler = Callable[[Request], Awaitable[Response]]
+Body = TypeVar("Body", bound="_Body")
+
+
+class _Body(BaseModel):
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class Said(_Body):
+    """What the user says of a column."""
+
+    to: Annotated[str, Field(max_length=60)]
+    unit: Annotated[str, Field(max_length=60)] = ""
+    sign: Literal[1, -1] = 1
+
+
+class Reading(_Body):
+    """What the user says of the logs: id of a question -> its answer, and (table, column, what)."""
+
+    answers: Annotated[dict[str, Annotated[str, Field(max_length=500)]], Field(max_length=5000)] = {}
+
+    choices: Annotated[list[tuple[str, str, Said]], Field(max_length=5000)] = []
+    positive_rudder: Literal["port", "starboard"] | None = None
+
+
+class Part(_Body):
+    """A part of a record, s, and what it is for."""
+
+    record: Annotated[int, Field(ge=0)]
+    name: Annotated[str, Field(min_length=1, max_length=120)]
+    start: Annotated[float, Field(alias="from")]
+    stop: Annotated[float, Field(alias="to")]
+    role: Literal["train", "held_out", "unused"]
+
+
+class Parts(_Body):
+    """All parts."""
+
+    parts: Annotated[list[Part], Field(max_length=MOST_PARTS)]
+
+
+class Asked(_Body):
+    """An analysis."""
+
+    kind: Literal["check", "identify", "diagnose"]
+    model: Annotated[str, Field(max_length=200)] = NO_MODEL
+    method: Annotated[str, Field(max_length=60)] = "output-error"
+
+
+def application(projects: Projects, assets: Path, style: Path) -> Starlette:
+    """The application.
+
+    assets : folder of the page's files.  style : the style that all pages share.
+    """
+    server = _Server(projects, assets, style)
+    one = "/api/projects/{project}"
+    routes = [
+        Route("/", server.page),
+        Route("/assets/{name}", server.asset),
+        Route("/api/about", server.about),
+        Route("/api/projects", server.listed),
+        Route("/api/projects", server.new, methods=["POST"]),
+        Route(one, server.state),
+        Route(f"{one}/logs", server.take_log, methods=["POST"]),
+        Route(f"{one}/models", server.take_model, methods=["POST"]),
+        Route(f"{one}/logs/{{name}}", server.drop_log, methods=["DELETE"]),
+        Route(f"{one}/read", server.read, methods=["POST"]),
+        Route(f"{one}/parts", server.parts, methods=["POST"]),
+        Route(f"{one}/analyses", server.analyse, methods=["POST"]),
+        Route(f"{one}/cancel", server.cancel, methods=["POST"]),
+        Route(f"{one}/columns", server.columns),
+        Route(f"{one}/records/{{place:int}}", server.record),
+        Route(f"{one}/analyses/{{analysis}}", server.result),
+        Route(f"{one}/analyses/{{analysis}}/all.zip", server.bundle),
+        Route(f"{one}/analyses/{{analysis}}/files/{{name:path}}", server.result_file),
+    ]
+    return Starlette(routes=routes, exception_handlers={BadInput: _refused, _TooLarge: _too_large})
+
+
+class _TooLarge(Exception):
+    """A body has more bytes than are taken."""
+
+
+async def _refused(_: Request, error: Exception) -> Response:
+    return JSONResponse({"error": str(error)}, 400)
+
+
+async def _too_large(_: Request, error: Exception) -> Response:
+    return JSONResponse({"error": str(error)}, 413, {"connection": "close"})
+
+
+class _Server:
+    """The handlers of all routes."""
+
+    def __init__(self, projects: Projects, assets: Path, style: Path) -> None:
+        self._projects, self._assets, self._style = projects, assets, style
+
+    async def page(self, _: Request) -> Response:
+        return FileResponse(self._assets / "index.html", media_type="text/html")
+
+    async def asset(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        if name == "style.css":
+            return FileResponse(self._style, media_type="text/css")
+        if name not in ASSETS:
+            return JSONResponse({"error": "there is no such file"}, 404)
+        return FileResponse(self._assets / name, media_type=ASSETS[name])
+
+    async def about(self, _: Request) -> Response:
+        return JSONResponse(await asyncio.to_thread(_about))
+
+    async def listed(self, _: Request) -> Response:
+        return JSONResponse(self._projects.listed())
+
+    async def new(self, _: Request) -> Response:
+        return JSONResponse(self._projects.new().to_json())
+
+    async def state(self, request: Request) -> Response:
+        return JSONResponse(self._project(request).to_json())
+
+    async def take_log(self, request: Request) -> Response:
+        return await self._take(request, LOGS)
+
+    async def take_model(self, request: Request) -> Response:
+        return await self._take(request, MODELS)
+
+    async def _take(self, request: Request, kind: str) -> Response:
+        """Write a body into a file as it comes; a file is there whole or not at all."""
+        project = self._project(request)
+        place = project.vacant(kind, request.query_params.get("name", ""))
+        partial = place.with_name(place.name + PARTIAL)
+        try:
+            await _stream(request, partial)
+            partial.rename(place)
+        except OSError as error:
+            raise BadInput(f"cannot be kept ({error.strerror or error})", file=place.name) from None
+        except ClientDisconnect:
+            return Response(status_code=400)
+        finally:
+            partial.unlink(missing_ok=True)
+        project.changed()
+        return JSONResponse({"name": place.name})
+
+    async def drop_log(self, request: Request) -> Response:
+        project = self._project(request)
+        project.file(LOGS, request.path_params["name"]).unlink()
+        with project.lock:
+            self._projects.cancel(project)
+            project.choices, project.answers = {}, {}
+            if not project.names():
+                project.log, project.reading, project.parts, project.job = None, None, [], None
+            project.changed()
+        return JSONResponse(project.to_json())
+
+    async def read(self, request: Request) -> Response:
+        project, said = self._project(request), await _body(request, Reading)
+        with project.lock:
+            project.choices = {(table, column): one.model_dump() for table, column, one in said.choices}
+            project.answers, project.positive_rudder = said.answers, said.positive_rudder
+            self._projects.read(project)
+        return JSONResponse(project.to_json())
+
+    async def parts(self, request: Request) -> Response:
+        project, said = self._project(request), await _body(request, Parts)
+        records = (project.log or {"records": []})["records"]
+        found = [_checked(part, records) for part in said.parts]
+        names = [part["name"] for part in found]
+        twice = [name for name in names if names.count(name) > 1]
+        if twice:
+            raise BadInput(f"two parts are called {twice[0]!r}", hint="give every part a name of its own")
+        with project.lock:
+            project.parts = found
+            project.changed()
+        return JSONResponse(project.to_json())
+
+    async def analyse(self, request: Request) -> Response:
+        project, asked = self._project(request), await _body(request, Asked)
+        about = await asyncio.to_thread(_about)
+        known = {NO_MODEL, *([] if asked.kind == "diagnose" else ["auto"]), *about["models"], *about["vessels"]}
+        if not asked.model.startswith(MODEL_FILE) and asked.model not in known:
+            raise BadInput(f"unknown model {asked.model!r}", hint="choose one of the list, or drop a model.json")
+        if asked.method not in about["methods"]:
+            raise BadInput(f"unknown method {asked.method!r}", hint="choose one of the list")
+        self._projects.analyse(project, asked.kind, asked.model, asked.method)
+        return JSONResponse(project.to_json())
+
+    async def cancel(self, request: Request) -> Response:
+        project = self._project(request)
+        await asyncio.to_thread(self._projects.cancel, project)
+        return JSONResponse(project.to_json())
+
+    async def columns(self, request: Request) -> Response:
+        return self._read_file(request, "columns.json")
+
+    async def record(self, request: Request) -> Response:
+        return self._read_file(request, f"{request.path_params['place']}.json")
+
+    def _read_file(self, request: Request, name: str) -> Response:
+        project = self._project(request)
+        place = None if project.reading is None else project.reading / name
+        if place is None or not place.is_file():
+            return JSONResponse({"error": "nothing was read yet"}, 404)
+        return FileResponse(place, media_type="application/json")
+
+    async def result(self, request: Request) -> Response:
+        found = self._project(request).analysis(request.path_params["analysis"])
+        return FileResponse(found.folder / VIEW, media_type="application/json")
+
+    async def result_file(self, request: Request) -> Response:
+        found = self._project(request).analysis(request.path_params["analysis"])
+        name = request.path_params["name"]
+        if name not in found.files:
+            return JSONResponse({"error": "there is no such file"}, 404)
+        if name.endswith(".html") and "download" not in request.query_params:
+            policy = {"content-security-policy": REPORT_PAGE}
+            return FileResponse(found.folder / name, media_type="text/html", headers=policy)
+        return FileResponse(found.folder / name, filename=Path(name).name, media_type="application/octet-stream")
+
+    async def bundle(self, request: Request) -> Response:
+        found = self._project(request).analysis(request.path_params["analysis"])
+        data = await asyncio.to_thread(_zipped, found.folder, found.files)
+        name = {"content-disposition": f'attachment; filename="helmbench-{found.told["kind"]}.zip"'}
+        return Response(data, media_type="application/zip", headers=name)
+
+    def _project(self, request: Request) -> Project:
+        return self._projects.get(request.path_params["project"])
+
+
+async def _stream(request: Request, place: Path) -> None:
+    """Write a body into a file; _TooLarge before it is read where the header says so, else when it is."""
+    told = request.headers.get("content-length", "0")
+    size = int(told) if told.isdigit() else 0
+    with place.open("xb") as file:
+        if size > MOST_BYTES:
+            raise _TooLarge(_limit(MOST_BYTES))
+        written = 0
+        async for chunk in request.stream():
+            written += len(chunk)
+            if written > MOST_BYTES:
+                raise _TooLarge(_limit(MOST_BYTES))
+            await asyncio.to_thread(file.write, chunk)
+    if size and written != size:
+        raise BadInput("the file did not come whole", file=place.stem, hint="drop it again")
+
+
+async def _body(request: Request, shape: type[Body]) -> Body:
+    """The JSON of a body; BadInput where it is not of that shape."""
+    data = bytearray()
+    async for chunk in request.stream():
+        data += chunk
+        if len(data) > MOST_BODY:
+            raise _TooLarge(_limit(MOST_BODY))
+    try:
+        return shape.model_validate_json(bytes(data))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise BadInput(f"the request is malformed: {where}: {first['msg']}") from None
+
+
+def _limit(most: int) -> str:
+    return f"more than {most >> 20} MiB: too large to be taken; cut the log, or use helmbench import"
+
+
+def _checked(part: Part, records: list[dict[str, Any]]) -> dict[str, Any]:
+    """A part as plain values within its record."""
+    from .projects import safe_name
+
+    if part.record >= len(records):
+        raise BadInput(f"part {part.name!r} is of a record that there is not")
+    record = records[part.record]
+    start, stop = max(part.start, record["from"]), min(part.stop, record["to"])
+    if not start < stop:
+        raise BadInput(f"part {part.name!r} has no sample", hint=f"its record runs from {record['from']:g} to {record['to']:g} s")
+    return {"record": part.record, "name": safe_name(part.name), "from": start, "to": stop, "role": part.role}
+
+
+def _zipped(folder: Path, files: tuple[str, ...]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in files:
+            archive.write(folder / name, name)
+    return buffer.getvalue()
+
+
+_KNOWN: dict[str, Any] = {}
+
+
+def _about() -> dict[str, Any]:
+    """What there is to choose from; looked up once."""
+    from .. import list_methods, list_models, list_vessels
+    from ..api.importing import list_quantities
+
+    if not _KNOWN:
+        methods = {name: title for name, title in list_methods().items() if ":" not in name}
+        known = {"models": list_models(), "vessels": list_vessels(), "methods": methods}
+        _KNOWN.update(known, quantities=list_quantities(), version=version("helmbench"), most_bytes=MOST_BYTES)
+    return json.loads(json.dumps(_KNOWN))

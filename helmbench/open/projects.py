@@ -1,0 +1,275 @@
+"""Projects: the logs, choices, parts and results of one tab; they last as long as the server."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import shutil
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
+
+from ..models.errors import BadInput
+from .workers import UNFINISHED, Job, Workers
+
+MOST_PROJECTS, MOST_FILES, MOST_PARTS = 64, 64, 200
+LONGEST_NAME = 80
+LOGS, MODELS = "logs", "models"
+NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|\u202a-\u202e\u2066-\u2069]')
+"""What a file may not have in its name here: control characters, those of paths, those that turn text round."""
+
+
+@dataclass
+class Analysis:
+    """A result: what lists show of it, its folder, and the names of its files."""
+
+    id: str
+    folder: Path
+    told: dict[str, Any]
+    files: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """What the page shows of it."""
+        return {"id": self.id, **self.told, "files": list(self.files)}
+
+
+@dataclass
+class Project:
+    """What one tab works on.
+
+    log : outcome of the last reading (`tasks.read_logs`);  answers : id of a question -> its answer;
+    choices : what the user says of columns;  version : counts changes;  reading : folder of the last reading.
+    """
+
+    id: str
+    folder: Path
+    lock: threading.RLock = field(default_factory=threading.RLock)
+    version: int = 0
+    touched: float = field(default_factory=time.time)
+    answers: dict[str, str] = field(default_factory=dict)
+    choices: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
+    positive_rudder: str | None = None
+    log: dict[str, Any] | None = None
+    reading: Path | None = None
+    parts: list[dict[str, Any]] = field(default_factory=list)
+    job: Job | None = None
+    analyses: list[Analysis] = field(default_factory=list)
+
+    def changed(self) -> None:
+        """Count a change."""
+        self.version += 1
+        self.touched = time.time()
+
+    def names(self, kind: str = LOGS) -> list[str]:
+        """Names of the files in the order in which they came."""
+        files = (self.folder / kind).iterdir()
+        return [path.name for path in sorted(files, key=lambda path: path.stat().st_ctime_ns) if path.suffix != PARTIAL]
+
+    def vacant(self, kind: str, name: str) -> Path:
+        """The place of a new file; BadInput where there are too many."""
+        taken = self.names(kind)
+        if len(taken) >= MOST_FILES:
+            raise BadInput(f"{MOST_FILES} files are the most", hint="open another tab for other logs")
+        safe = safe_name(name)
+        stem, dot, suffix = safe.rpartition(".")
+        stem, suffix = (stem, dot + suffix) if stem else (suffix, "")
+        number = 2
+        while safe in taken:
+            safe, number = f"{stem}-{number}{suffix}", number + 1
+        return self.folder / kind / safe
+
+    def file(self, kind: str, name: str) -> Path:
+        """The file of that name; BadInput where there is none."""
+        if name not in self.names(kind):
+            raise BadInput("there is no such file", file=name)
+        return self.folder / kind / name
+
+    def analysis(self, number: str) -> Analysis:
+        """The result of that id; BadInput where there is none."""
+        found = [one for one in self.analyses if one.id == number]
+        if not found:
+            raise BadInput(f"there is no result {number!r}")
+        return found[0]
+
+    def busy(self) -> bool:
+        """Whether a job is under way."""
+        return self.job is not None and self.job.state in UNFINISHED
+
+    def to_json(self) -> dict[str, Any]:
+        """The state that the page shows."""
+        with self.lock:
+            files = [{"name": name, "bytes": (self.folder / LOGS / name).stat().st_size} for name in self.names()]
+            return {
+                "id": self.id,
+                "version": self.version,
+                "files": files,
+                "models": self.names(MODELS),
+                "positive_rudder": self.positive_rudder,
+                "answers": self.answers,
+                "choices": [[table, column, said] for (table, column), said in self.choices.items()],
+                "log": self.log,
+                "reading": self.reading.name if self.reading else "",
+                "parts": self.parts,
+                "job": self.job.to_json() if self.job else None,
+                "analyses": [one.to_json() for one in reversed(self.analyses)],
+            }
+
+
+PARTIAL = ".partial"
+"""Suffix of a file that has not wholly come yet; no name ends so."""
+
+
+def safe_name(name: str) -> str:
+    """The last part of a file's name, without anything that a path or a terminal would take for more than text."""
+    last = PureWindowsPath(PurePosixPath(name.strip()).name).name
+    text = NOT_IN_NAMES.sub("_", last).strip(". ")
+    stem, dot, suffix = text.rpartition(".")
+    short = f"{stem[: LONGEST_NAME - len(suffix) - 1]}{dot}{suffix}" if stem else text
+    short = short[:LONGEST_NAME]
+    return f"{short}_" if short.endswith(PARTIAL) else short or "log"
+
+
+class Projects:
+    """All projects, in a folder that only this user can read.
+
+    Parameters
+    ----------
+    folder : private and empty; it is emptied at the end.
+    """
+
+    def __init__(self, folder: Path, workers: Workers) -> None:
+        self.folder, self.workers = folder, workers
+        self._all: dict[str, Project] = {}
+        self._lock = threading.Lock()
+
+    def new(self) -> Project:
+        """A project without logs; the oldest one without logs makes room where there are too many.
+
+        Raises
+        ------
+        BadInput : there are too many with logs.
+        """
+        with self._lock:
+            if len(self._all) >= MOST_PROJECTS:
+                self._drop_an_empty_one()
+            number = secrets.token_urlsafe(9)
+            project = self._all[number] = Project(number, self.folder / number)
+        for kind in (LOGS, MODELS):
+            (project.folder / kind).mkdir(parents=True)
+        return project
+
+    def _drop_an_empty_one(self) -> None:
+        empty = [one for one in self._all.values() if not one.names() and not one.busy()]
+        if not empty:
+            raise BadInput(f"{MOST_PROJECTS} tabs with logs are the most", hint="end helmbench open and start it again")
+        shutil.rmtree(self._all.pop(empty[0].id).folder)
+
+    def get(self, number: str) -> Project:
+        """The project of that id; BadInput where there is none."""
+        with self._lock:
+            if number not in self._all:
+                raise BadInput("this work is gone", hint="the server was started anew: drop the logs again")
+            return self._all[number]
+
+    def listed(self) -> list[dict[str, Any]]:
+        """Projects with logs, the latest first."""
+        with self._lock:
+            found = [(one.touched, one.id, one.names(), len(one.analyses)) for one in self._all.values()]
+        return [{"id": number, "files": names, "results": results, "at": at}
+                for at, number, names, results in sorted(found, reverse=True) if names]  # fmt: skip
+
+    # ---- jobs
+
+    def read(self, project: Project) -> None:
+        """Read the logs with what the user says of them; what is under way is cancelled.
+
+        Raises
+        ------
+        BadInput : there is no log.
+        """
+        names = project.names()
+        if not names:
+            raise BadInput("there is no log to read", hint="drop one")
+        out = project.folder / f"reading-{secrets.token_hex(4)}"
+        out.mkdir()
+        arguments = {
+            "logs": str(project.folder / LOGS),
+            "files": names,
+            "out": str(out),
+            "answers": project.answers,
+            "choices": [(table, column, said) for (table, column), said in project.choices.items()],
+            "positive_rudder": project.positive_rudder,
+        }
+        self._start(project, Job("read", arguments), lambda found: self._has_read(project, out, found))
+
+    def _has_read(self, project: Project, out: Path, found: dict[str, Any]) -> None:
+        before = [(one["name"], one["from"], one["to"]) for one in (project.log or {}).get("records", ())]
+        after = [(one["name"], one["from"], one["to"]) for one in found["records"]]
+        project.log, project.reading = found, out
+        if before != after or not project.parts:
+            project.parts = found["parts"]
+
+    def analyse(self, project: Project, kind: str, model: str, method: str) -> None:
+        """Check, identify or diagnose the parts.
+
+        Raises
+        ------
+        BadInput : there is no record, or something is computed already.
+        """
+        if project.reading is None or not project.log or not project.log["records"]:
+            raise BadInput("there is no record yet", hint="answer what is asked of the columns")
+        if project.busy():
+            raise BadInput("something is computed already", hint="wait for it, or cancel it")
+        number = f"{len(project.analyses) + 1}-{secrets.token_hex(3)}"
+        out, reading = project.folder / f"result-{number}", project.reading
+        out.mkdir()
+        shutil.copy(reading / "log.map.yaml", out)
+        if model.startswith(MODEL_FILE):
+            model = shutil.copy(project.file(MODELS, model.removeprefix(MODEL_FILE)), out)
+        arguments = {
+            "kind": kind,
+            "model": model,
+            "method": method,
+            "records": [str(reading / f"{place}.parquet") for place in range(len(project.log["records"]))],
+            "parts": [part for part in project.parts if part["role"] in ("train", "held_out")],
+            "recipe": {
+                "logs": tuple(project.names()),
+                "mapping": "log.map.yaml",
+                "records": tuple(record["name"] for record in project.log["records"]),
+                "positive_rudder": project.positive_rudder,
+            },
+            "out": str(out),
+        }
+
+        def keep(told: dict[str, Any]) -> None:
+            files = sorted(path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file())
+            files = [name for name in files if name != "view.json"]
+            project.analyses.append(Analysis(number, out, told, tuple(files)))
+
+        self._start(project, Job("analyse", arguments), keep)
+
+    def _start(self, project: Project, job: Job, keep: Any) -> None:
+        with project.lock:
+            self.cancel(project)
+            project.job = job
+            project.changed()
+
+        def finished(_: Job, found: Any) -> None:
+            with project.lock:
+                if project.job is job:
+                    keep(found)
+                    project.changed()
+
+        self.workers.start(job, finished)
+
+    def cancel(self, project: Project) -> None:
+        """End what is under way."""
+        if project.job is not None and project.busy():
+            self.workers.cancel(project.job)
+            project.changed()
+
+
+MODEL_FILE = "file:"
+"""Begins the name of a model that the user has dropped."""

@@ -1,0 +1,68 @@
+"""The server of `helmbench open`, from its start to its end."""
+
+from __future__ import annotations
+
+import secrets
+import shutil
+import socket
+import tempfile
+import webbrowser
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import uvicorn
+
+from ..models.errors import BadInput
+from ..reporting import open as view
+from ..reporting.templating import FOLDER
+from .app import application
+from .guard import LOOPBACK, Guard
+from .projects import LOGS, Projects
+from .workers import Workers
+
+
+def serve(files: Sequence[Path], say: Callable[[str], object], browser: bool) -> None:
+    """Serve the page until the process is interrupted; all that came to the server is deleted then.
+
+    Parameters
+    ----------
+    files : logs with which the page opens.
+    say : is called with the address of the page.
+    browser : whether to open the address in the user's browser.
+
+    Raises
+    ------
+    BadInput : a file cannot be read.
+    """
+    with ExitStack() as stack:
+        folder = Path(tempfile.mkdtemp(prefix="helmbench-open-"))
+        stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        workers = Workers()
+        stack.callback(workers.close)
+        projects = Projects(folder, workers)
+        fragment = _with_logs(projects, files) if files else ""
+        listener = stack.enter_context(socket.create_server((LOOPBACK, 0)))
+        port, token = listener.getsockname()[1], secrets.token_urlsafe(24)
+        assets = Path(view.__file__).parent / "assets"
+        app = Guard(application(projects, assets, FOLDER / "style.css"), token, port)
+        workers.warm()
+        address = f"http://{LOOPBACK}:{port}/?token={token}{fragment}"
+        say(address)
+        if browser:
+            webbrowser.open(address)
+        quiet = {"log_level": "error", "access_log": False, "server_header": False}
+        config = uvicorn.Config(app, lifespan="off", ws="none", proxy_headers=False, **quiet)
+        uvicorn.Server(config).run(sockets=[listener])
+
+
+def _with_logs(projects: Projects, files: Sequence[Path]) -> str:
+    """Begin a project with copies of logs, and read them; returns the fragment of its address."""
+    project = projects.new()
+    for file in files:
+        try:
+            shutil.copyfile(file, project.vacant(LOGS, file.name))
+        except OSError as error:
+            raise BadInput(f"cannot be read ({error.strerror or error})", file=file) from None
+    projects.read(project)
+    return f"#{project.id}"

@@ -1,0 +1,281 @@
+"""What a worker process does: reads logs as records, and checks, identifies or diagnoses parts of them."""
+
+from __future__ import annotations
+
+import json
+import signal
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.plain import plain
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+    from .. import ImportDraft
+    from ..datasets.record import Record
+
+Stage = Callable[[str], object]
+"""Is called with what begins now, in words."""
+VIEW, RECORDS, MAP, COLUMNS = "view.json", "records", "log.map.yaml", "columns.json"
+NO_MODEL = ""
+"""Stands for a ship of which no simulation is known."""
+
+
+def work(pipe: Connection) -> None:
+    """Do tasks until the server is gone: takes (name, arguments), sends stages and then one outcome."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's, which ends this process
+    _import_what_takes_time()
+    while True:
+        try:
+            name, arguments = pipe.recv()
+            pipe.send(outcome(name, arguments, lambda text: pipe.send(("stage", text))))
+        except (EOFError, OSError):
+            return
+
+
+def outcome(name: str, arguments: Mapping[str, Any], stage: Stage) -> tuple[str, Any]:
+    """('done', result), or ('refused' or 'failed', one line that says why)."""
+    try:
+        return "done", plain(TASKS[name](stage=stage, **arguments))
+    except (BadInput, CannotFit, FitFailed) as error:
+        return "refused", _line(error, arguments)
+    except MemoryError as error:
+        return "refused", f"not enough memory ({error or 'the machine refused more'})"
+    except OSError as error:
+        return "failed", f"the system refused it: {error.strerror or error}"
+    except Exception as error:  # a fault of ours must not end the page
+        return "failed", f"this is a fault of helmbench ({type(error).__name__}: {error}); please report it"
+
+
+def _line(error: Exception, arguments: Mapping[str, Any]) -> str:
+    """One line without the folders of this program."""
+    text = " ".join(str(error).split())
+    for place in (arguments.get("logs"), arguments.get("out")):
+        text = text.replace(f"{place}/", "") if place else text
+    return text
+
+
+def _import_what_takes_time() -> None:
+    """Everything that every task needs, so that the first one begins at once."""
+    import numba  # noqa: F401
+    import pandas  # noqa: F401
+    import scipy.signal  # noqa: F401
+
+    from ..reporting.open import views  # noqa: F401
+
+
+# ------------------------------------------------------------------------------------------------ logs
+
+
+def read_logs(
+    logs: str,
+    files: Sequence[str],
+    out: str,
+    answers: Mapping[str, str],
+    choices: Sequence[tuple[str, str, Mapping[str, Any]]],
+    positive_rudder: str | None,
+    stage: Stage,
+) -> dict[str, Any]:
+    """Read logs as records, which are written into `out` with what the page draws of them.
+
+    logs : folder of the files.  answers : id of a question -> key of its answer.  choices : (table, column, what the
+    user says of it: `to`, `unit`, `sign`).
+
+    Returns
+    -------
+    Columns, steps, faults, records and parts; `line` says why there is no record.
+    """
+    from .. import draft_import
+
+    stage("reading the log" if len(files) == 1 else f"reading {len(files)} logs")
+    found: dict[str, Any] = {"line": "", "columns": [], "records": [], "parts": [], "steps": [], "faults": []}
+    try:
+        draft = draft_import([Path(logs, name) for name in files], positive_rudder=positive_rudder)
+        draft = _told(draft, answers, choices)
+    except BadInput as error:
+        return found | {"line": _line(error, {"logs": logs}), "faults": _faults(error)}
+    stage("drawing the columns")
+    found["columns"], found["faults"] = _columns(draft), _faults(draft)
+    Path(out, COLUMNS).write_text(json.dumps(_drawn(draft)), "utf-8")
+    if draft.questions:
+        open_ones = f"{len(draft.questions)} question{'s are' if len(draft.questions) > 1 else ' is'} open"
+        return found | {"line": open_ones}
+    stage("making the records")
+    try:
+        log = draft.import_log()
+    except BadInput as error:
+        return found | {"line": _line(error, {"logs": logs}), "faults": _faults(error)}
+    log.write_mapping(Path(out, MAP), force=True)
+    found |= {"steps": list(log.report.steps), "faults": _faults(log.report)}
+    return found | _stored(log.records, Path(out))
+
+
+def _told(
+    draft: ImportDraft, answers: Mapping[str, str], choices: Sequence[tuple[str, str, Mapping[str, Any]]]
+) -> ImportDraft:
+    """The draft with what the user says of it; BadInput where that cannot be."""
+    known = {question.id for question in draft.questions}
+    draft = draft.answer({name: key for name, key in answers.items() if name in known})
+    if not choices or draft.mapping is None:
+        return draft
+    return draft.with_columns({(table, column): said for table, column, said in choices})
+
+
+def _faults(found: Any) -> list[dict[str, Any]]:
+    return [vars(fault) for fault in getattr(found, "faults", ())]
+
+
+def _columns(draft: ImportDraft) -> list[dict[str, Any]]:
+    """A row a column for the page, with the factor, 1 or -1, that its sign is read with."""
+    turned = draft.turned_columns()
+    rows: list[dict[str, Any]] = plain(draft.columns)
+    return [row | {"factor": -1 if (row["table"], row["column"]) in turned else 1} for row in rows]
+
+
+def _drawn(draft: ImportDraft) -> list[dict[str, Any]]:
+    """The numbers of every column of the logs, as they stand."""
+    from ..reporting.open.curves import envelope, numbers
+
+    found: list[dict[str, Any]] = []
+    for one in draft.columns:
+        values = draft.series(one.table, one.column)[1]
+        kept = envelope(values, 300)
+        found.append({"table": one.table, "column": one.column, "values": numbers(values[kept])})
+    return found
+
+
+def _stored(records: Sequence[Record], out: Path) -> dict[str, Any]:
+    """Write the records and their drawings; names, times and the proposed parts."""
+    from .. import write_record
+    from ..reporting.open.curves import record_view
+
+    told: list[dict[str, Any]] = []
+    for number, record in enumerate(records):
+        write_record(record, out / f"{number}.parquet")
+        Path(out, f"{number}.json").write_text(json.dumps(record_view(record)), "utf-8")
+        told.append({"name": record.name, "samples": record.n, "from": float(record.time_s[0]),
+                     "to": float(record.time_s[-1]), "channels": list(record.channels),
+                     "positive_rudder": record.meta.positive_rudder})  # fmt: skip
+    return {"records": told, "parts": proposed(records)}
+
+
+def proposed(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Parts that suit an identification: the manoeuvres, the last of them held out; of a single one its last 40 %."""
+    from ..api.importing import find_manoeuvres
+
+    found: list[dict[str, Any]] = []
+    for number, record in enumerate(records):
+        spans = [(s.kind, s.start, s.stop) for s in find_manoeuvres(record) if s.kind != "straight"]
+        spans = spans or [("record", 0, record.n)]
+        found += [{"record": number, "name": f"{record.name}-{kind}-{place}", "role": "train",
+                   "from": float(record.time_s[start]), "to": float(record.time_s[stop - 1])}
+                  for place, (kind, start, stop) in enumerate(spans, start=1)]  # fmt: skip
+    if len(found) == 1:
+        whole = found[0]
+        middle = round(whole["from"] + 0.6 * (whole["to"] - whole["from"]), 1)
+        found = [whole | {"to": middle}, whole | {"from": middle, "name": f"{whole['name']}-end"}]
+    if found:
+        found[-1]["role"] = "held_out"
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ analyses
+
+
+def analyse(
+    kind: str,
+    model: str,
+    method: str,
+    records: Sequence[str],
+    parts: Sequence[Mapping[str, Any]],
+    recipe: Mapping[str, Any],
+    out: str,
+    stage: Stage,
+) -> dict[str, Any]:
+    """Check, identify or diagnose, and write all files of it into `out`.
+
+    records : paths of the records.  parts : their `record`, `name`, `from` and `to` in s, and `role`.  recipe : what
+    the commands and the notebook need besides (`recipes`).
+
+    Returns
+    -------
+    What lists of results show.
+    """
+    from . import recipes
+
+    stage("cutting the records")
+    cut = [(part, cut_part(records[part["record"]], part)) for part in parts]
+    train = [record for part, record in cut if part["role"] == "train"]
+    held_out = [record for part, record in cut if part["role"] == "held_out"]
+    if not train:
+        raise BadInput("no part is for training", hint="mark one at least")
+    kind, model = ("identify", "auto") if kind == "diagnose" and model == NO_MODEL else (kind, model)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        found, view = RUNS[kind](train, held_out, model, method, stage)
+    stage("drawing the result")
+    folder = Path(out)
+    found.write(folder)
+    _write_parts(folder / RECORDS, cut)
+    view = view | {"kind": kind, "told": [*view["told"], *dict.fromkeys(_doubts(told))]}
+    (folder / VIEW).write_text(json.dumps(plain(view), allow_nan=False), "utf-8")
+    recipes.write(folder, recipes.Recipe(kind=kind, model=Path(model).name, method=method, parts=tuple(parts), **recipe))
+    return {name: view[name] for name in ("kind", "tone", "label", "sentence")} | {"model": Path(model).name}
+
+
+def cut_part(path: str, part: Mapping[str, Any]) -> Record:
+    """A part of a record under its own name."""
+    from .. import read_record
+
+    return replace(read_record(path).between(part["from"], part["to"]), name=part["name"])
+
+
+def _doubts(told: Sequence[warnings.WarningMessage]) -> list[str]:
+    from .. import PlausibilityWarning, RudderSignWarning
+
+    return [str(one.message) for one in told if issubclass(one.category, PlausibilityWarning | RudderSignWarning)]
+
+
+def _write_parts(folder: Path, cut: Sequence[tuple[Mapping[str, Any], Record]]) -> None:
+    from .. import write_record
+
+    folder.mkdir()
+    for _, record in cut:
+        write_record(record, folder / f"{record.name}.csv")
+
+
+def _checked(train: list[Record], held_out: list[Record], model: str, method: str, stage: Stage) -> Any:
+    from .. import check
+    from ..reporting.open.views import check_view
+
+    stage("comparing the channels with each other")
+    found = check([*train, *held_out])
+    return found, check_view(found)
+
+
+def _identified(train: list[Record], held_out: list[Record], model: str, method: str, stage: Stage) -> Any:
+    from .. import identify
+    from ..reporting.open.views import identification_view
+
+    stage("fitting the models that the records allow" if model == "auto" else "fitting the model")
+    estimate = identify(train, model, method, validate=held_out)
+    stage("judging the fit: free runs, residuals, what the records tell")
+    found = estimate.assess(held_out)
+    return found, identification_view(found)
+
+
+def _diagnosed(train: list[Record], held_out: list[Record], model: str, method: str, stage: Stage) -> Any:
+    from .. import diagnose
+    from ..reporting.open.views import diagnosis_view
+
+    found = diagnose(model, train, held_out, progress=stage)
+    return found, diagnosis_view(found)
+
+
+RUNS = {"check": _checked, "identify": _identified, "diagnose": _diagnosed}
+TASKS: dict[str, Callable[..., Any]] = {"read": read_logs, "analyse": analyse}

@@ -1,0 +1,150 @@
+// Every column of the logs: what it was taken for, why, and what would change it; beside them the track, drawn live.
+import { button, el, fill, select, short } from "./dom.js";
+import { group, key, spark, timePlot, trackPlot, zoomButtons } from "./plots.js";
+import { address, current, get, post, running } from "./server.js";
+
+const place = document.getElementById("columns");
+let about = null;
+let drawn = { reading: "", columns: {}, records: {} };
+let shown = "";
+let record = 0;
+
+export function start(known) { about = known; }
+
+export async function show(state) {
+  const log = state.log;
+  place.parentElement.hidden = !log;
+  if (!log) { shown = ""; return; }
+  const now = JSON.stringify([state.reading, state.choices, state.answers, state.positive_rudder, log.line]);
+  if (now === shown) return;
+  shown = now;
+  if (drawn.reading !== state.reading) await load(state);
+  render(current());
+}
+
+async function load(state) {
+  const found = { reading: state.reading, columns: {}, records: {} };
+  for (const one of await get(address("/columns")).catch(() => [])) found.columns[`${one.table}\n${one.column}`] = one.values;
+  for (let i = 0; i < Math.min(state.log.records.length, 50); i += 1) {
+    found.records[i] = await get(address(`/records/${i}`)).catch(() => null);
+  }
+  drawn = found;
+}
+
+export function recordView(number) { return drawn.records[number]; }
+
+function render(state) {
+  const { log } = state;
+  const fatal = log.faults.filter((fault) => fault.fatal), other = log.faults.filter((fault) => !fault.fatal);
+  const parts = [];
+  if (log.line) parts.push(el("p", { className: "warn", id: "log-line" }, `No record yet: ${log.line}.`.replace(/\.\.$/, ".")));
+  parts.push(list("What keeps the log from being a record", fatal), list("To be looked at", other));
+  const several = new Set(log.columns.map((one) => one.table)).size > 1;
+  parts.push(el("div", { className: "two" },
+    el("ul", { className: "columns", "aria-label": "columns" }, log.columns.map((one, i) => column(state, one, i, several))),
+    el("div", { className: "live" }, live(state))));
+  if (log.steps.length) {
+    parts.push(el("details", { id: "steps" }, el("summary", {}, "What was done"), el("ul", {}, log.steps.map((step) => el("li", {}, step)))));
+  }
+  fill(place, parts);
+}
+
+function list(title, faults) {
+  if (!faults.length) return null;
+  return el("details", { id: `faults-${title.length}`, open: faults.length < 6 }, el("summary", {}, `${title} (${faults.length})`),
+    el("ul", {}, faults.map((fault) => el("li", {},
+      [fault.table, fault.row === null ? "" : `row ${fault.row}`, fault.column ?? "", fault.message].filter(Boolean).join(": "),
+      fault.hint ? el("span", { className: "sub" }, ` ${fault.hint}`) : null))));
+}
+
+const NOT_USED = "not used";
+
+function column(state, one, i, several) {
+  const values = drawn.columns[`${one.table}\n${one.column}`] ?? [];
+  const told = state.choices.some(([name, title]) => name === one.table && title === one.column);
+  const used = one.quantity !== NOT_USED;
+  const range = one.smallest === null ? one.samples.join(", ") : `${short(one.smallest)} to ${short(one.largest)}`;
+  return el("li", { className: `column${used ? "" : " aside"}${one.questions.length ? " open" : ""}` },
+    el("div", { className: "name" }, el("b", {}, one.column || "(no name)"),
+      several ? el("span", { className: "sub" }, one.table) : null,
+      el("span", { className: "sub" }, range)),
+    spark(values),
+    el("div", { className: "choices" }, one.quantity === "time" ? el("p", { className: "sub" }, `time (${one.unit})`) : controls(one, i)),
+    el("p", { className: "sub why" }, told ? "as you say" : [one.sign, one.why].filter(Boolean).join("; "),
+      told || !used ? null : el("b", {}, ` (${one.sure})`)),
+    one.questions.map((asked, k) => question(one, asked, `column-${i}-${k}`)));
+}
+
+function controls(one, i) {
+  const quantity = about.quantities[one.quantity] ? one.quantity : NOT_USED;
+  const name = one.column || "(no name)";
+  const units = quantity === NOT_USED ? [] : about.quantities[quantity];
+  const kinds = [NOT_USED, ...Object.keys(about.quantities)].map((value) => ({ value, text: value.replaceAll("_", " ") }));
+  const choose = (change) => say(one, { to: quantity, unit: one.unit || units[0] || "", sign: one.factor, ...change });
+  const open = one.unit === "" ? [{ value: "", text: "?" }] : [];
+  return [
+    select(`column-${i}-to`, "is", kinds, quantity, (to) => choose({ to, unit: (about.quantities[to] ?? [""])[0], sign: 1 }),
+      { "aria-label": `${name}: quantity` }),
+    units.length ? select(`column-${i}-unit`, "unit", [...open, ...units.map((value) => ({ value, text: value }))], one.unit,
+      (unit) => choose({ unit }), { "aria-label": `${name}: unit` }) : null,
+    units.length ? button("±", () => choose({ sign: -one.factor }),
+      { id: `column-${i}-sign`, title: "turn the sign", "aria-pressed": String(one.factor < 0), "aria-label": `${name}: turn the sign` }) : null,
+  ];
+}
+
+function question(one, asked, id) {
+  const answer = (key) => read({ ...current().answers, [asked.id]: key });
+  const number = el("input", { id: `${id}-number`, type: "number", step: "any" });
+  return el("div", { className: "question", role: "group", "aria-label": `question about ${one.column}` },
+    el("p", {}, asked.text),
+    asked.answers.map((one_, k) => button(one_.text, () => answer(one_.key), { id: `${id}-answer-${k}`, title: one_.line })),
+    asked.number ? [el("label", { htmlFor: `${id}-number`, className: "field" }, el("span", {}, asked.number), number),
+      button("Take this number", () => { if (number.value !== "") answer(number.value); }, { id: `${id}-take` })] : null);
+}
+
+function say(one, what) {
+  const choices = current().choices.filter(([name, title]) => name !== one.table || title !== one.column);
+  read(current().answers, [...choices, [one.table, one.column, what]]);
+}
+
+export function read(answers = current().answers, choices = current().choices, side = current().positive_rudder) {
+  document.getElementById("alert").textContent = "";
+  return post("/read", { answers, choices, positive_rudder: side }).catch(alertOf);
+}
+
+function alertOf(error) { document.getElementById("alert").textContent = error.message; }
+
+// ---- the track and the heading by channels that must agree
+
+const TRACKS = { positions: "measured", "speed and heading": "after", "speed and yaw rate": "before" };
+
+function live(state) {
+  const { records } = state.log;
+  if (!records.length) return [el("p", { className: "sub" }, running() ? "Reading …" : "The track appears when the columns make a record.")];
+  record = Math.min(record, records.length - 1);
+  const view = drawn.records[record];
+  const side = state.log.records[record].positive_rudder;
+  const head = [
+    records.length > 1 ? select("live-record", "record", records.map((one, i) => ({ value: String(i), text: one.name })), String(record),
+      (value) => { record = Number(value); render(current()); }) : null,
+    select("rudder-side", "a positive rudder turns the ship to",
+      [{ value: "", text: `by the yaw response${side ? `: ${side}` : ""}` }, { value: "port", text: "port" }, { value: "starboard", text: "starboard" }],
+      state.positive_rudder ?? "", (value) => read(undefined, undefined, value || null)),
+  ];
+  if (!view) return head;
+  const shared = group();
+  const out = [...head];
+  if (view.tracks.length) {
+    const tracks = view.tracks.map((one) => ({ ...one, colour: TRACKS[one.label], dash: one.label === "positions" ? "" : "6 3" }));
+    out.push(el("h3", {}, "Track"), key(tracks), trackPlot({ label: "track", tracks, group: shared, time: tracks[0].time }));
+  }
+  if (view.headings) {
+    const curves = [{ label: "heading", values: view.headings.heading, colour: "measured" },
+      { label: "by the yaw rate", values: view.headings.yaw_rate, colour: "before", dash: [6, 3] }];
+    out.push(el("h3", {}, "Heading, deg"), key(curves), timePlot({ label: "heading", time: view.headings.time, curves, group: shared, height: 140 }));
+  }
+  out.push(el("p", { className: "sub" }, "Lines that leave each other show a wrong sign or unit, or an offset of a sensor."));
+  const own = state.log.records[record];
+  out.push(zoomButtons(shared, own.from, own.to, "live"));
+  return out;
+}

@@ -1,0 +1,94 @@
+// The page: logs come in, the state of the server is shown.
+import * as columns from "./columns.js";
+import { button, bytes, el, fill } from "./dom.js";
+import * as parts from "./parts.js";
+import * as result from "./result.js";
+import { begin, current, get, listen, remove, running, upload } from "./server.js";
+
+const place = document.getElementById("logs"), alertBox = document.getElementById("alert");
+const chooser = el("input", { type: "file", multiple: true, id: "chooser", className: "hidden", tabIndex: -1, "aria-hidden": "true",
+  onchange: () => { take([...chooser.files]); chooser.value = ""; } });
+const zone = el("div", { className: "zone" },
+  el("p", {}, "Drop logs here: CSV, Excel, NMEA 0183, MAT and others. A model.json is taken as a simulation of the ship."),
+  button("Choose files", () => chooser.click(), { id: "choose", className: "primary" }), chooser);
+const files = el("ul", { className: "files", "aria-label": "files" });
+const coming = el("div", { "aria-live": "polite" });
+place.append(zone, coming, files);
+let shown = "";
+
+function showFiles(state) {
+  const now = JSON.stringify([state.files, state.models]);
+  if (now === shown) return;
+  shown = now;
+  fill(files, state.files.map((file, i) => el("li", {}, `${file.name} (${bytes(file.bytes)}) `,
+    button("Remove", () => removed(file.name), { id: `file-${i}`, "aria-label": `remove ${file.name}` }))),
+  state.models.map((name) => el("li", {}, `${name}: a model`)));
+}
+
+async function removed(name) {
+  try {
+    await remove(`/logs/${encodeURIComponent(name)}`);
+    if (current().files.length) await columns.read({}, [], null);
+  } catch (error) { failed(error); }
+}
+
+async function take(chosen) {
+  await ready;
+  alertBox.textContent = "";
+  let logs = 0;
+  for (const file of chosen) {
+    const kind = file.name.toLowerCase().endsWith(".json") ? "models" : "logs";
+    const bar = el("progress", { max: 1, value: 0, "aria-label": file.name });
+    fill(coming, el("p", {}, `${file.name} `, bar));
+    try {
+      await upload(kind, file, (share) => { bar.value = share; });
+      logs += kind === "logs" ? 1 : 0;
+    } catch (error) { failed(error); }
+  }
+  fill(coming);
+  if (logs) await columns.read({}, []);
+}
+
+function failed(error) { alertBox.textContent = error.message; }
+
+for (const name of ["dragenter", "dragover"]) {
+  document.addEventListener(name, (event) => { event.preventDefault(); zone.classList.add("over"); });
+}
+document.addEventListener("dragleave", (event) => { if (!event.relatedTarget) zone.classList.remove("over"); });
+document.addEventListener("drop", (event) => {
+  event.preventDefault();
+  zone.classList.remove("over");
+  take([...event.dataTransfer.files]);
+});
+
+async function showWork() {
+  const work = document.getElementById("work");
+  const others = (await get("/api/projects")).filter((one) => one.id !== current()?.id);
+  work.hidden = !others.length;
+  fill(work.querySelector("ul"), others.map((one) => el("li", {}, el("a", { href: `/#${encodeURIComponent(one.id)}`, target: "_blank", rel: "noopener" },
+    `${one.files.join(", ")}${one.results ? `: ${one.results} answer${one.results > 1 ? "s" : ""}` : ""}`))));
+}
+
+window.addEventListener("hashchange", () => location.reload());
+
+listen(async (state) => {
+  showFiles(state);
+  result.showJob(state);
+  try {
+    await columns.show(state);
+    parts.show(current());
+    result.showQuestion(current());
+    await result.showResult(current());
+  } catch (error) { failed(error); }
+  document.title = running() ? "computing … – helmbench" : `${state.files[0]?.name ?? "helmbench"}${state.files.length ? " – helmbench" : ""}`;
+});
+
+async function open() {
+  const about = await get("/api/about");
+  columns.start(about);
+  result.start(about);
+  await begin().catch(failed);
+  await showWork();
+}
+
+const ready = open().catch(failed);

@@ -1,0 +1,177 @@
+// The question, how far its computation is, and the answers.
+import { button, el, equation, fill, select, table } from "./dom.js";
+import { colourOf, group, key, timePlot, trackPlot, zoomButtons } from "./plots.js";
+import { address, current, get, post, running } from "./server.js";
+
+const ask = document.getElementById("ask"), job = document.getElementById("job"), place = document.getElementById("result");
+const QUESTIONS = {
+  check: ["Check", "What is wrong with sensors and files? Needs no simulation of the ship."],
+  identify: ["Identify", "Which coefficients of a model fit, and can they be believed?"],
+  diagnose: ["Diagnose", "What does a simulation get wrong, and what is the cause?"],
+};
+const NAMES = { check: "check", identify: "identification", diagnose: "diagnosis" };
+let about = null;
+let kind = "check", model = { identify: "auto", diagnose: "" }, method = "output-error";
+let asked = "", listed = "", chosen = null, loaded = { id: "", view: null };
+
+export function start(known) { about = known; }
+
+function failed(error) { document.getElementById("alert").textContent = error.message; }
+
+// ---- the question
+
+export function showQuestion(state) {
+  const ready = Boolean(state.log?.records.length);
+  ask.parentElement.hidden = !ready;
+  if (!ready) return;
+  const now = JSON.stringify([kind, model, method, state.models, Boolean(running()), state.parts.some((part) => part.role === "train")]);
+  if (now === asked) return;
+  asked = now;
+  const again = () => showQuestion(current());
+  const rows = [el("fieldset", {}, el("legend", {}, "What do you want to know?"), Object.entries(QUESTIONS).map(([value, [title, what]]) =>
+    el("label", { className: "radio", htmlFor: `kind-${value}` },
+      el("input", { type: "radio", name: "kind", id: `kind-${value}`, value, checked: kind === value, onchange: () => { kind = value; again(); } }),
+      el("b", {}, title), el("span", { className: "sub" }, what))))];
+  if (kind !== "check") rows.push(el("div", { className: "tools" }, models(state, again), kind === "identify" ? methods(again) : null));
+  if (kind === "diagnose" && model.diagnose === "") {
+    rows.push(el("p", { className: "sub" }, "Without a simulation the models that the records allow are fitted, and the best is judged."));
+  }
+  rows.push(el("div", { className: "tools" }, button("Start", begin, { id: "start", className: "primary", disabled: running() || !state.parts.some((part) => part.role === "train") })));
+  fill(ask, rows);
+}
+
+function models(state, again) {
+  const options = (known) => Object.entries(known).map(([value, title]) => ({ value, text: `${value}: ${title}` }));
+  const first = kind === "identify" ? [{ value: "auto", text: "the best of all that the records allow" }]
+    : [{ value: "", text: "I have no simulation of the ship" }];
+  const own = state.models.map((name) => ({ value: `file:${name}`, text: name }));
+  return select("model", kind === "identify" ? "model" : "simulation of the ship", [...first,
+    ...(own.length ? [{ label: "your models", options: own }] : []),
+    { label: "ships", options: options(about.vessels) }, { label: "families", options: options(about.models) }],
+  model[kind], (value) => { model = { ...model, [kind]: value }; again(); });
+}
+
+function methods(again) {
+  return select("method", "method", Object.entries(about.methods).map(([value, title]) => ({ value, text: `${value}: ${title}` })), method,
+    (value) => { method = value; again(); });
+}
+
+function begin() {
+  document.getElementById("alert").textContent = "";
+  chosen = null;
+  post("/analyses", { kind, model: kind === "check" ? "" : model[kind], method }).catch(failed);
+}
+
+// ---- how far it is
+
+export function showJob(state) {
+  const now = state.job;
+  if (!now || now.state === "done" || now.state === "cancelled") { fill(job); return; }
+  if (!running()) {
+    fill(job, el("p", { className: "warn" }, now.state === "refused" ? "That cannot be computed: " : "That failed: ", now.message));
+    return;
+  }
+  const stages = now.stages;
+  fill(job, el("div", { className: "job" },
+    el("p", {}, el("b", {}, stages.length ? stages[stages.length - 1].text : "waiting for a free processor"), ` … ${Math.round(now.seconds)} s`),
+    el("progress", { "aria-label": "progress" }),
+    el("ol", { className: "sub" }, stages.slice(0, -1).map((stage, i) => el("li", {}, `${stage.text}: ${(stages[i + 1].at - stage.at).toFixed(1)} s`))),
+    button("Cancel", () => post("/cancel").catch(failed), { id: "cancel" })));
+}
+
+// ---- the answers
+
+export async function showResult(state) {
+  place.parentElement.hidden = !state.analyses.length;
+  if (!state.analyses.length) { listed = ""; return; }
+  const own = state.analyses.find((one) => one.id === chosen) ?? state.analyses[0];
+  const now = JSON.stringify([own.id, state.analyses.map((one) => one.id)]);
+  if (now === listed) return;
+  const fresh = listed !== "" || state.job?.state === "done";
+  listed = now;
+  if (loaded.id !== own.id) loaded = { id: own.id, view: await get(address(`/analyses/${own.id}`)) };
+  render(state, own, loaded.view);
+  if (fresh && chosen === null) document.getElementById("result-title").focus();
+}
+
+function render(state, own, view) {
+  const tabs = state.analyses.length > 1 ? el("div", { className: "tools", role: "group", "aria-label": "answers" }, state.analyses.map((one) =>
+    button(`${one.id.split("-")[0]}. ${NAMES[one.kind]}${one.model ? ` of ${one.model}` : ""}`, () => { chosen = one.id; showResult(current()); },
+      { id: `answer-${one.id}`, "aria-pressed": String(one.id === own.id) }))) : null;
+  fill(place, tabs, el("div", { className: `verdict ${view.tone}`, id: "verdict" },
+    view.label ? el("span", { className: "label" }, view.label) : null, el("p", { className: "first" }, view.sentence),
+    view.told.length ? el("ul", {}, view.told.map((text) => el("li", {}, text))) : null),
+  causes(view), following(view), downloads(own), runs(view), equations(view),
+  view.tables.map((one, i) => el("details", { id: `table-${i}`, open: i < 2 }, el("summary", {}, one.title || "Table"), table(one))));
+}
+
+function causes(view) {
+  if (!view.causes.length) return null;
+  return [el("h3", {}, view.kind === "check" ? "Findings" : "Causes"), el("ul", { className: "causes" }, view.causes.map((cause) => el("li", {},
+    el("b", {}, cause.title), cause.sizes ? el("span", {}, ` ${cause.sizes}`) : null,
+    cause.said ? el("p", {}, cause.said) : null, cause.next ? el("p", { className: "sub" }, cause.next) : null)))];
+}
+
+function following(view) {
+  if (!view.next.length) return null;
+  return [el("h3", {}, "What to sail next"), view.next.map((text) => el("p", {}, text))];
+}
+
+function downloads(own) {
+  const link = (name, text, keep) => el("li", {}, el("a", {
+    href: `${address(`/analyses/${own.id}/files/${name.split("/").map(encodeURIComponent).join("/")}`)}${keep ? "?download=1" : ""}`,
+    target: keep ? null : "_blank", rel: "noopener" }, text));
+  const report = own.files.find((name) => name.endsWith(".html"));
+  const model = own.files.find((name) => name === "extended_model.json" || name === "model.json");
+  const records = own.files.filter((name) => name.startsWith("records/") && name.endsWith(".csv"));
+  return el("details", { id: "downloads", open: true }, el("summary", {}, "Take it with you"), el("ul", { className: "files" },
+    el("li", {}, el("a", { href: address(`/analyses/${own.id}/all.zip`) }, "Everything (zip)")),
+    report ? link(report, "Report", false) : null,
+    report ? link(report, "Report as a file (HTML)", true) : null,
+    model ? link(model, `Model (${model})`, true) : null,
+    link("log.map.yaml", "Map of the columns", true),
+    records.map((name) => link(name, `Record ${name.slice(8)}`, true)),
+    link("commands.sh", "The commands that do the same", true),
+    link("notebook.ipynb", "The notebook that does the same", true)),
+  button("Print, or save as PDF", () => window.print(), { id: "print" }));
+}
+
+function runs(view) {
+  if (!view.traces.length) return null;
+  const box = el("div");
+  const draw = (i) => fill(box, ...trace(view, i, draw));
+  const first = view.traces.findIndex((one) => one.role !== "train");
+  draw(Math.max(first, 0));
+  return [el("h3", {}, "Measured and simulated"), box];
+}
+
+function trace(view, i, draw) {
+  const own = view.traces[i];
+  const shared = group();
+  const styled = (curves) => curves.map((curve) => {
+    const place_ = own.panels[0].curves.findIndex((one) => one.label === curve.label);
+    return { ...curve, colour: colourOf(Math.max(place_, 0)), dash: place_ === 1 ? [6, 3] : undefined };
+  });
+  if (!own.panels.length) return [el("p", {}, "No channel was simulated along this record.")];
+  const end = own.time[own.time.length - 1];
+  const figure = (label, curves, height) => el("figure", {}, el("figcaption", {}, label), timePlot({ label, time: own.time, curves, group: shared, height }));
+  return [
+    view.traces.length > 1 ? select("trace", "record", view.traces.map((one, k) => ({ value: String(k), text: `${one.record} (${one.role})` })), String(i),
+      (value) => draw(Number(value))) : el("p", { className: "sub" }, `${own.record} (${own.role})`),
+    key(styled(own.panels[0].curves)),
+    el("p", { className: "sub screen" }, "Drag to zoom, all plots together; double-click shows the whole."),
+    zoomButtons(shared, own.time[0], end, "trace"),
+    el("div", { className: "charts" },
+      figure("rudder, deg", [{ label: "rudder", values: own.rudder, colour: "soft" }], 120),
+      own.panels.map((panel) => [figure(`${panel.label}, ${panel.unit}`, styled(panel.curves), 170),
+        figure(`${panel.label}: measured − simulated, ${panel.unit}`, styled(panel.residuals), 120)]),
+      own.tracks.length ? el("figure", {}, el("figcaption", {}, "track"),
+        trackPlot({ label: "track", time: own.time, group: shared, tracks: styled(own.tracks).map((one) => ({ ...one, dash: one.dash ? "6 3" : "" })) })) : null),
+  ];
+}
+
+function equations(view) {
+  if (!view.equations.length) return null;
+  return [el("h3", {}, "The extended model"), el("p", { className: "sub" }, "New terms are marked."),
+    view.equations.map((line) => el("div", { className: `eq${line.new ? " fresh" : ""}`, tabIndex: 0 }, equation(line.html)))];
+}
