@@ -30,7 +30,9 @@ def open_command(files: tuple[Path, ...], no_browser: bool) -> None:
     from ..open.serve import serve
 
     def say(address: str) -> None:
-        click.echo(f"helmbench is at {address}\nLogs stay on this machine. Ctrl-C ends it and deletes what was dropped.")
+        click.echo(
+            f"helmbench is at {address}\nLogs stay on this machine. Ctrl-C ends it and deletes what was dropped."
+        )
 
     with suppress(KeyboardInterrupt):  # the way in which it ends
         serve(files, say, not no_browser)

@@ -191,7 +191,8 @@ class _Server:
             self._projects.cancel(project)
             project.choices, project.answers = {}, {}
             if not project.names():
-                project.log, project.reading, project.parts, project.job = None, None, [], None
+                project.log, project.reading, project.job = None, None, None
+                project.parts, project.spans = [], []
             project.changed()
         return JSONResponse(project.to_json())
 
@@ -314,7 +315,9 @@ def _checked(part: Part, records: list[dict[str, Any]]) -> dict[str, Any]:
     record = records[part.record]
     start, stop = max(part.start, record["from"]), min(part.stop, record["to"])
     if not start < stop:
-        raise BadInput(f"part {part.name!r} has no sample", hint=f"its record runs from {record['from']:g} to {record['to']:g} s")
+        raise BadInput(
+            f"part {part.name!r} has no sample", hint=f"its record runs from {record['from']:g} to {record['to']:g} s"
+        )
     return {"record": part.record, "name": safe_name(part.name), "from": start, "to": stop, "role": part.role}
 
 

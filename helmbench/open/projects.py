@@ -40,7 +40,8 @@ class Project:
     """What one tab works on.
 
     log : outcome of the last reading (`tasks.read_logs`);  answers : id of a question -> its answer;
-    choices : what the user says of columns;  version : counts changes;  reading : folder of the last reading.
+    choices : what the user says of columns;  version : counts changes;  reading : folder of the last reading;
+    parts : of the records with these `spans`, (name, from, to) in s.
     """
 
     id: str
@@ -54,6 +55,7 @@ class Project:
     log: dict[str, Any] | None = None
     reading: Path | None = None
     parts: list[dict[str, Any]] = field(default_factory=list)
+    spans: list[tuple[str, float, float]] = field(default_factory=list)
     job: Job | None = None
     analyses: list[Analysis] = field(default_factory=list)
 
@@ -205,11 +207,10 @@ class Projects:
         self._start(project, Job("read", arguments), lambda found: self._has_read(project, out, found))
 
     def _has_read(self, project: Project, out: Path, found: dict[str, Any]) -> None:
-        before = [(one["name"], one["from"], one["to"]) for one in (project.log or {}).get("records", ())]
-        after = [(one["name"], one["from"], one["to"]) for one in found["records"]]
+        spans = [(one["name"], one["from"], one["to"]) for one in found["records"]]
         project.log, project.reading = found, out
-        if before != after or not project.parts:
-            project.parts = found["parts"]
+        if spans and spans != project.spans:  # a choice that makes no record costs no part
+            project.parts, project.spans = found["parts"], spans
 
     def analyse(self, project: Project, kind: str, model: str, method: str) -> None:
         """Check, identify or diagnose the parts.

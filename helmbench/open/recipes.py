@@ -66,7 +66,9 @@ def _shell(words: Sequence[str]) -> str:
 
 def notebook(recipe: Recipe) -> str:
     """A Jupyter notebook (format 4.5) that does the same from the log."""
-    cells = [_cell("markdown", f"The {recipe.kind} of `helmbench open`, from the log. Put the log beside this file.", 0)]
+    cells = [
+        _cell("markdown", f"The {recipe.kind} of `helmbench open`, from the log. Put the log beside this file.", 0)
+    ]
     cells += [_cell("code", text, place) for place, text in enumerate(code(recipe), start=1)]
     facts = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
     return json.dumps({"nbformat": 4, "nbformat_minor": 5, "metadata": facts, "cells": cells}, indent=1)

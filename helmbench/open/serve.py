@@ -7,8 +7,9 @@ import shutil
 import socket
 import tempfile
 import webbrowser
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Generator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
@@ -20,6 +21,21 @@ from .app import application
 from .guard import LOOPBACK, Guard
 from .projects import LOGS, Projects
 from .workers import Workers
+
+
+@dataclass(frozen=True)
+class Site:
+    """A server that listens: its application, its socket, the address for the browser, and what it holds."""
+
+    app: Guard
+    listener: socket.socket
+    address: str
+    projects: Projects
+
+    def server(self) -> uvicorn.Server:
+        """What answers; `run` it with the socket."""
+        quiet = {"log_level": "error", "access_log": False, "server_header": False}
+        return uvicorn.Server(uvicorn.Config(self.app, lifespan="off", ws="none", proxy_headers=False, **quiet))
 
 
 def serve(files: Sequence[Path], say: Callable[[str], object], browser: bool) -> None:
@@ -35,6 +51,17 @@ def serve(files: Sequence[Path], say: Callable[[str], object], browser: bool) ->
     ------
     BadInput : a file cannot be read.
     """
+    with site(files) as made:
+        made.projects.workers.warm()
+        say(made.address)
+        if browser:
+            webbrowser.open(made.address)
+        made.server().run(sockets=[made.listener])
+
+
+@contextmanager
+def site(files: Sequence[Path] = ()) -> Generator[Site]:
+    """A site on a free port of this machine, with a private folder that is deleted at the end; raises as `serve`."""
     with ExitStack() as stack:
         folder = Path(tempfile.mkdtemp(prefix="helmbench-open-"))
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
@@ -46,14 +73,7 @@ def serve(files: Sequence[Path], say: Callable[[str], object], browser: bool) ->
         port, token = listener.getsockname()[1], secrets.token_urlsafe(24)
         assets = Path(view.__file__).parent / "assets"
         app = Guard(application(projects, assets, FOLDER / "style.css"), token, port)
-        workers.warm()
-        address = f"http://{LOOPBACK}:{port}/?token={token}{fragment}"
-        say(address)
-        if browser:
-            webbrowser.open(address)
-        quiet = {"log_level": "error", "access_log": False, "server_header": False}
-        config = uvicorn.Config(app, lifespan="off", ws="none", proxy_headers=False, **quiet)
-        uvicorn.Server(config).run(sockets=[listener])
+        yield Site(app, listener, f"http://{LOOPBACK}:{port}/?token={token}{fragment}", projects)
 
 
 def _with_logs(projects: Projects, files: Sequence[Path]) -> str:

@@ -224,7 +224,9 @@ def analyse(
     _write_parts(folder / RECORDS, cut)
     view = view | {"kind": kind, "told": [*view["told"], *dict.fromkeys(_doubts(told))]}
     (folder / VIEW).write_text(json.dumps(plain(view), allow_nan=False), "utf-8")
-    recipes.write(folder, recipes.Recipe(kind=kind, model=Path(model).name, method=method, parts=tuple(parts), **recipe))
+    recipes.write(
+        folder, recipes.Recipe(kind=kind, model=Path(model).name, method=method, parts=tuple(parts), **recipe)
+    )
     return {name: view[name] for name in ("kind", "tone", "label", "sentence")} | {"model": Path(model).name}
 
 

@@ -138,6 +138,7 @@ class Workers:
             if job.state != WAITING or self._closed:
                 return None
             job.state = RUNNING
+            job.stages.append(("starting", 0.0))
             worker = self._idle.pop() if self._idle else None
         worker = worker or self._new()
         with self._lock:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ def envelope(values: np.ndarray, limit: int = POINTS) -> np.ndarray:
         return np.arange(values.size)
     edges = np.linspace(0, values.size, limit // 2 + 1).astype(int)
     found = []
-    for first, stop in zip(edges[:-1], edges[1:], strict=True):
+    for first, stop in pairwise(edges):
         part = values[first:stop]
         known = np.flatnonzero(np.isfinite(part))
         ends = known[[part[known].argmin(), part[known].argmax()]] if known.size else np.zeros(2, dtype=int)

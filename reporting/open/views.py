@@ -30,6 +30,7 @@ GOOD, FAIR, BAD = "good", "fair", "bad"
 TONES = {"adequate": GOOD, "named": FAIR, "tied": FAIR, "partly_named": FAIR, "inconclusive": FAIR,
          "unexplained": BAD, "explains": GOOD, "approximates": FAIR, "fails": BAD}  # fmt: skip
 """Verdict -> how the page sets it off."""
+POSITIONS = ("north_m", "east_m")
 RUNS = {"measured": "measured", "before": "simulated", "after": "extended model"}
 
 
@@ -138,11 +139,11 @@ def _runs_view(
     measured = runs["measured"]
     simulated = {label: run for label, run in runs.items() if label != "measured"}
     names = [name for name in in_order(measured) if any(name in run for run in simulated.values())]
-    panels = [_panel(name, kept, measured[name], simulated) for name in names if not name.endswith(("north_m", "east_m"))]
+    panels = [_panel(name, kept, measured[name], simulated) for name in names if name not in POSITIONS]
     tracks = [
         {"label": label, "north": numbers(run["north_m"][kept]), "east": numbers(run["east_m"][kept])}
         for label, run in runs.items()
-        if {"north_m", "east_m"} <= run.keys() and {"north_m", "east_m"} <= measured.keys()
+        if set(POSITIONS) <= run.keys() and set(POSITIONS) <= measured.keys()
     ]
     return {"record": record, "role": role.replace("_", " "), "time": times(time[kept]),
             "rudder": numbers(np.degrees(rudder[kept])), "panels": panels, "tracks": tracks}  # fmt: skip

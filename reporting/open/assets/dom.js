@@ -92,7 +92,7 @@ export function equation(markup) {
     }
     const made = MATH.has(name) ? document.createElementNS("http://www.w3.org/1998/Math/MathML", name)
       : document.createElement(name);
-    if (node.getAttribute("class")) made.setAttribute("class", node.getAttribute("class"));
+    for (const name_ of ["class", "displaystyle"]) if (node.hasAttribute(name_)) made.setAttribute(name_, node.getAttribute(name_));
     made.append(...children);
     return made;
   };

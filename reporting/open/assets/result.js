@@ -163,8 +163,8 @@ function trace(view, i, draw) {
     zoomButtons(shared, own.time[0], end, "trace"),
     el("div", { className: "charts" },
       figure("rudder, deg", [{ label: "rudder", values: own.rudder, colour: "soft" }], 120),
-      own.panels.map((panel) => [figure(`${panel.label}, ${panel.unit}`, styled(panel.curves), 170),
-        figure(`${panel.label}: measured − simulated, ${panel.unit}`, styled(panel.residuals), 120)]),
+      own.panels.map((panel) => el("div", {}, figure(`${panel.label}, ${panel.unit}`, styled(panel.curves), 170),
+        figure(`${panel.label}: measured − simulated, ${panel.unit}`, styled(panel.residuals), 120))),
       own.tracks.length ? el("figure", {}, el("figcaption", {}, "track"),
         trackPlot({ label: "track", time: own.time, group: shared, tracks: styled(own.tracks).map((one) => ({ ...one, dash: one.dash ? "6 3" : "" })) })) : null),
   ];

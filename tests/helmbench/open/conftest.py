@@ -1,0 +1,82 @@
+"""A server of `helmbench open` in this process, and logs to drop."""
+
+import threading
+import time
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+import pytest
+import requests
+
+import helmbench
+from helmbench.open import serve
+
+from ...datasets.importing.raw_logs import bridge
+
+HOSTILE = "<img src=x onerror=alert(1)>"
+
+
+@dataclass
+class Client:
+    """Speaks to a server as its page does."""
+
+    site: serve.Site
+    session: requests.Session
+    base: str
+
+    def get(self, path):
+        return self.session.get(self.base + path, timeout=30)
+
+    def post(self, path, content=None, **more):
+        return self.session.post(self.base + path, json=content, headers={"origin": self.base}, timeout=30, **more)
+
+    def project(self):
+        return f"/api/projects/{self.post('/api/projects').json()['id']}"
+
+    def upload(self, project, name, data, kind="logs"):
+        headers = {"origin": self.base}
+        return self.session.post(
+            f"{self.base}{project}/{kind}", params={"name": name}, data=data, headers=headers, timeout=30
+        )
+
+    def finished(self, project, seconds=120.0):
+        """The state of a project when its job has ended."""
+        end = time.monotonic() + seconds
+        while (state := self.get(project).json())["job"]["state"] in ("waiting", "running"):
+            assert time.monotonic() < end, state["job"]
+            time.sleep(0.05)
+        return state
+
+
+@pytest.fixture(scope="module")
+def site():
+    with serve.site() as made:
+        server = made.server()
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [made.listener]})
+        thread.start()
+        yield made
+        server.should_exit = True
+        thread.join()
+
+
+@pytest.fixture(scope="module")
+def client(site):
+    parts = urlsplit(site.address)
+    with requests.Session() as session:
+        found = Client(site, session, f"http://{parts.netloc}")
+        assert found.get(f"/?{parts.query}").status_code == 200
+        yield found
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    """A zigzag of a ship whose turn sensor has a bias of 0.004 rad/s."""
+    record = helmbench.simulate("mariner", "zigzag:20/20", noise="low", seed=1)
+    return record.with_channels(yaw_rate_rad_s=record.column("yaw_rate_rad_s") + 0.004)
+
+
+@pytest.fixture(scope="module")
+def log(recorded, tmp_path_factory):
+    """What the bridge logged of it, with names and cells that a page must not take for markup."""
+    (path,) = bridge(recorded, tmp_path_factory.mktemp("log"))
+    return path.read_text("utf-8").replace("Remark", HOSTILE, 1).replace("pilot aboard", HOSTILE, 1).encode()

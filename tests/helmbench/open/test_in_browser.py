@@ -1,0 +1,132 @@
+"""From a dropped log to the diagnosis in Chromium: by the page's own means, with hostile names, in both colours."""
+
+import json
+import shutil
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import sync_playwright
+
+from .conftest import HOSTILE
+
+DROP = """([name, text]) => {
+  const data = new DataTransfer();
+  data.items.add(new File([text], name));
+  document.dispatchEvent(new DragEvent("drop", {dataTransfer: data, bubbles: true, cancelable: true}));
+}"""
+QUIET = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync"]
+LONG_MS = 120_000
+
+
+@pytest.fixture
+def opened(site):
+    """Opens the page in a new tab: opened(); errors of its scripts and requests to elsewhere fail the test."""
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    assert program, "no Chromium: `make browser` installs it"
+    errors = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=QUIET)
+        context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+        context.on("request", lambda call: None if _own(call.url, site) else errors.append(call.url))
+
+        def build(address=site.address):
+            tab = context.new_page()
+            tab.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+            tab.on("pageerror", lambda error: errors.append(str(error)))
+            tab.on("dialog", lambda dialog: errors.append(dialog.message))
+            tab.goto(address)
+            return tab
+
+        yield build
+        browser.close()
+    assert errors == []
+
+
+def _own(url, site):
+    return url.startswith((site.address.partition("?")[0], "data:", "blob:"))
+
+
+def serious(tab):
+    return [item["id"] for item in Axe().run(tab).response["violations"] if item["impact"] in ("serious", "critical")]
+
+
+def test_from_a_dropped_log_to_the_diagnosis(opened, log):
+    tab = opened()
+    tab.wait_for_selector("#choose")
+    assert "token" not in tab.url
+    tab.evaluate(DROP, [f"{HOSTILE}.csv", log.decode()])
+    tab.wait_for_selector("#start", timeout=LONG_MS)
+    names = tab.locator("li.column b").all_inner_texts()
+    assert HOSTILE in names and len(names) == 10 and tab.locator("img").count() == 0
+
+    # a range by dragging, then the parts
+    before = tab.locator("ul.parts li").count()
+    area = tab.locator("#parts .plot .u-over").first
+    area.scroll_into_view_if_needed()
+    box = area.bounding_box()
+    tab.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 20)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 20, steps=4)
+    tab.mouse.up()
+    assert float(tab.input_value("#range-from")) == pytest.approx(40.0, abs=5.0)
+    tab.click("#add-train")
+    tab.wait_for_selector("text=to 240", timeout=LONG_MS)
+    tab.fill("#range-from", "240.5")
+    tab.fill("#range-to", "400")
+    tab.locator("#add-held-out").press("Enter")
+    tab.wait_for_function("document.querySelectorAll('ul.parts li.held_out').length === 1")
+    assert before == tab.locator("ul.parts li").count() == 2
+
+    # the question by keyboard, the stages, the answer
+    tab.locator("#kind-check").focus()
+    tab.keyboard.press("ArrowDown")
+    tab.keyboard.press("ArrowDown")
+    tab.select_option("#model", "mariner")
+    tab.locator("#start").press("Enter")
+    tab.wait_for_selector("#cancel")
+    tab.wait_for_selector("#verdict", timeout=LONG_MS)
+    told = tab.inner_text("#verdict .first")
+    assert "yaw rate bias" in told
+    assert tab.evaluate("document.activeElement.id") == "result-title"
+    assert tab.locator("#result .plot canvas").count() >= 5 and tab.locator("#result svg.track path.curve").count() == 3
+    assert tab.locator("#result math").count() > 3
+
+    # plots move together
+    tab.locator("#trace-in").press("Enter")
+    lengths = tab.evaluate(
+        "[...document.querySelectorAll('#result svg.track path.curve')].map(p => p.getAttribute('d').length)"
+    )
+    tab.locator("#trace-whole").press("Enter")
+    whole = tab.evaluate(
+        "[...document.querySelectorAll('#result svg.track path.curve')].map(p => p.getAttribute('d').length)"
+    )
+    assert all(part < 0.8 * all_ for part, all_ in zip(lengths, whole, strict=True))
+
+    # files
+    with tab.expect_download() as waiting:
+        tab.get_by_role("link", name="The notebook that does the same").click()
+    assert json.loads(waiting.value.path().read_text("utf-8"))["nbformat"] == 4
+    with tab.context.expect_page() as waiting:
+        tab.get_by_role("link", name="Report", exact=True).click()
+    assert "yaw rate bias" in waiting.value.inner_text(".verdict")
+    waiting.value.close()
+
+    # a reload and another tab find everything; a new tab begins anew
+    address = tab.url
+    tab.reload()
+    tab.wait_for_selector("#verdict")
+    assert tab.inner_text("#verdict .first") == told
+    tab.close()
+    fresh = opened(address.partition("#")[0])
+    fresh.locator("#work summary").click()
+    assert "1 answer" in fresh.locator("#work a").first.inner_text()
+    assert fresh.locator("#verdict").count() == 0 and fresh.url != address
+
+    # both colours, desktop and phone
+    again = opened(address)
+    again.wait_for_selector("#verdict")
+    for width, scheme in ((1280, "light"), (1280, "dark"), (390, "light"), (390, "dark")):
+        again.set_viewport_size({"width": width, "height": 844})
+        again.emulate_media(color_scheme=scheme)
+        assert again.evaluate("document.documentElement.scrollWidth") <= width
+        assert serious(again) == []

@@ -1,0 +1,287 @@
+"""The server answers its own page on this machine only, and keeps what comes to it within bounds."""
+
+import http.client
+import io
+import json
+import stat
+import zipfile
+from pathlib import Path
+from urllib.parse import quote, urlsplit
+
+import pytest
+import requests
+from hypothesis import given
+from hypothesis import strategies as st
+
+from helmbench.open import app, projects
+from helmbench.open.guard import HEADERS
+
+from .conftest import HOSTILE
+
+
+def raw(client, method, path, headers, body=b""):
+    """The status of a request with exactly these headers."""
+    connection = http.client.HTTPConnection(urlsplit(client.base).netloc, timeout=30)
+    connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+    for name, value in headers.items():
+        connection.putheader(name, value)
+    connection.endheaders(body)
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+def own_headers(client):
+    netloc = urlsplit(client.base).netloc
+    cookie = "; ".join(f"{name}={value}" for name, value in client.session.cookies.items())
+    return {"host": netloc, "cookie": cookie, "origin": client.base}
+
+
+def test_it_listens_to_this_machine_only_in_a_private_folder(site):
+    assert site.listener.getsockname()[0] == "127.0.0.1"
+    assert stat.S_IMODE(site.projects.folder.stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize(
+    ("changed", "status"),
+    [
+        ({}, 200),
+        ({"host": "evil.example"}, 421),
+        ({"host": "127.0.0.1:1"}, 421),
+        ({"origin": "http://evil.example"}, 403),
+        ({"origin": "null"}, 403),
+        ({"origin": None}, 403),
+        ({"cookie": None}, 403),
+        ({"cookie": "helmbench=wrong"}, 403),
+    ],
+    ids=str,
+)
+def test_a_change_needs_host_origin_and_cookie(client, changed, status):
+    headers = {name: value for name, value in (own_headers(client) | changed).items() if value is not None}
+    assert raw(client, "POST", "/api/projects", headers | {"content-length": "0"}) == status
+
+
+def test_another_site_may_not_read(client):
+    headers = own_headers(client)
+    del headers["origin"]
+    assert raw(client, "GET", "/api/projects", headers) == 200
+    assert raw(client, "GET", "/api/projects", headers | {"sec-fetch-site": "cross-site"}) == 403
+    assert raw(client, "GET", "/api/projects", headers | {"origin": "http://evil.example"}) == 403
+
+
+def test_the_token_is_exchanged_for_a_cookie_and_leaves_the_address(client):
+    parts = urlsplit(client.site.address)
+    answer = requests.get(f"{client.base}/?{parts.query}", allow_redirects=False, timeout=30)
+    assert answer.status_code == 303 and answer.headers["location"] == "/"
+    cookie = answer.headers["set-cookie"].lower()
+    assert "httponly" in cookie and "samesite=strict" in cookie
+    refused = requests.get(f"{client.base}/?token=wrong", timeout=30)
+    assert refused.status_code == 403 and "terminal" in refused.text
+
+
+@pytest.mark.parametrize("path", ["/", "/assets/main.js", "/assets/style.css", "/api/about", "/nothing"])
+def test_every_answer_has_the_headers_that_keep_a_page_to_itself(client, path):
+    answer = client.get(path)
+    assert HEADERS.items() <= {name.lower(): value for name, value in answer.headers.items()}.items()
+    policy = answer.headers["content-security-policy"]
+    assert "default-src 'none'" in policy and "unsafe" not in policy
+
+
+def test_every_file_that_the_page_names_is_served(client):
+    for name in app.ASSETS:
+        assert client.get(f"/assets/{name}").status_code == 200
+    for name in ("../index.html", "index.html", "..%2f__init__.py", "uplot.LICENSE"):
+        assert client.get(f"/assets/{name}").status_code == 404
+
+
+@pytest.mark.parametrize(
+    ("name", "kept"),
+    [
+        ("../../etc/passwd", "passwd"),
+        ("C:\\logs\\bridge.csv", "bridge.csv"),
+        ("..", "log"),
+        ("", "log"),
+        (".hidden.csv", "hidden.csv"),
+        ("a\n\u202egpj.csv", "a__gpj.csv"),
+        (HOSTILE, "_img src=x onerror=alert(1)_"),
+    ],
+)
+def test_no_name_is_a_path(client, name, kept):
+    project = client.project()
+    assert client.upload(project, name, b"t,r\n").json()["name"] == kept
+    folder = client.site.projects.folder / project.rpartition("/")[2] / "logs"
+    assert [path.name for path in folder.iterdir()] == [kept]
+
+
+@given(st.text(max_size=200))
+def test_a_safe_name_is_one_part_of_a_path_and_stays_as_it_is(name):
+    safe = projects.safe_name(name)
+    assert Path(safe).name == safe and 0 < len(safe) <= projects.LONGEST_NAME + 1 and not safe.startswith(".")
+    assert projects.safe_name(safe) == safe
+
+
+def test_files_of_one_name_are_both_kept_and_can_be_taken_away(client):
+    project = client.project()
+    assert [client.upload(project, "a.csv", b"1").json()["name"] for _ in range(3)] == ["a.csv", "a-2.csv", "a-3.csv"]
+    url = f"{client.base}{project}/logs/{quote('a-2.csv')}"
+    left = client.session.delete(url, headers={"origin": client.base}, timeout=30).json()["files"]
+    assert [file["name"] for file in left] == ["a.csv", "a-3.csv"]
+    assert client.session.delete(url, headers={"origin": client.base}, timeout=30).status_code == 400
+
+
+def test_a_file_that_is_too_large_is_refused_and_nothing_of_it_stays(client, monkeypatch):
+    project = client.project()
+    headers = own_headers(client) | {"content-length": str(app.MOST_BYTES + 1)}
+    assert raw(client, "POST", f"{project}/logs?name=a.csv", headers) == 413
+    monkeypatch.setattr(app, "MOST_BYTES", 1000)
+    chunks = iter([b"x" * 600, b"x" * 600])  # without a length that is told before
+    assert client.upload(project, "a.csv", chunks).status_code == 413
+    folder = client.site.projects.folder / project.rpartition("/")[2] / "logs"
+    assert list(folder.iterdir()) == []
+
+
+def test_a_file_that_does_not_come_whole_is_not_kept(client):
+    project = client.project()
+    connection = http.client.HTTPConnection(urlsplit(client.base).netloc, timeout=30)
+    connection.putrequest("POST", f"{project}/logs?name=a.csv", skip_host=True, skip_accept_encoding=True)
+    for name, value in (own_headers(client) | {"content-length": "1000"}).items():
+        connection.putheader(name, value)
+    connection.endheaders(b"half")
+    connection.close()
+    assert client.upload(project, "b.csv", b"1").status_code == 200
+    assert [file["name"] for file in client.get(project).json()["files"]] == ["b.csv"]
+
+
+@pytest.mark.parametrize(
+    ("path", "content", "said"),
+    [
+        ("read", {}, "no log to read"),
+        ("read", {"positive_rudder": "left"}, "positive_rudder"),
+        ("read", {"choices": [["a", "b", {"to": "heading", "sign": 2}]]}, "sign"),
+        ("parts", {"parts": [{"record": 0, "name": "a", "from": 0, "to": 1, "role": "train"}]}, "there is not"),
+        ("parts", {"folder": "/etc"}, "malformed"),
+        ("analyses", {"kind": "check"}, "no record yet"),
+        ("analyses", {"kind": "identify", "model": "auto", "method": "mine.py:Method"}, "unknown method"),
+        ("analyses", {"kind": "diagnose", "model": "/etc/passwd"}, "unknown model"),
+        ("analyses", {"kind": "diagnose", "model": "file:../../x"}, "no record yet"),
+        ("analyses", {"kind": "format"}, "kind"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_is_refused_in_one_line(client, path, content, said):
+    answer = client.post(f"{client.project()}/{path}", content)
+    assert answer.status_code == 400
+    line = answer.json()["error"]
+    assert said in line and "\n" not in line
+
+
+def test_unknown_projects_results_and_files_are_refused(client):
+    assert client.get("/api/projects/nothing").status_code == 400
+    assert client.get("/api/projects/..%2f..").status_code == 404
+    project = client.project()
+    assert client.get(f"{project}/analyses/1").status_code == 400
+    assert client.get(f"{project}/columns").status_code == 404
+
+
+def test_a_body_that_is_too_large_is_refused(client, monkeypatch):
+    monkeypatch.setattr(app, "MOST_BODY", 100)
+    assert client.post(f"{client.project()}/parts", {"parts": ["x" * 200]}).status_code == 413
+
+
+# ------------------------------------------------------------------------------------------------ from log to answer
+
+
+@pytest.fixture(scope="module")
+def read(client, log):
+    """A project whose log has been read."""
+    project = client.project()
+    client.upload(project, "bridge.csv", log)
+    assert client.post(f"{project}/read", {"choices": [], "positive_rudder": None}).status_code == 200
+    return project, client.finished(project)
+
+
+def test_a_log_becomes_records_with_every_column_told_and_drawn(client, read):
+    project, state = read
+    columns = {one["column"]: one for one in state["log"]["columns"]}
+    assert columns["ROT"]["quantity"] == "yaw_rate" and columns[HOSTILE]["quantity"] == "not used"
+    assert all(one["why"] for one in columns.values())
+    drawn = client.get(f"{project}/columns").json()
+    assert {one["column"] for one in drawn} == set(columns) and all(len(one["values"]) <= 300 for one in drawn)
+    roles = [part["role"] for part in state["parts"]]
+    assert roles == ["train", "held_out"] and state["parts"][0]["to"] == state["parts"][1]["from"]
+    tracks = {one["label"]: one for one in client.get(f"{project}/records/0").json()["tracks"]}
+    ends = {label: (one["north"][-1], one["east"][-1]) for label, one in tracks.items()}
+    assert ends["speed and heading"] == pytest.approx(ends["positions"], abs=20.0)
+
+
+def test_a_mirrored_or_too_large_channel_is_seen(client, read):
+    """The heading by the yaw rate leaves the recorded one when its sign is turned; deg/min as deg/s makes no record,
+    and costs no part."""
+    project, state = read
+
+    def after(**said):
+        choices = [["bridge.csv", "ROT", {"to": "yaw_rate", **said}]]
+        client.post(f"{project}/read", {"choices": choices, "positive_rudder": None})
+        return client.finished(project)
+
+    def furthest(**said):
+        assert after(**said)["log"]["line"] == ""
+        both = client.get(f"{project}/records/0").json()["headings"]
+        return max(abs(a - b) for a, b in zip(both["heading"], both["yaw_rate"], strict=True))
+
+    biased = furthest(unit="deg/min")
+    assert biased == pytest.approx(0.229 * 400.0, rel=0.05)
+    assert furthest(unit="deg/min", sign=-1) != pytest.approx(biased, rel=0.1)
+    refused = after(unit="deg/s")
+    assert "check the units" in refused["log"]["line"] and refused["log"]["records"] == []
+    assert refused["parts"] == state["parts"]
+    again = client.post(f"{project}/read", {"choices": [], "positive_rudder": None})
+    assert again.status_code == 200 and client.finished(project)["parts"] == state["parts"]
+
+
+def test_a_choice_that_cannot_be_is_told_and_nothing_is_lost(client, read):
+    project, state = read
+    client.post(f"{project}/read", {"choices": [["bridge.csv", "ROT", {"to": "yaw_rate", "unit": "kn"}]]})
+    after = client.finished(project)
+    assert after["job"]["state"] == "refused" and "needs a unit of yaw_rate" in after["job"]["message"]
+    assert after["log"] == state["log"]
+
+
+def test_a_check_finds_the_bias_and_gives_its_files(client, read, log, tmp_path, monkeypatch):
+    project, state = read
+    assert client.post(f"{project}/parts", {"parts": state["parts"]}).status_code == 200
+    assert client.post(f"{project}/analyses", {"kind": "check"}).status_code == 200
+    after = client.finished(project)
+    assert after["job"]["state"] == "done", after["job"]["message"]
+    (answer,) = after["analyses"]
+    view = client.get(f"{project}/analyses/{answer['id']}").json()
+    assert "yaw rate bias" in [cause["title"] for cause in view["causes"]] and view["tone"] == "fair"
+    place = f"{project}/analyses/{answer['id']}/files"
+    page = client.get(f"{place}/check.html")
+    assert page.headers["content-security-policy"].startswith("sandbox") and "yaw rate bias" in page.text
+    assert client.get(f"{place}/view.json").status_code == 404
+    assert client.get(f"{place}/..%2f..%2flogs%2fbridge.csv").status_code == 404
+    with zipfile.ZipFile(io.BytesIO(client.get(f"{project}/analyses/{answer['id']}/all.zip").content)) as archive:
+        assert set(archive.namelist()) == set(answer["files"]) >= {"log.map.yaml", "notebook.ipynb", "commands.sh"}
+        archive.extractall(tmp_path)
+    (tmp_path / "bridge.csv").write_bytes(log)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for cell in json.loads((tmp_path / "notebook.ipynb").read_text("utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            exec(cell["source"], names)
+    assert names["found"].to_json() == json.loads((tmp_path / "check.json").read_text("utf-8"))
+
+
+def test_a_job_is_cancelled_at_once_and_projects_do_not_disturb_each_other(client, read, log):
+    project, state = read
+    other = client.project()
+    client.upload(other, "other.csv", log)
+    client.post(f"{project}/analyses", {"kind": "identify", "model": "auto"})
+    client.post(f"{other}/read", {})
+    assert client.post(f"{project}/cancel").json()["job"]["state"] == "cancelled"
+    assert client.finished(other)["log"]["records"]
+    after = client.get(project).json()
+    assert len(after["analyses"]) <= 1 and after["parts"] == state["parts"]
+    listed = [one["id"] for one in client.get("/api/projects").json()]
+    assert {project.rpartition("/")[2], other.rpartition("/")[2]} <= set(listed)
