@@ -98,7 +98,7 @@ def test_every_room_is_checked_and_cleaned() -> None:
     (rooms,) = re.findall(r"^ROOMS := (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     assert tuple(rooms.split()) == LAYERS
     checked = {Path(path).name for path in PROJECT["tool"]["pyright"]["include"]}
-    assert checked == {"helmbench", "api", "cli", *LAYERS}
+    assert checked == {"helmbench", "api", "cli", "open", *LAYERS}
 
 
 def fresh_environment(folder: Path) -> tuple[Path, Path]:
@@ -222,14 +222,16 @@ def test_only_the_front_door_parses_a_command_line() -> None:
 
 
 def test_commands_call_only_what_helmbench_offers() -> None:
-    """Files of helmbench/cli import each other, helmbench, its api and reporting; other folders for types only."""
+    """Files of helmbench/cli import each other, helmbench, its api, its page and reporting; others for types only."""
     wrong = []
     for path in sorted((ROOT / "helmbench" / "cli").glob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         typed = {node for top in tree.body if isinstance(top, ast.If) for node in ast.walk(top)}
         nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node not in typed]
         homes = {node.module for node in nodes if node.level == 2 and node.module is not None}
-        wrong += [f"{path.name} imports {home}" for home in homes if home.split(".")[0] not in ("api", "reporting")]
+        wrong += [
+            f"{path.name} imports {home}" for home in homes if home.split(".")[0] not in ("api", "open", "reporting")
+        ]
     assert wrong == []
 
 
@@ -239,7 +241,7 @@ def test_dependencies_are_what_is_imported() -> None:
     imported = {{"sklearn": "scikit-learn", "yaml": "pyyaml"}.get(top, top) for top in tops - sys.stdlib_module_names}
     imported.add("cmaes")  # by optuna, for us
     extras = PROJECT["project"]["optional-dependencies"]
-    optional = {Requirement(text).name for extra in ("deep", "distributed") for text in extras[extra]}
+    optional = {Requirement(text).name for extra in ("deep", "distributed", "open") for text in extras[extra]}
     declared = {Requirement(text).name for text in PROJECT["project"]["dependencies"]}
     assert imported - optional == declared
 

@@ -98,7 +98,7 @@ def read_mapping(path: Path) -> Mapping:
 
 
 def with_columns(mapping: Mapping, said: Dict[tuple[str, str], Dict[str, Any]]) -> Mapping:
-    """The mapping with (table, column) -> `to`, a quantity or 'not used', `unit`, `sign`; BadInput if that cannot be."""
+    """The mapping with (table, column) -> `to`, a quantity or 'not used', `unit`, `sign`; or BadInput."""
     tables: list[dict[str, Any]] = []
     for table in mapping.tables:
         own = {column: entry for (label, column), entry in said.items() if label == table.label}

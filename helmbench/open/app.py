@@ -6,7 +6,6 @@ import asyncio
 import io
 import json
 import zipfile
-from collections.abc import Awaitable, Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -41,7 +40,6 @@ REPORT_PAGE = (
     "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """Content security policy of a report: it may not speak to the server."""
-Handler = Callable[[Request], Awaitable[Response]]
 Body = TypeVar("Body", bound="_Body")
 
 

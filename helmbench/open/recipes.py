@@ -43,8 +43,8 @@ def write(folder: Path, recipe: Recipe) -> None:
 def commands(recipe: Recipe) -> str:
     """A shell script: the import, and the analysis of the parts that lie in `records`."""
     imported = ["helmbench", "import", *recipe.logs, "--map", recipe.mapping, "-o", "log.csv"]
-    lines = ["#!/bin/sh", "# The log as records, one a run; the parts of them that were used lie in the folder records.",
-             _shell(imported), _shell(_analysis(recipe))]  # fmt: skip
+    told = "# The log as records, one a run; the parts of them that were used lie in the folder records."
+    lines = ["#!/bin/sh", told, _shell(imported), _shell(_analysis(recipe))]
     return "\n".join(lines) + "\n"
 
 
@@ -66,9 +66,8 @@ def _shell(words: Sequence[str]) -> str:
 
 def notebook(recipe: Recipe) -> str:
     """A Jupyter notebook (format 4.5) that does the same from the log."""
-    cells = [
-        _cell("markdown", f"The {recipe.kind} of `helmbench open`, from the log. Put the log beside this file.", 0)
-    ]
+    told = f"The question `{recipe.kind}` of `helmbench open`, from the log: put the log beside this file."
+    cells = [_cell("markdown", told, 0)]
     cells += [_cell("code", text, place) for place, text in enumerate(code(recipe), start=1)]
     facts = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
     return json.dumps({"nbformat": 4, "nbformat_minor": 5, "metadata": facts, "cells": cells}, indent=1)

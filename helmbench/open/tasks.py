@@ -89,6 +89,10 @@ def read_logs(
     Returns
     -------
     Columns, steps, faults, records and parts; `line` says why there is no record.
+
+    Raises
+    ------
+    BadInput : an answer or a choice cannot be.
     """
     from .. import draft_import
 
@@ -96,9 +100,9 @@ def read_logs(
     found: dict[str, Any] = {"line": "", "columns": [], "records": [], "parts": [], "steps": [], "faults": []}
     try:
         draft = draft_import([Path(logs, name) for name in files], positive_rudder=positive_rudder)
-        draft = _told(draft, answers, choices)
     except BadInput as error:
         return found | {"line": _line(error, {"logs": logs}), "faults": _faults(error)}
+    draft = _told(draft, answers, choices)
     stage("drawing the columns")
     found["columns"], found["faults"] = _columns(draft), _faults(draft)
     Path(out, COLUMNS).write_text(json.dumps(_drawn(draft)), "utf-8")

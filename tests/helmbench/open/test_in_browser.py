@@ -56,7 +56,7 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
     assert "token" not in tab.url
     tab.evaluate(DROP, [f"{HOSTILE}.csv", log.decode()])
     tab.wait_for_selector("#start", timeout=LONG_MS)
-    names = tab.locator("li.column b").all_inner_texts()
+    names = tab.locator("li.column .name b").all_inner_texts()
     assert HOSTILE in names and len(names) == 10 and tab.locator("img").count() == 0
 
     # a range by dragging, then the parts
