@@ -19,6 +19,7 @@ LONGEST_NAME = 80
 LOGS, MODELS = "logs", "models"
 NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|\u202a-\u202e\u2066-\u2069]')
 """What a file may not have in its name here: control characters, those of paths, those that turn text round."""
+EDGES = re.compile(r"^[\s.]+|[\s.]+$")
 
 
 @dataclass
@@ -126,11 +127,11 @@ PARTIAL = ".partial"
 def safe_name(name: str) -> str:
     """The last part of a file's name, without anything that a path or a terminal would take for more than text."""
     last = PureWindowsPath(PurePosixPath(name.strip()).name).name
-    text = NOT_IN_NAMES.sub("_", last).strip(". ")
+    text = EDGES.sub("", NOT_IN_NAMES.sub("_", last))
     stem, dot, suffix = text.rpartition(".")
-    short = f"{stem[: LONGEST_NAME - len(suffix) - 1]}{dot}{suffix}" if stem else text
-    short = short[:LONGEST_NAME]
-    return f"{short}_" if short.endswith(PARTIAL) else short or "log"
+    text = f"{stem[: LONGEST_NAME - len(suffix) - 1]}{dot}{suffix}" if stem else text
+    text = EDGES.sub("", text[:LONGEST_NAME])
+    return f"{text}_" if text.endswith(PARTIAL) else text or "log"
 
 
 class Projects:
