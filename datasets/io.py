@@ -39,6 +39,7 @@ from ..models.memory import require_memory
 from .columns import ACCEPTED, NUMBER, RUDDERS, check_header, in_order, to_canonical
 from .record import Record, is_side
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
+from .time_faults import time_fault
 
 if TYPE_CHECKING:
     import pyarrow
@@ -261,6 +262,9 @@ def _check_time(table: _Table, name: str, path: Path) -> None:
         before, now = time[index - 1], time[index]
         message = f"duplicate time {now:.9g}" if now == before else f"time goes back from {before:.9g} to {now:.9g}"
         _at(table, index, name, path, message, "time must increase from row to row")
+    wrong = time_fault(to_canonical({name: time})["time_s"])
+    if wrong is not None:
+        _at(table, wrong.index, name, path, wrong.message, wrong.hint)
 
 
 def _at(table: _Table, index: int, name: str, path: Path, message: str, hint: str) -> NoReturn:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ..models.errors import BadInput
 from .columns import CANONICAL, RUDDERS, check_header, in_order, to_canonical
 from .geometry import unwrapped
+from .time_faults import time_fault
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,7 +88,8 @@ class Record:
 
     Raises
     ------
-    BadInput : unknown channel, unequal lengths, time not finite or not strictly increasing.
+    BadInput : unknown channel, unequal lengths, time not finite or not strictly increasing, times that cannot be those
+        of one run (milliseconds as seconds, a gap of more than a day).
     """
 
     time_s: np.ndarray
@@ -293,6 +295,9 @@ def _frozen(values: ArrayLike) -> np.ndarray:
 
 def _numbers(column: Any, name: str, record: str) -> np.ndarray:
     """A column of a pandas table as (N,) float64; BadInput where it holds anything but finite numbers and nan."""
+    if column.dtype.kind in "mM":
+        hint = "give seconds: (t - t.iloc[0]).dt.total_seconds()"
+        raise BadInput(f"type {column.dtype} where numbers should be", file=record, column=name, hint=hint)
     try:
         values = np.asarray(column.to_numpy(dtype=np.float64, na_value=np.nan))
     except (TypeError, ValueError):
@@ -317,6 +322,9 @@ def _check_time(time: np.ndarray, record: str) -> None:
             file=record,
             column="time_s",
         )
+    wrong = time_fault(time)
+    if wrong is not None:
+        raise BadInput(f"{wrong.message} (sample {wrong.index})", file=record, column="time_s", hint=wrong.hint)
 
 
 def _check_channel(name: str, values: np.ndarray, n: int, record: str) -> None:

@@ -19,9 +19,10 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     refuse_undecodable(path)
     try:
         with path.open("rb") as file:
-            if not _is_readable(os.fstat(file.fileno()).st_mode):
+            found = os.fstat(file.fileno())
+            if not _is_readable(found.st_mode):
                 raise BadInput("is not a file of data", file=path)
-            data = file.read(most + 1)
+            data = file.read(min(found.st_size or most, most) + 1)
     except FileNotFoundError:
         raise BadInput("no such file", file=path) from None
     except (OSError, ValueError) as error:

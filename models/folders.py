@@ -16,12 +16,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from .errors import BadInput
-from .files import MOST_BYTES, reason_of
+from .files import reason_of
 
 ADMINISTRATOR = 0
 """Number of the user whose folders and files are trusted as the own ones."""
 _SAFE = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY"))
 """Flags of every opening: links are not followed, pipes are not waited for."""
+MOST_BYTES = 2**34
+"""Largest journal that is read: some millions of runs."""
 LEFT = ".*.tmp"
 """Pattern of the files that `write_atomic` was writing when its process was killed."""
 
@@ -81,11 +83,11 @@ def read_regular(path: Path, begin: int = 0) -> bytes:
     if not check_regular(path):
         return b""
     with _told(path), os.fdopen(open_regular(path, os.O_RDONLY), "rb") as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > MOST_BYTES:
+            raise BadInput(f"is larger than {MOST_BYTES // 2**30} GiB, the most that is read", file=path)
         file.seek(begin)
-        data = file.read(MOST_BYTES + 1)
-    if len(data) > MOST_BYTES:
-        raise BadInput(f"is larger than {MOST_BYTES // 2**20} MiB, the most that is read", file=path)
-    return data
+        return file.read(max(size - begin, 0))
 
 
 def check_appendable(path: Path) -> None:

@@ -118,8 +118,10 @@ def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
 
 def _is_hhmmss(known: np.ndarray) -> bool:
     """Whether numbers are clock times such as 235959.5: minutes and seconds below 60, and jumps at full minutes."""
+    if not (np.all(known >= 0.0) and np.all(known < 240000.0)):
+        return False
     whole = known.astype(np.int64)
-    sound = np.all((known >= 0.0) & (known < 240000.0) & (whole % 100 < 60) & (whole // 100 % 100 < 60))
+    sound = np.all((whole % 100 < 60) & (whole // 100 % 100 < 60))
     jumps = np.diff(known)
     return bool(sound and known.max() > 10000 and np.any((jumps > 40.0) & (jumps < 41.5)))
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..geometry import unwrapped
+from ..time_faults import MOST_SAMPLES, time_fault
 from .convert import Stream
 from .offsets import estimate_offset
 from .quantities import QUANTITIES
@@ -16,6 +17,8 @@ from .report import Fault
 
 SLOW_MATTERS = frozenset({"propeller", "propeller_thrust", "wind_speed", "wind_direction", "magnetic_variation"})
 """Quantities that change slowly: a logger of these alone does not set the time step."""
+COLD, YEAR_S = 0.2, 365.25 * 86400.0
+"""Share of samples that may lie before a clock was set, and the year by which the clock then jumps at least."""
 LONGEST_GAP = 3.0
 """Steps of a logger over which is interpolated; longer ones stay gaps."""
 
@@ -38,7 +41,10 @@ def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merge
     of the slowest of them, or with `step_s`: faster ones are averaged over a step, the others interpolated linearly,
     not over gaps of more than three of their steps.
     """
-    aligned, done, faults = align(streams)
+    sorted_out = [_after_clock_was_set(stream) for stream in streams]
+    if wrong := [fault for stream in sorted_out if (fault := _time_fault(stream)) is not None]:
+        return None, wrong
+    aligned, done, faults = align(sorted_out)
     if any(fault.fatal for fault in faults):
         return None, faults
     done = [*itertools.chain(*(stream.done for stream in aligned)), *done]
@@ -46,6 +52,9 @@ def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merge
     same = all(np.array_equal(stream.time, aligned[0].time) for stream in aligned)
     if same and step_s is None:
         return Merged(aligned[0].time, _together(aligned), dated, tuple(done), tuple(aligned)), faults
+    if (many := _samples(aligned, step_s)) > MOST_SAMPLES:
+        said = f"a step of {_step(aligned, step_s):.3g} s gives {many:.3g} samples"
+        return None, [*faults, Fault(aligned[0].label, said, "give a longer --step", fatal=True)]
     grid, step = _grid(aligned, step_s)
     if grid.size < 3:
         said = "the loggers have no time in common: " + ", ".join(_extent(stream) for stream in aligned)
@@ -74,6 +83,27 @@ def _extent(stream: Stream) -> str:
 
 
 # ------------------------------------------------------------------------------------------------ clocks
+
+
+def _after_clock_was_set(stream: Stream) -> Stream:
+    """The stream without the samples before a clock was set by its first fix: few, and more than a year earlier."""
+    jumps = np.flatnonzero(np.diff(stream.time) > YEAR_S)
+    first = int(jumps[0]) + 1 if jumps.size else 0
+    if not stream.dated or not 0 < first <= COLD * stream.time.size:
+        return stream
+    years = (stream.time[first] - stream.time[first - 1]) / YEAR_S
+    told = f"{stream.label}: {first} samples before its clock was set, {years:.3g} years earlier, left out"
+    quantities = {name: values[first:] for name, values in stream.quantities.items()}
+    kept, done = stream.kept[first:], (*stream.done, told)
+    return replace(stream, time=stream.time[first:], quantities=quantities, kept=kept, done=done)
+
+
+def _time_fault(stream: Stream) -> Fault | None:
+    """Why the times of a stream cannot be those of a run."""
+    wrong = time_fault(stream.time if not stream.dated else stream.time - stream.time[0])
+    if wrong is None:
+        return None
+    return Fault(stream.label, wrong.message, f"{wrong.hint}; --map can state the form", fatal=True)
 
 
 def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Fault]]:
@@ -122,11 +152,24 @@ def _shift(base: Sequence[Stream], own: Sequence[Stream]) -> tuple[float, str] |
 
 def _grid(streams: Sequence[Stream], step_s: float | None) -> tuple[np.ndarray, float]:
     """Times that all streams cover, in steps of the slowest."""
-    matters = [stream for stream in streams if not set(stream.quantities) <= SLOW_MATTERS] or list(streams)
-    step = step_s or float(f"{max(stream.step for stream in matters):.4g}")
-    start = max(stream.time[0] for stream in matters)
-    stop = min(stream.time[-1] for stream in matters)
-    return start + step * np.arange(int(max(0.0, (stop - start) / step + 1e-6)) + 1), step
+    step, start = _step(streams, step_s), max(stream.time[0] for stream in _leading(streams))
+    return start + step * np.arange(int(_samples(streams, step_s))), step
+
+
+def _samples(streams: Sequence[Stream], step_s: float | None) -> float:
+    """Number of times of the grid."""
+    start = max(stream.time[0] for stream in _leading(streams))
+    stop = min(stream.time[-1] for stream in _leading(streams))
+    return max(0.0, (stop - start) / _step(streams, step_s) + 1e-6) + 1.0
+
+
+def _step(streams: Sequence[Stream], step_s: float | None) -> float:
+    return step_s or float(f"{max(stream.step for stream in _leading(streams)):.4g}")
+
+
+def _leading(streams: Sequence[Stream]) -> list[Stream]:
+    """The streams that set the time step."""
+    return [stream for stream in streams if not set(stream.quantities) <= SLOW_MATTERS] or list(streams)
 
 
 def _resampled(stream: Stream, grid: np.ndarray, step: float) -> tuple[dict[str, np.ndarray], str]:
