@@ -18,6 +18,7 @@ from .columns import to_canonical
 from .io import read_table
 from .record import Record, is_side
 from .sidecar import read_sidecar, sidecar_path
+from .time_faults import refuse_time_fault
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ def read_leniently(path: str | os.PathLike[str], positive_rudder: str | None = N
 
     Raises
     ------
-    BadInput : the file cannot be read as a table with known columns, or fewer than two rows have a time.
+    BadInput : the file cannot be read as a table with known columns, fewer than two rows have a time, or the times
+        cannot be those of one run (milliseconds as seconds, a clock that was set).
     """
     path = Path(path)
     if positive_rudder is not None and not is_side(positive_rudder):
@@ -56,6 +58,7 @@ def read_leniently(path: str | os.PathLike[str], positive_rudder: str | None = N
     if kept.size < 2:
         raise BadInput("fewer than two rows have a time of their own", file=path, column="time_s")
     infinite = tuple((name, int(np.isinf(v).sum())) for name, v in columns.items() if np.isinf(v).any())
+    refuse_time_fault(time[kept], path)
     channels = {name: np.where(np.isinf(v), np.nan, v)[kept] for name, v in columns.items()}
     repairs = Repairs(time.size, time.size - own.size, ordered.size - kept.size, int(np.sum(steps < 0.0)), infinite)
     meta = replace(meta, positive_rudder=positive_rudder or meta.positive_rudder)

@@ -19,6 +19,7 @@ from .columns import RUDDERS
 from .copies import check_no_copies
 from .geometry import unwrapped
 from .record import Record
+from .time_faults import time_fault
 
 if TYPE_CHECKING:
     from ..models.model import Model
@@ -112,7 +113,7 @@ def doubts(record: Record, model: Model | None = None) -> list[Doubt]:
     sizes = [] if known else [*_speed(record, model), *_rate(record, model)]
     scale = list(_scale(record, model)) if model is not None and not (known or ship or sizes) else []
     axes = [] if units else [*_track(record, model), *_point(record, model)]
-    return [*ship, *known, *_alive(record), *sizes, *scale, *others, *axes]
+    return [*ship, *known, *_alive(record), *sizes, *scale, *others, *axes, *_times(record)]
 
 
 # ------------------------------------------------------------------------------------------------ sizes
@@ -161,6 +162,13 @@ def _usual_size(record: Record, name: str) -> float:
     values = np.abs(record.column(name)) if record.has(name) else np.zeros(0)
     values = values[np.isfinite(values)]
     return float(np.quantile(values, 0.99)) if values.size else 0.0
+
+
+def _times(record: Record) -> Iterator[Doubt]:
+    """Times that cannot be those of one run."""
+    wrong = time_fault(record.time_s)
+    if wrong is not None:
+        yield Doubt(record.name, f"{wrong.message} (sample {wrong.index})", wrong.hint, "time_s")
 
 
 # ------------------------------------------------------------------------------------------------ ship and scale

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..models.errors import BadInput
 from .columns import CANONICAL, RUDDERS, check_header, in_order, to_canonical
 from .geometry import unwrapped
-from .time_faults import time_fault
+from .time_faults import refuse_time_fault
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -88,8 +88,7 @@ class Record:
 
     Raises
     ------
-    BadInput : unknown channel, unequal lengths, time not finite or not strictly increasing, times that cannot be those
-        of one run (milliseconds as seconds, a gap of more than a day).
+    BadInput : unknown channel, unequal lengths, time not finite or not strictly increasing.
     """
 
     time_s: np.ndarray
@@ -123,13 +122,15 @@ class Record:
         Raises
         ------
         BadInput : an unknown, repeated or missing column, a column that does not hold numbers, an infinite value, or a
-            time that is not finite or does not increase.
+            time that is not finite, does not increase or cannot be that of one run (milliseconds as seconds, a jump).
         """
         names = [str(column) for column in frame.columns]
         check_header(names, name)
         columns = {column: _numbers(frame.iloc[:, place], column, name) for place, column in enumerate(names)}
         channels = to_canonical(columns)
-        return cls(channels.pop("time_s"), channels, name, meta or RecordMeta())
+        record = cls(channels.pop("time_s"), channels, name, meta or RecordMeta())
+        refuse_time_fault(record.time_s, name)
+        return record
 
     def to_dataframe(self) -> pd.DataFrame:
         """The record as a pandas table: a row a sample, `time_s` and the channels as columns, gaps as nan."""
@@ -322,9 +323,6 @@ def _check_time(time: np.ndarray, record: str) -> None:
             file=record,
             column="time_s",
         )
-    wrong = time_fault(time)
-    if wrong is not None:
-        raise BadInput(f"{wrong.message} (sample {wrong.index})", file=record, column="time_s", hint=wrong.hint)
 
 
 def _check_channel(name: str, values: np.ndarray, n: int, record: str) -> None:

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..models.errors import BadInput
+
 FARTHEST_S = 1e11
 """Time from zero that no clock in seconds shows, 3000 years: since 1970 in milliseconds it is so."""
 LONGEST_GAP_S = 86400.0
@@ -37,6 +39,13 @@ def time_fault(time: np.ndarray) -> TimeFault | None:
     if steps.max() > LONGEST_GAP_S and not steps.min() > LONGEST_STEP_S:
         return _gap(time, steps)
     return _step(time)
+
+
+def refuse_time_fault(time: np.ndarray, record: object) -> None:
+    """BadInput where `time_fault` finds something wrong with the times of a record."""
+    wrong = time_fault(time)
+    if wrong is not None:
+        raise BadInput(f"{wrong.message} (sample {wrong.index})", file=record, column="time_s", hint=wrong.hint)
 
 
 def _gap(time: np.ndarray, steps: np.ndarray) -> TimeFault:

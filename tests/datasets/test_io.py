@@ -545,7 +545,8 @@ def any_record(rng: np.random.Generator, name: str) -> Record:
     meta = RecordMeta(
         vessel="mariner", positive_rudder="port", notes="drawn: 'at' random, ü", extra={"n": n, "x": [1.5]}
     )
-    return Record(np.unique(any_floats(rng, 2 * n))[-n:], channels, name=name, meta=meta)
+    time = rng.uniform(-1e3, 1e9) + np.cumsum(rng.uniform(1e-3, 30.0, n))
+    return Record(time, channels, name=name, meta=meta)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
