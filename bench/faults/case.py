@@ -11,6 +11,7 @@ from ...datasets.record import Record
 from ...models.errors import BadInput
 from . import sensing
 from .effects import Effect, kind_of
+from .effects._sensors import SensorKind
 from .frames import Frames
 from .ships import Ship, ship
 from .simulator import Gusts
@@ -40,6 +41,7 @@ class Case:
     command : the records hold the rudder's command instead of its angle.
     noise_time_s : correlation time of the sensors' noise, s of a 160 m ship (0: white).
     spread : relative standard deviation of an effect's size between records.
+    foreign : the effects' forces are those of another record (`foreign`), so that no cause of the motion explains them.
     """
 
     vessel: str = "mariner"
@@ -59,6 +61,7 @@ class Case:
     wrap: bool = True
     noise_time_s: float = 0.0
     spread: float = 0.0
+    foreign: bool = False
 
     def __post_init__(self) -> None:
         for cause in [*self.causes, *(effect.cause for effect in self.effects)]:
@@ -66,6 +69,9 @@ class Case:
                 raise BadInput(f"{self.vessel} cannot carry {cause}")
         if isinstance(self.strength, str) and self.strength not in STRENGTHS | SIZED:
             raise BadInput(f"strength {self.strength!r}", hint=f"a number or {', '.join(STRENGTHS | SIZED)}")
+        acting = [kind_of(c) for c in (*self.causes, *(effect.cause for effect in self.effects))]
+        if self.foreign and (self.gusts != "none" or any(isinstance(kind, SensorKind) for kind in acting)):
+            raise BadInput("planted nulls are forces, in calm", hint="no effects of sensors, gusts 'none'")
         if self.gusts not in GUSTS:
             raise BadInput(f"gusts {self.gusts!r}", hint="none, fast or slow")
 
@@ -135,7 +141,7 @@ def inject(case: Case, rng: np.random.Generator) -> Injected:
     case = case.completed()
     gusts = draw_gusts(case, rng)
     frames = Frames.draw(case, rng)
-    drawn = [draw_effect(case, cause, frames, gusts, rng) for cause in case.causes]
+    drawn = [draw_effect(replace(case, foreign=False), cause, frames, gusts, rng) for cause in case.causes]
     found = (*case.effects, *(effect.spread(case.spread, frames.count, rng) for effect, _ in drawn))
     power = min((power for _, power in drawn if not np.isnan(power)), default=float("nan"))
     runs = [frames.run(case, found, i, gusts) for i in range(frames.count)]

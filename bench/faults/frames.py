@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from . import sensing
 from .effects import Effect
 from .effects._forces import ForceKind
 from .effects._sensors import SensorKind
+from .foreign import foreign_forces
 from .ships import Ship
 from .simulator import Gusts, Plan, Run, simulate
 
@@ -61,17 +62,25 @@ class Frames:
         self, case: Case, effects: Sequence[Effect], i: int, gusts: Gusts | None, rudder: np.ndarray | None = None
     ) -> Run:
         """The dense run of record i; rudder : angles (2n + 1,) that are taken instead of the manoeuvre's, rad."""
+        planted = None
+        if case.foreign:
+            donor = (i + 1) % self.count
+            other = self.run(replace(case, foreign=False), effects, donor, None)
+            planted, effects = foreign_forces(plan_of(case.ship, effects, donor), case.ship, other), ()
         plan = plan_of(case.ship, effects, i)
         rng = np.random.default_rng(self.seeds[i])
         helmsman = case.noise * sensing.NOISE["heading_rad"]
         manoeuvre, duration = self.manoeuvres[i], case.duration_s or 0.0
-        return simulate(plan, manoeuvre, duration, rng, self.headings[i], gusts, helmsman, prescribed=rudder)
+        return simulate(
+            plan, manoeuvre, duration, rng, self.headings[i], gusts, helmsman, prescribed=rudder, planted=planted
+        )
 
     def record(
         self, case: Case, effects: Sequence[Effect], i: int, run: Run, rng: np.random.Generator, noise: bool = True
     ) -> Record:
         """The record of run i; without noise also without gaps and with the heading unwrapped."""
         sd = sensing.noise_sd(case.ship, case.noise if noise else 0.0)
+        effects = () if case.foreign else effects
         role = "train" if i < len(case.train) else "held_out"
         return sensing.observe(
             run, plan_of(case.ship, effects, i), case.dt_s or 0.0, rng, sd, case.channels,

@@ -115,17 +115,19 @@ def simulate(
     helmsman_sd: float = 0.0,
     prescribed: np.ndarray | None = None,
     step_s: float | None = None,
+    planted: np.ndarray | None = None,
 ) -> Run:
     """Run one manoeuvre.
 
     helmsman_sd: error of the heading by which a zigzag is steered, rad, renewed twice a second (of a full-scale
-    ship).  prescribed (2n + 1,): rudder angle on half steps, instead of the manoeuvre's.
+    ship).  prescribed (2n + 1,): rudder angle on half steps, instead of the manoeuvre's.  planted (n + 1, 3): further
+    forces X, Y, N in the axes of the gusts.
     """
     ship = plan.ship
     h = step_s or ship.step_s
     n = round(duration_s / h)
     orders, loop = steering(ship, parse_manoeuvre(manoeuvre), h, n, rng)
-    forces = gust_forces(ship, gusts, h, n, rng)
+    forces = gust_forces(ship, gusts, h, n, rng) + (0.0 if planted is None else planted)
     wave = narrow_band(plan.wave, h, n, rng)
     hold = max(round(0.5 * ship.clock / h), 1)
     seen = np.repeat(rng.normal(0.0, 1.0, n // hold + 1) * helmsman_sd, hold)[:n] + wave[:n, 0]

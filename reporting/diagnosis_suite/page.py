@@ -36,6 +36,7 @@ READING = (
     "the group of numbers, or the cause, that the mistake belongs to. "
     "Fault in a regime: it acts beyond a threshold or to one side only; F1 is the harmonic mean of precision and "
     "recall of the samples that the findings say it acts in (0 where none is stated). "
+    "Planted null: the force of an effect as it acts in another record, backwards in time: every name is false. "
     "Imperfect base: the base model's own numbers, terms or particulars are wrong. There an effect that is detectable "
     "beside an exact base may be impossible to tell, so that names are also counted over the cases in which the "
     "oracle, who is told the true cause, names it. "
@@ -276,6 +277,7 @@ def _matrix(method: str, own: Frame) -> Matrix:
 
 def _cell(injected: str, said: str, count: int, total: int) -> Cell:
     right = {"(null)": "(adequate)", "(anticipated)": "(unexplained)", "(unforeseen)": "(unexplained)"}
+    right |= {"(planted-null)": "(unexplained)"}
     return Cell(count, right.get(injected, injected) == said, f"{0.12 + 0.6 * count / total:.2f}")
 
 

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...bench.kinds.diagnosis.bases import EXACT, UNSTATED
-from ...bench.kinds.diagnosis.plan import ONE_BUG, ORACLE, REGIME
+from ...bench.kinds.diagnosis.plan import ONE_BUG, ORACLE, PLANTED, REGIME
 
 Frame: TypeAlias = Any
 """pandas frames, which are imported only where they are made."""
@@ -22,7 +22,7 @@ GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 CASE = ["group", "vessel", "injected", "strength", "gusts", "seed"]
 SCOPES = ("vessel", "gusts", "strength", "injected", "base", "records")
 FOUND = ("alone", "tie")
-LATER = ("regime_true", "regime_named", "regime_f1", "healthy_bias")
+LATER = ("regime_true", "regime_named", "regime_f1", "healthy_bias", "names", "false_names")
 """Columns that old stores do not have."""
 WORSE = 1.05
 """Ratio of errors that an extended model may not exceed."""
@@ -30,6 +30,8 @@ CLOSE = 1.3
 """Largest ratio of errors to the oracle's, in any channel, that counts as close to it."""
 CLOSE_F1 = 0.8
 """F1 score of samples from which a regime counts as located."""
+FDR = 0.05
+"""Largest share of names that may be false."""
 HEALTHY = 0.1
 """Largest error of numbers that are right, in prior standard deviations."""
 POWER_EDGES = (1.0, 3.0, 10.0, 30.0, 60.0, 120.0, 400.0, 800.0, 4e3, 1e4)
@@ -254,6 +256,14 @@ RATES = (
         lambda f: f["healthy_bias"] <= HEALTHY,
         0.90,
     ),
+    Rate(
+        "planted",
+        "planted nulls of which something is named",
+        lambda f: f["group"] == PLANTED,
+        lambda f: ~(f["names"] == 0),
+        0.05,
+        False,
+    ),
     Rate("both", "both causes of a pair named", lambda f: f["group"] == "pair", lambda f: f["outcome"] == "both", 0.90),
 )
 
@@ -383,6 +393,7 @@ def _figures(own: Frame, covered: Frame) -> list[dict[str, Any]]:
         _share_row("coverage", "sizes inside their 90 % intervals", covered, (0.85, 0.95)),
         _spread_row("gain_median", "held-out error over the oracle's, median (5-95 % of cases)", ratio, 1.15),
         _share_row("gain_close", "... share of cases within 1.15", ratio <= 1.15),
+        _false_discovery_row(own[own["names"].notna()]),
         _spread_row("regime_f1_median", "F1 of samples located in a regime, median (5-95 % of cases)", f1),
         _spread_row("wall_s", "wall time of a diagnosis, s, median (5-95 % of cases)", wall),
         _spread_row("cpu_s", "CPU time of a diagnosis, s, median (5-95 % of cases)", cpu),
@@ -396,6 +407,33 @@ def _mean_row(ties: Frame) -> dict[str, Any]:
     half = 1.96 * float(ties.std()) / np.sqrt(len(ties)) if len(ties) > 1 else np.nan
     facts = {"figure": "tie_size", "title": "mean tie size (detectable, named)", "n": len(ties), "hits": None}
     return facts | {"value": mean, "low": mean - half, "high": mean + half, "target": "1.3", "met": mean <= 1.3}
+
+
+def _false_discovery_row(cases: Frame) -> dict[str, Any]:
+    """False discovery rate: mean over the cases of the share of names that are false, 0 where nothing is named.
+
+    The interval is that of Clopper and Pearson for the same mean: no variable in 0 .. 1 has a larger variance.
+    """
+    from scipy.stats import beta
+
+    n = len(cases)
+    total = float((cases["false_names"] / cases["names"].clip(lower=1)).sum())
+    low, high = beta.ppf([0.025, 0.975], [total, total + 1.0], [n - total + 1.0, n - total]) if n else (np.nan, np.nan)
+    low, high = (0.0 if total == 0.0 else float(low)), (1.0 if total == n else float(high))
+    value = total / n if n else np.nan
+    facts = {
+        "figure": "false_discovery",
+        "title": "false discovery rate (share of names that are false, mean of cases)",
+    }
+    return facts | {
+        "n": n,
+        "hits": None,
+        "value": value,
+        "low": low,
+        "high": high,
+        "target": "0.05",
+        "met": value <= FDR,
+    }
 
 
 def _share_row(name: str, title: str, hit: Any, asked: tuple[float, float] | None = None) -> dict[str, Any]:

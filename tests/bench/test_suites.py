@@ -9,9 +9,8 @@ from helmbench.models.errors import BadInput
 
 def test_the_suites_are_there():
     themes = ["disturbances", "excitation", "noise", "outliers", "sampling"]
-    assert suite_names() == sorted(
-        ["default", "diagnosis", "generalise", "imperfect", "measured", "one-bug", "quick", "regimes", *themes]
-    )
+    diagnosis = ["diagnosis", "false-discovery", "imperfect", "one-bug", "regimes"]
+    assert suite_names() == sorted(["default", "generalise", "measured", "quick", *diagnosis, *themes])
     for name in suite_names():
         suite = load_suite(name)
         assert suite.name == name and suite.title and suite.entries

@@ -33,6 +33,8 @@ CASE_COLUMNS = {
     "confident_wrong": "bool",
     "tie_size": "int",
     "extra_names": "int",
+    "names": "int",
+    "false_names": "int",
     "regime_true": "string",
     "regime_named": "string",
     "regime_f1": "float",

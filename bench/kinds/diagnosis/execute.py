@@ -11,7 +11,7 @@ from .bases import EXACT, base_model
 from .bugs import bug_of
 from .judge import KNOWN, detectable, gain, judge, judge_names, size_rows, truth_errors
 from .localisation import healthy_bias, regime_scores
-from .plan import ORACLE, CaseSpec
+from .plan import ORACLE, PLANTED, CaseSpec
 from .records import RECORDS
 
 if TYPE_CHECKING:
@@ -27,7 +27,8 @@ def injected_of(spec: CaseSpec) -> Injected:
     from ...faults import Case, inject
 
     strength = spec.strength if spec.injected else "medium"
-    case = Case(spec.vessel, spec.injected, strength, gusts=spec.gusts, **RECORDS[spec.records])
+    facts = {"gusts": spec.gusts, "foreign": spec.group == PLANTED, **RECORDS[spec.records]}
+    case = Case(spec.vessel, spec.injected, strength, **facts)
     return inject(case, np.random.default_rng(spec.seed))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from .bases import EXACT, LACKING, UNSTATED
 from .columns import CHANNELS
 from .names import named
+from .plan import PLANTED
 
 if TYPE_CHECKING:
     from ....checks.result import Size
@@ -26,27 +27,30 @@ OUTCOMES = {
     "both": "each of two causes is in a finding of its own",
     "one": "one of two causes is named, or both in the same finding",
     "among": "what is wrong with the base model is in one of several findings",
-    "unexplained": "an effect outside the taxonomy was reported as unexplained",
-    "named": "an effect outside the taxonomy was named as a cause of the taxonomy",
+    "unexplained": "an effect outside the taxonomy, or a planted null, was reported as unexplained",
+    "named": "an effect outside the taxonomy, or a planted null, was named as a cause of the taxonomy",
     "adequate": "no effect is injected and nothing was found",
     "false_alarm": "no effect is injected and something was found",
 }
-KNOWN, UNKNOWN = ("injected", "pair"), ("anticipated", "unforeseen")
+KNOWN, UNKNOWN = ("injected", "pair"), ("anticipated", "unforeseen", PLANTED)
 POWER, LEVEL = 0.99, 0.001
 """An effect is detectable where the best test of this level has this power."""
 
 
 def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str = EXACT) -> dict[str, Any]:
-    """The scored columns of one case: verdict, what was named, outcome, false alarm, wrong name, size of the tie, and
-    how many further names are none of the hull's.
+    """The scored columns of one case: verdict, what was named, outcome, false alarm, wrong name, size of the tie, how
+    many further names are none of the hull's, and how many names there are and are false.
 
+    Of planted nulls every name is false.
     base : what is wrong with the base model itself (`bases.BASES`); unless it is exact, names of what it lacks itself
     are right, and count only where such an effect is injected.
     """
+    injected = () if group == PLANTED else injected
     findings = [frozenset((f.cause, *f.tied_with)) for f in diagnosis.causes]
     extra = [f for f, held in zip(diagnosis.causes, findings, strict=True) if not held & set(injected)]
-    extra = [f for f in extra if not _of_base(f.cause, base)]
-    if base not in (EXACT, UNSTATED):
+    others = [f for f in extra if not _of_base(f.cause, base)]
+    imperfect = base not in (EXACT, UNSTATED)
+    if imperfect:
         pairs = zip(diagnosis.causes, findings, strict=True)
         findings = [held for f, held in pairs if not _of_base(f.cause, base) or held & set(injected)]
     holding = [found for found in findings if found & set(injected)]
@@ -59,7 +63,9 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str =
         "false_alarm": outcome == "false_alarm" if group == "null" else None,
         "confident_wrong": confident and any(len(found) == 1 and not found & set(injected) for found in findings),
         "tie_size": max(map(len, holding)) if holding else None,
-        "extra_names": len(extra),
+        "extra_names": len(others),
+        "names": len(diagnosis.causes),
+        "false_names": len(others if imperfect else extra),
     }
 
 
@@ -83,6 +89,8 @@ def judge_names(diagnosis: Diagnosis, right: frozenset[str]) -> dict[str, Any]:
         "confident_wrong": confident and any(len(found) == 1 and not found & right for found in findings),
         "tie_size": max(map(len, holding)) if holding else None,
         "extra_names": extra,
+        "names": len(findings),
+        "false_names": extra,
     }
 
 

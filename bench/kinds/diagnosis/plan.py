@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..base import Selection
     from .suite import Entry
 
-NOTHING, PLAIN, ONE_BUG, REGIME = "none", "plain", "one-bug", "regime"
+NOTHING, PLAIN, ONE_BUG, REGIME, PLANTED = "none", "plain", "one-bug", "regime", "planted-null"
 ORACLE = "oracle"
 """Name in the tables of the diagnosis that is given the true causes: a bound on the gain, not a competitor."""
 

@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 from ....models.yaml_file import Count, FileContent, Flag, Text, Texts, needs
 
 Group = Annotated[
-    Literal["injected", "null", "anticipated", "unforeseen", "pair", "one-bug", "regime"],
-    needs("injected, null, anticipated, unforeseen, pair, one-bug or regime"),
+    Literal["injected", "null", "anticipated", "unforeseen", "pair", "one-bug", "regime", "planted-null"],
+    needs("injected, null, anticipated, unforeseen, pair, one-bug, regime or planted-null"),
 ]
 
 Base = Annotated[
@@ -43,7 +43,8 @@ class Head(FileContent):
 class Entry(FileContent):
     """Cases of one group.
 
-    group : how the answer is scored; `one-bug` takes each of `bugs.BUGS` `each` times instead of injecting anything.
+    group : how the answer is scored; `one-bug` takes each of `bugs.BUGS` `each` times instead of injecting anything,
+        `planted-null` injects the forces of effects as they act in another record.
     inject : causes joined by +, `none`, or all `causes`, `anticipated`, `unforeseen` or `regime` kinds.
     vessels : ids (default: those of the truth simulator); those that cannot carry an effect are left out.
     strength : names of `faults.STRENGTHS` or `faults.SIZED`; gusts : names of `faults.GUSTS`.

@@ -176,3 +176,43 @@ def test_imperfect_bases_are_compared_with_what_the_oracle_reaches(case_of):
                ("named", "named_beside", "false_beside", "close_beside")}  # fmt: skip
     assert counted == {"named": (3, 5), "named_beside": (2, 3), "false_beside": (1, 2), "close_beside": (3, 4)}
     assert "false_clean" not in set(board.rates["rate"])
+
+
+def test_false_discoveries_are_a_share_of_the_names(case_of):
+    """Four cases: of two names one is false, the one name is, none is, and nothing is named."""
+    told = [
+        case_of(seed=i, group="planted-null", names=n, false_names=k)
+        for i, (n, k) in enumerate([(2, 1), (1, 1), (3, 0), (0, 0)])
+    ]
+    board = board_of(told)
+    (row,) = (row for row in board.figures.to_dict("records") if row["figure"] == "false_discovery")
+    assert (row["n"], row["value"], row["met"]) == (4, pytest.approx(1.5 / 4), False)
+    assert 0.0 < row["low"] < row["value"] < row["high"] < 1.0
+    assert (rate(board, "planted")["hits"], rate(board, "planted")["n"]) == (3, 4)
+    clean = (
+        board_of([case_of(seed=i, names=0, false_names=0) for i in range(50)])
+        .figures.set_index("figure")
+        .loc["false_discovery"]
+    )
+    assert (clean["value"], clean["low"]) == (0.0, 0.0) and clean["high"] == pytest.approx(1.0 - 0.025 ** (1 / 50))
+
+
+def test_wrong_numbers_and_regimes_are_counted(case_of):
+    """Three bugs named alone, among others and not at all, and two faults in a regime, of which one is located."""
+    bug = {"group": "one-bug", "injected": "", "strength": "none", "base": "propeller", "detectable": None}
+    regime = {"group": "regime", "injected": "rudder_stall", "base": "unstated", "regime_true": "rudder above 0.2"}
+    cases = [
+        case_of(seed=1, **bug, healthy_bias=0.05, regime_true="", regime_named=""),
+        case_of(seed=2, **bug, outcome="among", healthy_bias=0.5, regime_true="", regime_named="rudder above 0.1"),
+        case_of(seed=3, **bug, outcome="missed", healthy_bias=0.0, regime_true="", regime_named=""),
+        case_of(seed=4, **regime, regime_f1=0.9, healthy_bias=0.02), case_of(seed=5, **regime, regime_f1=0.0),
+    ]  # fmt: skip
+    board = board_of(cases)
+    counted = {name: (rate(board, name)["hits"], rate(board, name)["n"]) for name in
+               ("bug_alone", "bug_among", "bug_verdict", "regime_f1", "regime_false", "healthy")}  # fmt: skip
+    assert counted == {
+        "bug_alone": (1, 3), "bug_among": (2, 3), "bug_verdict": (1, 1), "regime_f1": (1, 2), "regime_false": (1, 3),
+        "healthy": (3, 4),
+    }  # fmt: skip
+    assert rate(board, "bug_alone", scope="base", group="propeller")["n"] == 3
+    assert "named" not in set(board.rates["rate"])

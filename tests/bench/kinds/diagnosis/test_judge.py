@@ -51,6 +51,8 @@ PAIR = ("rudder_offset", "wind")
         ("unforeseen", ("memory",), ["wind"], "unexplained", "unexplained", False, None),
         ("unforeseen", ("memory",), ["wind"], None, "named", True, None),
         ("unforeseen", ("memory",), [], None, "missed", False, None),
+        ("planted-null", OFFSET, ["rudder_offset"], None, "named", True, None),
+        ("planted-null", OFFSET, [], "unexplained", "unexplained", False, None),
     ],
 )
 def test_every_outcome(diagnosis_of, group, injected, findings, verdict, outcome, wrong, tie):
@@ -59,6 +61,23 @@ def test_every_outcome(diagnosis_of, group, injected, findings, verdict, outcome
     assert scored["confident_wrong"] == wrong and scored["tie_size"] == tie
     assert scored["false_alarm"] == (outcome == "false_alarm" if group == "null" else None)
     assert scored["named"].split("+") == (findings or [""]) or "/" in scored["named"]
+
+
+@pytest.mark.parametrize(
+    ("group", "base", "findings", "names", "false"),
+    [
+        ("injected", "exact", ["rudder_offset", "shallow_water"], 2, 1),
+        ("injected", "off-10", ["rudder_offset", "shallow_water", "wind"], 3, 1),
+        ("planted-null", "unstated", ["rudder_offset/wind", "base_coefficients"], 2, 2),
+        ("null", "unstated", ["base_coefficients"], 1, 1),
+        ("null", "off-10", ["base_coefficients"], 1, 0),
+        ("null", "exact", [], 0, 0),
+    ],
+)
+def test_names_that_are_false_are_counted(diagnosis_of, group, base, findings, names, false):
+    """Numbers of an imperfect base model are rightly named, those of a correct one are not."""
+    scored = judge(diagnosis_of(*findings), group, OFFSET if group != "null" else (), base)
+    assert (scored["names"], scored["false_names"]) == (names, false)
 
 
 def test_gains_keep_known_channels_only(diagnosis_of):
