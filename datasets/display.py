@@ -63,9 +63,9 @@ def record_figure(record: Record, channels: Sequence[str] | None = None) -> Figu
 
 def time_figure(panels: Mapping[str, Iterable[Curve]], title: str) -> Figure:
     """Curves over time, one panel a channel below the other; a legend where the curves have labels."""
-    from matplotlib.figure import Figure
+    from ..models.figure import ShownFigure
 
-    figure = Figure(figsize=(WIDTH_IN, 0.8 + PANEL_IN * len(panels)), layout="constrained")
+    figure = ShownFigure(WIDTH_IN, 0.8 + PANEL_IN * len(panels))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for (channel, curves), panel in zip(panels.items(), axes, strict=True):
         unit, factor = shown_unit(channel)

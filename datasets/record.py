@@ -162,9 +162,10 @@ class Record:
         return f"<Record {self.name!r}: {self._extent()}; {channels}>"
 
     def _repr_html_(self) -> str:
+        from ..models.figure import picture
         from .display import record_html
 
-        return record_html(self, self._extent())
+        return record_html(self, self._extent()) + picture(self.plot, f"channels of {self.name} over time")
 
     def _extent(self) -> str:
         steps = f" every {self.dt:g} s" if self.uniform() else f", median step {self.dt:g} s"

@@ -62,13 +62,12 @@ def _share(relative: float) -> str:
 
 def identifiability_figure(found: Identifiability) -> Figure:
     """Smallest relative standard deviations by parameter, on a logarithmic axis; those not determined have no point."""
-    from matplotlib.figure import Figure
-
+    from ..models.figure import ShownFigure
     from .identifiability import PRECISE, ROUGH
 
     names = [one.name for one in found.parameters]
     values = [one.relative if np.isfinite(one.relative) else np.nan for one in found.parameters]
-    figure = Figure(figsize=(7.5, 1.2 + 0.22 * len(names)), layout="constrained")
+    figure = ShownFigure(7.5, 1.2 + 0.22 * len(names))
     axes = figure.subplots()
     axes.plot(values, range(len(names)), "o", color="#1b6ca8", markersize=4)
     for edge in (PRECISE, ROUGH):

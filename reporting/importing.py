@@ -11,7 +11,7 @@ from .numbers import MISSING
 from .tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ..datasets.importing.draft import DraftColumn
+    from ..datasets.importing.draft import DraftColumn, Question
     from ..datasets.importing.report import Fault, ImportReport
     from ..datasets.record import Record
 
@@ -69,6 +69,13 @@ def notebook(report: ImportReport, records: Sequence[Record]) -> str:
     faults = tables.html(fault_table(report.faults)) if report.faults else ""
     told = "".join(f"<p>{escape(repr(record))}</p>" for record in records)
     return f"{tables.html(column_table(report.columns))}<ul>{steps}</ul>{faults}{told}"
+
+
+def draft_notebook(columns: Sequence[DraftColumn], questions: Sequence[Question]) -> str:
+    """Columns and open questions as HTML."""
+    asked = [f"{question.text} ({', '.join(answer.key for answer in question.answers)})" for question in questions]
+    listed = "".join(f"<li>{escape(text)}</li>" for text in asked)
+    return f"{tables.html(column_table(columns))}<ul>{listed}</ul>"
 
 
 def _number(value: float) -> str:

@@ -131,10 +131,10 @@ def with_least_marked(table: Table, counts: Callable[[Cell], bool] = lambda cell
 
 
 def html(table: Table) -> str:
-    """The table as HTML; a click on a title sorts it, if it stands on a page of this package."""
+    """The table as HTML for notebooks, where no script sorts it."""
     from .templating import macro
 
-    return macro("_table.html.j2", "table")(table)
+    return str(macro("_table.html.j2", "table")(table, False))
 
 
 def markdown(table: Table) -> str:

@@ -117,9 +117,10 @@ class Assessment(assessment.Assessment):
         return f"<Assessment of {self.name}: {self.verdict}{'' if self.held_out else ', not tested'}>"
 
     def _repr_html_(self) -> str:
+        from ..models.figure import picture
         from ..reporting.identification.text import notebook
 
-        return notebook(self)
+        return notebook(self) + picture(self.plot, "measured channels and free run")
 
 
 class Comparison(comparison.Comparison):
@@ -173,10 +174,12 @@ class Comparison(comparison.Comparison):
         return f"<Comparison of {len(self.candidates)}, {self.basis}: {chosen.model.id} by {chosen.method}>"
 
     def _repr_html_(self) -> str:
+        from ..models.figure import picture
         from ..reporting.identification.tables import comparison_note, comparison_table
         from ..reporting.tables import html
 
-        return html(comparison_table(self)) + f"<p>{escape(comparison_note(self))}</p>"
+        told = f"{html(comparison_table(self))}<p>{escape(comparison_note(self))}</p>"
+        return told + picture(self.plot, "errors of the candidates")
 
 
 def assess(

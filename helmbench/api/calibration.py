@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,7 +80,10 @@ class Calibration(result.Calibration):
         return f"<Calibration of {self.model.id}: {self.verdict}{' ' + groups if groups else ''}>"
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.summary())}</pre>"
+        from ..models.figure import picture
+        from ..reporting.calibration.text import notebook
+
+        return notebook(self) + picture(self.plot, "measured channels and simulations")
 
 
 def calibrate(

@@ -83,9 +83,10 @@ class Check(check_result.CheckResult):
         )
 
     def _repr_html_(self) -> str:
+        from ..models.figure import picture
         from ..reporting.check.text import notebook
 
-        return notebook(self)
+        return notebook(self) + picture(self.plot, "sizes of the findings")
 
 
 def check(records: Record | FilePath | Sequence[Record | FilePath], *, positive_rudder: str | None = None) -> Check:

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -94,7 +93,10 @@ class Diagnosis(result.Diagnosis):
         return f"<Diagnosis of {self.model.id}: {self.verdict}{' ' + causes if causes else ''}>"
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.summary())}</pre>"
+        from ..models.figure import picture
+        from ..reporting.diagnosis.text import notebook
+
+        return notebook(self) + picture(self.plot, "measured channels and simulations")
 
 
 def diagnose(

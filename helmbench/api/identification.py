@@ -67,6 +67,12 @@ class Estimate(result.Estimate):
             raise BadInput("the estimate does not hold its records", hint="make it with helmbench.identify")
         return assess(self, self.records, validate, compared or self.comparison, positive_rudder)
 
+    def _repr_html_(self) -> str:
+        from ..models.figure import picture
+
+        pictures = [picture(lambda one=one: self.plot(one), f"free run along {one.name}") for one in self.records[:1]]
+        return super()._repr_html_() + "".join(pictures)
+
     def to_html(self, validate: Record | Path | Sequence[Record | Path] = ()) -> str:
         """The page of the identification: one self-contained HTML document.  Takes and raises as `assess`."""
         return self.assess(validate).to_html()

@@ -113,9 +113,11 @@ class Import:
         return f"<Import of {', '.join(record.name for record in self.records)}>"
 
     def _repr_html_(self) -> str:
+        from ..models.figure import picture
         from ..reporting.importing import notebook
 
-        return notebook(self.report, self.records)
+        drawn = "".join(picture(record.plot, f"channels of {record.name} over time") for record in self.records[:3])
+        return notebook(self.report, self.records) + drawn
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -205,6 +207,11 @@ class ImportDraft:
 
     def __repr__(self) -> str:
         return f"<ImportDraft of {len(self.columns)} columns, {len(self.questions)} open questions>"
+
+    def _repr_html_(self) -> str:
+        from ..reporting.importing import draft_notebook
+
+        return draft_notebook(self.columns, self.questions)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from html import escape
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -98,7 +97,10 @@ class Validation(result.Validation):
         return f"<Validation on {len(self.records)} records, free runs: {', '.join(told)}>"
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.summary())}</pre>"
+        from ..models.figure import picture
+        from ..reporting.validation.text import notebook
+
+        return notebook(self) + picture(self.plot, "measured channels and free runs")
 
 
 def runs_figure(found: result.Validation, record: str | None) -> Figure:

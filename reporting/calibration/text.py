@@ -1,12 +1,13 @@
-"""Sentences and tables of a calibration, for the terminal and the page."""
+"""Sentences and tables of a calibration, for the terminal, notebooks and the page."""
 
 from __future__ import annotations
 
+from html import escape
 from typing import TYPE_CHECKING
 
 from ..diagnosis.text import channel, sentence, worse
 from ..numbers import DEG, interval, number, percent
-from ..tables import Column, Table, console, field, make_table
+from ..tables import Column, Table, console, field, html, make_table
 
 if TYPE_CHECKING:
     from ...diagnosis.calibration.result import Calibration, Moved, StepTold
@@ -31,6 +32,14 @@ def terminal(found: Calibration) -> str:
     lines += ["", "free-run errors, step by step:", console(steps_table(found), "  ")]
     lines += [worse(found.worse, "calibrated")] if found.worse else []
     return "\n".join([*lines, next_sentence(found)])
+
+
+def notebook(found: Calibration) -> str:
+    """Verdict, numbers that moved and errors step by step as HTML."""
+    told = [*(f"doubtful: {doubt}" for doubt in found.doubts), sentence(found.reason), next_sentence(found)]
+    moved = html(moved_table(found)) if found.moved else ""
+    texts = "".join(f"<p>{escape(text)}</p>" for text in told)
+    return f"<p><b>{escape(f'{found.model.id}: {verdict(found)}')}</b></p>{texts}{moved}{html(steps_table(found))}"
 
 
 def verdict(found: Calibration) -> str:

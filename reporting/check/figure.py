@@ -19,7 +19,7 @@ ALL = "all records"
 def figure_of(found: CheckResult) -> Figure:
     """A panel a size of a finding: its value over all records and in each, with the 90 % intervals; BadInput where no
     finding has a size."""
-    from matplotlib.figure import Figure
+    from ...models.figure import ShownFigure
 
     panels = [
         (one.cause, name, [size for size in one.sizes if size.parameter == name])
@@ -29,7 +29,7 @@ def figure_of(found: CheckResult) -> Figure:
     if not panels:
         raise BadInput("no finding of the check has a size to draw", hint="`findings` holds what was found")
     heights = [0.5 + len(sizes) for _, _, sizes in panels]
-    figure = Figure(figsize=(7.5, 0.6 * len(panels) + 0.28 * sum(heights)), layout="constrained")
+    figure = ShownFigure(7.5, 0.6 * len(panels) + 0.28 * sum(heights))
     axes = figure.subplots(len(panels), 1, squeeze=False, height_ratios=heights)[:, 0]
     for panel, (name, parameter, sizes) in zip(axes, panels, strict=True):
         for place, size in enumerate(sizes):

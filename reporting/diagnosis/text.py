@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from html import escape
 from typing import TYPE_CHECKING
 
 from ...diagnosis.causes.base_coefficients import BaseCoefficients
 from ...diagnosis.causes.registry import causes
 from ...diagnosis.gain.guard import WORSE
 from ..numbers import DEG, interval_digits, number, p_value, with_unit
-from ..tables import console
+from ..tables import console, html
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -276,3 +277,16 @@ def terminal(found: Diagnosis) -> str:
 def separation(finding: Finding) -> str:
     """What would distinguish between tied causes; empty where nothing is tied."""
     return f"to distinguish between them: {finding.separate_by}" if finding.tied_with and finding.separate_by else ""
+
+
+def notebook(found: Diagnosis) -> str:
+    """Verdict, causes with their sizes, and gain as HTML."""
+    from .tables import gain_table
+
+    told = [*(f"doubtful: {doubt}" for doubt in found.doubts), sentence(found.reason)]
+    told += [f"Recommended next manoeuvre: {found.next_manoeuvre}"] if found.next_manoeuvre else []
+    causes = [": ".join(filter(None, (tie(f), "; ".join(map(size, f.sizes)), said(f.evidence)))) for f in found.causes]
+    head = f"<p><b>{escape(cause(found.verdict).capitalize())}.</b> {escape(verdict(found))}</p>"
+    texts = "".join(f"<p>{escape(text)}</p>" for text in told if text)
+    listed = "".join(f"<li>{escape(text)}</li>" for text in causes)
+    return f"{head}{texts}<ul>{listed}</ul>{html(gain_table(found)) if found.gain else ''}"

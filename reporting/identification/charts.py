@@ -65,10 +65,10 @@ def _limits(found: dict[str, Correlation]) -> tuple[float, float]:
 
 def comparison_figure(found: Comparison) -> Figure:
     """The error of every candidate on each record that tests it, on a logarithmic axis; what failed is left out."""
-    from matplotlib.figure import Figure
+    from ...models.figure import ShownFigure
 
     shown = [one for one in found.candidates if np.isfinite(one.error)]
-    figure = Figure(figsize=(7.5, 1.2 + 0.32 * len(shown)), layout="constrained")
+    figure = ShownFigure(7.5, 1.2 + 0.32 * len(shown))
     axes = figure.subplots()
     for place, one in enumerate(shown):
         colour = COLOURS[0] if one is found.chosen else SOFT

@@ -9,11 +9,11 @@ from .tables import CRITERIA
 
 def standings_figure(board: Leaderboard):
     """Median prediction errors of all methods with their intervals, best first, on a logarithmic axis."""
-    from matplotlib.figure import Figure
+    from ...models.figure import ShownFigure
 
     rows = board.overall
     places = range(len(rows))
-    figure = Figure(figsize=(7.5, 1.2 + 0.28 * len(rows)), layout="constrained")
+    figure = ShownFigure(7.5, 1.2 + 0.28 * len(rows))
     axes = figure.subplots()
     axes.hlines(places, rows["nrmse_low"], rows["nrmse_high"], color=SOFT, linewidth=1.0)
     axes.plot(rows["nrmse"], places, "o", color=COLOURS[0])

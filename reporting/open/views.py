@@ -20,7 +20,7 @@ from ..validation.tables import free_table
 from .curves import numbers, stride, times
 
 if TYPE_CHECKING:
-    from ...diagnosis.kinematics.check_result import CheckResult
+    from ...checks.result import CheckResult
     from ...diagnosis.result import Diagnosis, Finding, Trace
     from ...estimation.assessment import Assessment
     from ...estimation.validation.result import Validation

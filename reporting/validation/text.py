@@ -1,10 +1,11 @@
-"""A validation as text for the terminal."""
+"""A validation for the terminal and for notebooks."""
 
 from __future__ import annotations
 
+from html import escape
 from typing import TYPE_CHECKING
 
-from ..tables import console
+from ..tables import console, html
 from .tables import free_table, horizon_table, index_table, left_out_table, trusted_lines
 
 if TYPE_CHECKING:
@@ -23,6 +24,14 @@ def terminal(found: Validation) -> str:
     if found.left_out:
         parts += ["left out", console(left_out_table(found), "  ")]
     return "\n".join(parts)
+
+
+def notebook(found: Validation) -> str:
+    """Errors of free runs and indices as HTML."""
+    told = [*(f"doubtful: {doubt}" for doubt in found.doubts), f"free runs along {count(found)}"]
+    told += [f"{run.model} along {run.record}: {run.told}" for run in found.runs if run.told]
+    indices = f"<p>manoeuvring indices</p>{html(index_table(found))}" if found.indices else ""
+    return "".join(f"<p>{escape(text)}</p>" for text in told) + html(free_table(found)) + indices
 
 
 def count(found: Validation) -> str:

@@ -33,10 +33,15 @@ def results(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def logged(tmp_path_factory, records):
+def raw_log(tmp_path_factory, records):
     path = tmp_path_factory.mktemp("log") / "raw.csv"
     helmbench.write_record(records[0], path)
-    return helmbench.import_log(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def logged(raw_log):
+    return helmbench.import_log(raw_log)
 
 
 def trace():
@@ -46,7 +51,7 @@ def trace():
 
 
 @pytest.fixture(scope="module")
-def shown(records, results, logged):
+def shown(records, results, raw_log, logged):
     """Name of the class -> an object of it."""
     train, other = records
     estimate = helmbench.identify(train, "nomoto-1-cubic", "ls")
@@ -61,6 +66,7 @@ def shown(records, results, logged):
         "Health": helmbench.doctor(),
         "Identifiability": estimate.identifiability(train),
         "Import": logged,
+        "ImportDraft": helmbench.draft_import(raw_log),
         "Leaderboard": helmbench.leaderboard(results),
         "Model": helmbench.resolve("kvlcc2-l7"),
         "Record": train,
@@ -115,9 +121,22 @@ def test_each_draws_itself(shown, records, name):
     figure.savefig(io.BytesIO(), format="svg")
 
 
+@pytest.mark.parametrize("name", ["Assessment", "Check", "Comparison", "Estimate", "Import", "Record", "Validation"])
+def test_each_shows_its_figure_in_a_notebook_without_dead_buttons_or_literal_tags(shown, name):
+    text = shown[name]._repr_html_()
+    assert text.count("data:image/png;base64,") == 1
+    assert "<button" not in text and "&lt;p&gt;" not in text and "&lt;table" not in text
+
+
+def test_a_figure_shows_itself_in_a_notebook(records):
+    assert records[0].plot()._repr_png_().startswith(b"\x89PNG")
+
+
 def test_a_check_without_sizes_has_no_figure(records):
+    found = helmbench.check(records)
+    assert "<img" not in found._repr_html_()
     with pytest.raises(helmbench.BadInput, match="no finding"):
-        helmbench.check(records).plot()
+        found.plot()
 
 
 def test_what_is_shown_is_escaped():

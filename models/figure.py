@@ -1,0 +1,45 @@
+"""Figures that show themselves: matplotlib figures, not attached to pyplot."""
+
+from __future__ import annotations
+
+import io
+from base64 import b64encode
+from collections.abc import Callable
+from html import escape
+
+from matplotlib.figure import Figure
+
+from .errors import BadInput
+
+DOTS_PER_INCH = 100
+
+
+class ShownFigure(Figure):
+    """A figure that a notebook draws, also without pyplot.
+
+    Parameters
+    ----------
+    width, height : inches.
+    """
+
+    def __init__(self, width: float, height: float) -> None:
+        super().__init__(figsize=(width, height), layout="constrained", facecolor="white")
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=DOTS_PER_INCH)
+        return buffer.getvalue()
+
+
+def picture(draw: Callable[[], Figure], title: str) -> str:
+    """A figure as an HTML image, for a notebook; empty where there is nothing to draw (BadInput).
+
+    title : what is read to those who do not see it.
+    """
+    try:
+        figure = draw()
+    except BadInput:
+        return ""
+    assert isinstance(figure, ShownFigure)
+    data = b64encode(figure._repr_png_()).decode()
+    return f'<img alt="{escape(title)}" src="data:image/png;base64,{data}" style="max-width: 100%"/>'
