@@ -115,7 +115,8 @@ class Record:
         Parameters
         ----------
         frame : columns as in the header of a record file, other units included (`heading_deg`, `surge_kn`, ...); nan
-            marks gaps.  The time is the column `time_s` or `time_ms`; the index is not used.
+            marks gaps.  The time is the column `time_s` or `time_ms`, or else an index of moments or durations
+            (DatetimeIndex, TimedeltaIndex), counted from its first; any other index is not used.
         name : what messages call the record.
         meta : vessel, source, rudder sign and the like.
 
@@ -124,6 +125,7 @@ class Record:
         BadInput : an unknown, repeated or missing column, a column that does not hold numbers, an infinite value, or a
             time that is not finite, does not increase or cannot be that of one run (milliseconds as seconds, a jump).
         """
+        frame = _with_time(frame)
         names = [str(column) for column in frame.columns]
         check_header(names, name)
         columns = {column: _numbers(frame.iloc[:, place], column, name) for place, column in enumerate(names)}
@@ -293,6 +295,18 @@ def _frozen(values: ArrayLike) -> np.ndarray:
         array = np.array(array, order="C")
         array.flags.writeable = False
     return array
+
+
+def _with_time(frame: pd.DataFrame) -> pd.DataFrame:
+    """A pandas table with its index as the column `time_s`, where it has no time and the index is one."""
+    import pandas as pd
+
+    index = frame.index
+    if {"time_s", "time_ms"} & {*map(str, frame.columns)} or not isinstance(
+        index, pd.DatetimeIndex | pd.TimedeltaIndex
+    ):
+        return frame
+    return frame.assign(time_s=(index - index[0]).total_seconds() if len(index) else [])
 
 
 def _numbers(column: Any, name: str, record: str) -> np.ndarray:

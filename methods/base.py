@@ -51,6 +51,8 @@ class Method:
     order_matters: ClassVar[bool] = False
     """True for recursive methods: the estimate may depend on the order of the records."""
     variant: str = "corrected"
+    estimate_: Estimate | None = None
+    """The last estimate that `fit` gave, for `score`."""
 
     @classmethod
     def option_names(cls) -> list[str]:
@@ -137,7 +139,30 @@ class Method:
         checked = prepared([records] if isinstance(records, Record) else records, model)
         wall, cpu = time.perf_counter(), time.process_time()
         fit = self._guarded(checked, self.visible(model))
-        return self._wrap(fit, model, time.perf_counter() - wall, time.process_time() - cpu)
+        self.estimate_ = self._wrap(fit, model, time.perf_counter() - wall, time.process_time() - cpu)
+        return self.estimate_
+
+    def score(self, records: Record | Sequence[Record], y: None = None) -> float:
+        """R^2 of free runs of the last estimate along records, mean over the channels; nan where one diverges.
+
+        What scikit-learn's model selection calls: `GridSearchCV(method, grid).fit(records, model=model)`.  `y` is there
+        for it alone.
+
+        Raises
+        ------
+        BadInput : nothing was fitted yet.
+        CannotFit : a record lacks an input, or measures no state of the model.
+        """
+        if self.estimate_ is None:
+            raise BadInput(f"method {self.name} has not been fitted")
+        found = self.estimate_.score(records)
+        shares = [value for name, value in found.items() if name.startswith("r2_free_")]
+        return float("nan") if found["diverged"] or not shares else float(np.mean(shares))
+
+    def __sklearn_tags__(self) -> Any:
+        from sklearn.utils import Tags, TargetTags
+
+        return Tags(estimator_type=None, target_tags=TargetTags(required=False))
 
     def _guarded(self, records: Sequence[Record], model: Model) -> Fit:
         """`estimate` with numerical errors as FitFailed, and its coefficients checked."""

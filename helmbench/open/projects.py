@@ -7,6 +7,7 @@ import secrets
 import shutil
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
@@ -50,15 +51,15 @@ class Project:
     lock: threading.RLock = field(default_factory=threading.RLock)
     version: int = 0
     touched: float = field(default_factory=time.time)
-    answers: dict[str, str] = field(default_factory=dict)
-    choices: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
+    answers: dict[str, str] = field(default_factory=dict[str, str])
+    choices: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict[tuple[str, str], dict[str, Any]])
     positive_rudder: str | None = None
     log: dict[str, Any] | None = None
     reading: Path | None = None
-    parts: list[dict[str, Any]] = field(default_factory=list)
-    spans: list[tuple[str, float, float]] = field(default_factory=list)
+    parts: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
+    spans: list[tuple[str, float, float]] = field(default_factory=list[tuple[str, float, float]])
     job: Job | None = None
-    analyses: list[Analysis] = field(default_factory=list)
+    analyses: list[Analysis] = field(default_factory=list[Analysis])
 
     def changed(self) -> None:
         """Count a change."""
@@ -205,13 +206,14 @@ class Projects:
             "choices": [(table, column, said) for (table, column), said in project.choices.items()],
             "positive_rudder": project.positive_rudder,
         }
-        self._start(project, Job("read", arguments), lambda found: self._has_read(project, out, found))
 
-    def _has_read(self, project: Project, out: Path, found: dict[str, Any]) -> None:
-        spans = [(one["name"], one["from"], one["to"]) for one in found["records"]]
-        project.log, project.reading = found, out
-        if spans and spans != project.spans:  # a choice that makes no record costs no part
-            project.parts, project.spans = found["parts"], spans
+        def keep(found: dict[str, Any]) -> None:
+            spans = [(one["name"], one["from"], one["to"]) for one in found["records"]]
+            project.log, project.reading = found, out
+            if spans and spans != project.spans:  # a choice that makes no record costs no part
+                project.parts, project.spans = found["parts"], spans
+
+        self._start(project, Job("read", arguments), keep)
 
     def analyse(self, project: Project, kind: str, model: str, method: str) -> None:
         """Check, identify or diagnose the parts.
@@ -229,7 +231,7 @@ class Projects:
         out.mkdir()
         shutil.copy(reading / "log.map.yaml", out)
         if model.startswith(MODEL_FILE):
-            model = shutil.copy(project.file(MODELS, model.removeprefix(MODEL_FILE)), out)
+            model = str(shutil.copy(project.file(MODELS, model.removeprefix(MODEL_FILE)), out))
         arguments = {
             "kind": kind,
             "model": model,
@@ -252,7 +254,7 @@ class Projects:
 
         self._start(project, Job("analyse", arguments), keep)
 
-    def _start(self, project: Project, job: Job, keep: Any) -> None:
+    def _start(self, project: Project, job: Job, keep: Callable[[Any], object]) -> None:
         with project.lock:
             self.cancel(project)
             project.job = job

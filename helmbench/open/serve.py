@@ -34,8 +34,16 @@ class Site:
 
     def server(self) -> uvicorn.Server:
         """What answers; `run` it with the socket."""
-        quiet = {"log_level": "error", "access_log": False, "server_header": False}
-        return uvicorn.Server(uvicorn.Config(self.app, lifespan="off", ws="none", proxy_headers=False, **quiet))
+        config = uvicorn.Config(
+            self.app,
+            lifespan="off",
+            ws="none",
+            proxy_headers=False,
+            log_level="error",
+            access_log=False,
+            server_header=False,
+        )
+        return uvicorn.Server(config)
 
 
 def serve(files: Sequence[Path], say: Callable[[str], object], browser: bool) -> None:

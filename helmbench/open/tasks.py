@@ -7,6 +7,7 @@ import signal
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,11 +63,9 @@ def _line(error: Exception, arguments: Mapping[str, Any]) -> str:
 
 def _import_what_takes_time() -> None:
     """Everything that every task needs, so that the first one begins at once."""
-    import numba  # noqa: F401
-    import pandas  # noqa: F401
-    import scipy.signal  # noqa: F401
-
-    from ..reporting.open import views  # noqa: F401
+    for name in ("numba", "pandas", "scipy.signal"):
+        import_module(name)
+    import_module("..reporting.open.views", __package__)
 
 
 # ------------------------------------------------------------------------------------------------ logs
@@ -213,7 +212,7 @@ def analyse(
     from . import recipes
 
     stage("cutting the records")
-    cut = [(part, cut_part(records[part["record"]], part)) for part in parts]
+    cut = [(part, cut_part(records[int(part["record"])], part)) for part in parts]
     train = [record for part, record in cut if part["role"] == "train"]
     held_out = [record for part, record in cut if part["role"] == "held_out"]
     if not train:

@@ -29,7 +29,7 @@ class Job:
     arguments: Mapping[str, Any]
     state: str = WAITING
     message: str = ""
-    stages: list[tuple[str, float]] = field(default_factory=list)
+    stages: list[tuple[str, float]] = field(default_factory=list[tuple[str, float]])
     started: float = field(default_factory=time.monotonic)
     ended: float | None = None
     worker: Worker | None = None

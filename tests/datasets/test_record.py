@@ -242,3 +242,15 @@ def test_a_table_for_notebooks_counts_gaps():
     table = record._repr_html_()
     cells = "".join(f"<td>{text}</td>" for text in ("yaw rate", "deg/s", "1", "2", "3", "1"))
     assert f"<tr>{cells}</tr>" in table and "&lt;i&gt;" in table
+
+
+@pytest.mark.parametrize("zone", [None, "UTC", "durations"])
+def test_the_index_of_a_table_may_be_the_time(zone):
+    """Moments or durations count from the first; a time column goes before the index."""
+    steps = pd.to_timedelta([0.0, 0.5, 1.5], unit="s")
+    index = steps if zone == "durations" else pd.Timestamp("2026-03-01T12:00", tz=zone) + steps
+    frame = pd.DataFrame({"rudder_deg": [1.0, 2.0, 3.0]}, index=index)
+    assert Record.from_dataframe(frame).time_s.tolist() == [0.0, 0.5, 1.5]
+    assert Record.from_dataframe(frame.assign(time_s=[1.0, 2.0, 3.0])).time_s.tolist() == [1.0, 2.0, 3.0]
+    with pytest.raises(BadInput, match="does not increase"):
+        Record.from_dataframe(frame.iloc[::-1])

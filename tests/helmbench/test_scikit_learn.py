@@ -31,3 +31,23 @@ def test_a_changed_copy_leaves_the_original_alone(name):
             copy.set_params(**{option: value + 1})
             assert copy.get_params()[option] == value + 1
     assert method.get_params() == before
+
+
+def test_a_grid_search_compares_options_by_free_runs_of_left_out_records():
+    from sklearn.model_selection import GridSearchCV
+
+    manoeuvres = ("zigzag:20/20", "zigzag:10/10:port", "turn:20")
+    records = [helmbench.simulate("response-1", text, noise="low", seed=k) for k, text in enumerate(manoeuvres)]
+    model = helmbench.resolve("nomoto-1-cubic")
+    search = GridSearchCV(helmbench.make_method("ridge"), {"penalty": [None, 1e9]}, cv=3)
+    search.fit(records, model=model)
+    weak, strong = search.cv_results_["mean_test_score"]
+    assert weak > 0.99 > strong and search.best_params_ == {"penalty": None}
+    best = search.best_estimator_
+    assert best.estimate_.parameters == best.fit(records, model).parameters
+    assert best.score(records) == pytest.approx(search.score(records))
+
+
+def test_a_method_that_was_not_fitted_has_no_score():
+    with pytest.raises(helmbench.BadInput, match="not been fitted"):
+        helmbench.make_method("ls").score([])
