@@ -57,10 +57,13 @@ def terminal(report: ImportReport, records: Sequence[Record]) -> str:
     return "\n".join([*parts, "", *(repr(record).strip("<>") for record in records)])
 
 
-def faults_text(columns: Sequence[DraftColumn], faults: Sequence[Fault]) -> str:
-    """Columns and all faults of an import that failed."""
+def draft_text(columns: Sequence[DraftColumn], questions: Sequence[Question], faults: Sequence[Fault]) -> str:
+    """Columns, what is asked with the lines of a map that answer it, and faults."""
     parts = [tables.console(column_table(columns)), ""] if columns else []
-    return "\n".join([*parts, tables.console(fault_table(faults))])
+    for question in questions:
+        parts += [question.text, *(f"    {answer.line}" for answer in question.answers)]
+        parts += [f"    or a number: {question.number}"] if question.number else []
+    return "\n".join([*parts, *([tables.console(fault_table(faults))] if faults else [])])
 
 
 def notebook(report: ImportReport, records: Sequence[Record]) -> str:

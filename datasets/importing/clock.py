@@ -15,7 +15,8 @@ from .raw import RawColumn
 
 Form = Literal[
     "iso", "day first", "month first", "clock", "hhmmss", "day fraction", "excel", "datenum",
-    "epoch s", "epoch ms", "epoch us", "epoch ns", "seconds", "milliseconds", "minutes",
+    "epoch s", "epoch ms", "epoch us", "epoch ns", "seconds", "milliseconds", "microseconds", "nanoseconds", "minutes",
+    "hours", "rows",
 ]  # fmt: skip
 FORMS: tuple[Form, ...] = get_args(Form)
 DATED: tuple[Form, ...] = (
@@ -40,7 +41,10 @@ SCALES: dict[Form, tuple[float, float]] = {
     "day fraction": (86400.0, 0.0),
     "seconds": (1.0, 0.0),
     "milliseconds": (1e-3, 0.0),
+    "microseconds": (1e-6, 0.0),
+    "nanoseconds": (1e-9, 0.0),
     "minutes": (60.0, 0.0),
+    "hours": (3600.0, 0.0),
 }
 """Form of a number -> factor and offset to (epoch) seconds."""
 MAGNITUDES: tuple[tuple[float, float, Form], ...] = (
@@ -61,38 +65,54 @@ NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
 
 
+UNITS_OF_TIME: dict[Form, tuple[str, ...]] = {
+    "seconds": ("s", "sec", "secs", "second", "seconds", "sek", "sekunden", "seg", "秒"),
+    "milliseconds": ("ms", "msec", "millis", "milliseconds", "msek"),
+    "microseconds": ("us", "µs", "usec", "micros", "microseconds", "μs"),
+    "nanoseconds": ("ns", "nsec", "nanosec", "nanos", "nanoseconds"),
+    "minutes": ("min", "minutes", "mins", "minuten"),
+    "hours": ("h", "hr", "hours", "std", "stunden"),
+    "hhmmss": ("hhmmss", "hhmmss.ss", "hhmmss.sss"),
+}
+"""Form -> units that state it."""
+SHORTEST_S, LONGEST_S, LEAST_SPAN_S = 0.004, 30.0, 10.0
+"""Time steps of a log, and its shortest length."""
+ROUND = (1.0, 2.0, 2.5, 4.0, 5.0)
+
+
 @dataclass(frozen=True)
 class TimeGuess:
-    """The form of a time column, with confidence and reason."""
+    """The forms that a time column may have, likeliest first, why, and whether the file states it."""
 
-    form: Form
-    confidence: float
+    forms: tuple[Form, ...]
     reason: str
+    stated: bool = False
 
 
 def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     """The form of a column as a time; None where it can be none."""
-    if column.numeric:
+    if column.numeric and not (column.lettered and column.lettered.positive):
         return _guess_number(column.numbers, unit.lower())
     texts = column.first(200)
     if not texts:
         return None
     for form, pattern in FORM_OF_TEXTS:
         if all(pattern.fullmatch(text) for text in texts):
-            return TimeGuess(form, 0.95, "form of the texts")
+            return TimeGuess((form,), "form of the texts", True)
     if all(NAMED_DATE.fullmatch(text) for text in texts):
-        return TimeGuess("day first", 0.95, "form of the texts")
+        return TimeGuess(("day first",), "form of the texts", True)
     dates = [NUMERIC_DATE.fullmatch(text) for text in texts]
     return _guess_order([match for match in dates if match]) if all(dates) else None
 
 
 def _guess_order(dates: Sequence[re.Match[str]]) -> TimeGuess:
-    if dates[0][2] == "." or any(int(match[1]) > 12 for match in dates):
-        return TimeGuess("day first", 0.95, "form of the date")
+    if any(int(match[1]) > 12 for match in dates):
+        return TimeGuess(("day first",), "a day above 12", True)
     if any(int(match[3]) > 12 for match in dates):
-        return TimeGuess("month first", 0.95, "form of the date")
-    one_day = len({match[0][: match.start(5)] for match in dates}) == 1
-    return TimeGuess("day first", 0.8 if one_day else 0.55, "day and month could be exchanged")
+        return TimeGuess(("month first",), "a day above 12", True)
+    if dates[0][2] == "." or all(match[1] == match[3] for match in dates):
+        return TimeGuess(("day first",), "form of the date", True)
+    return TimeGuess(("day first", "month first"), "day and month could be exchanged")
 
 
 def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
@@ -102,18 +122,45 @@ def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
     steps = np.diff(known)
     rising = bool(np.mean(steps >= 0.0) > 0.95)
     low, high = float(known.min()), float(known.max())
+    stated = next((form for form, texts in UNITS_OF_TIME.items() if unit in texts), None)
     for least, most, form in MAGNITUDES:
-        if rising and least <= low and high <= most and (form not in ("excel", "datenum") or np.median(steps) < 0.05):
-            return TimeGuess(form, 0.95, f"values near {low:.6g}")
-    if unit in ("ms", "msec", "millis", "milliseconds"):
-        return TimeGuess("milliseconds", 0.95, "unit")
-    if unit in ("min", "minutes"):
-        return TimeGuess("minutes", 0.95, "unit")
-    if unit in ("hhmmss",) or _is_hhmmss(known):
-        return TimeGuess("hhmmss", 0.85, "no value has minutes or seconds above 59")
-    if low >= 0.0 and high <= 1.0 and np.median(np.abs(steps)) < 1e-3 and unit not in ("s", "sec", "seconds"):
-        return TimeGuess("day fraction", 0.8, "values between 0 and 1")
-    return TimeGuess("seconds", 0.9 if rising else 0.6, "numbers that rise") if rising or high - low > 0 else None
+        fits = form not in ("excel", "datenum") or (np.median(steps) < 0.05 and stated is None)
+        if rising and least <= low and high <= most and fits:
+            return TimeGuess((form,), f"values near {low:.6g}")
+    if stated is not None:
+        return TimeGuess((stated,), f"unit {unit}", True)
+    if _is_hhmmss(known):
+        return TimeGuess(("hhmmss",), "no value has minutes or seconds above 59, and it jumps after them")
+    if low >= 0.0 and high <= 1.0 and 0.0 < np.median(np.abs(steps)) < 1e-3:
+        return TimeGuess(("day fraction",), "values between 0 and 1 in steps of less than a second of a day")
+    return _by_step(steps, high - low) if rising else None
+
+
+def _by_step(steps: np.ndarray, span: float) -> TimeGuess | None:
+    """Forms whose step is one of a log: those with a round step, or else all."""
+    moved = steps[steps > 0.0]
+    if not moved.size:
+        return None
+    step = float(np.median(moved))
+    forms: tuple[Form, ...] = ("seconds", "milliseconds", "minutes", "microseconds", "nanoseconds", "hours")
+    able = [
+        form
+        for form in forms
+        if SHORTEST_S <= SCALES[form][0] * step <= LONGEST_S and SCALES[form][0] * span >= LEAST_SPAN_S
+    ]
+    even = [form for form in able if _is_round(SCALES[form][0] * step)]
+    found = tuple(even or able)
+    if not found:
+        return TimeGuess(("seconds", "milliseconds", "minutes"), f"steps of {step:.4g}")
+    return TimeGuess(found, f"steps of {step:.4g}: no other unit gives steps of a log")
+
+
+def _is_round(step: float) -> bool:
+    """Whether a step is 1, 2, 2.5, 4 or 5 times a power of ten, or a whole number of samples a second, within 2 %."""
+    mantissa = step / 10.0 ** math.floor(math.log10(step) + 1e-9)
+    rate = 1.0 / step
+    whole = 1.0 <= rate <= 120.0 and abs(rate - round(rate)) < 0.02
+    return whole or any(abs(mantissa / value - 1.0) < 0.02 for value in (*ROUND, 10.0))
 
 
 def _is_hhmmss(known: np.ndarray) -> bool:
@@ -124,6 +171,11 @@ def _is_hhmmss(known: np.ndarray) -> bool:
     sound = np.all((whole % 100 < 60) & (whole // 100 % 100 < 60))
     jumps = np.diff(known)
     return bool(sound and known.max() > 10000 and np.any((jumps > 40.0) & (jumps < 41.5)))
+
+
+def rows_as_seconds(count: int, step_s: float) -> np.ndarray:
+    """(N,) seconds of rows that are logged at a fixed step."""
+    return step_s * np.arange(count)
 
 
 def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .clock import DATED, seconds, spread
+from .clock import DATED, rows_as_seconds, seconds, spread
+from .draft import NOT_USED
 from .mapping import ColumnMap, TableMap
 from .raw import RawColumn, RawTable
 from .report import Fault
@@ -41,6 +42,8 @@ class Stream:
     """What was added to the times to set the clock."""
     parts: tuple[str, ...] = ()
     """Labels of streams that were joined to this one."""
+    zoned: bool = False
+    """Whether the file states that its times are UTC."""
 
     @property
     def step(self) -> float:
@@ -48,17 +51,16 @@ class Stream:
         return float(np.median(np.diff(self.time)))
 
 
-def stream_of(table: RawTable, mapping: TableMap) -> tuple[Stream | None, list[Fault]]:
+def stream_of(table: RawTable, mapping: TableMap, zoned: bool = False) -> tuple[Stream | None, list[Fault]]:
     """The quantities of a table, and its faults; None where a fault is fatal."""
     faults = _row_faults(table)
-    time_columns = [column for name in mapping.time.columns if (column := table.column(name))]
-    time, done = spread(seconds(time_columns, mapping.time.form))
+    time, done = _time(table, mapping)
     kept, wrong = _usable_rows(table, time, mapping)
     faults += wrong
     quantities = {}
     for entry in mapping.columns:
         column = table.column(entry.column)
-        if column is None:
+        if column is None or entry.to == NOT_USED:
             continue
         values, found = _converted(table, column, entry)
         faults += found
@@ -68,23 +70,35 @@ def stream_of(table: RawTable, mapping: TableMap) -> tuple[Stream | None, list[F
     dated = mapping.time.form in DATED
     clock = table.clock or table.label
     notes = (f"{table.label}: {done}",) if done else ()
-    return Stream(table.label, clock, dated, time[kept], quantities, kept, mapping.clock_offset_s, notes), faults
+    return Stream(
+        table.label, clock, dated, time[kept], quantities, kept, mapping.clock_offset_s, notes, zoned=zoned
+    ), faults
+
+
+def _time(table: RawTable, mapping: TableMap) -> tuple[np.ndarray, str]:
+    """((N,) seconds, what was done to them)."""
+    if mapping.time.form == "rows":
+        return rows_as_seconds(table.n, mapping.time.step_s or 1.0), ""
+    columns = [column for name in mapping.time.columns if (column := table.column(name))]
+    assert mapping.time.form != "?"
+    return spread(seconds(columns, mapping.time.form))
 
 
 def _row_faults(table: RawTable) -> list[Fault]:
     """One fault for rows that the reader left out."""
     if not table.faults:
         return []
-    many = len(table.faults) > FEW * (table.n + len(table.faults)) and len(table.faults) > 2
-    row, message = next(iter(table.faults))
-    more = f" ({len(table.faults)} rows are wrong, this is the first)" if len(table.faults) > 1 else ""
+    total = max(table.lines, table.n + len(table.faults))
+    many = len(table.faults) > FEW * total and len(table.faults) > 2
+    row, message, _ = table.faults[0]
+    more = f" ({len(table.faults)} of {total} rows are wrong, this is the first)" if len(table.faults) > 1 else ""
     hint = "mend or remove them" if many else "left out"
     return [Fault(table.label, message + more, hint, row=row, fatal=many)]
 
 
 def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[np.ndarray, list[Fault]]:
     """(indices of rows with times that rise, faults)."""
-    name = mapping.time.columns[-1]
+    name = mapping.time.columns[-1] if mapping.time.columns else None
     faults: list[Fault] = []
     known = np.flatnonzero(np.isfinite(time))
     missing = np.flatnonzero(~np.isfinite(time))
@@ -124,7 +138,9 @@ def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np
         bad = np.flatnonzero(~np.isfinite(numbers))
     else:
         numbers, bad = column.numbers, column.bad
-    values = np.where(np.isfinite(numbers), numbers, np.nan) * UNITS[entry.unit].factor * entry.sign
+    unit = UNITS[str(entry.unit)].factor
+    numbers = np.where(np.isfinite(numbers), numbers, np.nan)
+    values = numbers * (unit * entry.factor * int(entry.sign)) + entry.offset * unit
     empty = not np.isfinite(values).any()
     if empty:
         hint = "check its cells, or leave it out of the mapping"

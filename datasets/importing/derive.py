@@ -36,6 +36,7 @@ class Channels:
         self.steps: list[str] = []
         self.faults: list[Fault] = []
         self.facts: dict[str, Any] = {}
+        self.variation: float | None = None
 
     def warn(self, message: str, hint: str = "") -> None:
         """Add a fault that does not end the import."""
@@ -64,9 +65,7 @@ def _heading(made: Channels, variation_deg: float | None) -> None:
         return
     variation = q.get("magnetic_variation")
     size = np.nanmean(variation) if variation is not None else math.radians(variation_deg or 0.0)
-    if variation is None and variation_deg is None:
-        hint = "give --variation, degrees to east"
-        made.warn("the heading is magnetic and no variation is known: it is used as true heading", hint)
+    made.variation = float(size) if variation is not None or variation_deg is not None else None
     deviation = q.get("magnetic_deviation")
     correction = size + (np.nanmean(deviation) if deviation is not None else 0.0)
     made.found["heading_rad"] = q["heading_magnetic"] + correction

@@ -1,248 +1,282 @@
-"""Proposal of a mapping: quantity, unit and confidence of columns, from names, units, ranges and each other."""
+"""What the columns of a log are: stated, told by other channels, bounded by physics, or asked."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from collections.abc import Mapping as Dict
+from dataclasses import replace
 
-import numpy as np
+from ...models.data_file import yaml_of
+from ...models.errors import BadInput
+from ..record import Side, is_side
+from . import meanings, signs_told, units_told
+from .draft import NOT_USED, Answer, Question
+from .evidence import nearest, rate_ratio, size_ratio
+from .finding import Finding, ask_sign, ask_unit
+from .log import Log, speeds
+from .mapping import ColumnMap, Mapping, TableMap
+from .quantities import NOT_USED_AS, quantities
+from .raw import RawTable
+from .reading import stated
+from .times import TableTime, find_time
+from .units import UNITS, candidates
 
-from ..grammar import DEGREE
-from .clock import DATED, TimeGuess, guess_form, seconds, spread
-from .mapping import ColumnMap, TableMap, TimeMap
-from .names import date_confidence, match, split_unit, time_confidence
-from .quantities import NOT_USED, QUANTITIES
-from .raw import RawColumn, RawTable
-from .units import Unit, candidates, unit_of
-
-SURE = 0.5
-"""Confidence from which on a guess is used."""
-LARGEST = {"rudder": 1.6, "rudder_command": 1.6, "roll": 1.6, "latitude": math.pi / 2.0, "longitude": 3.2}
-FULL_TURN, MANY_TURNS = 6.4, 200.0
-"""Largest sensible size of an angle, rad: where none is named a full turn, or many for one that may go on turning."""
-FASTEST_M_S, FASTEST_RAD_S = 60.0, 3.0
-"""Speed of anything afloat and its yaw rate, above which a unit is not believed."""
-
-
-@dataclass(frozen=True)
-class ColumnGuess:
-    """What a column is taken for: quantity (None: kept aside), unit, sign, confidence from 0 to 1, and why."""
-
-    column: RawColumn
-    quantity: str | None
-    unit: Unit | None = None
-    sign: int = 1
-    confidence: float = 0.0
-    reason: str = ""
+PASSES = 3
+"""How often channels are compared: one that is told may tell the next."""
+CONFLICT = (0.7, 1.4)
+"""Ratio of two channels outside of which a stated unit is questioned."""
 
 
-@dataclass(frozen=True)
-class TableGuess:
-    """Guesses for a table: time columns (none found: empty), their form, and every other column."""
+def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> Log:
+    """The findings of all columns, as far as the log, the map and the answers tell them."""
+    log = Log([], {})
+    for table in tables:
+        entry = entry_of(table, mapping)
+        mapped = mapping is not None
+        log.times[table.label] = find_time(table, entry.time if entry else None, answers)
+        given = {column.column: column for column in entry.columns} if entry else {}
+        times = log.times[table.label].columns
+        log.findings += [
+            _answered(stated(table, column, given.get(column.name), mapped), answers)
+            for column in table.columns
+            if column.name not in times
+        ]
+    _chosen(log, answers)
+    for _ in range(PASSES):
+        _each(log, answers, lambda f: meanings.settle(log, f))
+        _each(log, answers, lambda f: units_told.by_channel(log, f))
+        _each(log, answers, lambda f: units_told.by_physics(log, f))
+        _each(log, answers, lambda f: signs_told.by_channel(log, f))
+        _settle_times(log)
+    _each(log, answers, lambda f: _as_rudder(log, f))
+    _each(log, answers, _not_through_water)
+    meanings.without_twins(log, answers, _answered)
+    _each(log, answers, lambda f: _checked(log, f))
+    _each(log, answers, lambda f: meanings.ask(log, f) if len(f.may_be) > 1 and not f.questions else f)
+    _each(log, answers, lambda f: units_told.ask(f) if f.quantity and f.unit is None and not f.questions else f)
+    _each(log, answers, lambda f: _ask_sign(log, f))
+    return log
 
-    table: RawTable
-    time_columns: tuple[str, ...]
-    time: TimeGuess | None
-    columns: tuple[ColumnGuess, ...]
 
-    def mapping(self, least: float = SURE) -> TableMap | None:
-        """What is at least so sure, as a mapping; None without a time or without a column."""
-        used = [guess for guess in self.columns if guess.quantity and guess.unit and guess.confidence >= least]
-        if self.time is None or not used:
-            return None
-        columns = tuple(
-            ColumnMap(column=g.column.name, to=str(g.quantity), unit=g.unit.name, sign=1 if g.sign > 0 else -1)
-            for g in used
-            if g.unit is not None
+def _chosen(log: Log, answers: Dict[str, str]) -> None:
+    """Columns that an answer makes the rudder, or what tells the turning."""
+    for key in ("rudder", "turning"):
+        label, _, quantity = answers.get(key, "").rpartition("/")
+        for i, found in enumerate(log.findings):
+            if quantity and label == f"{found.table.label}/{found.column.name}":
+                signed = quantity in meanings.unsigned()
+                log.findings[i] = replace(
+                    found, may_be=(quantity,), unit=None, signed=signed, why=("as answered",), bounded=("quantity",)
+                )
+
+
+def stated_side(log: Log) -> Side | None:
+    """The side of a positive rudder that a file states."""
+    sides = {f.side for name in ("rudder_command", "rudder") for f in log.findings if f.quantity == name and f.side}
+    rudder = {f.side for f in log.findings if f.quantity == "rudder" and f.side}
+    side = next(iter(rudder or sides), "") if len(rudder or sides) == 1 else ""
+    return side if is_side(side) else None
+
+
+def _as_rudder(log: Log, found: Finding) -> Finding:
+    """A rudder command with the sign of the rudder, as both state their sides or as they move."""
+    if found.quantity != "rudder_command" or found.signed:
+        return found
+    side = next((f.side for f in log.findings if f.quantity == "rudder" and f.side), "")
+    if side and found.side:
+        same = side == found.side
+        return found.told("stated", f"positive to {found.side}", signed=True, sign=1 if same else -1)
+    return signs_told.command_sign(log, found)
+
+
+def _each(log: Log, answers: Dict[str, str], step: Callable[[Finding], Finding]) -> None:
+    """One step for every finding that is used; a question that has its answer is settled."""
+    for i, found in enumerate(log.findings):
+        if found.may_be:
+            log.findings[i] = _answered(step(found), answers)
+
+
+def entry_of(table: RawTable, mapping: Mapping | None) -> TableMap | None:
+    """The entry of a map whose columns the table has."""
+    if mapping is None:
+        return None
+    fitting = [entry for entry in mapping.tables if not missing(table, entry)]
+    named = [entry for entry in fitting if entry.file == table.file and entry.sheet == table.sheet]
+    near = [entry for entry in fitting if entry.file == table.file or entry.sheet == table.sheet]
+    return next(iter([*named, *near, *fitting]), None)
+
+
+def missing(table: RawTable, entry: TableMap) -> list[str]:
+    """Names of columns that an entry needs and the table lacks."""
+    used = [column.column for column in entry.columns if column.to != NOT_USED]
+    return [name for name in (*entry.time.columns, *used) if table.column(name) is None]
+
+
+# ------------------------------------------------------------------------------------------------ answers
+
+
+def _answered(found: Finding, answers: Dict[str, str]) -> Finding:
+    """The finding with what its questions' answers say."""
+    for question in found.questions:
+        key = answers.get(question.id)
+        if key is None:
+            continue
+        found = _with_answer(
+            replace(found, questions=tuple(q for q in found.questions if q is not question)), question, key
         )
-        time = TimeMap(columns=self.time_columns, form=self.time.form)
-        return TableMap(file=self.table.file, sheet=self.table.sheet, time=time, columns=columns)
+    return found
 
 
-def guess_table(table: RawTable) -> TableGuess:
-    """Guesses for all columns of a table."""
-    names, form = _guess_time(table)
-    others = [column for column in table.columns if column.name not in names]
-    guesses = _once_each([_guess_column(column) for column in others])
-    if form is None:
-        return TableGuess(table, names, form, tuple(guesses))
-    time, _ = spread(seconds([c for name in names if (c := table.column(name))], form.form))
-    return TableGuess(table, names, form, tuple(_with_rates(guesses, time)))
+def _with_answer(found: Finding, question: Question, key: str) -> Finding:
+    answer = question.answer(key) or _as_number(question, key)
+    if answer is None:
+        known = ", ".join(answer.key for answer in question.answers)
+        raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {known}")
+    entry = ColumnMap.model_validate(yaml_of(answer.line.encode(), "answer")[0][0])
+    if entry.to == NOT_USED:
+        return found.unused("not used, as answered")
+    base = replace(found, sure="stated", why=(*found.why, "as answered"), bounded=(*found.bounded, question.about))
+    if question.about == "unit":
+        unit = UNITS.get(str(entry.unit))
+        return replace(base, unit=unit, factor=entry.factor, foreign="")
+    if question.about == "sign":
+        return replace(base, signed=True, sign=1 if entry.sign == "?" else entry.sign, offset=entry.offset)
+    may_be = (entry.to,)
+    same = quantities()[entry.to].dimension == base.dimension
+    signed = base.signed if len(found.may_be) == 1 else entry.to in meanings.unsigned()
+    return replace(base, may_be=may_be, unit=base.unit if same else None, signed=signed)
 
 
-# ------------------------------------------------------------------------------------------------ time
-
-
-def _guess_time(table: RawTable) -> tuple[tuple[str, ...], TimeGuess | None]:
-    """(columns of the time, their form) with the highest confidence; a form with a date before one without."""
-    scored = []
-    for place, column in enumerate(table.columns):
-        named = max(time_confidence(column.name), 0.3 if place == 0 else 0.0)
-        form = guess_form(column, column.unit or _time_unit(column.name))
-        if form is not None and (named or form.form not in ("seconds", "hhmmss", "day fraction", "minutes")):
-            share = 1.0 if named >= 0.9 else 0.85 if named else 0.7
-            dated = 0.02 if form.form in DATED else 0.0
-            scored.append((form.confidence * share + dated, column, replace(form, confidence=form.confidence * share)))
-    if not scored:
-        return (), None
-    _, column, form = max(scored, key=lambda entry: entry[0])
-    return _with_date(table, column, form)
-
-
-def _time_unit(name: str) -> str:
-    from .names import words
-
-    last = words(name)[-1:] or ("",)
-    return last[0] if last[0] in ("ms", "s", "min", "sec", "msec", "hhmmss") else ""
-
-
-def _with_date(table: RawTable, column: RawColumn, form: TimeGuess) -> tuple[tuple[str, ...], TimeGuess]:
-    """The time with the column of the date, where the time is a time of day or a date alone."""
-    if form.form in ("clock", "hhmmss", "day fraction"):
-        dates = [c for c in table.columns if c is not column and date_confidence(c.name)]
-        for date in dates:
-            own = guess_form(date, "")
-            if own is not None and own.form in ("iso", "day first", "month first", "excel"):
-                return (date.name, column.name), TimeGuess(own.form, min(own.confidence, form.confidence), own.reason)
-    if form.form in ("iso", "day first", "month first") and not any(":" in text for text in column.first(5)):
-        for clock in (c for c in table.columns if c is not column):
-            own = guess_form(clock, "")
-            if own is not None and own.form in ("clock", "hhmmss"):
-                return (column.name, clock.name), form
-    return (column.name,), form
-
-
-# ------------------------------------------------------------------------------------------------ columns
-
-
-def _guess_column(column: RawColumn) -> ColumnGuess:
-    quantity, confidence, reason = match(column.name)
-    if quantity is None:
-        return ColumnGuess(column, None, reason=reason)
-    if quantity in NOT_USED:
-        return ColumnGuess(column, None, reason=NOT_USED[quantity])
-    known = np.isfinite(column.numbers)
-    if not known.any():
-        if quantity in ("latitude", "longitude") and column.first(1):
-            return ColumnGuess(column, quantity, unit_of("dms"), 1, confidence, f"{reason}, degrees and minutes")
-        return ColumnGuess(column, quantity, reason="no numbers in the column")
-    unit, share, why = _unit(column, quantity)
-    return ColumnGuess(column, quantity, unit, 1, confidence * share, f"{reason}, {why}")
-
-
-def _unit(column: RawColumn, quantity: str) -> tuple[Unit | None, float, str]:
-    """(unit, share of confidence that is left, why)."""
-    dimension = QUANTITIES[quantity].dimension
-    if column.unit:
-        stated = unit_of(column.unit, dimension)
-        if stated is None:
-            return None, 0.0, f"unit {column.unit!r} is none of {quantity}"
-        return stated, *_sensible(column, quantity, stated, "unit stated")
-    _, suffix = split_unit(column.name)
-    if suffix is not None and suffix.dimension == dimension:
-        return suffix, *_sensible(column, quantity, suffix, "unit in the name")
-    return _unit_by_range(column, quantity)
-
-
-def _size(column: RawColumn) -> float:
-    known = np.abs(column.numbers[np.isfinite(column.numbers)])
-    return float(np.quantile(known, 0.99)) if known.size else 0.0
-
-
-def _limit(quantity: str) -> float:
-    dimension = QUANTITIES[quantity].dimension
-    if dimension == "angle":
-        return LARGEST.get(quantity, FULL_TURN)
-    return {"speed": FASTEST_M_S, "angular rate": FASTEST_RAD_S}.get(dimension, math.inf)
-
-
-def _sensible(column: RawColumn, quantity: str, unit: Unit, why: str) -> tuple[float, str]:
-    size = _size(column) * unit.factor
-    limit = MANY_TURNS if QUANTITIES[quantity].wraps else _limit(quantity)
-    if size > 1.02 * limit:
-        return 0.0, f"{why}, but values up to {_size(column):.4g} {unit.name} cannot be"
-    return 1.0, why
-
-
-def _unit_by_range(column: RawColumn, quantity: str) -> tuple[Unit | None, float, str]:
-    """The unit that the numbers allow, where neither name nor header say it."""
-    usual = unit_of(QUANTITIES[quantity].usual, QUANTITIES[quantity].dimension)
-    size = _size(column)
-    if QUANTITIES[quantity].dimension == "angle":
-        radians = size <= _limit(quantity)
-        if not radians:
-            return usual, 0.95, f"values up to {size:.4g} can only be degrees"
-        if QUANTITIES[quantity].wraps and size > 2.0:
-            return unit_of("rad", "angle"), 0.7, f"values up to {size:.4g}, taken as radians"
-        small = size < 0.8
-        return unit_of("rad", "angle") if small else usual, 0.55, "no unit stated, told by the range"
-    if QUANTITIES[quantity].dimension == "rotation" and size < 15.0:
-        return unit_of("rps"), 0.6, "no unit stated, told by the range"
-    return usual, 0.65, f"no unit stated, taken as {usual.name if usual else '?'}"
-
-
-def _once_each(guesses: Sequence[ColumnGuess]) -> list[ColumnGuess]:
-    """Of columns that are taken for the same quantity the surest stays, the others are kept aside."""
-    best: dict[str, ColumnGuess] = {}
-    for guess in guesses:
-        if guess.quantity and (guess.quantity not in best or guess.confidence > best[guess.quantity].confidence):
-            best[guess.quantity] = guess
-    return [g if g.quantity is None or best[g.quantity] is g else _set_aside(g, best[g.quantity]) for g in guesses]
-
-
-def _set_aside(guess: ColumnGuess, better: ColumnGuess) -> ColumnGuess:
-    reason = f"{guess.quantity} is taken from {better.column.name}"
-    return replace(guess, quantity=None, confidence=0.0, reason=reason)
-
-
-# ------------------------------------------------------------------------------------------------ against each other
-
-
-def _with_rates(guesses: Sequence[ColumnGuess], time: np.ndarray) -> list[ColumnGuess]:
-    """Unit and sign of the yaw rate from the heading's changes, where unit or sign are not certain otherwise."""
-    heading = next((g for g in guesses if g.quantity in ("heading", "heading_magnetic") and g.unit), None)
-    if heading is None or heading.unit is None:
-        return list(guesses)
-    out = []
-    for guess in guesses:
-        out.append(_checked_rate(guess, heading, time) if guess.quantity == "yaw_rate" and guess.unit else guess)
-    return out
-
-
-def _checked_rate(guess: ColumnGuess, heading: ColumnGuess, time: np.ndarray) -> ColumnGuess:
-    assert heading.unit is not None and guess.unit is not None
-    slope = rate_ratio(heading.column.numbers * heading.unit.factor, guess.column.numbers, time)
-    if slope is None:
-        return guess
-    stated = "no unit stated" not in guess.reason
-    sign = 1 if slope > 0.0 else -1
-    turned = "" if sign > 0 else "; its sign is opposite to the heading's"
-    units = (guess.unit,) if stated else candidates("angular rate")
-    best = min(units, key=lambda unit: abs(math.log(abs(slope) / unit.factor)))
-    miss = abs(abs(slope) / best.factor - 1.0)
-    if miss < 0.25:
-        confidence = min(0.95, max(guess.confidence, 0.9 if not stated else 0.95))
-        return replace(guess, unit=best, sign=sign, confidence=confidence, reason=f"agrees with the heading{turned}")
-    why = f"{guess.reason}, but the heading changes {abs(slope) / best.factor:.3g} times as fast"
-    if not stated:
-        return replace(guess, confidence=0.4, reason=why)
-    near = min(candidates("angular rate"), key=lambda unit: abs(math.log(abs(slope) / unit.factor)))
-    told = f"; {near.name}?" if abs(abs(slope) / near.factor - 1.0) < 0.1 else ""
-    return replace(guess, sign=sign, confidence=min(guess.confidence, 0.45), reason=why + told)
-
-
-def rate_ratio(angle: np.ndarray, rate: np.ndarray, time: np.ndarray) -> float | None:
-    """Changes of an angle (N,), rad, over those of the integral of a rate (N,); None where they do not correlate."""
-    known = np.isfinite(angle) & np.isfinite(rate) & np.isfinite(time)
-    if known.sum() < 20:
+def _as_number(question: Question, key: str) -> Answer | None:
+    """The answer that a number is: the first one with a factor, as much larger."""
+    try:
+        size = float(key)
+    except ValueError:
         return None
-    angle, rate, time = np.unwrap(angle[known]), rate[known], time[known]
-    integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2.0)])
-    window = max(1, min(known.sum() // 10, 50))
-    change, sum_ = angle[window:] - angle[:-window], integral[window:] - integral[:-window]
-    power = float(np.sum(sum_**2))
-    if power <= 0.0 or float(np.std(change)) < 0.1 * DEGREE:
+    scaled = next((a for a in question.answers if "factor:" in a.line or question.number), None)
+    if not question.number or scaled is None or not size:
         return None
-    correlation = float(np.sum(change * sum_) / math.sqrt(power * np.sum(change**2)))
-    return float(np.sum(change**2) / np.sum(change * sum_)) if abs(correlation) > 0.9 else None
+    made = next((a for a in question.answers if a.key.replace(".", "", 1).isdigit()), scaled)
+    entry = yaml_of(made.line.encode(), "answer")[0][0]
+    entry["factor"] = entry.get("factor", 1.0) * size / float(made.key)
+    import json
+
+    return Answer(key, f"{size:g}", f"- {json.dumps(entry)}")
+
+
+# ------------------------------------------------------------------------------------------------ checks
+
+
+def _not_through_water(found: Finding) -> Finding:
+    if found.quantity in NOT_USED_AS and "quantity" not in found.bounded:
+        return found.unused(NOT_USED_AS[str(found.quantity)])
+    return found
+
+
+def _checked(log: Log, found: Finding) -> Finding:
+    """The finding, with a question where physics or another channel contradicts what is stated."""
+    if found.quantity is None or found.questions or found.unit is None:
+        return found
+    if "unit" not in found.bounded:
+        if units_told.impossible(found):
+            size = f"values up to {units_told.size_of(found):.4g} {found.unit.name}"
+            able = [
+                u for u in candidates(found.dimension) if not units_told.impossible(replace(found, unit=u, factor=1.0))
+            ]
+            text = f"{found.column.name!r}: {size} cannot be. What is its unit?"
+            return ask_unit(replace(found, factor=1.0), text, able or None)
+        wrong = _contradicted(log, found)
+        if wrong is not None:
+            return wrong
+    if found.quantity == "yaw_rate" and found.signed and "sign" not in found.bounded:
+        return _turning_against(log, found)
+    if found.quantity == "heading" and found.signed and "sign" not in found.bounded:
+        against = signs_told.against_track(log, found)
+        if against:
+            return _ask_against(log, found, against)
+    return found
+
+
+def _ask_against(log: Log, found: Finding, against: str) -> Finding:
+    opened = signs_told.as_open(found)
+    asked = signs_told.ask(log, opened)
+    question = replace(asked.questions[-1], text=f"Which way does {found.column.name!r} count? {against}.")
+    return replace(asked, questions=(question,))
+
+
+def _turning_against(log: Log, found: Finding) -> Finding:
+    series = log.series(found)
+    for other, angle in log.all("heading"):
+        ratio = rate_ratio(angle, series) if series is not None else None
+        if ratio is not None and ratio < 0.0 and other.table.label:
+            name, own = other.column.name, found.convention
+            text = (
+                f"{found.column.name!r} is said to be {own}, and {name!r} says the opposite: which way is it positive?"
+            )
+            answers = [("starboard", "positive to starboard", {"sign": 1}), ("port", "positive to port", {"sign": -1})]
+            return ask_sign(replace(found, signed=False), text, answers)
+    return found
+
+
+def _contradicted(log: Log, found: Finding) -> Finding | None:
+    """The finding with a question for a unit that another channel contradicts; None where none does."""
+    assert found.unit is not None
+    raw = log.series(found, raw=True)
+    if raw is None or found.quantity not in ("yaw_rate", *units_told.SPEEDS[:1]):
+        return None
+    for name, size in units_told.sizes(log, found, raw):
+        ratio = size / (found.unit.factor * found.factor)
+        if CONFLICT[0] < ratio < CONFLICT[1]:
+            return None
+        near = nearest(size, candidates(found.dimension), 0.15)
+        units = [*([near] if near else []), found.unit]
+        text = (
+            f"{found.column.name!r} says {found.unit.name}, but {name} is {ratio:.3g} times as fast: what is its unit?"
+        )
+        return ask_unit(replace(found, factor=1.0), text, tuple(dict.fromkeys(units)))
+    return None
+
+
+def _ask_sign(log: Log, found: Finding) -> Finding:
+    if found.quantity is None or found.unit is None or found.signed or found.questions:
+        return found
+    told = _as_rudder(log, signs_told.by_channel(log, found))
+    return told if told.signed else signs_told.ask(log, found)
+
+
+# ------------------------------------------------------------------------------------------------ times
+
+
+def _settle_times(log: Log) -> None:
+    """The forms of times that are open, where a rate and its angle, or a speed and its track, tell the time's unit."""
+    for label, time in log.times.items():
+        if time.form is not None or len(time.forms) < 2 or set(time.forms) & {"day first", "month first"}:
+            continue
+        fitting = [form for form in time.forms if _fits(log, label, replace(time, likely=form))]
+        log.times[label] = time
+        log.forget_times(label)
+        if len(fitting) == 1:
+            form = fitting[0]
+            why = f"{form}: rates and angles, or speeds and positions, agree so"
+            log.times[label] = replace(time, form=form, likely=form, sure="other channel", why=why, question=None)
+
+
+def _fits(log: Log, label: str, time: TableTime) -> bool:
+    """Whether channels of a table agree with each other under a form of its time."""
+    log.times[label] = time
+    log.forget_times(label)
+    own = [f for f in log.findings if f.table.label == label and f.unit is not None and f.sure == "stated"]
+    rates = [f for f in own if f.quantity == "yaw_rate"]
+    angles = [f for f in own if f.quantity == "heading"]
+    for rate in rates:
+        for angle in angles:
+            one, two = log.series(angle), log.series(rate)
+            ratio = rate_ratio(one, two) if one and two else None
+            return ratio is not None and CONFLICT[0] < abs(ratio) < CONFLICT[1]
+    for name, track in speeds(list(log.tracks())):
+        for speed in (f for f in own if f.quantity in units_told.SPEEDS):
+            series = log.series(speed)
+            ratio = size_ratio(track, series) if series is not None and name else None
+            if ratio is not None:
+                return CONFLICT[0] < ratio < CONFLICT[1]
+    return False

@@ -22,17 +22,23 @@ from ..rudder_sign import rudder_sign_doubt, steering_side
 from .clock import FORMS, seconds, spread
 from .convert import Stream, stream_of
 from .derive import derive
-from .draft import NOT_USED, DraftColumn, Sure
-from .guess import SURE, ColumnGuess, TableGuess, guess_table
-from .mapping import Mapping, TableMap
+from .draft import NOT_USED, Answer, DraftColumn, Question
+from .finding import AS_RECORD, Finding
+from .guess import entry_of, examine, missing, stated_side
+from .log import Log
+from .mapping import ColumnMap, Mapping, TableMap, flow
 from .merge import Merged, merge
 from .raw import RawColumn, RawTable
-from .report import Fault, ImportReport, refuse_fatal, span
+from .report import Fault, ImportFault, ImportReport, refuse_fatal, span
 from .sources import read_raw
+from .times import TableTime
 
 Aside: TypeAlias = "dict[str, dict[str, Any]]"
 """Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
-MAP_HINT = "name it in a mapping (--map), with its unit"
+RUDDER_SIDE, VARIATION = "rudder side", "variation"
+"""Ids of the questions for the side of a positive rudder, and for the magnetic variation."""
+SURELY, SURELY_AGAINST = 0.4, 0.5
+"""Certainty of the yaw response from which on it tells the rudder's side, and contradicts what the file states."""
 SAME_RUN = 5.0
 """Steps after its end within which another file of the same columns goes on with a run."""
 
@@ -59,14 +65,20 @@ class Imported:
 
 @dataclass(frozen=True)
 class Drafted:
-    """What the columns of a log are taken for; `mapping` the same as a file, with what is open as '?'."""
+    """What the columns of a log are taken for; `mapping` the same as a file, with '?' where something is open.
+
+    columns : every column of every table.  questions : of columns, tables and the whole log.  faults : of the files.
+    """
 
     columns: tuple[DraftColumn, ...]
+    questions: tuple[Question, ...]
     mapping: Mapping | None
     faults: tuple[Fault, ...]
 
 
-def draft_tables(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> Drafted:
+def draft_tables(
+    tables: Sequence[RawTable], mapping: Mapping | None, options: Options, answers: Dict[str, str]
+) -> Drafted:
     """What every column of a log is taken for, and the questions that are open.
 
     Parameters
@@ -75,9 +87,10 @@ def draft_tables(tables: Sequence[RawTable], mapping: Mapping | None, answers: D
     mapping : what the columns are; None: told by the log.
     answers : id of a question -> key of its answer.
     """
-    guesses = [guess_table(table) for table in tables]
-    _, rows, faults = _matched(tables, mapping) if mapping else _guessed(guesses)
-    return Drafted(tuple(rows), mapping or _draft(guesses), tuple(faults))
+    try:
+        return _imported(tables, mapping, options, answers)[0]
+    except ImportFault as error:
+        return Drafted(error.columns, error.questions, error.draft, error.faults)
 
 
 def raw_series(tables: Sequence[RawTable], drafted: Drafted, label: str, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -106,40 +119,52 @@ def import_tables(
 
     Raises
     ------
-    ImportFault : whatever keeps the logs from being records, all faults at once.
+    ImportFault : whatever keeps the logs from being records, all faults and open questions at once.
     """
-    guesses = [] if mapping else [guess_table(table) for table in tables]
-    draft = _draft(guesses)
-    pairs, rows, faults = _matched(tables, mapping) if mapping else _guessed(guesses)
-    refuse_fatal(faults, rows, draft)
-    merged_options = _options(mapping, options)
+    return _imported(tables, mapping, options, answers)[1]
+
+
+def _imported(
+    tables: Sequence[RawTable], mapping: Mapping | None, options: Options, answers: Dict[str, str]
+) -> tuple[Drafted, Imported]:
+    log = examine(tables, mapping, answers)
+    drafted = _draft(tables, mapping, log)
+    rows, draft = drafted.columns, drafted.mapping
+    faults = list(drafted.faults)
+    refuse_fatal(faults, rows, draft, drafted.questions)
+    said = _options(mapping, options, answers)
     streams: list[tuple[Stream, RawTable]] = []
-    for table, entry in pairs:
-        stream, found = stream_of(table, entry)
+    used = draft or Mapping(tables=())
+    for table in tables:
+        entry = next((e for e in used.tables if (e.file, e.sheet) == (table.file, table.sheet)), None)
+        if entry is None:
+            continue
+        stream, found = stream_of(table, entry, zoned=log.times[table.label].zoned)
         faults += found
         streams += [(stream, table)] if stream is not None else []
-    if not any({"rudder", "rudder_command"} & s.quantities.keys() for s, _ in streams):
-        faults = _without_rudder(tables, faults)
     refuse_fatal(faults, rows, draft)
-    used = mapping or Mapping(tables=tuple(entry for _, entry in pairs))
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
-    records, aside = [], {}
+    records, aside, questions = [], {}, []
     for name, run in runs([stream for stream, _ in streams]):
-        merged, found = merge(run, merged_options.step_s)
+        merged, found = merge(run, said.step_s)
         faults += found
         if merged is None:
             continue
-        record, done, found = _record(name, merged, merged_options)
+        record, done, found, asked = _record(name, merged, said, log)
         steps += done
         faults += found
+        questions += asked
         records += [record] if record is not None else []
         aside |= _aside(merged, streams, used)
-    refuse_fatal(faults, rows, draft)
+    refuse_fatal(faults, rows, draft, tuple(dict.fromkeys(questions)))
     side = next((r.meta.positive_rudder for r in records), None)
-    said = merged_options
     facts = {"vessel": said.vessel, "step_s": said.step_s, "magnetic_variation_deg": said.variation_deg}
     used = used.model_copy(update={"positive_rudder": said.positive_rudder or side, **facts})
-    return Imported(tuple(records), used, ImportReport(tuple(rows), tuple(steps), tuple(faults)), aside)
+    rows = tuple(replace(r, sign=f"positive to {side}") if side and r.sign == AS_RECORD else r for r in rows)
+    report = ImportReport(rows, tuple(steps), tuple(faults))
+    return replace(drafted, columns=rows, mapping=used, faults=tuple(faults)), Imported(
+        tuple(records), used, report, aside
+    )
 
 
 def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
@@ -163,137 +188,133 @@ def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
     return tables
 
 
-def _options(mapping: Mapping | None, given: Options) -> Options:
-    """The options, those of the mapping where the user says nothing."""
+def _options(mapping: Mapping | None, given: Options, answers: Dict[str, str]) -> Options:
+    """The options, those of the mapping where the user says nothing, and what was answered."""
+    side = given.positive_rudder or (mapping.positive_rudder if mapping else None) or answers.get(RUDDER_SIDE)
+    variation = given.variation_deg
+    if variation is None and VARIATION in answers:
+        variation = float(answers[VARIATION])
+    given = replace(given, positive_rudder=side if side in ("port", "starboard") else None, variation_deg=variation)
     if mapping is None:
         return given
-    return Options(
-        given.vessel or mapping.vessel,
-        given.positive_rudder or mapping.positive_rudder,
-        given.step_s or mapping.step_s,
-        mapping.magnetic_variation_deg if given.variation_deg is None else given.variation_deg,
+    return replace(
+        given,
+        vessel=given.vessel or mapping.vessel,
+        step_s=given.step_s or mapping.step_s,
+        variation_deg=mapping.magnetic_variation_deg if given.variation_deg is None else given.variation_deg,
     )
 
 
 # ------------------------------------------------------------------------------------------------ columns
 
 
-def _draft(guesses: Sequence[TableGuess]) -> Mapping | None:
-    """A mapping with every guess however unsure, to be changed by hand."""
-    entries = [entry for guess in guesses if (entry := guess.mapping(least=0.0)) is not None]
-    return Mapping(tables=tuple(entries)) if entries else None
-
-
-def _guessed(
-    guesses: Sequence[TableGuess],
-) -> tuple[list[tuple[RawTable, TableMap]], list[DraftColumn], list[Fault]]:
-    """Tables with their guessed mappings, a row a column, and tables that cannot be used."""
-    rows = [row for guess in guesses for row in _guess_rows(guess)]
-    pairs = [(guess.table, entry) for guess in guesses if (entry := guess.mapping()) is not None]
-    faults = [_unused(guess, fatal=not pairs) for guess in guesses if guess.mapping() is None]
-    faults += [
-        _unsure(guess.table, g) for guess in guesses for g in guess.columns if g.quantity and g.confidence < SURE
-    ]
-    return pairs, rows, faults
-
-
-def _unused(guess: TableGuess, fatal: bool) -> Fault:
-    names = ", ".join(column.name for column in guess.table.columns)
-    if guess.time is None:
-        hint = "name the time's column and form in a mapping (--map)"
-        return Fault(guess.table.label, f"no column looks like a time; columns: {names}", hint, fatal=fatal)
-    said = f"no column has a name and a unit that are known; columns: {names}"
-    return Fault(guess.table.label, said, "name them in a mapping (--map)", fatal=fatal)
-
-
-def _unsure(table: RawTable, guess: ColumnGuess) -> Fault:
-    hint = f"kept aside; {MAP_HINT}"
-    return Fault(table.label, f"{guess.quantity}? {guess.reason}", hint, column=guess.column.name)
-
-
-def _guess_rows(guess: TableGuess) -> list[DraftColumn]:
-    table = guess.table
-    rows = []
-    for name in guess.time_columns:
-        column = table.column(name)
-        if column is not None and guess.time is not None:
-            rows.append(_row_of(table, column, "time", guess.time.form, 1, guess.time.reason, "stated"))
-    for g in guess.columns:
-        used = g.quantity is not None and g.unit is not None and g.confidence >= SURE
-        unit = g.unit.name if g.unit is not None else g.column.unit
-        to = str(g.quantity) if used else NOT_USED
-        why = g.reason if used or g.quantity is None else f"{g.quantity}? {g.reason}"
-        rows.append(_row_of(table, g.column, to, unit, g.sign, why, _sure(g.reason)))
-    return rows
-
-
-def _sure(reason: str) -> Sure:
-    if "agrees with" in reason:
-        return "other channel"
-    if "can only be" in reason:
-        return "physics"
-    return "guess" if "no unit stated" in reason else "stated"
-
-
-def _row_of(table: RawTable, column: RawColumn, to: str, unit: str, sign: int, why: str, sure: Sure) -> DraftColumn:
-    turned = "turned round" if sign < 0 else ""
-    return DraftColumn(table.label, column.name, to, unit, turned, why, sure, (), *span(column.numbers), column.first())
-
-
-def _matched(
-    tables: Sequence[RawTable], mapping: Mapping
-) -> tuple[list[tuple[RawTable, TableMap]], list[DraftColumn], list[Fault]]:
-    """Tables with the entries of a mapping whose columns they have."""
-    pairs, rows, faults = [], [], []
-    for table in tables:
-        fitting = [entry for entry in mapping.tables if not _missing(table, entry)]
-        named = [entry for entry in fitting if entry.file == table.file or entry.sheet == table.sheet]
-        if fitting:
-            entry = (named or fitting)[0]
-            pairs.append((table, entry))
-            rows += _mapped_rows(table, entry)
-            continue
-        near = min(mapping.tables, key=lambda entry: len(_missing(table, entry)))
-        said = f"the mapping needs column {_missing(table, near)[0]!r}, which this table lacks"
-        has = ", ".join(column.name for column in table.columns)
-        faults.append(Fault(table.label, said, f"it has {has}", fatal=not table.sheet))
-    if not pairs and not any(fault.fatal for fault in faults):
+def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log) -> Drafted:
+    """A row a column, the questions, and a map with all of it."""
+    rows = [row for table in tables for row in _rows(table, log)]
+    timed = [time.question for time in log.times.values() if time.question is not None]
+    used = {f.table.label for f in log.findings if f.may_be}
+    timed = [question for question in timed if question.table in used]
+    questions = [*timed, *(question for f in log.findings for question in f.questions)]
+    faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
+    questions += _without_channels(tables, log) if not faults else []
+    entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
+    if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]
-    return pairs, rows, faults
+    made = Mapping(tables=entries) if entries else None
+    if made is not None and mapping is not None:
+        made = mapping.model_copy(update={"tables": entries})
+    return Drafted(tuple(rows), tuple(questions), made, tuple(faults))
 
 
-def _missing(table: RawTable, entry: TableMap) -> list[str]:
-    names = [*entry.time.columns, *(column.column for column in entry.columns)]
-    return [name for name in names if table.column(name) is None]
+def _mismatch(table: RawTable, mapping: Mapping) -> Fault:
+    """Why no entry of a map is that of a table."""
+    near = min(mapping.tables, key=lambda entry: len(missing(table, entry)))
+    said = f"the mapping needs column {missing(table, near)[0]!r}, which this table lacks"
+    has = ", ".join(column.name for column in table.columns)
+    return Fault(table.label, said, f"it has {has}", fatal=not table.sheet)
 
 
-def _mapped_rows(table: RawTable, entry: TableMap) -> list[DraftColumn]:
-    said = {column.column: (column.to, column.unit, column.sign) for column in entry.columns}
-    said |= {name: ("time", entry.time.form, 1) for name in entry.time.columns}
-    rows = []
-    for column in table.columns:
-        told = said.get(column.name, (NOT_USED, column.unit, 1))
-        why = "mapping" if column.name in said else "not in the mapping"
-        rows.append(_row_of(table, column, *told, why, "stated"))
-    return rows
+def _entry(table: RawTable, mapping: Mapping | None, log: Log) -> TableMap:
+    """The entry of a table in a map: every column of it."""
+    given = entry_of(table, mapping)
+    own = [f for f in log.findings if f.table is table]
+    offset = given.clock_offset_s if given is not None else None
+    time = log.times[table.label].map()
+    columns = tuple(_column_map(f) for f in own)
+    return TableMap(file=table.file, sheet=table.sheet, time=time, clock_offset_s=offset, columns=columns)
 
 
-def _without_rudder(tables: Sequence[RawTable], faults: Sequence[Fault]) -> list[Fault]:
-    """The faults, with why no rudder is known as a fatal one."""
-    near = [fault for fault in faults if fault.message.startswith("rudder")]
-    if near or any(fault.fatal for fault in faults):
-        return [replace(f, fatal=f.fatal or f in near, hint=MAP_HINT if f in near else f.hint) for f in faults]
-    return [*faults, _no_rudder(tables)]
-
-
-def _no_rudder(tables: Sequence[RawTable]) -> Fault:
-    names = ", ".join(column.name for table in tables for column in table.columns)
-    return Fault(
-        tables[0].label,
-        f"no column is surely the rudder angle; columns: {names}",
-        MAP_HINT,
-        fatal=True,
+def _column_map(found: Finding) -> ColumnMap:
+    if not found.may_be:
+        return ColumnMap(column=found.column.name, to=NOT_USED)
+    if found.quantity is None or any(question.about == "quantity" for question in found.questions):
+        return ColumnMap(column=found.column.name, to="?")
+    asked = {question.about for question in found.questions}
+    return ColumnMap(
+        column=found.column.name,
+        to=found.quantity,
+        unit="?" if found.unit is None or "unit" in asked else found.unit.name,
+        sign="?" if not found.signed else -1 if found.sign < 0 else 1,
+        factor=found.factor,
+        offset=found.offset,
     )
+
+
+def _rows(table: RawTable, log: Log) -> list[DraftColumn]:
+    time = log.times[table.label]
+    own = {f.column.name: f for f in log.findings if f.table is table}
+    return [
+        _row(own[column.name]) if column.name in own else _time_row(table, column, time) for column in table.columns
+    ]
+
+
+def _time_row(table: RawTable, column: RawColumn, time: TableTime) -> DraftColumn:
+    asked = (time.question,) if time.question is not None else ()
+    values = span(column.numbers)
+    why = time.why if time.zoned else f"{time.why}; the zone is not stated"
+    return DraftColumn(
+        table.label, column.name, "time", time.form or "", "", why, time.sure, asked, *values, column.first()
+    )
+
+
+def _row(found: Finding) -> DraftColumn:
+    column = found.column
+    quantity = found.may_be[0] if found.may_be else NOT_USED
+    unit = found.unit.name if found.unit is not None else column.unit if not found.may_be else ""
+    unit = f"{found.factor:g} {unit}" if found.factor != 1.0 else unit
+    why = "; ".join(dict.fromkeys(found.why))
+    values = span(column.numbers)
+    return DraftColumn(
+        found.table.label, column.name, quantity, unit, found.convention, why, found.sure, found.questions, *values,
+        column.first(),
+    )  # fmt: skip
+
+
+def _without_channels(tables: Sequence[RawTable], log: Log) -> list[Question]:
+    """Questions for the column of the rudder, and for one that tells the turning, where none is known or asked."""
+    may_be = {quantity for f in log.findings for quantity in f.may_be}
+    asked = []
+    for key, wanted, what in (
+        ("rudder", ("rudder", "rudder_command"), "the rudder angle"),
+        ("turning", ("heading", "heading_magnetic", "yaw_rate"), "the heading or the yaw rate"),
+    ):
+        if not may_be & set(wanted) and not (key == "turning" and may_be & {"latitude", "north"}):
+            asked.append(_which_column(tables, log, key, wanted, what))
+    return asked
+
+
+def _which_column(tables: Sequence[RawTable], log: Log, key: str, wanted: Sequence[str], what: str) -> Question:
+    able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.numbers[np.isfinite(f.column.numbers)]) > 0]
+    answers = tuple(
+        Answer(f"{f.table.label}/{f.column.name}/{quantity}", f"{f.column.name} is the {quantity.replace('_', ' ')}",
+               flow({"column": f.column.name, "to": quantity, "unit": "?"}))
+        for f in able
+        for quantity in (wanted if key == "turning" else wanted[:1])
+        if quantity != "heading_magnetic"
+    )  # fmt: skip
+    names = ", ".join(column.name for table in tables for column in table.columns)
+    text = f"No column is known to be {what}: which one is it? Columns: {names}."
+    return Question(key, "quantity", tables[0].label, "", text, answers)
 
 
 # ------------------------------------------------------------------------------------------------ runs
@@ -344,26 +365,43 @@ def _goes_on(first: Stream, second: Stream) -> bool:
     return same and 0.0 < gap < SAME_RUN * max(first.step, second.step)
 
 
-def _record(name: str, merged: Merged, options: Options) -> tuple[Record | None, list[str], list[Fault]]:
-    """The record of a run, what was done, and faults."""
+def _record(
+    name: str, merged: Merged, options: Options, log: Log
+) -> tuple[Record | None, list[str], list[Fault], list[Question]]:
+    """The record of a run, what was done, faults, and what is asked."""
     made = derive(name, merged.time, merged.quantities, options.variation_deg)
     channels, constant = _living(name, made.found)
     faults = [*made.faults, *constant]
     known = np.isfinite(np.array(list(channels.values()))).any(axis=0) if channels else np.zeros(0, dtype=bool)
     if known.sum() < MIN_SAMPLES:
         fault = Fault(name, f"{int(known.sum())} samples", f"a record needs {MIN_SAMPLES}", fatal=True)
-        return None, [], [*faults, fault]
+        return None, [], [*faults, fault], []
     start = float(merged.time[0])
-    meta = RecordMeta(vessel=options.vessel, source=", ".join(s.label for s in merged.streams), extra=made.facts)
-    if merged.dated:
-        stamp = datetime.datetime.fromtimestamp(start, datetime.UTC).isoformat(timespec="milliseconds")
-        meta.extra["start_utc"] = stamp
+    facts = made.facts | _start(merged)
+    meta = RecordMeta(vessel=options.vessel, source=", ".join(s.label for s in merged.streams), extra=facts)
     record = Record(merged.time - start, channels, name, meta)
-    record, told, more = _signed(record, options.positive_rudder)
+    record, told, more, asked = _signed(record, options.positive_rudder, log)
+    if "heading_magnetic" in merged.quantities and "heading" not in merged.quantities and made.variation is None:
+        asked.append(_variation_question(name))
     more += [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
     notes = "; ".join(map(str, [*faults, *more])) or None
     record = replace(record, meta=replace(record.meta, notes=notes))
-    return record, [*merged.steps, *made.steps, *told], [*faults, *more]
+    return record, [*merged.steps, *made.steps, *told], [*faults, *more], asked
+
+
+def _start(merged: Merged) -> dict[str, str]:
+    """The first time of a run with a date: in UTC where the file states that its times are."""
+    if not merged.dated:
+        return {}
+    stamp = datetime.datetime.fromtimestamp(float(merged.time[0]), datetime.UTC).isoformat(timespec="milliseconds")
+    zoned = any(stream.zoned for stream in merged.streams if stream.dated)
+    return {"start_utc": stamp} if zoned else {"start_of_unknown_zone": stamp.removesuffix("+00:00")}
+
+
+def _variation_question(name: str) -> Question:
+    text = "The heading is magnetic and no variation is known: how many degrees to east is it?"
+    answers = (Answer("0", "0: use it as true heading", "magnetic_variation_deg: 0"),)
+    return Question(VARIATION, "quantity", name, "", text, answers, "degrees to east: magnetic_variation_deg: NUMBER")
 
 
 def _living(name: str, found: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Fault]]:
@@ -382,26 +420,48 @@ def _living(name: str, found: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarr
     return kept, faults
 
 
-def _signed(record: Record, given: Side | None) -> tuple[Record, list[str], list[Fault]]:
-    """The record with the side of its positive rudder: as given, or told by the yaw response."""
+def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[str], list[Fault], list[Question]]:
+    """The record with the side of its positive rudder: as given, as the file states it, or told by the yaw response."""
     if given is not None:
         record = replace(record, meta=replace(record.meta, positive_rudder=given))
         doubt = rudder_sign_doubt(record)
         hint = "check --positive-rudder, or the signs of rudder and heading"
         said = f"the ship turns against a rudder that is positive to {given}"
-        return record, [], [Fault(record.name, said, hint)] if doubt else []
+        return record, [], [Fault(record.name, said, hint)] if doubt else [], []
+    stated = stated_side(log)
     told = steering_side(record)
-    if told is None:
+    if stated and (told is None or told[0] == stated or told[1] < SURELY_AGAINST):
+        record = replace(record, meta=replace(record.meta, positive_rudder=stated))
+        return record, [f"{record.name}: positive rudder to {stated}, as the file states"], [], []
+    if told is not None and not stated and told[1] >= SURELY:
+        record = replace(record, meta=replace(record.meta, positive_rudder=told[0]))
+        return (
+            record,
+            [f"{record.name}: positive rudder turns the ship to {told[0]} (confidence {told[1]:.0%})"],
+            [],
+            [],
+        )
+    if np.ptp(record.rudder()[np.isfinite(record.rudder())]) == 0.0:
         hint = "give --positive-rudder port or starboard"
-        return record, [], [Fault(record.name, "the yaw response does not tell the rudder's sign", hint)]
-    record = replace(record, meta=replace(record.meta, positive_rudder=told[0]))
-    return record, [f"{record.name}: positive rudder turns the ship to {told[0]} (confidence {told[1]:.0%})"], []
+        return record, [], [Fault(record.name, "the yaw response does not tell the rudder's sign", hint)], []
+    text = "To which side does a positive rudder turn the ship? " + (
+        f"The file says to {stated}, and the yaw response the other side."
+        if stated
+        else "The yaw response does not tell."
+    )
+    return record, [], [], [_side_question(text, told[0] if told else "starboard")]
+
+
+def _side_question(text: str, first: str) -> Question:
+    sides = sorted(("starboard", "port"), key=lambda side: side != first)
+    answers = tuple(Answer(side, f"to {side}", f"positive_rudder: {side}") for side in sides)
+    return Question(RUDDER_SIDE, "rudder side", "", "", text, answers)
 
 
 def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], mapping: Mapping) -> Aside:
     """Columns of the run's tables that are no channel, over the record's time; not where the time alone is left."""
     out: Aside = {}
-    channels = {column.column for table in mapping.tables for column in table.columns}
+    channels = {c.column for table in mapping.tables for c in table.columns if c.to != NOT_USED}
     times = {name for table in mapping.tables for name in table.time.columns}
     for run in merged.streams:
         for stream, table in tables:
@@ -412,4 +472,8 @@ def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], mapping: M
                 time = stream.time + run.shift_s - merged.time[0]
                 own: dict[str, list[object]] = {c.name: [c.values[i] for i in stream.kept] for c in rest}
                 out[table.label] = {"time_s": time.tolist(), **own}
+    for _, table in tables:
+        if table.faults:
+            lines, wrong, texts = map(list, zip(*table.faults, strict=True))
+            out[f"{table.label}, lines left out"] = {"line": lines, "what is wrong": wrong, "text": texts}
     return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -9,14 +10,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .raw import GAPS, RawColumn, RawTable, is_number
-from .units import is_unit, tidy
+from .beside import with_notes, with_sides
+from .cells import GAPS, is_number, table_style
+from .headers import says_unit, sign_stated
+from .raw import RawColumn, RawTable, Rejected
+from .units import tidy
 
 TAIL = r"[-+\d:.,TZ ]*(?:[AaPp][Mm]|UTC|GMT|LT)?"
 TIME_LIKE = re.compile(
     rf"\d{{1,4}}([-./:]\d{{1,2}}){{1,2}}{TAIL}|\d{{8}}T?\d*{TAIL}|\d{{1,2}}[- ][A-Za-z]{{3}}[- ]\d{{2,4}}{TAIL}"
 )
 POSITION = re.compile(r"\d{1,3}[°\s]\s*\d{1,2}.*[NSEW]?\s*")
+LETTERED = re.compile(r"[A-Za-z]{0,9}\s*[+-]?\d+(?:[.,]\d+)?\s*[A-Za-z°/%]{0,9}")
+"""A number with the letters of a side, a hemisphere or a unit."""
+WITH_UNIT = re.compile(r"[+-]?\d+(?:[.,]\d+)?\s*[A-Za-z°/%]{1,8}")
 IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[({](?P<unit>[^\])}]*)[\])}]\s*$")
 NUMBERED = re.compile(
     r"^\W*(?:col(?:umn)?|spalte|channel|kanal|ch)?\.?\s*#?(?P<number>\d{1,3})\s*[:=.)\-]\s*(?P<name>\S.*)$",
@@ -44,18 +51,37 @@ class Layout:
     start: int
     width: int
     done: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Header:
+    """Names and units (k) of the columns, what was done, and the other lines above the data."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    done: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 def is_value(cell: str) -> bool:
     """Whether a cell is a number, a time, an angle in degrees and minutes, or empty."""
     cell = cell.strip()
-    return cell.lower() in GAPS or is_number(cell) or bool(TIME_LIKE.fullmatch(cell) or POSITION.fullmatch(cell))
+    return (
+        cell.lower() in GAPS
+        or is_number(cell)
+        or any(pattern.fullmatch(cell) for pattern in (TIME_LIKE, POSITION, LETTERED))
+    )
 
 
 def is_data(cells: Sequence[str]) -> bool:
     """Whether a row holds data: at least one value, and most of its cells are values."""
     told = [cell for cell in cells if cell.strip()]
-    return len(told) > 0 and sum(map(is_value, told)) >= 0.5 * len(told) and any(is_number(c) for c in told)
+    return (
+        len(told) > 0
+        and sum(map(is_value, told)) >= 0.5 * len(told)
+        and any(is_number(c) or WITH_UNIT.fullmatch(c.strip()) for c in told)
+    )
 
 
 def find_layout(lines: Sequence[Line]) -> Layout | None:
@@ -70,12 +96,12 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     if start is None:
         return None
     head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells)]
-    names, units, done = _header(head, width)
-    return Layout(names, units, start, width, done)
+    header = _header(head, [line for line in lines[start:] if not line.comment], width)
+    return Layout(header.names, header.units, start, width, header.done, header.notes)
 
 
-def _header(head: Sequence[Line], width: int) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
-    """(names, units, what was done) from the lines above the data."""
+def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
+    """The header from the lines above the data."""
     near = [line for line in head[-4:] if _could_be_header(line.cells, width)]
     done = []
     units = [""] * width
@@ -83,37 +109,85 @@ def _header(head: Sequence[Line], width: int) -> tuple[tuple[str, ...], tuple[st
         units = [cell.strip().strip("[]()") for cell in _fitted(near[-1].cells, width)]
         done.append(f"line {near[-1].number} is a row of units")
         near = near[:-1]
-    names = _fitted(near[-1].cells, width) if near else []
-    if not near:
-        listed = _listed_names(head)
-        names = [listed.get(i + 1, "") for i in range(width)]
-        done += ["the names of the columns are listed in the comment lines"] if listed else []
-    split = [_name_and_unit(name) for name in names]
-    units = [own or unit for (_, own), unit in zip(split, units, strict=True)]
-    texts = _distinct([name or f"column {i + 1}" for i, (name, _) in enumerate(split)])
+    names = _placed(near[-1].cells, body, width) if near else [""] * width
     used = {line.number for line in near[-1:]}
+    if len(near) > 1 and _is_group_row(near[-2].cells, names):
+        names = _with_groups(_fitted(near[-2].cells, width), names)
+        used |= {near[-2].number}
+        done.append(f"line {near[-2].number} names groups of columns")
+    if not near and (listed := _listed_names(head)):
+        names = [listed.get(i + 1, "") for i in range(width)]
+        done += ["the names of the columns are listed in the comment lines"]
     above = [line for line in head if line.number not in used]
     if above:
         done.append(f"{len(above)} line{'s' if len(above) > 1 else ''} above the header not used as data")
-    return tuple(texts), tuple(units), tuple(done)
+    split = [_name_and_unit(name) for name in names]
+    units = [own or unit for (_, own), unit in zip(split, units, strict=True)]
+    texts = _distinct([name or f"column {i + 1}" for i, (name, _) in enumerate(split)])
+    return Header(tuple(texts), tuple(units), tuple(done), tuple(" ".join(line.cells).strip() for line in above))
 
 
 def _could_be_header(cells: Sequence[str], width: int) -> bool:
-    cells = _stripped(cells)
-    return (len(cells) in (width, width - 1) and not any(is_number(cell) for cell in cells)) or (
-        len(cells) == width and _units_row(cells, width)
-    )
+    filled = [cell for cell in _stripped(cells) if cell]
+    if any(is_number(cell) for cell in filled):
+        return False
+    return len(_whole_brackets(cells)) in (width, width - 1) or (len(filled) >= 1 and _units_row(cells, width))
+
+
+def _whole_brackets(cells: Sequence[str]) -> list[str]:
+    """Cells without empty ones at the end; a cell that was cut within brackets is one again."""
+    out: list[str] = []
+    for cell in _stripped(cells):
+        cut = out and sum(out[-1].count(x) for x in "[(") > sum(out[-1].count(x) for x in "])")
+        if cut:
+            out[-1] = f"{out[-1]},{cell}"
+        else:
+            out.append(cell)
+    return out
+
+
+def _placed(cells: Sequence[str], body: Sequence[Line], width: int) -> list[str]:
+    """The names over the columns: one that is missing is that of an index in front, or that of the last column."""
+    names = _whole_brackets(cells)
+    first = [line.cells[0].strip() for line in body[:SAMPLE] if line.cells]
+    if len(names) == width - 1 and len(cells) < width and _counts(first):
+        return ["", *names]
+    return [*names, *[""] * width][:width]
+
+
+def _counts(cells: Sequence[str]) -> bool:
+    """Whether cells count rows: whole numbers that rise by one."""
+    if len(cells) < 3 or not all(cell.isdigit() for cell in cells):
+        return False
+    return all(int(b) == int(a) + 1 for a, b in itertools.pairwise(cells))
+
+
+def _is_group_row(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a row above the names names groups of columns: several cells are filled, and fewer than there are names,
+    or names are missing or stand twice below it."""
+    filled = [cell for cell in _stripped(cells) if cell]
+    below = [name for name in names if name]
+    return len(filled) > 1 and (len(filled) < len(names) or len(below) < len(names) or len(set(below)) < len(below))
+
+
+def _with_groups(groups: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Names with that of their group before them; a group reaches to the next one, over columns that have a name."""
+    out, group = [], ""
+    for own, name in zip(groups, names, strict=True):
+        group = own or (group if name else "")
+        out.append(f"{group} {name}".strip() if group != name else name)
+    return out
 
 
 def _units_row(cells: Sequence[str], width: int) -> bool:
     told = [cell for cell in _stripped(cells) if cell.strip()]
-    known = sum(is_unit(cell) for cell in told)
+    known = sum(says_unit(cell) or bool(sign_stated(f"({cell})")[0]) for cell in told)
     return len(_stripped(cells)) <= width and known >= 1 and known >= 0.6 * len(told)
 
 
 def _stripped(cells: Sequence[str]) -> list[str]:
     """The cells without empty ones at the end."""
-    out = [cell.strip() for cell in cells]
+    out = [" ".join(cell.split()) for cell in cells]
     while out and not out[-1]:
         out.pop()
     return out
@@ -131,12 +205,13 @@ def _listed_names(head: Sequence[Line]) -> dict[int, str]:
 
 
 def _name_and_unit(text: str) -> tuple[str, str]:
+    """(name, unit) of `name [unit]`; a text in brackets that is no unit belongs to the name."""
     text = text.strip().strip("\"'")
     match = IN_BRACKETS.match(text)
-    if match and match["name"]:
+    if match and match["name"] and says_unit(match["unit"]):
         return match["name"].strip(), match["unit"].strip()
     name, separator, unit = text.rpartition(" in ")
-    return (name.strip(), unit.strip()) if separator and is_unit(unit) and tidy(unit) else (text, "")
+    return (name.strip(), unit.strip()) if separator and says_unit(unit) and tidy(unit) else (text, "")
 
 
 def _distinct(names: Sequence[str]) -> list[str]:
@@ -156,19 +231,22 @@ def table_of(lines: Sequence[Line], file: str, sheet: str, done: Sequence[str]) 
     body = [line for line in lines[layout.start :] if any(cell.strip() for cell in line.cells)]
     kept, faults, notes = _sorted_out(body, layout)
     cells = list(zip(*(line.cells for line in kept), strict=True)) if kept else [()] * layout.width
+    style = table_style(cells)
     columns = [
-        RawColumn(name, unit, tuple(values))
+        RawColumn(name, unit, tuple(values), style=style)
         for name, unit, values in zip(layout.names, layout.units, cells, strict=True)
         if not (name.startswith("column ") and not any(value.strip() for value in values))
     ]
     rows = np.array([line.number for line in kept], dtype=int)
-    return RawTable(file, tuple(columns), rows, sheet, file, (*done, *layout.done, *notes), tuple(faults))
+    columns = with_sides(with_notes(columns, layout.notes))
+    said = (*done, *layout.done, *notes)
+    return RawTable(file, tuple(columns), rows, sheet, file, layout.notes, said, tuple(faults))
 
 
-def _sorted_out(body: Sequence[Line], layout: Layout) -> tuple[list[Line], list[tuple[int, str]], list[str]]:
+def _sorted_out(body: Sequence[Line], layout: Layout) -> tuple[list[Line], list[Rejected], list[str]]:
     """(rows of data, rows that are not, what was left out without harm)."""
     kept: list[Line] = []
-    faults: list[tuple[int, str]] = []
+    faults: list[Rejected] = []
     comments = headers = 0
     for line in body:
         if line.comment:
@@ -178,7 +256,7 @@ def _sorted_out(body: Sequence[Line], layout: Layout) -> tuple[list[Line], list[
         elif len(line.cells) == layout.width:
             kept.append(line)
         else:
-            faults.append((line.number, f"{len(line.cells)} cells under {layout.width} columns"))
+            faults.append((line.number, f"{len(line.cells)} cells under {layout.width} columns", ",".join(line.cells)))
     done = [f"{comments} comment lines between the data left out"] if comments else []
     return kept, faults, done + ([f"{headers} repeated header lines left out"] if headers else [])
 

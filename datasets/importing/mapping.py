@@ -2,52 +2,75 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Mapping as Dict
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from ...models.yaml_file import FileContent, checked, read_yaml
 from .clock import FORMS, Form
 from .draft import NOT_USED
-from .quantities import QUANTITIES
+from .quantities import quantities
 from .units import UNITS
 
+if TYPE_CHECKING:
+    from .draft import DraftColumn
+
 VERSION = 1
+PLAIN = re.compile(r"[A-Za-z_](?:[A-Za-z0-9_ /%.]*[A-Za-z0-9_/%])?")
+WORDS_OF_YAML = frozenset({"yes", "no", "on", "off", "y", "n", "t", "f", "true", "false", "null"})
 HEAD = """\
 # How the columns of a log become channels of a record (helmbench import --map).
-# to: {quantities}
+# to: {quantities}, not used
 # unit: {units}
-# sign: -1 turns a column round.  Columns that are not named here are kept aside.
+# value = sign * unit * (factor * number) + offset * unit; sign: -1 turns a column round.
+# '?' is open: put an answer there.
 # time, form: {forms}
 """
 
 
 class ColumnMap(FileContent):
-    """One column: its name in the log, the quantity, the unit of its numbers, and 1 or -1."""
+    """One column: its name in the log, the quantity, the unit of its numbers, 1 or -1, and a scale; '?' is open."""
 
     column: str
     to: str
-    unit: str
-    sign: Literal[1, -1] = 1
+    unit: str | None = None
+    sign: Literal[1, -1, "?"] = 1
+    factor: Annotated[float, Field(allow_inf_nan=False)] = 1.0
+    offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
     @model_validator(mode="after")
     def check_quantity(self) -> ColumnMap:
-        if self.to not in QUANTITIES:
-            raise ValueError(f"needs one of {', '.join(QUANTITIES)} as 'to', not {self.to}")
-        needed = QUANTITIES[self.to].dimension
-        if self.unit not in UNITS or UNITS[self.unit].dimension != needed:
-            known = ", ".join(unit.name for unit in UNITS.values() if unit.dimension == needed)
-            raise ValueError(f"needs a unit of {self.to}, which are {known}, not {self.unit}")
+        if self.to in (NOT_USED, "?"):
+            return self
+        known = quantities()
+        if self.to not in known:
+            raise ValueError(f"needs one of {', '.join(known)} or {NOT_USED} as 'to', not {self.to}")
+        needed = known[self.to].dimension
+        if self.unit != "?" and (self.unit not in UNITS or UNITS[self.unit].dimension != needed):
+            units = ", ".join(unit.name for unit in UNITS.values() if unit.dimension == needed)
+            raise ValueError(f"needs a unit of {self.to}, which are {units}, not {self.unit}")
         return self
 
 
 class TimeMap(FileContent):
-    """The time: its column, or those of date and time of day, and its form."""
+    """The time: its column, or those of date and time of day, and its form; of rows without a time their step."""
 
-    columns: Annotated[tuple[str, ...], Field(min_length=1, max_length=2)]
-    form: Form
+    columns: Annotated[tuple[str, ...], Field(max_length=2)] = ()
+    form: Form | Literal["?"]
+    step_s: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def check_columns(self) -> TimeMap:
+        if self.form == "rows" and self.step_s is None:
+            raise ValueError("needs step_s, the seconds between the rows, where the form is rows")
+        if not self.columns and self.form not in ("rows", "?"):
+            raise ValueError("needs the column of the time")
+        return self
 
 
 class TableMap(FileContent):
@@ -102,16 +125,85 @@ def with_columns(mapping: Mapping, said: Dict[tuple[str, str], Dict[str, Any]]) 
     tables: list[dict[str, Any]] = []
     for table in mapping.tables:
         own = {column: entry for (label, column), entry in said.items() if label == table.label}
-        kept = [column.model_dump() for column in table.columns if column.column not in own]
-        kept += [{"column": column, **entry} for column, entry in own.items() if entry["to"] != NOT_USED]
-        tables.append(table.model_dump() | {"columns": kept})
+        columns = [_changed(column, own.get(column.column)) for column in table.columns]
+        known = {column.column for column in table.columns}
+        columns += [{"column": name, **entry} for name, entry in own.items() if name not in known]
+        tables.append(table.model_dump() | {"columns": columns})
     return checked(Mapping, mapping.model_dump() | {"tables": tables}, Path("mapping"))
 
 
-def mapping_text(mapping: Mapping) -> str:
-    """The mapping as YAML, with what may stand in it at its head."""
-    import yaml
+def _changed(column: ColumnMap, entry: Dict[str, Any] | None) -> dict[str, Any]:
+    """A column as the user says; its scale stays where quantity and unit do."""
+    before = column.model_dump()
+    if entry is None:
+        return before
+    if entry["to"] == NOT_USED:
+        return {"column": column.column, "to": NOT_USED}
+    same = entry["to"] == column.to and entry.get("unit") == column.unit
+    return (before if same else {"column": column.column}) | dict(entry)
 
-    content: dict[str, Any] = mapping.model_dump(mode="json", exclude_none=True)
-    head = HEAD.format(quantities=", ".join(QUANTITIES), units=", ".join(UNITS), forms=", ".join(FORMS))
-    return head + yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=110)
+
+def mapping_text(mapping: Mapping, columns: Sequence[DraftColumn] = ()) -> str:
+    """The mapping as YAML, with what may stand in it at its head; `columns` give the reason behind every line."""
+    told = {(row.table, row.column): row for row in columns}
+    head = HEAD.format(quantities=", ".join(quantities()), units=", ".join(UNITS), forms=", ".join(FORMS))
+    content: dict[str, Any] = mapping.model_dump(mode="json", exclude_none=True, exclude={"tables"})
+    lines = [f"{key}: {scalar(value)}" for key, value in content.items()]
+    if mapping.positive_rudder is None:
+        lines.append(
+            "# positive_rudder: port  # the side to which a positive rudder turns the ship, where nothing tells it"
+        )
+    lines.append("tables:")
+    for table in mapping.tables:
+        lines += _table_lines(table, told)
+    return head + "\n".join(lines) + "\n"
+
+
+def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> list[str]:
+    label = f"{table.file} [{table.sheet}]" if table.sheet else table.file
+    time = table.time.model_dump(mode="json", exclude_none=True)
+    first = {"file": table.file} | ({"sheet": table.sheet} if table.sheet else {})
+    lines = [f"  {'-' if i == 0 else ' '} {key}: {scalar(value)}" for i, (key, value) in enumerate(first.items())]
+    listed = ", ".join(str(scalar(name)) for name in time.pop("columns"))
+    rest = "".join(f", {key}: {scalar(value)}" for key, value in time.items())
+    lines.append(f"    time: {{columns: [{listed}]{rest}}}")
+    if table.clock_offset_s is not None:
+        lines.append(f"    clock_offset_s: {scalar(table.clock_offset_s)}")
+    lines.append("    columns:" + ("" if table.columns else " []"))
+    for column in table.columns:
+        row = told.get((label, column.column))
+        if row is not None:
+            lines += [f"      # ASKED: {one_line(question.text)}" for question in row.questions]
+            answers = [answer for question in row.questions for answer in question.answers]
+            lines += [f"      #   {one_line(answer.text)}: {one_line(answer.line)}" for answer in answers]
+        why = f"  # {one_line(row.why)}" if row is not None else ""
+        lines.append(f"      {flow(_entry(column))}{why}")
+    return lines
+
+
+def _entry(column: ColumnMap) -> dict[str, object]:
+    plain = column.model_dump(mode="json", exclude_none=True)
+    usual = {"sign": 1, "factor": 1.0, "offset": 0.0}
+    kept = {key: value for key, value in plain.items() if usual.get(key) != value}
+    return {"column": column.column, "to": column.to} if column.to == NOT_USED else kept
+
+
+def one_line(text: str) -> str:
+    """A text that is safe in a comment."""
+    return " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
+
+
+def flow(entry: Dict[str, object]) -> str:
+    """A line of a list in YAML."""
+    return "- {" + ", ".join(f"{key}: {scalar(value)}" for key, value in entry.items()) + "}"
+
+
+def scalar(value: object) -> str:
+    """A value in YAML's flow style; texts in quotes where they need them."""
+    if isinstance(value, str):
+        return (
+            value
+            if PLAIN.fullmatch(value) and value.lower() not in WORDS_OF_YAML
+            else json.dumps(value, ensure_ascii=not value.isprintable())
+        )
+    return f"{value:.12g}" if isinstance(value, float) else str(value)

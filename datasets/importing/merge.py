@@ -12,7 +12,7 @@ from ..geometry import unwrapped
 from ..time_faults import MOST_SAMPLES, time_fault
 from .convert import Stream
 from .offsets import estimate_offset
-from .quantities import QUANTITIES
+from .quantities import quantities
 from .report import Fault
 
 SLOW_MATTERS = frozenset({"propeller", "propeller_thrust", "wind_speed", "wind_direction", "magnetic_variation"})
@@ -181,7 +181,7 @@ def _resampled(stream: Stream, grid: np.ndarray, step: float) -> tuple[dict[str,
     told = f"{stream.label}: {stream.time.size} samples every {stream.step:.4g} s, {how} to every {step:.4g} s"
     values = {}
     for name, series in stream.quantities.items():
-        series = unwrapped(series) if name in QUANTITIES and QUANTITIES[name].wraps else series
+        series = unwrapped(series) if quantities()[name].wraps else series
         known = np.isfinite(series)
         place = _averaged if averaged else _interpolated
         values[name] = place(stream.time[known], series[known], grid, step, stream.step)

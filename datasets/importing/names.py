@@ -4,96 +4,140 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from functools import lru_cache
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
 
-from .quantities import AMBIGUOUS, COMMANDS, DATE_NAMES, NOT_MEASURED, QUANTITIES, TIME_NAMES
-from .units import Unit, unit_of
+from .quantities import date_names, quantities, side_words, time_names, vague_names, word_list
 
-UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
-GREEK = {"ψ": "psi", "δ": "delta", "φ": "phi"}
+LETTERS = str.maketrans(
+    {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
+     "Æ": "Ae", "å": "a", "Å": "A", "ψ": "psi", "δ": "delta", "φ": "phi", "Ψ": "psi", "Δ": "delta"}
+)  # fmt: skip
+HAN = "\u3040-\u30ff\u3400-\u9fff"
+WORD = re.compile(rf"[a-z]+\d?(?![a-z])|[a-z]+|\d+|[{HAN}]+")
+FEWEST = 3
+"""Letters of a name that may stand among other words."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """What a name says: the quantities that it may mean, likeliest first; other words in it that are not known; why
+    it is none."""
+
+    may_be: tuple[str, ...] = ()
+    extra: tuple[str, ...] = ()
+    why: str = "no known name"
 
 
 def words(name: str) -> tuple[str, ...]:
     """A name as words in lower case: `RudderAngle_deg` is (rudder, angle, deg)."""
-    name = "".join(GREEK.get(letter, letter) for letter in name.translate(UMLAUTS))
-    name = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    name = unicodedata.normalize("NFKC", name).translate(LETTERS)
+    name = unicodedata.normalize("NFD", name)
+    name = "".join(letter for letter in name if not "\u0300" <= letter <= "\u036f" and letter != "\u200b")
+    name = unicodedata.normalize("NFC", name)
     name = re.sub(r"([a-z])([A-Z])|([A-Z])([A-Z][a-z])", r"\1\3 \2\4", name)
-    return tuple(re.findall(r"[a-z]+\d?|\d+", name.lower()))
+    found = WORD.findall(name.lower())
+    return tuple(part for word in found for part in (_segments(word) if re.match(f"[{HAN}]", word) else (word,)))
 
 
-def split_unit(name: str) -> tuple[tuple[str, ...], Unit | None]:
-    """(words without a unit at the end, that unit): `rot_deg_min` is rate of turn in deg/min, `sog_kn` in kn."""
-    found = words(name)
-    for count in (3, 2, 1):
-        tail, head = found[-count:], found[:-count]
-        if not head or len(tail) < count:
-            continue
-        for joint in ("/", ""):
-            unit = unit_of(joint.join(tail))
-            if unit is not None and (count > 1 or unit.name != "m/s" or tail != ("m",)):
-                return head, unit
-    return found, None
+def _segments(text: str) -> list[str]:
+    """A text without spaces between its words, cut into words that are known, the longest first."""
+    out: list[str] = []
+    while text:
+        size = next((n for n in range(len(text), 1, -1) if text[:n] in _han()), 1)
+        out.append(text[:size])
+        text = text[size:]
+    return out
 
 
-def match(name: str) -> tuple[str | None, float, str]:
-    """(quantity, confidence between 0 and 1, reason) for a name; the quantity is None where none is near."""
-    parts, _ = split_unit(name)
-    best, confidence = _best(parts)
-    if best is None:
-        parts = words(name)
-        best, confidence = _best(parts)
-    if best is None:
-        return None, 0.0, "no known name"
-    if set(parts) & NOT_MEASURED:
-        return None, 0.0, f"{(set(parts) & NOT_MEASURED).pop()!r}: no measured quantity of a record"
-    ordered = set(parts) & COMMANDS
-    if ordered and best == "rudder":
-        return "rudder_command", confidence, f"name with {ordered.pop()!r}"
-    if ordered and best != "rudder_command":
-        return None, 0.0, f"{ordered.pop()!r}: a set value, no measurement"
-    return best, confidence, "name"
+@cache
+def _han() -> frozenset[str]:
+    lists = (word_list("command"), word_list("not_measured"), word_list("harmless"), *side_words().values())
+    names = {name for q in quantities().values() for name in q.names} | set(vague_names()) | set(time_names())
+    return frozenset(word for word in names.union(*lists) if re.match(f"[{HAN}]", word))
 
 
-def _best(parts: tuple[str, ...]) -> tuple[str | None, float]:
-    scores = {quantity: _score(parts, quantity) for quantity in QUANTITIES}
-    best = max(scores, key=lambda quantity: scores[quantity])
-    return (best, scores[best]) if scores[best] > 0.0 else (None, 0.0)
+def named(parts: tuple[str, ...]) -> Named:
+    """What the words of a name, without unit and sign, say."""
+    whole = _known("".join(parts), short=True)
+    if whole:
+        return Named(whole, why="name")
+    command, found = set(parts) & word_list("command"), [p for p in parts if p not in word_list("command")]
+    refused = set(found) & word_list("not_measured")
+    may_be, rest = _longest(found)
+    if refused and not (may_be and not set(rest) & refused):
+        return Named(why=f"{sorted(refused)[0]!r}: no measured quantity of a record")
+    extra = [p for p in rest if p not in word_list("harmless") and not any(p in s for s in side_words().values())]
+    if not may_be:
+        return Named()
+    if command and may_be[0] in ("rudder", "rudder_command"):
+        return Named(("rudder_command",), tuple(extra), why=f"name with {sorted(command)[0]!r}")
+    if command:
+        return Named(why=f"{sorted(command)[0]!r}: a set value, no measurement")
+    return Named(may_be, tuple(extra), "name")
 
 
-def _score(parts: tuple[str, ...], quantity: str) -> float:
-    """0.95 for a whole name, 0.75 for a short one; less the more other words there are."""
-    joined, best = "".join(parts), 0.0
-    for name in (_words(name) for name in QUANTITIES[quantity].names):
-        if "".join(name) == joined:
-            return 0.7 if joined in AMBIGUOUS else 0.95
-        if _holds(parts, name):
-            best = max(best, 0.55 + 0.3 * sum(map(len, name)) / len(joined))
-    return 0.75 if joined in ("".join(_words(name)) for name in QUANTITIES[quantity].short) else best
+def _longest(parts: list[str]) -> tuple[tuple[str, ...], list[str]]:
+    """(what the longest name within the words may mean, the other words)."""
+    spans = [(i, j) for i in range(len(parts)) for j in range(i + 1, len(parts) + 1)]
+    for i, j in sorted(spans, key=lambda span: -len("".join(parts[span[0] : span[1]]))):
+        rest = [*parts[:i], *parts[j:]]
+        text = "".join(parts[i:j])
+        alone = all(p in word_list("harmless") or p.isdigit() for p in rest)
+        if (len(text) >= FEWEST or alone or re.match(f"[{HAN}]", text)) and (known := _known(text, short=alone)):
+            return known, rest
+    return (), parts
 
 
-@lru_cache(maxsize=1024)
-def _words(name: str) -> tuple[str, ...]:
-    return words(name)
+def _known(text: str, short: bool) -> tuple[str, ...]:
+    return _names().get(text) or (_short().get(text, ()) if short else ())
 
 
-def _holds(parts: tuple[str, ...], name: tuple[str, ...]) -> bool:
-    """Whether the words of a name, at least three letters in all, follow each other in the parts."""
-    n = len(name)
-    return sum(map(len, name)) >= 3 and any(parts[i : i + n] == name for i in range(len(parts) - n + 1))
+@cache
+def _names() -> dict[str, tuple[str, ...]]:
+    table = {joined(name): may_be for name, may_be in vague_names().items()}
+    for quantity, entry in quantities().items():
+        for name in entry.names:
+            table.setdefault(joined(name), (quantity,))
+    return table
 
 
-def time_confidence(name: str) -> float:
-    """How surely a name is that of the time."""
-    return _whole(name, TIME_NAMES)
+@cache
+def _short() -> dict[str, tuple[str, ...]]:
+    return {joined(name): (quantity,) for quantity, entry in quantities().items() for name in entry.short}
 
 
-def date_confidence(name: str) -> float:
-    """How surely a name is that of a date."""
-    return _whole(name, DATE_NAMES)
+def joined(name: str) -> str:
+    """The words of a name without what separates them."""
+    return "".join(words(name))
 
 
-def _whole(name: str, known: tuple[str, ...]) -> float:
-    parts, joined = words(name), "".join(words(name))
-    if any(joined == "".join(_words(one)) for one in known):
-        return 0.95
-    return 0.7 if any(_holds(parts, _words(one)) for one in known if len(one) > 2) else 0.0
+def is_time(name: str) -> bool:
+    """Whether a name is that of the time."""
+    return _is_one(name, _times())
+
+
+def is_date(name: str) -> bool:
+    """Whether a name is that of a date."""
+    return _is_one(name, _dates())
+
+
+def _is_one(name: str, known: frozenset[str]) -> bool:
+    parts = words(name)
+    return any("".join(parts[i:j]) in known for i, j in _trimmed(len(parts)))
+
+
+def _trimmed(count: int) -> Iterable[tuple[int, int]]:
+    """The whole, and all but the last one or two words or the first: `time [s]`, `gps time`."""
+    return ((i, j) for i, j in ((0, count), (0, count - 1), (1, count), (0, count - 2)) if j > i)
+
+
+@cache
+def _times() -> frozenset[str]:
+    return frozenset(map(joined, time_names()))
+
+
+@cache
+def _dates() -> frozenset[str]:
+    return frozenset(map(joined, date_names()))

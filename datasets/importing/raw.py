@@ -2,33 +2,56 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
-GAPS = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "--", "---", "#n/a", "#nv", "inv", "invalid", "?", "*"})
-"""Texts, in lower case, that stand for a missing value."""
-DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-THOUSANDS = re.compile(r"[+-]?\d{1,3}(\.\d{3})+(,\d+)?")
+from .cells import GAPS, Decorated, Style, decorated, numbers_of
+
+Rejected: TypeAlias = tuple[int, str, str]
+"""A line that is left out: its number, what is wrong, its text."""
 
 
 @dataclass(frozen=True)
 class RawColumn:
-    """A column: its name, the unit that the file states ('' if none), and its texts (N) or numbers (N,)."""
+    """A column: its name, the unit that the file states ('' if none), and its texts (N) or numbers (N,).
+
+    known : quantity that the format of the file states, in the record's sign convention, or 'not used';  source : who
+    states it, and of which instrument the column is;  said : statements about the column elsewhere in the file or
+    beside it;  style : the decimal sign of the table.
+    """
 
     name: str
     unit: str
     values: tuple[str, ...] | np.ndarray
+    known: str = ""
+    source: str = ""
+    said: tuple[str, ...] = ()
+    style: Style = "point"
 
     @cached_property
     def numbers(self) -> np.ndarray:
         """(N,) float64; nan where a cell holds no number."""
         if isinstance(self.values, np.ndarray):
             return np.asarray(self.values, dtype=np.float64)
-        return parse_numbers(self.values)
+        return self.cells.numbers
+
+    @cached_property
+    def cells(self) -> Decorated:
+        """The numbers of the texts, with the unit and side that letters in the cells state."""
+        assert not isinstance(self.values, np.ndarray)
+        plain = numbers_of(self.values, self.style)
+        unread = [i for i in np.flatnonzero(np.isnan(plain)).tolist() if self.values[i].strip().lower() not in GAPS]
+        found = decorated(self.values, self.name, self.style) if len(unread) > 0.02 * plain.size else None
+        return found or Decorated(plain, "", "")
+
+    @property
+    def lettered(self) -> Decorated | None:
+        """What letters in the cells state; None where there are none."""
+        found = self.cells if not isinstance(self.values, np.ndarray) else None
+        return found if found is not None and (found.unit or found.positive) else None
 
     @cached_property
     def bad(self) -> np.ndarray:
@@ -71,7 +94,8 @@ class RawTable:
 
     file : name of the file;  sheet : sheet, sentence or variable, '' if the file holds one table;  columns : of equal
     length N;  rows : (N,) line numbers in the file;  clock : tables with an equal text are timed by the same clock;
-    done : what the reader did, a sentence each;  faults : rows that were left out: (line, what is wrong).
+    notes : lines above the header;  done : what the reader did, a sentence each;  faults : rows that were left out;
+    lines : that the faults are of, where these are more than the rows.
     """
 
     file: str
@@ -79,8 +103,10 @@ class RawTable:
     rows: np.ndarray
     sheet: str = ""
     clock: str = ""
+    notes: tuple[str, ...] = ()
     done: tuple[str, ...] = ()
-    faults: tuple[tuple[int, str], ...] = field(default=())
+    faults: tuple[Rejected, ...] = ()
+    lines: int = 0
 
     @property
     def label(self) -> str:
@@ -95,40 +121,3 @@ class RawTable:
     def column(self, name: str) -> RawColumn | None:
         """The column of that name, if there is one."""
         return next((column for column in self.columns if column.name == name), None)
-
-
-def parse_numbers(texts: Sequence[str]) -> np.ndarray:
-    """Texts (N) as numbers (N,), nan where a text is none.
-
-    A column has decimal commas where more cells are numbers with a comma for a point than without.
-    """
-    plain = _floats(texts)
-    left = [i for i in np.flatnonzero(np.isnan(plain)).tolist() if "," in texts[i]]
-    commas = [i for i in left if DECIMAL_COMMA.fullmatch(texts[i].strip()) or THOUSANDS.fullmatch(texts[i].strip())]
-    if not commas or len(commas) < np.isfinite(plain).sum() - _integers(texts, plain):
-        return plain
-    changed = [text.replace(".", "").replace(",", ".") if "," in text else text for text in texts]
-    return _floats(changed)
-
-
-def _integers(texts: Sequence[str], numbers: np.ndarray) -> int:
-    return sum(1 for i in np.flatnonzero(np.isfinite(numbers)).tolist() if "." not in texts[i])
-
-
-def _floats(texts: Sequence[str]) -> np.ndarray:
-    out = np.full(len(texts), np.nan)
-    for i, text in enumerate(texts):
-        try:
-            out[i] = float(text)
-        except ValueError:
-            continue
-    return out
-
-
-def is_number(text: str) -> bool:
-    """Whether a cell is a number, with a decimal point or a decimal comma."""
-    try:
-        float(text)
-    except ValueError:
-        return bool(DECIMAL_COMMA.fullmatch(text.strip()))
-    return text.strip().lower() not in GAPS

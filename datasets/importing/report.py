@@ -11,7 +11,7 @@ import numpy as np
 from ...models.errors import BadInput
 
 if TYPE_CHECKING:
-    from .draft import DraftColumn
+    from .draft import DraftColumn, Question
     from .mapping import Mapping
 
 MOST_TOLD = 4
@@ -43,31 +43,49 @@ class ImportReport:
 
 
 class ImportFault(BadInput):
-    """A log cannot be imported; `columns` and `faults` hold all that is known and all that is wrong, `draft` a mapping
-    with every guess however unsure (None where there is none)."""
+    """A log cannot be imported; `columns` and `faults` hold all that is known and all that is wrong, `questions` what
+    is asked, `draft` a mapping with '?' where something is open (None where there is none)."""
 
     def __init__(
-        self, faults: Sequence[Fault], columns: Sequence[DraftColumn] = (), draft: Mapping | None = None
+        self,
+        faults: Sequence[Fault],
+        columns: Sequence[DraftColumn] = (),
+        draft: Mapping | None = None,
+        questions: Sequence[Question] = (),
     ) -> None:
-        fatal = [fault for fault in faults if fault.fatal]
+        fatal = [*(_as_fault(question) for question in questions), *(fault for fault in faults if fault.fatal)]
         self.faults, self.columns, self.draft = tuple(faults), tuple(columns), draft
+        self.questions = tuple(questions)
         if len(fatal) == 1:
             f = fatal[0]
             super().__init__(f.message, file=f.table, row=f.row, column=f.column, hint=f.hint or None)
             return
         told = "; ".join(f"({i}) {fault}" for i, fault in enumerate(fatal[:MOST_TOLD], start=1))
         more = f"; and {len(fatal) - MOST_TOLD} more" if len(fatal) > MOST_TOLD else ""
-        super().__init__(f"{len(fatal)} faults: {told}{more}")
+        what = "questions" if len(questions) == len(fatal) else "faults"
+        super().__init__(f"{len(fatal)} {what}: {told}{more}")
 
     def __reduce__(self):
-        return ImportFault, (self.faults, self.columns, self.draft)
+        return ImportFault, (self.faults, self.columns, self.draft, self.questions)
 
 
-def refuse_fatal(faults: Iterable[Fault], columns: Sequence[DraftColumn] = (), draft: Mapping | None = None) -> None:
-    """Raise ImportFault, with all faults, if one of them is fatal."""
+def _as_fault(question: Question) -> Fault:
+    lines = " or ".join(answer.line for answer in question.answers[:3]) or question.number
+    return Fault(
+        question.table, question.text, f"put into the map: {lines}", column=question.column or None, fatal=True
+    )
+
+
+def refuse_fatal(
+    faults: Iterable[Fault],
+    columns: Sequence[DraftColumn] = (),
+    draft: Mapping | None = None,
+    questions: Sequence[Question] = (),
+) -> None:
+    """Raise ImportFault, with all faults and questions, if a fault is fatal or something is asked."""
     found = list(faults)
-    if any(fault.fatal for fault in found):
-        raise ImportFault(found, columns, draft)
+    if questions or any(fault.fatal for fault in found):
+        raise ImportFault(found, columns, draft, questions)
 
 
 def span(numbers: np.ndarray) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ...models.errors import BadInput
 from ...models.files import read_bytes
+from .beside import with_sidecar
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
 from .text import decoded, read_text
@@ -38,7 +39,7 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
     for magic, (what, hint) in REFUSED.items():
         if data.startswith(magic):
             raise BadInput(what, file=path, hint=hint)
-    return [replace(table, clock=str(path)) for table in _tables(data, path)]
+    return with_sidecar([replace(table, clock=str(path)) for table in _tables(data, path)], path)
 
 
 def _tables(data: bytes, path: Path) -> list[RawTable]:

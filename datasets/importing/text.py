@@ -13,6 +13,8 @@ from .layout import SAMPLE, Line, is_value, table_of
 from .raw import RawTable
 
 MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
+OTHER_SCRIPTS = ("cp932", "shift", "euc", "gb", "big5", "hz", "iso2022", "johab", "cp949", "cp1251", "koi8", "cp1253")
+"""Encodings of scripts that Windows-1252 does not hold; those of Latin letters are hardly told from it."""
 COMMENT = re.compile(r"^\s*(#|%|//|!|\*|;(?=\s*[A-Za-z#]))+\s?")
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
 SPACES = 0.8
@@ -21,20 +23,30 @@ UNQUOTED = re.compile(r"-?\d+,\d+(,-?\d+,\d+)+")
 
 
 def decoded(data: bytes, path: Path) -> tuple[str, str]:
-    """(text, its encoding): UTF-8, UTF-16 or else Windows-1252; BadInput where the file is no text."""
+    """(text, its encoding): UTF-8, UTF-16, the likely one of another script, or else Windows-1252; BadInput where
+    the file is no text."""
     encoding = next((name for mark, name in MARKS if data.startswith(mark)), None) or _unmarked(data[:4096])
     if encoding is None:
         try:
             return data.decode("utf-8"), "utf-8"
         except UnicodeDecodeError:
-            encoding = "cp1252"
-    if encoding == "cp1252" and b"\0" in data:
+            encoding = _unstated(data)
+    if b"\0" in data and not encoding.startswith("utf-16"):
         hint = "export it as CSV, xlsx, MAT (version 7 or earlier) or NMEA 0183"
         raise BadInput("a binary file of unknown kind", file=path, hint=hint)
     try:
-        return data.decode(encoding, errors="replace" if encoding == "cp1252" else "strict"), encoding
+        return data.decode(encoding, errors="strict" if encoding.startswith("utf") else "replace"), encoding
     except UnicodeDecodeError:
         raise BadInput(f"starts as {encoding} text but is damaged", file=path, hint="export it again") from None
+
+
+def _unstated(data: bytes) -> str:
+    """The likely encoding of text that is not UTF-8, by charset-normalizer from the lines that are not ASCII."""
+    from charset_normalizer import from_bytes
+
+    lines = [line for line in data[:1_000_000].splitlines() if not line.isascii()][:50]
+    best = from_bytes(b"\n".join(line[:2000] for line in lines)).best()
+    return best.encoding if best is not None and best.encoding.startswith(OTHER_SCRIPTS) else "cp1252"
 
 
 def _unmarked(head: bytes) -> str | None:

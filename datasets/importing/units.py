@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import re
+import unicodedata
 from dataclasses import dataclass
 
 from ..grammar import DEGREE, KNOT
+
+
+def words_of(text: str) -> frozenset[str]:
+    """Words that are separated by spaces."""
+    return frozenset(text.split())
 
 
 @dataclass(frozen=True)
@@ -19,33 +26,199 @@ class Unit:
 
 
 _ALL = (
-    Unit("rad", "angle", 1.0, ("rad", "radian", "radians", "radiant")),
+    Unit("rad", "angle", 1.0, ("rad", "rads", "radian", "radians", "radiant", "radianes", "ラジアン", "弧度")),
     Unit(
-        "deg", "angle", DEGREE, ("deg", "degs", "degree", "degrees", "grad", "°", "degt", "degm", "°t", "°m", "degtrue")
+        "deg",
+        "angle",
+        DEGREE,
+        (
+            "deg",
+            "degs",
+            "degree",
+            "degrees",
+            "grad",
+            "°",
+            "degt",
+            "degm",
+            "°t",
+            "°m",
+            "degtrue",
+            "degmag",
+            "degre",
+            "degres",
+            "degré",
+            "degrés",
+            "grado",
+            "grados",
+            "grader",
+            "度",
+            "gradi",
+            "deg(t)",
+            "deg(m)",
+            "°true",
+            "°(t)",
+        ),
     ),
-    Unit("deg min", "angle", DEGREE, ("ddmm.mmm", "dd°mm.mmm'", "dms")),
-    Unit("rad/s", "angular rate", 1.0, ("rad/s", "rads/s", "rads", "radpers", "radiansps", "rad/sec", "1/s")),
-    Unit("deg/s", "angular rate", DEGREE, ("deg/s", "degs/s", "°/s", "deg/sec", "degps", "dps", "°/sec", "grad/s")),
+    Unit("mrad", "angle", 1e-3, ("mrad", "milliradian", "milliradians")),
+    Unit("cdeg", "angle", 0.01 * DEGREE, ("cdeg", "centideg", "centidegrees")),
+    Unit("1e-7 deg", "angle", 1e-7 * DEGREE, ("dege7", "deg1e7", "1e-7deg", "dege-7")),
+    Unit(
+        "deg min",
+        "angle",
+        DEGREE,
+        (
+            "ddmm.mmm",
+            "ddmm.mmmm",
+            "dddmm.mmm",
+            "dddmm.mmmm",
+            "ddmm.mm",
+            "dddmm.mm",
+            "dd°mm.mmm'",
+            "dms",
+            "ddmm",
+            "degmin",
+        ),
+    ),
+    Unit("rad/s", "angular rate", 1.0, ("rad/s", "rads/s", "rads", "radps", "radiansps", "rad/sec", "1/s", "弧度/秒")),
+    Unit(
+        "deg/s",
+        "angular rate",
+        DEGREE,
+        (
+            "deg/s",
+            "degs/s",
+            "°/s",
+            "deg/sec",
+            "degps",
+            "dps",
+            "°/sec",
+            "grad/s",
+            "grados/s",
+            "degres/s",
+            "度/秒",
+            "度/s",
+            "degree/s",
+            "degrees/s",
+            "grader/s",
+            "grad/sek",
+            "°/sek",
+            "grados/seg",
+        ),
+    ),
+    Unit("mrad/s", "angular rate", 1e-3, ("mrad/s", "mrad/sec")),
     Unit(
         "deg/min",
         "angular rate",
         DEGREE / 60.0,
-        ("deg/min", "degs/min", "°/min", "degpmin", "degmin", "dpm", "grad/min", "°/m", "degreesperminute"),
+        (
+            "deg/min",
+            "degs/min",
+            "°/min",
+            "degpmin",
+            "degmin",
+            "dpm",
+            "grad/min",
+            "°/m",
+            "deg/m",
+            "grados/min",
+            "degres/min",
+            "度/分",
+            "度/min",
+            "degree/min",
+            "degrees/min",
+            "grader/min",
+            "°/mn",
+            "degres/mn",
+        ),
     ),
-    Unit("m/s", "speed", 1.0, ("m/s", "m/sec", "ms", "mps", "ms-1", "m/s.", "meter/s")),
-    Unit("kn", "speed", KNOT, ("kn", "kt", "kts", "knot", "knots", "knoten", "kns", "sm/h")),
-    Unit("km/h", "speed", 1.0 / 3.6, ("km/h", "kmh", "kph", "kmph")),
+    Unit("deg/h", "angular rate", DEGREE / 3600.0, ("deg/h", "deg/hr", "°/h")),
+    Unit(
+        "m/s",
+        "speed",
+        1.0,
+        (
+            "m/s",
+            "m/sec",
+            "ms",
+            "mps",
+            "m/s.",
+            "meter/s",
+            "m/sek",
+            "m/seg",
+            "米/秒",
+            "metre/s",
+            "metres/s",
+            "meters/s",
+            "metros/s",
+        ),
+    ),
+    Unit(
+        "kn",
+        "speed",
+        KNOT,
+        (
+            "kn",
+            "kt",
+            "kts",
+            "knot",
+            "knots",
+            "knoten",
+            "kns",
+            "sm/h",
+            "nmi/h",
+            "nm/h",
+            "noeud",
+            "noeuds",
+            "nœud",
+            "nœuds",
+            "nds",
+            "nd",
+            "nudo",
+            "nudos",
+            "knop",
+            "ノット",
+            "节",
+            "節",
+            "节速",
+        ),
+    ),
+    Unit("km/h", "speed", 1.0 / 3.6, ("km/h", "kmh", "kph", "kmph", "km/t", "km/hr", "公里/小时", "km/std")),
     Unit("cm/s", "speed", 0.01, ("cm/s", "cm/sec")),
     Unit("mm/s", "speed", 0.001, ("mm/s", "mm/sec")),
-    Unit("m", "length", 1.0, ("m", "meter", "metre", "meters", "metres")),
-    Unit("km", "length", 1000.0, ("km",)),
+    Unit("mph", "speed", 0.44704, ("mph", "mi/h", "miles/h")),
+    Unit("ft/s", "speed", 0.3048, ("ft/s", "ft/sec", "fps")),
+    Unit("m/min", "speed", 1.0 / 60.0, ("m/min",)),
+    Unit("m", "length", 1.0, ("m", "meter", "metre", "meters", "metres", "metros", "米", "メートル")),
+    Unit("km", "length", 1000.0, ("km", "kilometer", "kilometre", "kilometers", "kilometres")),
     Unit("cm", "length", 0.01, ("cm",)),
     Unit("mm", "length", 0.001, ("mm",)),
     Unit("nmi", "length", 1852.0, ("nmi", "nm", "sm", "nauticalmiles")),
-    Unit("ft", "length", 0.3048, ("ft", "feet")),
-    Unit("rps", "rotation", 1.0, ("rps", "1/s", "hz", "rev/s", "r/s")),
-    Unit("rpm", "rotation", 1.0 / 60.0, ("rpm", "1/min", "u/min", "rev/min", "r/min", "min-1", "/min")),
-    Unit("N", "force", 1.0, ("n",)),
+    Unit("ft", "length", 0.3048, ("ft", "feet", "foot")),
+    Unit("rps", "rotation", 1.0, ("rps", "1/s", "hz", "rev/s", "r/s", "tr/s", "u/s", "转/秒")),
+    Unit(
+        "rpm",
+        "rotation",
+        1.0 / 60.0,
+        (
+            "rpm",
+            "1/min",
+            "u/min",
+            "rev/min",
+            "r/min",
+            "/min",
+            "tr/min",
+            "o/min",
+            "omdr/min",
+            "转/分",
+            "回転/分",
+            "upm",
+            "rev/m",
+            "tr/mn",
+            "tpm",
+        ),
+    ),
+    Unit("rad/s shaft", "rotation", 1.0 / math.tau, ("rad/s", "rad/sec")),
+    Unit("N", "force", 1.0, ("n", "newton")),
     Unit("kN", "force", 1000.0, ("kn",)),
 )
 UNITS: dict[str, Unit] = {unit.name: unit for unit in _ALL}
@@ -80,19 +253,48 @@ TIME_WORDS = frozenset(
         "datum",
         "local",
         "lt",
+        "hh:mm:ss.sss",
+        "dd/mm/yyyy",
+        "mm/dd/yyyy",
+        "tt.mm.jjjj",
+        "seg",
+        "std",
+        "秒",
+        "nanosec",
+        "nsec",
+        "nanoseconds",
+        "microseconds",
+        "milliseconds",
+        "unixtime",
     ]
 )
-NO_UNIT = frozenset(
-    {"-", "--", "none", "n/a", "1", "[-]", "%", "bool", "v", "a", "hpa", "mbar", "c", "°c", "degc", "l/h"}
+NO_UNIT = words_of(
+    "- -- none n/a 1 [-] % bool v a ma mv hpa mbar bar c °c degc l/h kw nm knm counts raw us µs pwm steps volt volts "
+    "percent pct prozent hz m/s2 g kg t gon bits text ‰ adc lsb"
 )
-"""Units of columns that are no channel; a row of units holds them beside those above."""
+"""Units of columns that are no channel, or that say no size; a row of units holds them beside those above."""
+SUPERSCRIPTS = str.maketrans("⁻⁰¹²³", "-0123")
+PER_TIME = re.compile(
+    r"(deg|degs|degrees?|°|rad|mrad|m|km|cm|mm|nmi|nm|r|rev|u|tr|grad)[-_.·* ]*(s|sec|min|h|hr)[-_^. ]*-?1"
+)
+"""A unit of a rate with its denominator as a power: deg s-1, m.s^-1, deg_s_1."""
 
 
 def tidy(text: str) -> str:
     """A unit's text without brackets, spaces and signs of multiplication, in lower case."""
-    text = text.strip().strip("[](){}<>").lower().replace("º", "°").replace("\u2212", "-").replace("^", "")
-    text = re.sub(r"\s+|\*|·|⋅", "", text.replace(" per ", "/"))
-    return text.replace("persecond", "/s").replace("perminute", "/min").replace("s-1", "/s").replace("//", "/")
+    text = unicodedata.normalize("NFKC", text.translate(SUPERSCRIPTS)).strip().strip("[](){}<>").lower()
+    text = text.replace("º", "°").replace("˚", "°").replace("\u2212", "-").replace("^", "").replace("∘", "°")
+    text = (
+        text.replace(" per ", "/")
+        .replace(" pro ", "/")
+        .replace(" par ", "/")
+        .replace(" por ", "/")
+        .replace("_per_", "/")
+    )
+    power = PER_TIME.fullmatch(text.strip())
+    text = f"{power[1]}/{power[2]}" if power else re.sub(r"\s+|\*|·|⋅", "", text)
+    text = text.replace("persecond", "/s").replace("perminute", "/min").replace("seconds", "s").replace("second", "s")
+    return text.replace("minutes", "min").replace("minute", "min").replace("//", "/")
 
 
 def unit_of(text: str, dimension: str | None = None) -> Unit | None:
@@ -102,11 +304,17 @@ def unit_of(text: str, dimension: str | None = None) -> Unit | None:
     return found[0] if found else None
 
 
-def is_unit(text: str) -> bool:
-    """Whether a text is a unit of any kind: one of these, a unit of time, or of columns that are no channel."""
-    return unit_of(text) is not None or tidy(text) in TIME_WORDS or tidy(text) in NO_UNIT
+CANDIDATES = {
+    "angle": ("deg", "rad"),
+    "angular rate": ("deg/s", "deg/min", "rad/s"),
+    "speed": ("kn", "m/s", "km/h"),
+    "length": ("m", "km", "ft"),
+    "rotation": ("rpm", "rps"),
+    "force": ("N", "kN"),
+}
+"""Dimension -> units that a column without a unit may be in, the likeliest first."""
 
 
 def candidates(dimension: str) -> tuple[Unit, ...]:
     """The units of a dimension that a column without a unit may be in."""
-    return tuple(unit for unit in _ALL if unit.dimension == dimension and unit.name != "deg min")
+    return tuple(UNITS[name] for name in CANDIDATES[dimension])

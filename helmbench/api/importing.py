@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -89,7 +89,7 @@ class Import:
         writers: dict[Path, Callable[[Path], object]] = {}
         for place, record in zip(places, self.records, strict=True):
             writers |= record_writers(record, place)
-        writers[path.with_name(f"{path.stem}.map.yaml")] = text_writer(mapping_text(self.mapping))
+        writers[path.with_name(f"{path.stem}.map.yaml")] = text_writer(mapping_text(self.mapping, self.report.columns))
         for number, table in enumerate(self.aside.values(), start=1):
             name = f"{path.stem}.aside{'' if len(self.aside) == 1 else f'-{number}'}.csv"
             writers[path.with_name(name)] = _aside_writer(table)
@@ -101,7 +101,7 @@ class Import:
 
     def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
         """Write the mapping alone, to be changed by hand; BadInput where it exists or cannot be written."""
-        write_mapping(self.mapping, path, force)
+        write_mapping(self.mapping, path, force, self.report.columns)
 
     def _places(self, path: Path) -> list[Path]:
         """Where each record is written."""
@@ -139,7 +139,7 @@ class ImportDraft:
     @property
     def questions(self) -> tuple[Question, ...]:
         """What no one stated."""
-        return tuple(question for column in self.columns for question in column.questions)
+        return self._drafted.questions
 
     @property
     def faults(self) -> tuple[Fault, ...]:
@@ -189,6 +189,12 @@ class ImportDraft:
 
         return raw_series(self._tables, self._drafted, table, column)
 
+    def summary(self) -> str:
+        """Columns, questions with the lines of their answers, and faults as text."""
+        from ..reporting.importing import draft_text
+
+        return draft_text(self.columns, self.questions, self.faults)
+
     def import_log(self) -> Import:
         """The log as records; BadInput where questions are open or the log cannot be records."""
         return _imported(self._tables, self._given)
@@ -197,13 +203,17 @@ class ImportDraft:
         """Write the mapping, to be changed by hand; BadInput where there is none or the file cannot be written."""
         if self.mapping is None:
             raise BadInput("no table of the log has a time", hint="see `faults`")
-        write_mapping(self.mapping, path, force)
+        write_mapping(self.mapping, path, force, self.columns)
 
     def to_dict(self) -> dict[str, object]:
         """Columns, questions and faults as plain data for JSON."""
         from ..datasets.importing.draft import plain
 
-        return {"columns": plain(self.columns), "faults": [vars(fault) for fault in self.faults]}
+        return {
+            "columns": plain(self.columns),
+            "questions": [asdict(question) for question in self.questions],
+            "faults": [vars(fault) for fault in self.faults],
+        }
 
     def __repr__(self) -> str:
         return f"<ImportDraft of {len(self.columns)} columns, {len(self.questions)} open questions>"
@@ -316,7 +326,7 @@ def _given(
 def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
     from ..datasets.importing.importer import draft_tables
 
-    return ImportDraft(draft_tables(tables, given.mapping, given.answers), tuple(tables), given)
+    return ImportDraft(draft_tables(tables, given.mapping, given.options, given.answers), tuple(tables), given)
 
 
 def _imported(tables: Sequence[RawTable], given: _Given) -> Import:
@@ -330,15 +340,17 @@ def _imported(tables: Sequence[RawTable], given: _Given) -> Import:
     return Import(records, found.mapping, found.report, found.aside)
 
 
-def write_mapping(mapping: ColumnMapping, path: FilePath, force: bool = False) -> None:
-    """Write a mapping as YAML; BadInput where the file exists or cannot be written."""
+def write_mapping(
+    mapping: ColumnMapping, path: FilePath, force: bool = False, columns: Sequence[DraftColumn] = ()
+) -> None:
+    """Write a mapping as YAML, with the reasons for its lines; BadInput where the file exists or cannot be written."""
     from ..datasets.importing.mapping import mapping_text
     from ..models.files import refuse_existing, replace_together
     from .documents import text_writer
 
     if not force:
         refuse_existing([Path(path)])
-    replace_together({Path(path): text_writer(mapping_text(mapping))})
+    replace_together({Path(path): text_writer(mapping_text(mapping, columns))})
 
 
 def find_manoeuvres(record: Record) -> list[Segment]:
@@ -350,12 +362,16 @@ def find_manoeuvres(record: Record) -> list[Segment]:
 
 def list_quantities() -> dict[str, list[str]]:
     """What a column of a log can be -> the units that its numbers can have, the usual one first."""
-    from ..datasets.importing.quantities import QUANTITIES
-    from ..datasets.importing.units import UNITS
+    from ..datasets.importing.quantities import quantities
+    from ..datasets.importing.units import UNITS, candidates
 
+    usual = {one.dimension: [unit.name for unit in candidates(one.dimension)] for one in quantities().values()}
     return {
-        name: sorted((u.name for u in UNITS.values() if u.dimension == one.dimension), key=lambda u: u != one.usual)
-        for name, one in QUANTITIES.items()
+        name: [
+            *usual[one.dimension],
+            *(u.name for u in UNITS.values() if u.dimension == one.dimension and u.name not in usual[one.dimension]),
+        ]
+        for name, one in quantities().items()
     }
 
 

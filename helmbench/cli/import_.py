@@ -23,15 +23,15 @@ from ._shared import (
 )
 
 if TYPE_CHECKING:
-    from .. import Import
+    from .. import Import, ImportDraft
 
 
 @click.command("import")
 @click.argument("logs", nargs=-1, required=True, metavar="RAW...", type=FILE)
 @click.option(
-    "--map", "mapping", type=FILE, help="Mapping of the columns; written with the guess if it does not exist."
+    "--map", "mapping", type=FILE, help="Mapping of the columns; the draft is written there if it does not exist."
 )
-@click.option("--yes", is_flag=True, help="Take the guessed mapping without asking.")
+@click.option("--yes", is_flag=True, help="Import without asking; stops where something is open.")
 @click.option("--segment", is_flag=True, help="Cut into zigzags, turns and straight runs, a record each.")
 @click.option("--vessel", help="Vessel id, for the sidecar.")
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder; default: told by the yaw response.")
@@ -58,33 +58,42 @@ def import_command(
 ) -> int:
     """Read raw logs of any make (CSV, Excel, MAT, NMEA 0183) as records.
 
-    Columns, units and signs are guessed and shown; they are confirmed on the terminal, by --yes or by --map.  The
-    mapping goes beside the record (STEM.map.yaml) for the next log, columns that are no channel go to STEM.aside.csv.
+    What every column is, its unit and sign are taken from the file, from its other channels and from what is physically
+    possible, and shown; what none of these tells is asked, on the terminal or in the file of --map, and --yes stops at
+    it.  The mapping goes beside the record (STEM.map.yaml) for the next log, columns that are no channel go to
+    STEM.aside.csv.
     """
     import helmbench
 
     check_file(output, force)
     known = mapping if mapping is not None and mapping.exists() else None
+    hidden = quiet or as_json
+    draft = helmbench.draft_import(
+        logs,
+        mapping=known,
+        vessel=vessel,
+        positive_rudder=positive_rudder,
+        step_s=step_s,
+        variation_deg=variation_deg,
+        segment=segment,
+    )
+    if not (yes or hidden or mapping is not None) and sys.stdin.isatty():
+        draft = _asked(draft)
     try:
-        found = helmbench.import_log(
-            logs,
-            mapping=known,
-            vessel=vessel,
-            positive_rudder=positive_rudder,
-            step_s=step_s,
-            variation_deg=variation_deg,
-            segment=segment,
-        )
-    except helmbench.BadInput as error:
-        _show_faults(error)
-        if mapping is not None and known is None:
-            _write_draft(error, mapping)
+        found = draft.import_log()
+    except helmbench.BadInput:
+        click.echo(draft.summary(), err=True)
+        if mapping is not None and known is None and draft.mapping is not None:
+            draft.write_mapping(mapping)
+            click.echo(
+                f"wrote {mapping} with every column: answer what is asked in it, then repeat the command", err=True
+            )
         raise
-    if not (quiet or as_json):
+    if not hidden:
         click.echo(found.summary())
-    if known is None and not yes and not _confirmed(found, mapping, quiet or as_json):
+    if known is None and not yes and not _confirmed(found, mapping, hidden):
         if mapping is None:
-            hint = f"repeat it with --yes, or with --map {output.stem}.map.yaml to write the guess there and change it"
+            hint = f"repeat it with --yes, or with --map {output.stem}.map.yaml to write the draft there and change it"
             return complain(f"nothing imported: the mapping is not confirmed; {hint}", BAD_INPUT)
         return OK
     paths = found.write(output, force=force)
@@ -95,6 +104,24 @@ def import_command(
     return OK
 
 
+def _asked(draft: ImportDraft) -> ImportDraft:
+    """The draft after its questions were asked on the terminal, one after another."""
+    skipped: set[str] = set()
+    while question := next((q for q in draft.questions if q.id not in skipped), None):
+        click.echo(question.text)
+        for number, answer in enumerate(question.answers, start=1):
+            click.echo(f"  {number}: {answer.text}")
+        more = f", or = and {question.number}" if question.number else ""
+        given = click.prompt(f"number of the answer{more} (empty: leave open)", default="", show_default=False).strip()
+        keys = {str(number): answer.key for number, answer in enumerate(question.answers, start=1)}
+        key = given.removeprefix("=").strip() if given.startswith("=") else keys.get(given, "")
+        if not key:
+            skipped.add(question.id)
+            continue
+        draft = draft.answer({question.id: key})
+    return draft
+
+
 def _confirmed(found: Import, mapping: Path | None, hidden: bool) -> bool:
     """Whether the guess is confirmed on the terminal; with --map it is written there to be looked at."""
     if mapping is not None:
@@ -102,23 +129,3 @@ def _confirmed(found: Import, mapping: Path | None, hidden: bool) -> bool:
         click.echo(f"wrote {mapping}: look at it, then repeat the command; nothing imported yet", err=True)
         return False
     return not hidden and sys.stdin.isatty() and confirmed("import the log with this mapping?")
-
-
-def _show_faults(error: Exception) -> None:
-    """Print columns and faults of a failed import, where there is more than the one line of the error to say."""
-    from ..reporting.importing import faults_text
-
-    faults = getattr(error, "faults", ())
-    columns = getattr(error, "columns", ())
-    if len(faults) > 1 or columns:
-        click.echo(faults_text(columns, faults), err=True)
-
-
-def _write_draft(error: Exception, mapping: Path) -> None:
-    """Write all that was guessed of a log that cannot be imported so, to be changed by hand."""
-    from ..api.importing import write_mapping
-
-    draft = getattr(error, "draft", None)
-    if draft is not None:
-        write_mapping(draft, mapping)
-        click.echo(f"wrote {mapping} with every guess: change it, then repeat the command", err=True)

@@ -1,9 +1,10 @@
-"""Raw logs of different make, imported by one command with one confirmation, against the run that they were made of."""
+"""Raw logs of different make, imported by one command and answers to what it asks, against the run in them."""
 
 import datetime
 
 import numpy as np
 import pytest
+import yaml
 
 from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
@@ -25,6 +26,36 @@ def sources():
     }
 
 
+CLOCKWISE = {"sign": 1}
+ANSWERS = {
+    "bridge": {"Rudder": {"unit": "deg"}},
+    "auv_topics": {"yaw_rad": CLOCKWISE, "yaw_rate_rad_s": CLOCKWISE},
+    "matlab": {"psi": CLOCKWISE, "r": CLOCKWISE, "v": CLOCKWISE},
+    "midnight": {
+        "Yaw": CLOCKWISE,
+        "Yaw rate": CLOCKWISE,
+        "Helm angle": {"to": "rudder", "unit": "deg"},
+        "Sway": CLOCKWISE,
+    },
+}
+"""Log -> column -> what is put into the draft where it asks."""
+
+
+def imported(make, files, out):
+    """Import as a user does: --yes, and where that stops, the draft with its answers."""
+    if make not in ANSWERS:
+        return status_of(["import", *map(str, files), "--yes", "-o", str(out)])
+    draft = out.with_name("draft.yaml")
+    assert status_of(["import", *map(str, files), "--yes", "-o", str(out)]) == 2
+    assert not out.exists()
+    assert status_of(["import", *map(str, files), "--map", str(draft), "-o", str(out)]) == 2
+    content = yaml.safe_load(draft.read_text("utf-8"))
+    for column in (column for table in content["tables"] for column in table["columns"]):
+        column |= ANSWERS[make].get(column["column"], {})
+    draft.write_text(yaml.safe_dump(content), "utf-8")
+    return status_of(["import", *map(str, files), "--map", str(draft), "-o", str(out)])
+
+
 def difference(name, record, source, time):
     """Largest difference of a channel over its range."""
     if name == "heading_rad":
@@ -42,12 +73,12 @@ def test_a_log_becomes_the_record_it_was_made_of(make, ship, sources, tmp_path, 
     source = sources[ship]
     files = LOGS[make](source, tmp_path)
     out = tmp_path / "out.csv"
-    assert status_of(["import", *map(str, files), "--yes", "-o", str(out)]) == 0, capsys.readouterr().err
+    assert imported(make, files, out) == 0, capsys.readouterr().err
     record = read_record(out)
     assert record.meta.positive_rudder == ("starboard" if make == "autopilot" else source.meta.positive_rudder)
     source = source.turned(record.meta.positive_rudder)
-    stamp = record.meta.extra.get("start_utc")
-    start = (datetime.datetime.fromisoformat(stamp) - START).total_seconds() if stamp else 0.0
+    stamp = record.meta.extra.get("start_utc") or record.meta.extra.get("start_of_unknown_zone", "")
+    start = (datetime.datetime.fromisoformat(f"{stamp[:23]}+00:00") - START).total_seconds() if stamp else 0.0
     wanted = {"rudder_rad", "heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s"}
     assert wanted <= record.channels.keys()
     assert (make in ("matlab", "midnight")) or record.has("north_m", "east_m")
@@ -63,7 +94,7 @@ def test_the_mapping_that_was_written_imports_the_next_log(make, sources, tmp_pa
     first.mkdir()
     second.mkdir()
     files = LOGS[make](sources["mariner"], first)
-    assert status_of(["import", *map(str, files), "--yes", "-o", str(first / "out.csv")]) == 0
+    assert imported(make, files, first / "out.csv") == 0
     again = LOGS[make](sources["mariner"].between(0.0, 200.0), second)
     command = ["import", *map(str, again), "--map", str(first / "out.map.yaml"), "-o", str(second / "out.csv")]
     assert status_of(command) == 0, capsys.readouterr().err

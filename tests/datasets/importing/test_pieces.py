@@ -8,12 +8,14 @@ import pytest
 import helmbench
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.geometry import body_velocities
+from helmbench.datasets.importing.cells import decorated, numbers_of, table_style
 from helmbench.datasets.importing.clock import guess_form, seconds, spread
 from helmbench.datasets.importing.convert import Stream
 from helmbench.datasets.importing.geodesy import on_plane
-from helmbench.datasets.importing.names import match, split_unit
+from helmbench.datasets.importing.headers import read_header
+from helmbench.datasets.importing.names import named
 from helmbench.datasets.importing.offsets import estimate_offset
-from helmbench.datasets.importing.raw import RawColumn, parse_numbers
+from helmbench.datasets.importing.raw import RawColumn
 from helmbench.datasets.importing.segments import cut, find_segments
 from helmbench.datasets.record import Record
 
@@ -35,13 +37,13 @@ TIMES = {
 def test_times_with_a_date(said):
     column = RawColumn("time", "", tuple(TIMES[said]))
     form = guess_form(column, "")
-    assert form is not None and form.form == " ".join(said.split()[: 1 if said.startswith("iso") else 2])
-    assert seconds([column], form.form) - NOON == pytest.approx([0.0, 0.5, 1.0], abs=2e-3)
+    assert form is not None and form.forms[0] == " ".join(said.split()[: 1 if said.startswith("iso") else 2])
+    assert seconds([column], form.forms[0]) - NOON == pytest.approx([0.0, 0.5, 1.0], abs=2e-3)
 
 
 def test_a_clock_goes_on_after_midnight():
     clock = RawColumn("time", "", ("23:59:59", "23:59:59.5", "00:00:00", "0:00:01"))
-    assert guess_form(clock, "").form == "clock"
+    assert guess_form(clock, "").forms == ("clock",)
     assert np.diff(seconds([clock], "clock")) == pytest.approx([0.5, 0.5, 1.0])
     date = RawColumn("date", "", ("14.03.2026",) * 4)
     assert np.diff(seconds([date, clock], "day first")) == pytest.approx([0.5, 0.5, 1.0])
@@ -58,31 +60,66 @@ def test_stamps_of_full_seconds_are_spread_and_others_are_not():
 
 
 def test_numbers_with_commas_and_thousands():
-    assert parse_numbers(["1,5", "-2,25", "3"]).tolist() == [1.5, -2.25, 3.0]
-    assert parse_numbers(["1.234,5", "-2,25", "0,0"]).tolist() == [1234.5, -2.25, 0.0]
-    assert np.isnan(parse_numbers(["1.5", "2.5", "1,234,567"])[2])
+    assert numbers_of(["1,5", "-2,25", "3"]).tolist() == [1.5, -2.25, 3.0]
+    assert numbers_of(["1.234,5", "-2,25", "0,0"]).tolist() == [1234.5, -2.25, 0.0]
+    assert numbers_of(["1.5", "2.5", "1,234,567"]).tolist() == [1.5, 2.5, 1234567.0]
+    assert numbers_of(["612.345", "612.346"], "comma").tolist() == [612345.0, 612346.0]
+    assert numbers_of(["5\u202f998\u202f123,5", "1'234,5", "\u22122,5"]).tolist() == [5998123.5, 1234.5, -2.5]
+    assert table_style([["612,345"], ["1.5"]]) == "point" and table_style([["612,345"], ["1,5"]]) == "comma"
+    assert table_style([["612,345"], ["7"]]) == "open" and table_style([["12.345"], ["7"]]) == "point"
+
+
+def test_letters_at_numbers():
+    rudder = decorated(["12.5 P", "S 3", "0", "Stb 4"], "Rudder", "point")
+    assert rudder is not None and rudder.numbers.tolist() == [-12.5, 3.0, 0.0, 4.0] and rudder.positive == "starboard"
+    place = decorated(["54.5S", "54.6 S"], "Latitude", "point")
+    assert place is not None and place.numbers.tolist() == [-54.5, -54.6] and place.positive == "east"
+    speed = decorated(["12.5 kn", "3 kn"], "SOG", "point")
+    assert speed is not None and speed.unit == "kn"
+    assert decorated(["12.5 apples", "3 apples"], "SOG", "point") is None
 
 
 @pytest.mark.parametrize(
-    ("name", "quantity", "unit"),
+    ("name", "quantities"),
     [
-        ("sog_kn", "speed_over_ground", "kn"),
-        ("rot_deg_min", "yaw_rate", "deg/min"),
-        ("Ruderlage", "rudder", None),
-        ("Kurs über Grund", "course_over_ground", None),
-        ("RudderOrder", "rudder_command", None),
-        ("heading_setpoint", None, None),
-        ("Apparent wind speed", None, None),
-        ("HDOP", None, None),
+        ("Ruderlage", ("rudder",)),
+        ("Kurs über Grund", ("course_over_ground",)),
+        ("RudderOrder", ("rudder_command",)),
+        ("舵角指令", ("rudder_command",)),
+        ("船首方位", ("heading",)),
+        ("Ángulo de timón", ("rudder",)),
+        ("Kurs", ("heading", "course_over_ground")),
+        ("heading_setpoint", ()),
+        ("Apparent wind speed", ()),
+        ("HDOP", ()),
     ],
 )
-def test_names_of_columns(name, quantity, unit):
-    assert match(name)[0] == quantity
-    found = split_unit(name)[1]
-    assert (found.name if found else None) == unit
+def test_names_of_columns(name, quantities):
+    assert named(read_header(name).words).may_be == quantities
 
 
-def test_a_stated_unit_that_the_heading_contradicts_is_kept_aside(tmp_path):
+@pytest.mark.parametrize(
+    ("text", "dimension", "unit", "positive"),
+    [
+        ("Rudder (+ = Port)", "angle", None, "port"),
+        ("Rudder [deg, +Port]", "angle", "deg", "port"),
+        ("Ruder [°] (Stb+/Bb-)", "angle", "deg", "starboard"),
+        ("ROT (port negative) [deg/min]", "angular rate", "deg/min", "starboard"),
+        ("Rudder P/S [deg]", "angle", "deg", ""),
+        ("Rudder Port [deg]", "angle", "deg", ""),
+        ("舵角(右+)[deg]", "angle", "deg", "starboard"),
+        ("ROT [deg s⁻¹]", "angular rate", "deg/s", ""),
+        ("Heading, deg", "angle", "deg", ""),
+        ("yaw rate (ccw) [rad/s]", "angular rate", "rad/s", "port"),
+    ],
+)
+def test_what_a_header_states(text, dimension, unit, positive):
+    header = read_header(text)
+    found = header.unit(dimension)[0]
+    assert (found.name if found else None) == unit and header.positive == positive
+
+
+def test_a_stated_unit_that_the_heading_contradicts_is_asked(tmp_path):
     run = generate(Case("kvlcc2-l7", "zigzag:20/20", duration_s=100.0, dt_s=0.5))
     psi, rate = np.degrees(run.heading_unwrapped()), 60.0 * np.degrees(run.column("yaw_rate_rad_s"))
     rows = zip(run.time_s, psi % 360.0, rate, np.degrees(run.rudder()), strict=True)
@@ -90,11 +127,17 @@ def test_a_stated_unit_that_the_heading_contradicts_is_kept_aside(tmp_path):
         ["t [s],heading [deg],rot [deg/s],rudder [deg]", *(",".join(f"{x:.5f}" for x in row) for row in rows)]
     )
     (tmp_path / "log.csv").write_text(text, "utf-8")
-    found = helmbench.import_log(tmp_path / "log.csv")
-    assert not found.record.has("yaw_rate_rad_s")
-    assert any("deg/min?" in str(fault) for fault in found.report.faults)
-    assert "deg/min?" in found.summary() and "<table" in found._repr_html_()
-    assert found.aside["log.csv"].keys() == {"time_s", "t", "rot"}
+    with pytest.raises(helmbench.BadInput, match="what is its unit"):
+        helmbench.import_log(tmp_path / "log.csv")
+    draft = helmbench.draft_import(tmp_path / "log.csv")
+    (question,) = draft.questions
+    assert [answer.key for answer in question.answers] == ["deg/min", "deg/s", "not used"]
+    assert draft.to_dict()["questions"][0]["id"] == question.id and question.text in draft.summary()
+    found = draft.answer({question.id: "deg/min"}).import_log()
+    assert found.record.column("yaw_rate_rad_s") == pytest.approx(run.column("yaw_rate_rad_s"), abs=1e-6)
+    assert "<table" in found._repr_html_() and draft.series("log.csv", "rot")[1] == pytest.approx(rate, abs=1e-5)
+    with pytest.raises(helmbench.BadInput, match="no answer"):
+        draft.answer({question.id: "furlongs"})
 
 
 def wavy(time):

@@ -43,8 +43,23 @@ def test_on_a_terminal_the_mapping_is_asked_for(answer, status, log, monkeypatch
     out = log.with_name("out.csv")
     assert status_of(["import", str(log), "-o", str(out)]) == status
     shown = capsys.readouterr().out
-    assert "yaw_rate" in shown and "agrees with the heading" in shown and "95%" in shown
+    assert "yaw_rate" in shown and "agrees with column Heading" in shown and "other channel" in shown
     assert out.exists() == answer
+
+
+@pytest.mark.parametrize("given", ["2", "=28.5", ""])
+def test_on_a_terminal_questions_are_asked(given, log, monkeypatch, capsys):
+    log.write_text(log.read_text("utf-8").replace("Rudder [deg]", "Rudder [%]"), "utf-8")
+    monkeypatch.setattr("sys.stdin", Terminal())
+    monkeypatch.setattr(click, "prompt", lambda text, **_: given)
+    monkeypatch.setattr(click, "confirm", lambda text, **_: True)
+    out = log.with_name("out.csv")
+    assert status_of(["import", str(log), "-o", str(out)]) == (0 if given else 2)
+    assert out.exists() == bool(given)
+    assert "how many degrees are 100 %?" in capsys.readouterr().out
+    if given:
+        largest = np.degrees(np.abs(read_record(out).rudder()).max())
+        assert largest == pytest.approx({"2": 0.45, "=28.5": 0.285}[given] * 20.0, rel=1e-3)
 
 
 def test_a_new_mapping_file_is_written_to_be_looked_at(log, capsys):
@@ -104,15 +119,19 @@ def test_files_of_one_logger_are_runs_or_go_on(log, tmp_path):
 
 def test_a_log_that_is_not_understood_leaves_a_mapping_to_change(log, capsys):
     rows = [
-        "t,psi,delta",
+        "t [s],psi,delta",
         *(f"{0.5 * i},{0.1 * np.sin(0.1 * i):.5f},{0.3 * np.sign(np.sin(0.1 * i)):.3f}" for i in range(90)),
     ]
     log.write_text("\n".join(rows), "utf-8")
     out, mapping = log.with_name("out.csv"), log.with_name("map.yaml")
     command = ["import", str(log), "--map", str(mapping), "--positive-rudder", "port", "-o", str(out)]
     assert status_of(command) == 2 and not out.exists()
-    assert "rudder? name, no unit stated" in capsys.readouterr().err and "to: rudder" in mapping.read_text("utf-8")
-    assert status_of(command) == 0
+    assert "What is the unit of 'delta'" in capsys.readouterr().err
+    text = mapping.read_text("utf-8")
+    assert 'to: rudder, unit: "?"' in text and "# ASKED: What is the unit of 'psi'" in text
+    assert status_of(command) == 2 and not out.exists()
+    mapping.write_text(text.replace('"?"', "rad").replace("sign: rad", "sign: 1"), "utf-8")
+    assert status_of(command) == 0, capsys.readouterr().err
     assert read_record(out).rudder().max() == pytest.approx(0.3)
 
 

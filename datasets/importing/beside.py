@@ -1,0 +1,124 @@
+"""What is said of a column elsewhere: in lines above the header, in a file beside the log, in a column of sides."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...models.data_file import load
+from ...models.errors import BadInput
+from .cells import GAPS, side_of
+from .names import joined
+from .raw import RawColumn, RawTable
+
+SUFFIXES = (".yaml", ".yml", ".json")
+MOST_WORDS = 16
+"""Words of a line that says something of one column; longer ones are prose."""
+
+
+def with_notes(columns: Sequence[RawColumn], notes: Sequence[str]) -> list[RawColumn]:
+    """Columns with the lines above the header that begin with their name, or that list one unit a column."""
+    said: dict[int, list[str]] = {}
+    for note in notes:
+        if len(note.split()) > MOST_WORDS:
+            continue
+        for part in re.split(r"[;|]", note):
+            place = _named(columns, part)
+            if place is not None:
+                said.setdefault(place[0], []).append(place[1])
+    return [replace(c, said=(*c.said, *said[i])) if i in said else c for i, c in enumerate(columns)]
+
+
+def _named(columns: Sequence[RawColumn], note: str) -> tuple[int, str] | None:
+    """(the column that a text begins with, what it says of it)."""
+    text = note.strip().lstrip("#%/*! ").strip()
+    for i, column in sorted(enumerate(columns), key=lambda pair: -len(pair[1].name)):
+        rest = text[len(column.name) :]
+        if text.lower().startswith(column.name.lower()) and column.name and not re.match(r"\w", rest):
+            said = re.sub(r"^\s*(?:[:=,]|\bis\b|\bare\b|\bin\b|\bist\b|-\s)*\s*", "", rest).strip()
+            said = re.sub(r"^(?:in|unit|units|einheit)\b[:= ]*", "", said, flags=re.IGNORECASE)
+            return (i, said) if said else None
+    return None
+
+
+def with_sides(columns: Sequence[RawColumn]) -> list[RawColumn]:
+    """Columns with the sign of a column of sides behind them: P and S, N and S, E and W."""
+    out = list(columns)
+    for i in range(1, len(out)):
+        before, letters = out[i - 1], out[i]
+        if isinstance(letters.values, np.ndarray) or isinstance(before.values, np.ndarray) or letters.known:
+            continue
+        sides = _sides(letters, before)
+        if sides is None or not before.numeric or (before.numbers[np.isfinite(before.numbers)] < 0.0).any():
+            continue
+        texts = tuple(
+            f"{value.strip()} {side}" if value.strip() else "" for value, side in zip(before.values, sides, strict=True)
+        )
+        out[i - 1] = replace(before, values=texts)
+        out[i] = replace(letters, known="not used", source=f"the side of column {before.name}")
+    return out
+
+
+def _sides(letters: RawColumn, before: RawColumn) -> list[str] | None:
+    """The sides that a column of texts names; None where it is none."""
+    texts = [str(value).strip().lower() for value in letters.values]
+    named = {text: side_of(text, before.name) for text in set(texts) - GAPS}
+    if not named or not all(named.values()) or len(named) > 3:
+        return None
+    return ["" if text in GAPS else text.upper() for text in texts]
+
+
+# ------------------------------------------------------------------------------------------------ a file beside the log
+
+
+def with_sidecar(tables: Sequence[RawTable], path: Path) -> list[RawTable]:
+    """Tables with what a YAML or JSON file beside the log says of their columns; an unreadable one says nothing."""
+    places = [path.with_suffix(suffix) for suffix in SUFFIXES] + [path.with_name(path.name + s) for s in SUFFIXES]
+    found = next((place for place in places if place != path and place.is_file()), None)
+    if found is None:
+        return list(tables)
+    try:
+        content = load(found)
+    except BadInput:
+        return list(tables)
+    said = dict(_statements(content)) if isinstance(content, Mapping) else {}
+    return [_with_statements(table, said, found.name) for table in tables]
+
+
+def _statements(content: Mapping[str, Any], depth: int = 0) -> list[tuple[str, list[str]]]:
+    """(name, statements) of all keys: `rot: deg/min`, `rudder: {unit: deg, positive: port}`."""
+    out: list[tuple[str, list[str]]] = []
+    for key, value in content.items():
+        name = str(key)
+        if isinstance(value, str):
+            positive = re.fullmatch(r"positive[_ ](\w+)", name)
+            out.append((joined(positive[1]), [f"positive to {value}"]) if positive else (joined(name), [value]))
+        elif isinstance(value, Mapping):
+            own = [_statement(str(k), v) for k, v in value.items() if isinstance(v, str)]
+            out.append((joined(name), [text for text in own if text]))
+            out += _statements(value, depth + 1) if depth < 3 else []
+        elif isinstance(value, list) and depth < 3:
+            for entry in value:
+                if isinstance(entry, Mapping) and (label := entry.get("name") or entry.get("column")):
+                    own = [_statement(str(k), v) for k, v in entry.items() if isinstance(v, str) and v != label]
+                    out.append((joined(str(label)), [text for text in own if text]))
+    return out
+
+
+def _statement(key: str, value: str) -> str:
+    if key.lower() in ("positive", "sign", "positive_to", "positive_side", "direction"):
+        return value if "positive" in value.lower() or "+" in value else f"positive to {value}"
+    return value if key.lower() in ("unit", "units", "description", "comment", "note", "einheit", "convention") else ""
+
+
+def _with_statements(table: RawTable, said: Mapping[str, Sequence[str]], name: str) -> RawTable:
+    columns = tuple(
+        replace(c, said=(*c.said, *said[joined(c.name)])) if said.get(joined(c.name)) else c for c in table.columns
+    )
+    told = columns != table.columns if not any(isinstance(c.values, np.ndarray) for c in columns) else bool(said)
+    return replace(table, columns=columns, done=(*table.done, *((f"units and signs by {name}",) if told else ())))

@@ -1,0 +1,196 @@
+"""What other channels say about a column: rates against angles, speeds against tracks, headings against courses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry import unwrapped
+from ..grammar import DEGREE
+from .units import Unit
+
+FEWEST = 20
+"""Samples in common below which nothing is compared."""
+AGREEING = 0.9
+"""Correlation from which on two channels tell of each other."""
+FOLLOWING = 0.8
+"""Correlation from which on one channel follows another."""
+LEAST_TURN_RAD = 0.3
+"""Change of the course from which on the sense of rotation shows."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values (N,) over times (N,), s; series of an equal clock, or that are both dated, can be compared."""
+
+    time: np.ndarray
+    values: np.ndarray
+    clock: str
+    dated: bool
+
+    def comparable(self, other: Series) -> bool:
+        """Whether the times are of one clock."""
+        return self.clock == other.clock or (self.dated and other.dated)
+
+
+def known(series: Series, angle: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """(times, values) that are known, times rising; an angle without its jumps."""
+    values = unwrapped(series.values) if angle else series.values
+    sound = np.isfinite(series.time) & np.isfinite(values)
+    time, values = series.time[sound], values[sound]
+    rising = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0]) if time.size else sound[:0]
+    return time[rising], values[rising]
+
+
+def together(first: Series, second: Series, angle_first=False, angle_second=False):
+    """(times, first, second) at the times of the slower of two series; None where they share too few."""
+    if not first.comparable(second):
+        return None
+    (t1, x1), (t2, x2) = known(first, angle_first), known(second, angle_second)
+    if t1.size < FEWEST or t2.size < FEWEST:
+        return None
+    slow = t1 if np.median(np.diff(t1)) >= np.median(np.diff(t2)) else t2
+    grid = slow[(slow >= max(t1[0], t2[0])) & (slow <= min(t1[-1], t2[-1]))]
+    if grid.size < FEWEST:
+        return None
+    return grid, np.interp(grid, t1, x1), np.interp(grid, t2, x2)
+
+
+def rate_ratio(angle: Series, rate: Series) -> float | None:
+    """Changes of an angle, rad, over those of the integral of a rate; None where they do not correlate."""
+    shared = together(angle, rate, angle_first=True)
+    if shared is None:
+        return None
+    time, turned, turning = shared
+    integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (turning[1:] + turning[:-1]) / 2.0)])
+    window = max(1, min(time.size // 10, 50))
+    change, summed = turned[window:] - turned[:-window], integral[window:] - integral[:-window]
+    if float(np.std(change)) < 0.1 * DEGREE:
+        return None
+    return _ratio(change, summed)
+
+
+def _ratio(wanted: np.ndarray, given: np.ndarray) -> float | None:
+    """wanted over given, by their powers; None where they do not correlate."""
+    power, other = float(given @ given), float(wanted @ wanted)
+    if not (power > 0.0 and other > 0.0 and math.isfinite(power) and math.isfinite(other)):
+        return None
+    correlation = float(wanted @ given) / math.sqrt(power * other)
+    return math.copysign(math.sqrt(other / power), correlation) if abs(correlation) > AGREEING else None
+
+
+def slope(first: Series, second: Series) -> float | None:
+    """Changes of the first series over those of the second about their means; None where they do not correlate."""
+    shared = together(first, second)
+    if shared is None:
+        return None
+    _, a, b = shared
+    return _ratio(a - a.mean(), b - b.mean())
+
+
+def follows(first: Series, second: Series, longest_s: float = 20.0) -> int | None:
+    """1 where the first series follows the second some seconds later, -1 where it follows its opposite; else None."""
+    shared = together(first, second)
+    if shared is None:
+        return None
+    time, a, b = shared
+    step = float(np.median(np.diff(time)))
+    lags = range(int(min(a.size // 2, longest_s / step)) + 1)
+    found = [_correlation(a[lag:], b[: b.size - lag]) for lag in lags]
+    best = max(found, key=abs)
+    return (1 if best > 0.0 else -1) if abs(best) > FOLLOWING else None
+
+
+def _correlation(a: np.ndarray, b: np.ndarray) -> float:
+    a, b = a - a.mean(), b - b.mean()
+    power = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / power if power > 0.0 else 0.0
+
+
+def size_ratio(first: Series, second: Series) -> float | None:
+    """The size of the first over that of the second, both positive in the main; None where the ratio varies widely."""
+    shared = together(first, second)
+    if shared is None:
+        return None
+    _, a, b = shared
+    moving = (np.abs(b) > 0.2 * np.quantile(np.abs(b), 0.9)) & (np.abs(a) > 0.0)
+    if moving.sum() < FEWEST:
+        return None
+    ratios = a[moving] / b[moving]
+    middle = float(np.median(ratios))
+    spread = float(np.subtract(*np.quantile(ratios, [0.75, 0.25])))
+    return middle if middle != 0.0 and spread < 0.35 * abs(middle) else None
+
+
+def nearest(size: float, units: tuple[Unit, ...], within: float) -> Unit | None:
+    """The unit whose factor is the nearest to a size, if it is within a share of it."""
+    best = min(units, key=lambda unit: abs(math.log(abs(size) / unit.factor)))
+    return best if abs(abs(size) / best.factor - 1.0) < within else None
+
+
+# ------------------------------------------------------------------------------------------------ tracks
+
+
+def track_velocity(north: Series, east: Series) -> tuple[Series, Series] | None:
+    """Velocities to north and east, m/s, of a track in metres, over windows of some seconds."""
+    shared = together(north, east)
+    if shared is None:
+        return None
+    time, n, e = shared
+    moved = (np.diff(n) != 0.0) | (np.diff(e) != 0.0)
+    fresh = np.concatenate([[True], moved])
+    time, n, e = time[fresh], n[fresh], e[fresh]
+    if time.size < FEWEST:
+        return None
+    step = float(np.median(np.diff(time)))
+    width = int(max(1, min(time.size // 10, math.ceil(3.0 / step))))
+    span = time[2 * width :] - time[: -2 * width]
+    middle = time[width:-width]
+    north_speed, east_speed = (n[2 * width :] - n[: -2 * width]) / span, (e[2 * width :] - e[: -2 * width]) / span
+    one = Series(middle, north_speed, north.clock, north.dated)
+    return one, Series(middle, east_speed, north.clock, north.dated)
+
+
+def sense(heading: Series, north: Series, east: Series) -> tuple[str, float] | None:
+    """How a heading, rad, turns with the course of velocities to north and east: ('with', mean of course - heading) or
+    ('against', mean of course + heading); None where the course hardly changes or nothing agrees."""
+    first = together(heading, north, angle_first=True)
+    second = together(heading, east, angle_first=True)
+    if first is None or second is None:
+        return None
+    _, psi, vn = first
+    ve = second[2]
+    if vn.size != ve.size:
+        return None
+    speed = np.hypot(vn, ve)
+    moving = speed > 0.3 * np.quantile(speed, 0.8)
+    course, psi = np.arctan2(ve, vn)[moving], psi[moving]
+    if course.size < FEWEST or np.ptp(np.unwrap(course)) < LEAST_TURN_RAD or np.ptp(psi) < LEAST_TURN_RAD / 3.0:
+        return None
+    with_, offset = _agreement(course - psi)
+    against, total = _agreement(course + psi)
+    if max(with_, against) < AGREEING or abs(with_ - against) < 0.03:
+        return None
+    return ("with", offset) if with_ > against else ("against", total)
+
+
+def _agreement(angle: np.ndarray) -> tuple[float, float]:
+    mean = np.exp(1j * angle).mean()
+    return float(abs(mean)), float(np.angle(mean))
+
+
+def body(heading: Series, north: Series, east: Series) -> tuple[Series, Series] | None:
+    """Velocities forward and to starboard of velocities over ground and a heading, rad."""
+    first = together(heading, north, angle_first=True)
+    second = together(heading, east, angle_first=True)
+    if first is None or second is None or first[1].size != second[1].size:
+        return None
+    time, psi, vn = first
+    ve = second[2]
+    forward, starboard = vn * np.cos(psi) + ve * np.sin(psi), -vn * np.sin(psi) + ve * np.cos(psi)
+    return (
+        Series(time, forward, heading.clock, heading.dated),
+        Series(time, starboard, heading.clock, heading.dated),
+    )

@@ -1,0 +1,179 @@
+"""What is found out about a column: quantity, unit, sign, how surely, and what is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .draft import NOT_USED, About, Answer, Question, Sure
+from .mapping import flow
+from .quantities import quantities
+from .raw import RawColumn, RawTable
+from .units import Unit, candidates
+
+LEVELS: tuple[Sure, ...] = ("stated", "other channel", "physics", "guess")
+AS_RECORD = "as the record's positive rudder"
+WITH_SIDE = ("rudder", "rudder_command")
+"""Quantities whose sign is the side of the record's positive rudder."""
+CONVENTIONS = {
+    "heading": "clockwise from north", "heading_magnetic": "clockwise from magnetic north",
+    "course_over_ground": "clockwise from north", "magnetic_variation": "positive to east",
+    "magnetic_deviation": "positive to east", "yaw_rate": "positive to starboard", "surge": "positive forward",
+    "sway": "positive to starboard", "velocity_north": "positive to north", "velocity_east": "positive to east",
+    "latitude": "positive to north", "longitude": "positive to east", "north": "positive to north",
+    "east": "positive to east", "roll": "positive with starboard down", "roll_rate": "positive with starboard down",
+    "wind_direction": "where it comes from, clockwise from north",
+}  # fmt: skip
+"""The record's sign convention of quantities that have one."""
+TURNED = {
+    "yaw_rate": "positive to port", "sway": "positive to port", "surge": "positive astern",
+    "roll": "positive with port down", "roll_rate": "positive with port down", "latitude": "positive to south",
+    "longitude": "positive to west", "north": "positive to south", "east": "positive to west",
+    "heading": "counterclockwise from north", "rudder_command": "against the rudder angle",
+}  # fmt: skip
+"""The convention of a column whose sign is -1."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A column and what is known of it.
+
+    may_be : quantities that the name may mean, likeliest first; one where it is known, none where it is not used.
+    unit, factor, offset, sign : value = sign * unit * (factor * number) + offset in the unit; unit None: open.
+    signed : whether the sign is known.  side : side of a positive rudder where it is stated.  foreign : a stated
+    unit that is none of the quantity.
+    """
+
+    table: RawTable
+    column: RawColumn
+    may_be: tuple[str, ...] = ()
+    unit: Unit | None = None
+    factor: float = 1.0
+    offset: float = 0.0
+    sign: int = 1
+    signed: bool = False
+    side: str = ""
+    foreign: str = ""
+    sure: Sure = "stated"
+    why: tuple[str, ...] = ()
+    questions: tuple[Question, ...] = ()
+    bounded: tuple[About, ...] = ()
+    """What the user decided, by the map or an answer: it is not checked again."""
+
+    @property
+    def quantity(self) -> str | None:
+        """The quantity, None where it is open or the column is not used."""
+        return self.may_be[0] if len(self.may_be) == 1 else None
+
+    @property
+    def known(self) -> bool:
+        """Whether quantity, unit and sign are known."""
+        return self.quantity is not None and self.unit is not None and self.signed and not self.questions
+
+    @property
+    def dimension(self) -> str:
+        """Dimension of the first quantity that it may be."""
+        return quantities()[self.may_be[0]].dimension
+
+    def values(self, unit: Unit | None = None) -> np.ndarray:
+        """(N,) in SI units and radians, with another unit if one is given."""
+        used = unit or self.unit
+        assert used is not None
+        return self.sign * used.factor * self.factor * self.column.numbers + self.offset * used.factor
+
+    def told(self, sure: Sure, why: str, **changes: object) -> Finding:
+        """The finding with more that is known: as sure as the least sure of it."""
+        level = max(self.sure, sure, key=LEVELS.index)
+        return replace(self, sure=level, why=(*self.why, why), **changes)
+
+    def unused(self, why: str) -> Finding:
+        """The finding of a column that is not used."""
+        return replace(self, may_be=(), unit=None, why=(why,), sure="stated", questions=(), signed=False)
+
+    def asking(self, question: Question) -> Finding:
+        """The finding with one more question."""
+        return replace(self, questions=(*self.questions, question), sure="guess")
+
+    @property
+    def convention(self) -> str:
+        """The sign convention in words; '' where there is none or it is open."""
+        quantity = self.quantity
+        if quantity is None or not self.signed:
+            return ""
+        if quantity in WITH_SIDE and self.side:
+            return f"positive to {self.side}"
+        if quantity in WITH_SIDE and self.sign > 0:
+            return AS_RECORD
+        if self.offset and quantity == "heading" and self.sign < 0:
+            return "counterclockwise from east"
+        return TURNED.get(quantity, "turned round") if self.sign < 0 else CONVENTIONS.get(quantity, "")
+
+
+def identifier(finding: Finding, about: About) -> str:
+    """The id of a question about a column."""
+    return f"{finding.table.label}/{finding.column.name}/{about}"
+
+
+def line_of(finding: Finding, **changes: object) -> str:
+    """The line of the map that says what a finding says, with changes."""
+    entry: dict[str, object] = {"column": finding.column.name, "to": finding.quantity or "?"}
+    entry["unit"] = finding.unit.name if finding.unit else "?"
+    if finding.factor != 1.0:
+        entry["factor"] = finding.factor
+    if finding.offset != 0.0:
+        entry["offset"] = finding.offset
+    if finding.sign != 1:
+        entry["sign"] = finding.sign
+    entry |= changes
+    if entry["to"] == NOT_USED:
+        entry = {"column": finding.column.name, "to": NOT_USED}
+    return flow(entry)
+
+
+def not_used(finding: Finding) -> Answer:
+    """The answer that a column is not used."""
+    return Answer(NOT_USED, "do not use this column", line_of(finding, to=NOT_USED))
+
+
+def ask_unit(finding: Finding, text: str, units: Sequence[Unit] | None = None) -> Finding:
+    """The finding with a question for its unit."""
+    units = units or candidates(finding.dimension)
+    answers = [Answer(unit.name, unit.name, line_of(finding, unit=unit.name)) for unit in units]
+    question = Question(
+        identifier(finding, "unit"), "unit", finding.table.label, finding.column.name, text,
+        (*answers, not_used(finding)),
+    )  # fmt: skip
+    return finding.asking(question)
+
+
+def ask_scale(finding: Finding, text: str, number: str, unit: str, usual: Sequence[float], per: float) -> Finding:
+    """The finding with a question for the size of a number: answers and numbers are units for `per` of the column."""
+    answers = [
+        Answer(f"{size:g}", f"{size:g} {unit}", line_of(finding, unit=unit, factor=size / per)) for size in usual
+    ]
+    question = Question(
+        identifier(finding, "unit"), "unit", finding.table.label, finding.column.name, text,
+        (*answers, not_used(finding)), number,
+    )  # fmt: skip
+    return finding.asking(question)
+
+
+def ask_sign(finding: Finding, text: str, answers: Sequence[tuple[str, str, dict[str, object]]]) -> Finding:
+    """The finding with a question for its sign: (key, text, changes of the map's line) each."""
+    made = [Answer(key, said, line_of(finding, **changes)) for key, said, changes in answers]
+    question = Question(
+        identifier(finding, "sign"), "sign", finding.table.label, finding.column.name, text, (*made, not_used(finding))
+    )
+    return finding.asking(question)
+
+
+def ask_quantity(finding: Finding, text: str, may_be: Sequence[str]) -> Finding:
+    """The finding with a question for its quantity."""
+    made = [Answer(name, name.replace("_", " "), line_of(finding, to=name)) for name in may_be]
+    question = Question(
+        identifier(finding, "quantity"), "quantity", finding.table.label, finding.column.name, text,
+        (*made, not_used(finding)),
+    )  # fmt: skip
+    return finding.asking(question)

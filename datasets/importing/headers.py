@@ -1,0 +1,180 @@
+"""What a column's header states: its words, unit and sign convention, cut apart."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from dataclasses import dataclass
+from functools import cache
+
+from .names import words
+from .quantities import side_words, word_list
+from .units import NO_UNIT, TIME_WORDS, Unit, tidy, unit_of
+
+BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
+TAIL = re.compile(r"(?:,|;|\s/|:|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
+"""A unit behind a comma, a colon or `in`, `en`, `i`."""
+JOINT = (
+    r"[\s_]*(?:=|:|\bto\b|\btowards?\b|\bis\b|\bist\b|\bnach\b|\bzu\b|\bvers\b|\ba\b|\bhacia\b|\btil\b|\bmot\b|\bfor\b"
+    r"|が|は|为|を)*[\s_]*"
+)
+PERCENT = ("%", "percent", "pct", "prozent", "‰", "porcentaje", "prosent", "パーセント")
+WEST_SOUTH = re.compile(
+    r"(west|south|\bw\b|\bs\b|ouest|sud|oeste|sur)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?"
+    r"(west|south|w\b|s\b|ouest|sud|oeste|sur)"
+)
+EAST_NORTH = re.compile(
+    r"(east|north|\be\b|\bn\b)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?(east|north|e\b|n\b)"
+)
+SCALED = re.compile(r"(?:x|\*|×)?\s*([0-9]*[.,]?[0-9]+(?:e[-+]?\d+)?)\s*(?:x|\*|×)?\s*([^\d].*)")
+
+
+@dataclass(frozen=True)
+class Header:
+    """words : of the name, without unit and sign.  units : texts that state a unit.  suffixes : other ways to cut the
+    words, each with the unit that its last words spell.  positive : side of a positive number, '' where none is stated.
+    foreign : a unit that is stated and says no size.
+    """
+
+    words: tuple[str, ...]
+    units: tuple[str, ...]
+    suffixes: tuple[tuple[tuple[str, ...], str], ...]
+    positive: str
+    foreign: str
+
+    def unit(self, dimension: str) -> tuple[Unit | None, float]:
+        """(the unit of that dimension that is stated, what its numbers are multiplied with); None where none is."""
+        for text in self.units:
+            unit, factor = scaled_unit(text, dimension)
+            if unit is not None:
+                return unit, factor
+        return None, 1.0
+
+
+def read_header(name: str, unit: str = "") -> Header:
+    """The parts of a header; `unit` is what a row of units says."""
+    name, unit = (unicodedata.normalize("NFKC", text).replace("\u2212", "-") for text in (name, unit))
+    positive, name, unit = _sign(name, unit)
+    pieces = [part.strip() for found in BRACKETS.findall(name) for part in re.split(r"[;,|]", found)]
+    rest = BRACKETS.sub(" ", name)
+    tail = TAIL.search(rest)
+    if tail and says_unit(tail[1]):
+        pieces.append(tail[1].strip())
+        rest = rest[: tail.start()]
+    pieces += [part.strip() for part in re.split(r"[;,|]", unit)]
+    units = tuple(piece for piece in pieces if piece and says_unit(piece))
+    other = [piece for piece in pieces if piece and not says_unit(piece)]
+    known = words(" ".join([rest, *other]))
+    sized = [text for text in units if _sized(text)]
+    foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
+    return Header(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign)
+
+
+def _sized(text: str) -> bool:
+    return scaled_unit(text)[0] is not None
+
+
+def says_unit(text: str) -> bool:
+    """Whether a text is a unit of any kind."""
+    return _sized(text) or tidy(text) in TIME_WORDS or tidy(text) in NO_UNIT
+
+
+def scaled_unit(text: str, dimension: str | None = None) -> tuple[Unit | None, float]:
+    """(unit, factor) of `deg`, `0.1 deg`, `1e-7 deg`; (None, 1) where the text is no unit (of that dimension)."""
+    place = re.fullmatch(r"(°|deg|degrees)\s*(?:([ew]|n)|\s(s))", text.strip().lower())
+    unit = unit_of(place[1] if place else text, dimension)
+    if unit is not None:
+        return unit, 1.0
+    match = SCALED.fullmatch(text.strip().lower())
+    inner = unit_of(match[2], dimension) if match else None
+    if match is None or inner is None:
+        return None, 1.0
+    factor = float(match[1].replace(",", "."))
+    power = math.log10(factor) if factor > 0.0 else 0.0
+    return (inner, factor) if power and abs(power - round(power)) < 1e-9 else (None, 1.0)
+
+
+def _suffixes(known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...], str], ...]:
+    """Ways to cut words into a name and a unit at its end: `rot_deg_min`, `rate_deg_s_1`, `sog_kn`."""
+    found = []
+    for count in (4, 3, 2, 1):
+        head, tail = known[:-count], known[-count:]
+        if not head or len(tail) < count:
+            continue
+        for text in ("/".join(tail), "_".join(tail), "".join(tail)):
+            if unit_of(text) is not None or (count == 1 and text in PERCENT):
+                found.append((head, text))
+                break
+    return tuple(found)
+
+
+# ------------------------------------------------------------------------------------------------ signs
+
+
+@cache
+def _patterns() -> tuple[re.Pattern[str], ...]:
+    """Patterns of a sign convention, each with the groups `sign` and `side`."""
+    sides = "|".join(sorted((re.escape(w) for s in side_words().values() for w in s), key=len, reverse=True))
+    signs = word_list("positive") | word_list("negative")
+    strong = "|".join(sorted((re.escape(w) for w in signs if w not in ("pos", "neg")), key=len, reverse=True))
+    side = rf"(?<![a-z])(?P<side>{sides})(?![a-z])"
+    sign = rf"(?P<sign>(?<![a-z])(?:{strong})(?![a-z])|\+)"
+    weak = r"(?P<sign>\b(?:pos|neg)\b\.?|-)"
+    return (
+        re.compile(rf"{sign}{JOINT}{side}"),
+        re.compile(rf"{side}{JOINT}{sign}"),
+        re.compile(rf"(?:(?<=[\[(,;/])\s*){weak}{JOINT}{side}"),
+        re.compile(rf"(?<=[\[(,;/])\s*{side}[\s]*(?:=|:|is|ist)?\s*{weak}(?=[\s\]),;/]|$)"),
+        re.compile(rf"{weak}\s*=\s*{side}"),
+    )
+
+
+def sign_stated(text: str) -> tuple[str, tuple[int, int]]:
+    """(side of a positive number, where in the text that is said); ('', (0, 0)) where nothing is."""
+    plain = _same_length(text)
+    for pattern in _patterns():
+        match = pattern.search(plain)
+        if match:
+            word, sign = match["side"], match["sign"].strip()
+            side = next(side for side, known in side_words().items() if word in known)
+            negative = sign == "-" or sign.rstrip(".") in word_list("negative")
+            return (_other(side) if negative else side), match.span()
+    turning = re.search(r"(?<![a-z])(ccw|counter-?clockwise|anti-?clockwise|cw|clockwise)(?![a-z])", plain)
+    if turning:
+        return ("starboard" if turning[1] in ("cw", "clockwise") else "port"), turning.span()
+    return "", (0, 0)
+
+
+def _other(side: str) -> str:
+    return "port" if side == "starboard" else "starboard"
+
+
+def _same_length(text: str) -> str:
+    """The text in lower case and without accents, every letter at its place."""
+    letters = (unicodedata.normalize("NFD", letter)[0].lower() for letter in text)
+    return "".join(letter if letter != "ø" else "o" for letter in letters)
+
+
+def _sign(name: str, unit: str) -> tuple[str, str, str]:
+    """(side, name and unit without what says the side)."""
+    side, (start, stop) = sign_stated(name)
+    if side:
+        return side, _without(name, start, stop), unit
+    side, (start, stop) = sign_stated(f"({unit})") if unit else ("", (0, 0))
+    return side, name, _without(f"({unit})", start, stop).strip("() ") if side else unit
+
+
+def _without(text: str, start: int, stop: int) -> str:
+    """The text without a statement, and without what the other side is said to be behind it."""
+    rest = text[stop:]
+    more = re.match(r"\s*[/,;]\s*[^\s\])]*[-+−][^\])]*", rest)
+    return text[:start] + " " + (rest[more.end() :] if more else rest)
+
+
+def west_or_south(name: str, unit: str) -> bool | None:
+    """Whether a longitude counts to the west, a latitude to the south; None where nothing is stated."""
+    text = _same_length(f"{name} {unit}")
+    if WEST_SOUTH.search(text) or re.search(r"(°|\bdeg)\s*[ws]\b", text):
+        return True
+    return False if EAST_NORTH.search(text) or re.search(r"(°|\bdeg)\s*[ne]\b", text) else None

@@ -1,0 +1,114 @@
+"""The findings of all tables of a log, with their times: what one column can be compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..geometry import unwrapped
+from .evidence import Series, together, track_velocity
+from .finding import Finding
+from .geodesy import on_plane
+from .times import TableTime
+from .units import Unit
+
+
+@dataclass
+class Log:
+    """Findings of all columns, and the times of their tables by label."""
+
+    findings: list[Finding]
+    times: dict[str, TableTime]
+    _seconds: dict[str, np.ndarray | None] = field(default_factory=dict)
+
+    def seconds(self, finding: Finding) -> np.ndarray | None:
+        """(N,) times of the finding's table, s; None where no time is known."""
+        label = finding.table.label
+        if label not in self._seconds:
+            found = self.times[label].seconds(finding.table)
+            self._seconds[label] = None if found is None else found[0]
+        return self._seconds[label]
+
+    def forget_times(self, label: str) -> None:
+        """Compute the times of a table again."""
+        self._seconds.pop(label, None)
+
+    def series(self, finding: Finding, unit: Unit | None = None, raw: bool = False) -> Series | None:
+        """The values of a finding over time: in SI units, with another unit if one is given, or as in the file."""
+        time = self.seconds(finding)
+        if time is None:
+            return None
+        values = finding.column.numbers if raw else finding.values(unit)
+        clock = finding.table.clock or finding.table.label
+        return Series(time, values, clock, self.times[finding.table.label].dated)
+
+    def all(self, *wanted: str, signed: bool = True) -> Iterator[tuple[Finding, Series]]:
+        """Findings of quantities whose unit (and sign) is known, with their series."""
+        for finding in self.findings:
+            if finding.quantity in wanted and finding.unit is not None and (finding.signed or not signed):
+                series = self.series(finding)
+                if series is not None and np.isfinite(series.values).any():
+                    yield finding, series
+
+    def first(self, *wanted: str, signed: bool = True) -> tuple[Finding, Series] | None:
+        """The first of them."""
+        return next(self.all(*wanted, signed=signed), None)
+
+    def tracks(self) -> Iterator[tuple[str, Series, Series]]:
+        """(name, velocity to north, velocity to east) of all positions and velocities over ground that are known."""
+        yield from self._pairs("velocity_north", "velocity_east")
+        for (first, north), (second, east) in self.beside("latitude", "longitude"):
+            shared = together(north, east)
+            if shared is None or np.abs(shared[1]).max() > 1.58:
+                continue
+            time, latitude, longitude = shared
+            n, e, _ = on_plane(latitude, longitude)
+            velocity = track_velocity(*(Series(time, x, north.clock, north.dated) for x in (n, e)))
+            if velocity is not None:
+                yield f"{first.column.name}, {second.column.name}", *velocity
+        for (first, north), (second, east) in self.beside("north", "east"):
+            velocity = track_velocity(north, east)
+            if velocity is not None:
+                yield f"{first.column.name}, {second.column.name}", *velocity
+        yield from self._courses()
+
+    def _pairs(self, one: str, other: str) -> Iterator[tuple[str, Series, Series]]:
+        for (first, north), (second, east) in self.beside(one, other):
+            yield f"{first.column.name}, {second.column.name}", north, east
+
+    def _courses(self) -> Iterator[tuple[str, Series, Series]]:
+        for (first, speed), (second, course) in self.beside("speed_over_ground", "course_over_ground"):
+            shared = together(speed, course, angle_second=True)
+            if shared is not None:
+                time, size, angle = shared
+                parts = (size * np.cos(angle), size * np.sin(angle))
+                north, east = (Series(time, part, speed.clock, speed.dated) for part in parts)
+                yield f"{first.column.name}, {second.column.name}", north, east
+
+    def beside(self, one: str, other: str) -> Iterator[tuple[tuple[Finding, Series], tuple[Finding, Series]]]:
+        """Pairs of two quantities of comparable clocks."""
+        others = list(self.all(other))
+        for first in self.all(one):
+            second = next((pair for pair in others if first[1].comparable(pair[1])), None)
+            if second is not None:
+                yield first, second
+
+    def turns(self) -> Iterator[tuple[str, Series]]:
+        """(name, course of a track, rad, without jumps) of all tracks."""
+        for name, north, east in self.tracks():
+            shared = together(north, east)
+            if shared is not None:
+                time, n, e = shared
+                moving = np.hypot(n, e) > 0.2 * np.quantile(np.hypot(n, e), 0.9)
+                course = np.where(moving, np.arctan2(e, n), np.nan)
+                yield name, Series(time, unwrapped(course), north.clock, north.dated)
+
+
+def speeds(tracks: Sequence[tuple[str, Series, Series]]) -> Iterator[tuple[str, Series]]:
+    """(name, speed over ground, m/s) of tracks."""
+    for name, north, east in tracks:
+        shared = together(north, east)
+        if shared is not None:
+            yield name, Series(shared[0], np.hypot(shared[1], shared[2]), north.clock, north.dated)

@@ -1,0 +1,219 @@
+"""What a name that may mean several things means, and which of two columns of one quantity is used."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from collections.abc import Mapping as Dict
+from dataclasses import replace
+
+import numpy as np
+
+from .draft import NOT_USED, Answer, Question
+from .evidence import Series, sense, size_ratio, slope, together, track_velocity
+from .finding import Finding, ask_quantity, identifier, line_of
+from .geodesy import on_plane
+from .log import Log, speeds
+from .quantities import quantities
+from .reading import UNSIGNED
+from .units import UNITS
+
+ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed": 0.25, "length": 5.0, "rotation": 0.1}
+"""How far two columns of a quantity may be from each other (root mean square) to be the same."""
+SAME = 0.04
+"""How near a speed must be to that of the track to be over ground."""
+
+
+def unsigned() -> frozenset[str]:
+    """Quantities whose sign their name states."""
+    return UNSIGNED | {"heading"}
+
+
+def settle(log: Log, found: Finding) -> Finding:
+    """The finding with the quantity that other columns tell; unchanged where they do not."""
+    if len(found.may_be) < 2 or found.questions:
+        return found
+    if set(found.may_be) == {"north", "east"}:
+        return _axis(log, found)
+    if "speed_over_ground" in found.may_be:
+        return _speed(log, found)
+    if set(found.may_be) == {"heading", "course_over_ground"}:
+        return _course(log, found)
+    if set(found.may_be) == {"heading", "yaw_rate"}:
+        return _gyro(found)
+    return found
+
+
+def _decided(found: Finding, quantity: str, why: str, sure="other channel") -> Finding:
+    return found.told(sure, why, may_be=(quantity,), signed=quantity in unsigned())
+
+
+def _speed(log: Log, found: Finding) -> Finding:
+    raw = log.series(found, raw=True)
+    taken = next(
+        (f for f in log.findings if f.quantity == "speed_over_ground" and f.table.clock == found.table.clock), None
+    )
+    if raw is None or taken is not None:
+        return found
+    tracks = [t for t in log.tracks()]
+    for name, speed in speeds(tracks):
+        size = size_ratio(speed, raw)
+        units = [found.unit] if found.unit is not None else [UNITS[name] for name in ("kn", "m/s", "km/h")]
+        unit = next((u for u in units if size and abs(size / (u.factor * found.factor) - 1.0) < SAME), None)
+        if unit is not None:
+            decided = _decided(found, "speed_over_ground", f"speed over ground: agrees with the speed of {name}")
+            return decided if found.unit is not None else decided.told("other channel", unit.name, unit=unit)
+    return found
+
+
+def _course(log: Log, found: Finding) -> Finding:
+    """A course is a heading where the course over ground is another column, or the other way round."""
+    others = [f.quantity for f in log.findings if f is not found and f.table.clock == found.table.clock]
+    for quantity, other in (("heading", "course_over_ground"), ("course_over_ground", "heading")):
+        if other in others and quantity not in others:
+            return _decided(found, quantity, f"the {other.replace('_', ' ')} is another column")
+    return found
+
+
+def _gyro(found: Finding) -> Finding:
+    numbers = found.column.numbers[np.isfinite(found.column.numbers)]
+    if numbers.size and numbers.min() >= 0.0 and numbers.max() > 100.0:
+        return _decided(
+            found, "heading", f"values from {numbers.min():.4g} to {numbers.max():.4g}: a heading", "physics"
+        )
+    return found
+
+
+def _axis(log: Log, found: Finding) -> Finding:
+    """Which of two axes points north, by latitudes, or by a heading whose sense is known."""
+    other = _other_axis(log, found)
+    if other is None:
+        return found
+    if other.quantity is not None:
+        quantity = "east" if other.quantity == "north" else "north"
+        return _decided(found, quantity, f"column {other.column.name} is the other one")
+    if found.may_be[0] == "east":
+        return found
+    x, y = log.series(found, raw=True), log.series(other, raw=True)
+    if x is None or y is None:
+        return found
+    return _axis_by_position(log, found, x) or _axis_by_heading(log, found, x, y) or found
+
+
+def _other_axis(log: Log, found: Finding) -> Finding | None:
+    """The other axis of the same table: x beside y."""
+    pairs = [f for f in log.findings if f.table is found.table and f is not found]
+    turned = [f for f in pairs if f.may_be == tuple(reversed(found.may_be))]
+    settled = [f for f in pairs if f.quantity in ("north", "east")]
+    return next(iter([*turned, *settled]), None)
+
+
+def _axis_by_position(log: Log, found: Finding, x: Series) -> Finding | None:
+    for (_, lat), (_, lon) in log.beside("latitude", "longitude"):
+        shared = together(lat, lon)
+        if shared is None or np.abs(shared[1]).max() > 1.58:
+            continue
+        north, east, _ = on_plane(shared[1], shared[2])
+        for quantity, values in (("north", north), ("east", east)):
+            ratio = slope(Series(shared[0], values, lat.clock, lat.dated), x)
+            if ratio is not None and ratio > 0.0:
+                return _decided(found, quantity, f"{quantity}: agrees with latitude and longitude")
+    return None
+
+
+def _axis_by_heading(log: Log, found: Finding, x: Series, y: Series) -> Finding | None:
+    velocity = track_velocity(x, y)
+    pair = log.first("heading")
+    if velocity is None or pair is None:
+        return None
+    heading = pair[1]
+    for quantity, parts in (("north", velocity), ("east", velocity[::-1])):
+        told = sense(heading, *parts)
+        if told is not None and told[0] == "with" and abs(told[1]) < 0.6:
+            return _decided(found, quantity, f"{quantity}: the track agrees with column {pair[0].column.name}")
+    return None
+
+
+def ask(log: Log, found: Finding) -> Finding:
+    """The finding with the question for its quantity."""
+    if set(found.may_be) == {"north", "east"} and found.may_be[0] == "east" and (other := _other_axis(log, found)):
+        return found.unused(f"waits for what {other.column.name} is") if other.quantity is None else _axis(log, found)
+    shown = " or ".join(name.replace("_", " ") for name in found.may_be)
+    return ask_quantity(found, f"What is {found.column.name!r}: {shown}? No other channel tells it.", found.may_be)
+
+
+# ------------------------------------------------------------------------------------------------ twins
+
+
+def without_twins(log: Log, answers: Dict[str, str], answered: Callable[[Finding, Dict[str, str]], Finding]) -> None:
+    """Of columns of one file for the same quantity one is used: the others agree with it, or it is asked."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for i, found in enumerate(log.findings):
+        if found.may_be and len(found.may_be) == 1:
+            groups.setdefault((found.table.clock or found.table.label, found.may_be[0]), []).append(i)
+    for (_, quantity), places in groups.items():
+        if len(places) > 1 and quantity in quantities():
+            _one_of(log, sorted(places, key=lambda i: _rank(log.findings[i])), answers, answered)
+
+
+def _rank(found: Finding) -> tuple[int, int, int]:
+    """Columns that are surely of a quantity first: chosen by the user, without questions, with the most numbers."""
+    chosen = 0 if "quantity" in found.bounded else 1
+    return chosen, len(found.questions), -int(np.isfinite(found.column.numbers).sum())
+
+
+def _one_of(log: Log, places: list[int], answers: Dict[str, str], answered: Callable) -> None:
+    first, *others = places
+    for i in others:
+        found, used = log.findings[i], log.findings[first]
+        if not found.may_be:
+            continue
+        told = difference(log, used, found)
+        if "quantity" in used.bounded and "quantity" not in found.bounded:
+            log.findings[i] = found.unused(f"{used.column.name} is used, as {used.why[-1]}")
+        elif told is not None and told[0]:
+            log.findings[i] = found.unused(f"{told[1]}; that one is used")
+        elif found.questions and not used.questions:
+            log.findings[i] = found.unused(f"{used.may_be[0].replace('_', ' ')} is column {used.column.name}")
+        else:
+            asked = _which(used, found, told[1] if told else "")
+            settled = answered(asked, answers)
+            log.findings[i] = settled
+            if settled.may_be and not settled.questions:
+                log.findings[first] = used.unused(f"{found.column.name} is used, as answered")
+                first = i
+
+
+def difference(log: Log, one: Finding, other: Finding) -> tuple[bool, str] | None:
+    """(whether two columns agree, a sentence); None where they cannot be compared."""
+    unit = one.unit or other.unit
+    first, second = (log.series(f, f.unit or unit) if f.unit or unit else None for f in (one, other))
+    if first is None or second is None:
+        return None
+    angle = one.dimension == "angle"
+    shared = together(first, second, angle_first=angle, angle_second=angle)
+    if shared is None:
+        return None
+    apart = shared[2] - shared[1]
+    apart = (apart + math.pi) % (2.0 * math.pi) - math.pi if angle else apart
+    size = float(np.sqrt(np.mean(apart**2)))
+    shown = math.degrees(size) if one.dimension in ("angle", "angular rate") else size
+    unit_text = {"angle": "deg", "angular rate": "deg/s", "speed": "m/s", "length": "m"}.get(one.dimension, "")
+    near = size <= ALIKE.get(one.dimension, 0.0)
+    named = one.column.name + (f" [{one.table.sheet}]" if one.table.sheet != other.table.sheet else "")
+    return near, f"is {shown:.3g} {unit_text} from {named} (root mean square)".replace("  ", " ")
+
+
+def _which(used: Finding, found: Finding, told: str) -> Finding:
+    """A second column of a quantity, with the question which of the two is used."""
+    quantity = found.may_be[0]
+    text = f"{used.column.name!r} and {found.column.name!r} are both a {quantity.replace('_', ' ')}: which one is used?"
+    question = Question(
+        identifier(found, "quantity"), "quantity", found.table.label, found.column.name,
+        text + (f" The second {told}." if told else ""),
+        (
+            Answer(NOT_USED, used.column.name, line_of(found, to=NOT_USED)),
+            Answer(quantity, found.column.name, line_of(found)),
+        ),
+    )  # fmt: skip
+    return replace(found, questions=(question,), sure="guess")

@@ -1,0 +1,167 @@
+"""What a column states by itself: its header, letters in its cells, statements about it, the map, or the format."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .draft import NOT_USED
+from .finding import WITH_SIDE, Finding, ask_quantity, ask_scale
+from .headers import PERCENT, Header, read_header, sign_stated, west_or_south
+from .mapping import ColumnMap
+from .names import Named, named
+from .quantities import RATE_OF, mathematical_words, quantities
+from .raw import RawColumn, RawTable
+from .units import UNITS, Unit, unit_of
+
+UNSIGNED = frozenset(
+    {"propeller", "propeller_thrust", "speed_over_ground", "speed_through_water", "wind_speed", "wind_direction",
+     "latitude", "longitude", "north", "east", "velocity_north", "velocity_east", "course_over_ground", "rudder",
+     "heading_magnetic"}
+)  # fmt: skip
+"""Quantities without a sign, or whose name states it; a rudder's is that of the record's positive rudder."""
+
+
+def stated(table: RawTable, column: RawColumn, given: ColumnMap | None, mapped: bool) -> Finding:
+    """The finding of a column from what is said of it; `mapped`: there is a map, and it need not name the column."""
+    base = Finding(table, column)
+    if given is not None:
+        return _from_map(base, given)
+    if mapped:
+        return base.unused("not in the map")
+    if column.known:
+        return _from_format(base)
+    return _from_header(base)
+
+
+def _from_map(base: Finding, given: ColumnMap) -> Finding:
+    if given.to == NOT_USED:
+        return base.unused("the map says so")
+    header = _from_header(base)
+    if given.to == "?":
+        return header
+    unit = None if given.unit in ("?", None) else UNITS[given.unit]
+    decided = replace(
+        base, may_be=(given.to,), unit=unit, factor=given.factor, offset=given.offset, why=("the map says so",),
+        sign=1 if given.sign == "?" else given.sign, signed=given.sign != "?", side=header.side,
+        bounded=("quantity", *(("unit",) if unit else ()), *(("sign",) if given.sign != "?" else ())),
+    )  # fmt: skip
+    if unit is None and header.may_be == (given.to,):
+        decided = replace(decided, unit=header.unit, factor=header.factor)
+    if not decided.signed and header.may_be == (given.to,):
+        decided = replace(decided, sign=header.sign, signed=header.signed)
+    return decided
+
+
+def _from_format(base: Finding) -> Finding:
+    column = base.column
+    if column.known in (NOT_USED, "time"):
+        return base.unused(column.source)
+    unit = unit_of(column.unit, quantities()[column.known].dimension) or UNITS.get(column.unit)
+    side = "starboard" if column.known in WITH_SIDE else ""
+    return replace(base, may_be=(column.known,), unit=unit, signed=True, side=side, why=(column.source,))
+
+
+def _from_header(base: Finding) -> Finding:
+    column = base.column
+    header = read_header(column.name, column.unit)
+    name, suffix = _name(header)
+    if not name.may_be:
+        return base.unused(name.why)
+    empty = not np.isfinite(column.numbers).any() and not column.first(1)
+    if empty:
+        return base.unused("no value in the column")
+    said = [read_header("", text) for text in column.said]
+    positive = header.positive or next((s for text in column.said if (s := sign_stated(text)[0])), "")
+    found = replace(base, may_be=name.may_be, why=(name.why,))
+    found = _with_unit(found, header, suffix, said)
+    found = _with_sign(found, positive)
+    return _doubted(found, name) if name.extra else found
+
+
+def _name(header: Header) -> tuple[Named, str]:
+    """(what the words say, the unit that their last ones spell)."""
+    for head, text in header.suffixes:
+        name = named(head)
+        dimensions = {quantities()[q].dimension for q in name.may_be}
+        rates = {quantities()[RATE_OF[q]].dimension for q in name.may_be if q in RATE_OF}
+        fits = any(unit_of(text, dimension) for dimension in dimensions | rates)
+        if name.may_be and (fits or text in PERCENT) and not name.extra:
+            return name, text
+    return named(header.words), ""
+
+
+def _doubted(found: Finding, name: Named) -> Finding:
+    shown = " ".join(name.extra)
+    text = f"Is {found.column.name!r} a column of {' or '.join(found.may_be)}? {shown!r} in its name is not known."
+    return ask_quantity(found, text, found.may_be)
+
+
+def _with_unit(found: Finding, header: Header, suffix: str, said: list[Header]) -> Finding:
+    """The finding with the unit that is stated, and what it leaves of the quantities that the name may mean."""
+    headers = [header, *said]
+    lettered = found.column.lettered
+    texts = [*([suffix] if suffix else []), *([lettered.unit] if lettered and lettered.unit else [])]
+    for quantity in [q for q in found.may_be] + [RATE_OF[q] for q in found.may_be if q in RATE_OF]:
+        dimension = quantities()[quantity].dimension
+        unit, factor = _stated_unit(headers, texts, dimension)
+        if unit is not None and dimension == "rotation" and unit.name == "rps" and suffix == "hz":
+            unit, factor = UNITS["rps"], 1.0
+        if unit is not None:
+            same = tuple(q for q in found.may_be if quantities()[q].dimension == dimension) or (quantity,)
+            return found.told("stated", f"unit {unit.name} stated", may_be=same, unit=unit, factor=factor)
+    foreign = next((h.foreign for h in headers if h.foreign), "") or next((t for t in texts if t in PERCENT), "")
+    other = next((text for h in headers for text in h.units if unit_of(text) is not None), "")
+    return _with_foreign(found, foreign or other) if foreign or other else found
+
+
+def _stated_unit(headers: list[Header], texts: list[str], dimension: str) -> tuple[Unit | None, float]:
+    for header in headers:
+        unit, factor = header.unit(dimension)
+        if unit is not None:
+            return unit, factor
+    found = next((unit for text in texts if (unit := unit_of(text, dimension))), None)
+    return found, 1.0
+
+
+def _with_foreign(found: Finding, text: str) -> Finding:
+    """A finding whose stated unit is none of the quantity: of a rudder per cent or volts."""
+    if found.may_be[0] in WITH_SIDE and len(found.may_be) == 1:
+        return replace(found, why=(*found.why, f"unit {text!r} stated"), foreign=text)
+    return found.unused(f"{' or '.join(found.may_be)}? its unit {text!r} is none of it")
+
+
+def ask_foreign(found: Finding) -> Finding:
+    """The finding of a rudder in a unit that is no angle, with the question for its scale."""
+    text = found.foreign
+    if text.lower() in PERCENT:
+        said = f"{found.column.name!r} is in per cent: how many degrees are 100 %?"
+        return ask_scale(found, said, "degrees at 100 %", "deg", (35.0, 45.0, 30.0), 100.0)
+    said = f"{found.column.name!r} is in {text}: how many degrees are one of it?"
+    return ask_scale(found, said, "degrees of one unit of the file", "deg", (1.0,), 1.0)
+
+
+def _with_sign(found: Finding, positive: str) -> Finding:
+    """The finding with the sign that its header, its letters or its name states."""
+    lettered = found.column.lettered
+    positive = positive or ("starboard" if lettered and lettered.positive == "starboard" else "")
+    quantity = found.quantity
+    if quantity in ("latitude", "longitude"):
+        turned = west_or_south(found.column.name, found.column.unit)
+        return replace(found, signed=True, sign=-1 if turned else 1)
+    if quantity in WITH_SIDE:
+        return replace(found, signed=quantity == "rudder", side=positive)
+    if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
+        sign = 1 if positive == "starboard" else -1
+        return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
+    mathematical = mathematical_words() & set(read_header(found.column.name).words)
+    if quantity == "heading" and (mathematical or (found.unit is not None and found.unit.name != "deg")):
+        return found
+    return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or _goes_ahead(found))
+
+
+def _goes_ahead(found: Finding) -> bool:
+    """Whether a speed forward is positive in the main."""
+    numbers = found.column.numbers
+    return found.quantity == "surge" and bool(np.nanmedian(numbers) > 0.0)

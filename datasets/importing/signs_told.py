@@ -1,0 +1,183 @@
+"""Signs that a file does not state: told by another channel, or asked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from .evidence import body, follows, rate_ratio, sense, slope
+from .finding import Finding, ask_sign
+from .log import Log
+
+NEAR = 0.6
+"""How far a course may be from the heading in the mean, rad."""
+STRENGTHS = (0.3, 3.0)
+"""Ratio of two sway speeds, or speeds forward, between which one tells of the other's sign."""
+QUARTER = math.pi / 2.0
+
+
+def by_channel(log: Log, found: Finding) -> Finding:
+    """The finding with the sign that another channel tells; unchanged where none does."""
+    if found.signed or found.quantity is None or found.unit is None:
+        return found
+    ways = {"heading": _heading, "yaw_rate": _yaw_rate, "sway": _along, "surge": _along, "roll_rate": _roll_rate}
+    way = ways.get(found.quantity)
+    return way(log, found) if way is not None else found
+
+
+def _heading(log: Log, found: Finding) -> Finding:
+    series = log.series(found)
+    if series is None:
+        return found
+    for name, north, east in log.tracks():
+        told = sense(series, north, east)
+        if told is not None:
+            return _with_sense(found, told, f"agrees with {name}")
+    others = ((f, s) for f, s in log.all("heading") if f is not found)
+    for other, rate in (*log.all("yaw_rate"), *()):
+        ratio = rate_ratio(series, rate)
+        if ratio is not None and "stated" in " ".join(other.why):
+            return found.told(
+                "other channel", f"turns with {other.column.name}", signed=True, sign=1 if ratio > 0 else -1
+            )
+    for other, heading in others:
+        ratio = slope(heading, series)
+        if ratio is not None:
+            return found.told(
+                "other channel", f"turns with {other.column.name}", signed=True, sign=1 if ratio > 0 else -1
+            )
+    return found
+
+
+def _with_sense(found: Finding, told: tuple[str, float], why: str) -> Finding:
+    assert found.unit is not None
+    turned, angle = told
+    if turned == "with" and abs(angle) < NEAR:
+        return found.told("other channel", why, signed=True)
+    if turned == "against" and abs(angle - QUARTER) < NEAR:
+        offset = round(QUARTER / found.unit.factor, 9)
+        said = f"counts counterclockwise from east: {why}"
+        return found.told("other channel", said, signed=True, sign=-1, offset=offset)
+    if turned == "against" and abs(angle) < NEAR:
+        return found.told("other channel", f"counts counterclockwise from north: {why}", signed=True, sign=-1)
+    return found
+
+
+def _yaw_rate(log: Log, found: Finding) -> Finding:
+    series = log.series(found)
+    if series is None:
+        return found
+    turns = [(f"column {f.column.name}", s) for f, s in log.all("heading", "heading_magnetic")]
+    for name, angle in (*turns, *((f"the turning of {name}", s) for name, s in log.turns())):
+        ratio = rate_ratio(angle, series)
+        if ratio is not None:
+            turned = "" if ratio > 0.0 else "turned round: "
+            return found.told("other channel", f"{turned}agrees with {name}", signed=True, sign=1 if ratio > 0 else -1)
+    return found
+
+
+def _roll_rate(log: Log, found: Finding) -> Finding:
+    series = log.series(found)
+    for other, roll in log.all("roll"):
+        ratio = rate_ratio(roll, series) if series is not None else None
+        if ratio is not None:
+            why = f"agrees with column {other.column.name}"
+            return found.told("other channel", why, signed=True, sign=1 if ratio > 0 else -1)
+    return found
+
+
+def _along(log: Log, found: Finding) -> Finding:
+    """The sign of a speed forward or sideways by a track and a heading."""
+    series = log.series(found)
+    if series is None:
+        return found
+    for _, psi in log.all("heading"):
+        for name, north, east in log.tracks():
+            parts = body(psi, north, east)
+            if parts is None:
+                continue
+            ratio = slope(parts[0] if found.quantity == "surge" else parts[1], series)
+            if ratio is not None and STRENGTHS[0] < abs(ratio) < STRENGTHS[1]:
+                why = f"agrees with {name} and the heading"
+                return found.told("other channel", why, signed=True, sign=1 if ratio > 0 else -1)
+    return found
+
+
+def command_sign(log: Log, found: Finding) -> Finding:
+    """A rudder command with the sign of the rudder, which follows it."""
+    series = log.series(found) if found.unit is not None else None
+    other = log.first("rudder")
+    if other is None:
+        return replace(found, signed=True)
+    told = follows(other[1], series) if series is not None else None
+    if told is None:
+        return found
+    turned = "" if told > 0 else "turned round: "
+    why = f"{turned}column {other[0].column.name} follows it"
+    return found.told("other channel", why, signed=True, sign=told)
+
+
+# ------------------------------------------------------------------------------------------------ questions
+
+
+def waits(log: Log, found: Finding) -> str:
+    """The column whose sign is asked and will tell this one's; '' where there is none."""
+    if found.quantity != "yaw_rate":
+        return ""
+    series = log.series(found)
+    for other, angle in log.all("heading", signed=False):
+        if not other.signed and series is not None and rate_ratio(angle, series) is not None:
+            return other.column.name
+    return ""
+
+
+def ask(log: Log, found: Finding) -> Finding:
+    """The finding with the question for its sign, or as one that waits for another's."""
+    name, unit = found.column.name, found.unit
+    assert unit is not None
+    waiting = waits(log, found)
+    if waiting:
+        return found.told("other channel", f"its sign is told by {waiting}, whose own is asked")
+    if found.quantity == "heading":
+        quarter = round(QUARTER / unit.factor, 9)
+        text = f"Which way does {name!r} count? No other channel tells it."
+        return ask_sign(found, text, [
+            ("clockwise", "clockwise from north, as a compass", {}),
+            ("counterclockwise from east", "counterclockwise from east (ENU)", {"offset": quarter, "sign": -1}),
+            ("counterclockwise from north", "counterclockwise from north", {"sign": -1}),
+        ])  # fmt: skip
+    if found.quantity == "surge":
+        answers = [("forward", "positive forward", {}), ("astern", "positive astern", {"sign": -1})]
+        return ask_sign(found, f"Which way is {name!r} positive?", answers)
+    if found.quantity in ("magnetic_variation", "magnetic_deviation"):
+        answers = [("east", "positive to east", {}), ("west", "positive to west", {"sign": -1})]
+        return ask_sign(found, f"Which way is {name!r} positive?", answers)
+    if found.quantity == "rudder_command":
+        answers = [("same", "as the rudder angle", {}), ("opposite", "against the rudder angle", {"sign": -1})]
+        return ask_sign(found, f"Which way is {name!r} positive? The rudder does not follow it clearly.", answers)
+    said = {"roll": ("starboard down", "port down"), "roll_rate": ("starboard down", "port down")}
+    one, other = said.get(str(found.quantity), ("to starboard", "to port"))
+    answers = [("starboard", f"positive {one}", {}), ("port", f"positive {other}", {"sign": -1})]
+    text = f"Which way is {name!r} ({str(found.quantity).replace('_', ' ')}) positive? No other channel tells it."
+    return ask_sign(found, text, answers)
+
+
+def against_track(log: Log, found: Finding) -> str:
+    """What contradicts the way that a heading counts; '' where nothing does."""
+    series = log.series(found)
+    if series is None:
+        return ""
+    for name, north, east in log.tracks():
+        told = sense(series, north, east)
+        if told is None:
+            continue
+        if told[0] == "against":
+            return f"it turns against {name}"
+        if abs(told[1]) > 1.0:
+            return f"{name} lead {math.degrees(told[1]):+.0f} deg away from it"
+    return ""
+
+
+def as_open(found: Finding) -> Finding:
+    """The finding with its sign open again."""
+    return replace(found, signed=False, sign=1, offset=0.0)

@@ -1,0 +1,206 @@
+"""The time of a table: which columns it is in, its form, and what is asked where nothing tells."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping as Dict
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .clock import DATED, UNITS_OF_TIME, Form, TimeGuess, guess_form, rows_as_seconds, seconds, spread
+from .draft import Answer, Question, Sure
+from .mapping import TimeMap, scalar
+from .names import is_date, is_time, words
+from .raw import RawColumn, RawTable
+
+ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
+WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
+MEANINGS: dict[str, str] = {
+    "day first": "the day stands before the month", "month first": "the month stands before the day",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class TableTime:
+    """The time of a table.
+
+    columns, form : where it is; form None: open.  likely : the form that is used to compare channels until it is known.
+    zoned : whether the file states that the times are UTC.  question : what is open.
+    """
+
+    columns: tuple[str, ...] = ()
+    form: Form | None = None
+    likely: Form | None = None
+    step_s: float | None = None
+    sure: Sure = "stated"
+    why: str = ""
+    zoned: bool = False
+    question: Question | None = None
+    forms: tuple[Form, ...] = ()
+
+    def seconds(self, table: RawTable, form: Form | None = None) -> tuple[np.ndarray, str] | None:
+        """((N,) seconds, what was done to them); None where no time is known."""
+        used = form or self.form or self.likely
+        if used is None:
+            return None
+        if used == "rows":
+            return rows_as_seconds(table.n, self.step_s or 1.0), ""
+        return spread(seconds([c for name in self.columns if (c := table.column(name))], used))
+
+    @property
+    def dated(self) -> bool:
+        """Whether the times count from 1970."""
+        return (self.form or self.likely) in DATED
+
+    def map(self) -> TimeMap:
+        """The same as a part of a mapping, '?' where the form is open."""
+        return TimeMap(columns=self.columns, form=self.form or "?", step_s=self.step_s)
+
+
+def find_time(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -> TableTime:
+    """The time of a table, as the map or an answer says, or as the file tells it."""
+    if given is not None and given.form != "?":
+        return TableTime(
+            given.columns,
+            given.form,
+            given.form,
+            given.step_s,
+            why="the map says so",
+            zoned=_zoned(table, given.columns),
+        )
+    found = _told(table)
+    if found is None:
+        return _without(table, answers)
+    key = answers.get(f"{table.label}/time")
+    if found.form is None and key in found.forms:
+        return replace(found, form=key, likely=key, sure="stated", why="as answered", question=None)
+    return found
+
+
+def _told(table: RawTable) -> TableTime | None:
+    """The time that the table tells; None where no column looks like one."""
+    stated = next((column for column in table.columns if column.known == "time"), None)
+    scored = []
+    for place, column in enumerate(table.columns):
+        guess = guess_form(column, _unit(column)) if column.known in ("", "time") else None
+        called = is_time(column.name) or column is stated
+        if guess is None or not (called or _first(place, column, guess)):
+            continue
+        texts = guess.stated and not column.numeric
+        scored.append((column is stated, called, guess.forms[0] in DATED, texts, guess.stated, -place, column, guess))
+    if not scored:
+        return None
+    *_, column, guess = max(scored, key=lambda entry: entry[:6])
+    names, guess = _with_date(table, column, guess)
+    return _asked(table, names, guess)
+
+
+def _first(place: int, column: RawColumn, guess: TimeGuess) -> bool:
+    """Whether a column that is not called a time is one: a date with a time of day, or the first and rising evenly."""
+    if guess.forms[0] in DATED and (not column.numeric or guess.forms[0].startswith("epoch")):
+        return True
+    return place == 0 and guess.stated
+
+
+def _unit(column: RawColumn) -> str:
+    unit = column.unit.strip("[]() ").lower()
+    if unit:
+        return unit
+    last = words(column.name)[-1:] or ("",)
+    known = {text for texts in UNITS_OF_TIME.values() for text in texts}
+    if len(words(column.name)) > 1 and last[0] in known:
+        return last[0]
+    return next(
+        (
+            text
+            for text in (*(said.lower() for said in column.said), *words(column.name))
+            if text in ("usec", "msec", "nsec", "us", "ms", "ns", "nanosec", "seconds", "millis", "sec", *known)
+            and len(text) > 1
+        ),
+        "",
+    )
+
+
+def _with_date(table: RawTable, column: RawColumn, guess: TimeGuess) -> tuple[tuple[str, ...], TimeGuess]:
+    """The time with the column of the date, where the time is a time of day or a date alone."""
+    form = guess.forms[0]
+    if form in ("clock", "hhmmss", "day fraction"):
+        for date in (c for c in table.columns if c is not column and is_date(c.name)):
+            own = guess_form(date, "")
+            if own is not None and own.forms[0] in ("iso", "day first", "month first", "excel"):
+                return (date.name, column.name), own
+    if form in ("iso", "day first", "month first") and not any(":" in text for text in column.first(5)):
+        for clock in (c for c in table.columns if c is not column):
+            own = guess_form(clock, "")
+            if own is not None and own.forms[0] in ("clock", "hhmmss"):
+                return (column.name, clock.name), guess
+    return (column.name,), guess
+
+
+def _asked(table: RawTable, names: tuple[str, ...], guess: TimeGuess) -> TableTime:
+    sure: Sure = "stated" if guess.stated else "physics"
+    zoned = _zoned(table, names)
+    if len(guess.forms) == 1:
+        return TableTime(names, guess.forms[0], guess.forms[0], None, sure, guess.reason, zoned)
+    text = f"What is the form of the time in {', '.join(names)}? {guess.reason}; the file does not say it."
+    question = _form_question(table, names, guess.forms, text)
+    return TableTime(names, None, guess.forms[0], None, "guess", guess.reason, zoned, question, guess.forms)
+
+
+def _form_question(table: RawTable, names: tuple[str, ...], forms: tuple[Form, ...], text: str) -> Question:
+    made = tuple(Answer(form, MEANINGS.get(form, form), _time_line(names, form)) for form in forms)
+    return Question(f"{table.label}/time", "time", table.label, names[-1], text, made)
+
+
+def _time_line(names: tuple[str, ...], form: str) -> str:
+    listed = ", ".join(str(scalar(name)) for name in names)
+    return f"time: {{columns: [{listed}], form: {form}}}"
+
+
+def _without(table: RawTable, answers: Dict[str, str]) -> TableTime:
+    """A table without a column of the time: logged at a fixed step, which is asked."""
+    step = next((step for note in table.notes if (step := step_stated(note))), None)
+    if step is not None:
+        return TableTime((), "rows", "rows", step, "stated", "a line above the header states the time step")
+    key = answers.get(f"{table.label}/time", "")
+    if re.fullmatch(r"\d*\.?\d+(e-?\d+)?", key) and float(key) > 0.0:
+        return TableTime((), "rows", "rows", float(key), "stated", "as answered")
+    column = table.column(key)
+    guess = guess_form(column, _unit(column)) if column is not None else None
+    if column is not None and guess is not None:
+        return replace(_asked(table, (column.name,), guess), sure="stated", why="as answered")
+    rising = [c.name for c in table.columns if c.numeric and np.mean(np.diff(c.numbers) > 0.0) > 0.95]
+    answers_ = tuple(Answer(name, f"column {name}", _time_line((name,), "seconds")) for name in rising)
+    text = "No column looks like a time: which one is it, or how many seconds are between the rows?"
+    names = ", ".join(column.name for column in table.columns)
+    number = "seconds between the rows: time: {columns: [], form: rows, step_s: NUMBER}"
+    question = Question(f"{table.label}/time", "time", table.label, "", f"{text} Columns: {names}.", answers_, number)
+    return TableTime(question=question, sure="guess", why="no column looks like a time")
+
+
+def step_stated(note: str) -> float | None:
+    """The time step that a line states: `sampling rate 10 Hz`, `dt = 0.1 s`."""
+    rate = re.search(r"(sampl|rate|freq|takt|abtast)\w*[^\d\n]{0,20}([\d.]+)\s*(hz|samples/s)", note, re.IGNORECASE)
+    if rate and float(rate[2]) > 0.0:
+        return 1.0 / float(rate[2])
+    step = re.search(
+        r"\b(dt|delta t|time ?step|sampling interval|sample time|abtastzeit)\b[^\d\n]{0,12}([\d.]+)\s*(s|sec|ms)\b",
+        note,
+        re.IGNORECASE,
+    )
+    if step and float(step[2]) > 0.0:
+        return float(step[2]) * (1e-3 if step[3].lower() == "ms" else 1.0)
+    return None
+
+
+def _zoned(table: RawTable, names: tuple[str, ...]) -> bool:
+    """Whether the file states that its times are UTC, or the offset from it."""
+    columns = [column for name in names if (column := table.column(name))]
+    if any(column.known == "time" or ZONE.search(" ".join((column.unit, *words(column.name)))) for column in columns):
+        return True
+    texts = [column.first(1) for column in columns]
+    return any(WITH_ZONE.fullmatch(text[0].strip()) for text in texts if text) or any(
+        column.numeric and column.numbers.size and np.nanmax(np.append(column.numbers, -1.0)) > 1e8
+        for column in columns
+    )

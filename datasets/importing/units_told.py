@@ -1,0 +1,235 @@
+"""Units that a file does not state: told by another channel, by what is physically possible, or asked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from .evidence import Series, nearest, rate_ratio, size_ratio, slope
+from .finding import Finding, ask_scale, ask_unit
+from .log import Log, speeds
+from .quantities import quantities
+from .reading import ask_foreign
+from .units import UNITS, Unit, candidates
+
+LARGEST_RAD = {"rudder": 1.65, "rudder_command": 1.65, "roll": 1.6, "latitude": math.pi / 2.0, "longitude": 3.15,
+               "magnetic_variation": 3.15, "magnetic_deviation": 1.6}  # fmt: skip
+FULL_TURN, MANY_TURNS = 6.3, 200.0
+"""Largest size of an angle, rad, in a column without a unit, and in one with, which may go on turning."""
+FASTEST_M_S, FASTEST_RAD_S, FASTEST_RPS = 60.0, 3.5, 100.0
+LARGEST_RUDDER_DEG = 95.0
+WITHIN = {"angular rate": 0.25, "speed": 0.07, "length": 0.1, "angle": 0.2}
+"""How near to a unit's factor the ratio to another channel must be."""
+SPEEDS = ("speed_over_ground", "speed_through_water", "surge")
+
+
+def by_channel(log: Log, found: Finding) -> Finding:
+    """The finding with the unit that another channel tells; unchanged where none does."""
+    if found.quantity is None or found.unit is not None:
+        return found
+    raw = log.series(found, raw=True)
+    if raw is None:
+        return found
+    if found.foreign:
+        return _rudder_scale(log, found, raw)
+    dimension = quantities()[found.quantity].dimension
+    for name, size in sizes(log, found, raw):
+        unit = nearest(size, candidates(dimension), WITHIN[dimension])
+        if unit is not None:
+            return found.told("other channel", f"{unit.name}: agrees with {name}", unit=unit)
+    return found
+
+
+def sizes(log: Log, found: Finding, raw: Series) -> Iterable[tuple[str, float]]:
+    """(name of another channel, SI units for one of the column's numbers)."""
+    quantity = str(found.quantity)
+    if quantity == "yaw_rate":
+        yield from _turning(log, raw)
+    elif quantity == "roll_rate":
+        yield from _named(((f, rate_ratio(s, raw)) for f, s in log.all("roll", signed=False)))
+    elif quantity in ("heading", "heading_magnetic", "course_over_ground", "roll"):
+        rates = "roll_rate" if quantity == "roll" else "yaw_rate"
+        found_ = ((f, rate_ratio(raw, s)) for f, s in log.all(rates, signed=False))
+        yield from ((name, 1.0 / size) for name, size in _named(found_))
+    elif quantity in ("rudder", "rudder_command"):
+        other = "rudder_command" if quantity == "rudder" else "rudder"
+        yield from _named((f, slope(s, raw)) for f, s in log.all(other, signed=False))
+    elif quantity in SPEEDS:
+        yield from _moving(log, raw)
+    elif quantity in ("north", "east"):
+        yield from _along(log, found)
+
+
+def _named(found: Iterable[tuple[Finding, float | None]]) -> Iterable[tuple[str, float]]:
+    return ((f"column {f.column.name}", abs(size)) for f, size in found if size)
+
+
+def _turning(log: Log, raw: Series) -> Iterable[tuple[str, float]]:
+    yield from _named((f, rate_ratio(s, raw)) for f, s in log.all("heading", "heading_magnetic", signed=False))
+    for name, course in log.turns():
+        size = rate_ratio(course, raw)
+        if size:
+            yield f"the turning of {name}", abs(size)
+
+
+def _moving(log: Log, raw: Series) -> Iterable[tuple[str, float]]:
+    for name, speed in speeds(list(log.tracks())):
+        size = size_ratio(speed, raw)
+        if size:
+            yield f"the speed of {name}", abs(size)
+    for other, series in log.all(*SPEEDS, signed=False):
+        size = size_ratio(series, raw)
+        if size:
+            yield f"column {other.column.name}", abs(size)
+
+
+def _along(log: Log, found: Finding) -> Iterable[tuple[str, float]]:
+    """Of a position in a plane: the speed of both positions, in their unit, against a speed over ground."""
+    from .evidence import track_velocity
+
+    other = "east" if found.quantity == "north" else "north"
+    pair = next((f for f in log.findings if f.quantity == other and f.table is found.table), None)
+    if pair is None:
+        return
+    one, two = log.series(found, raw=True), log.series(pair, raw=True)
+    velocity = track_velocity(one, two) if one is not None and two is not None else None
+    if velocity is None:
+        return
+    ((_, raw),) = speeds([("", *velocity)]) or (("", None),)
+    for speed, series in log.all("speed_over_ground", "surge", signed=False):
+        size = size_ratio(series, raw)
+        if size:
+            yield f"column {speed.column.name}", abs(size)
+
+
+def _rudder_scale(log: Log, found: Finding, raw: Series) -> Finding:
+    """Degrees for one of a rudder in per cent or volts, where another rudder channel tells them."""
+    other = "rudder_command" if found.quantity == "rudder" else "rudder"
+    for own, series in log.all(other, signed=False):
+        size = slope(series, raw)
+        if size:
+            factor = float(f"{math.degrees(size):.3g}")
+            why = f"one is {factor:g} deg: agrees with column {own.column.name}"
+            return found.told("other channel", why, unit=UNITS["deg"], factor=factor, foreign="")
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ physics
+
+
+def size_of(found: Finding) -> float:
+    """The 99 % quantile of the sizes of the numbers."""
+    numbers = found.factor * found.column.numbers
+    known = np.abs(numbers[np.isfinite(numbers)])
+    return float(np.quantile(known, 0.99)) if known.size else 0.0
+
+
+def by_physics(log: Log, found: Finding) -> Finding:
+    """The finding with the only unit that is possible, where there is only one."""
+    if found.quantity is None or found.unit is not None or found.foreign:
+        return found
+    if not np.isfinite(found.column.numbers).any():
+        return _texts(found)
+    unit, why = _possible(log, found)
+    return found.told("physics", why, unit=unit) if unit is not None else found
+
+
+def _texts(found: Finding) -> Finding:
+    if found.quantity in ("latitude", "longitude") and found.column.first(1):
+        return found.told("stated", "degrees and minutes, as the cells show", unit=UNITS["deg min"])
+    return found.unused("no numbers in the column")
+
+
+def _possible(log: Log, found: Finding) -> tuple[Unit | None, str]:
+    quantity, size = str(found.quantity), size_of(found)
+    told = f"values up to {size:.6g} can only be"
+    if quantity in ("latitude", "longitude"):
+        return _of_position(log, found, size, told)
+    if quantity in ("rudder", "rudder_command"):
+        angle = _names_angle(found)
+        return (UNITS["deg"], f"{told} degrees") if angle and 1.65 < size <= LARGEST_RUDDER_DEG else (None, "")
+    if found.dimension == "angle":
+        most = LARGEST_RAD.get(quantity, FULL_TURN)
+        return (UNITS["deg"], f"{told} degrees") if most < size <= 3600.0 and size > 1.02 * most else (None, "")
+    if quantity == "propeller" and size > 110.0:
+        return UNITS["rpm"], f"{told} revolutions a minute"
+    return None, ""
+
+
+def _names_angle(found: Finding) -> bool:
+    """Whether the name says that it is an angle."""
+    name = found.column.name.lower()
+    return any(word in name for word in ("angle", "winkel", "vinkel", "lage", "角", "ángulo", "angulo", "rsa"))
+
+
+def _of_position(log: Log, found: Finding, size: float, told: str) -> tuple[Unit | None, str]:
+    least = 90.0 if found.quantity == "latitude" else 180.0
+    numbers = found.column.numbers[np.isfinite(found.column.numbers)]
+    if least * 1.0001 < size <= 100.0 * least and np.all(np.abs(numbers) % 100.0 < 60.0):
+        return UNITS["deg min"], f"{told} degrees and minutes (ddmm.mmm)"
+    if 1e6 < size <= least * 1e7 and np.all(numbers == np.round(numbers)):
+        return UNITS["1e-7 deg"], f"{told} 1e-7 degrees"
+    if size > least * 1.0001:
+        return None, ""
+    other = "longitude" if found.quantity == "latitude" else "latitude"
+    beside = next((f for f in log.findings if f.quantity == other and f.table is found.table and f.unit), None)
+    if beside is not None and beside.unit is not None:
+        return beside.unit, f"{beside.unit.name}, as column {beside.column.name} beside it"
+    return (
+        (UNITS["deg"], f"{told} degrees")
+        if size > LARGEST_RAD[str(found.quantity)] * 1.01 and not _minutes(log, found)
+        else (None, "")
+    )
+
+
+def _minutes(log: Log, found: Finding) -> bool:
+    """Whether the other coordinate can only be degrees and minutes, or has no unit yet and could be."""
+    other = "longitude" if found.quantity == "latitude" else "latitude"
+    beside = next((f for f in log.findings if f.quantity == other and f.table is found.table), None)
+    limit = 180.0 if other == "longitude" else 90.0
+    return beside is not None and beside.unit is None and size_of(beside) > limit * 1.0001
+
+
+def impossible(found: Finding) -> bool:
+    """Whether the numbers cannot be in the unit that is stated."""
+    if found.unit is None or found.quantity is None or not np.isfinite(found.column.numbers).any():
+        return False
+    size = size_of(found) * found.unit.factor
+    if found.unit.name == "deg min":
+        return False
+    if found.dimension == "angle":
+        wraps = quantities()[found.quantity].wraps
+        return size > 1.02 * (MANY_TURNS if wraps else LARGEST_RAD.get(found.quantity, FULL_TURN))
+    most = {"speed": FASTEST_M_S, "angular rate": FASTEST_RAD_S, "rotation": FASTEST_RPS}
+    return size > most.get(found.dimension, math.inf)
+
+
+# ------------------------------------------------------------------------------------------------ questions
+
+
+def ask(found: Finding) -> Finding:
+    """The finding with the question for its unit."""
+    name, size = found.column.name, size_of(found)
+    if found.foreign:
+        return ask_foreign(found)
+    text = f"What is the unit of {name!r} ({str(found.quantity).replace('_', ' ')}, values up to {size:.4g})?"
+    if found.quantity in ("rudder", "rudder_command") and size <= 110.0:
+        return _ask_rudder(found, text, size)
+    able = [unit for unit in candidates(found.dimension) if not impossible(replace(found, unit=unit))]
+    return ask_unit(found, text, able or None)
+
+
+def _ask_rudder(found: Finding, text: str, size: float) -> Finding:
+    """Degrees or radians, or a share of the largest angle: per cent, or -1 to 1."""
+    able = [u for u in candidates("angle") if not impossible(replace(found, unit=u))]
+    full = 1.0 if size <= 1.05 else 100.0
+    asked = ask_unit(found, text, able)
+    scaled = ask_scale(found, text, "", "deg", (35.0,), full)
+    question = asked.questions[-1]
+    share = replace(scaled.questions[-1].answers[0], key="35", text=f"a share of 35 deg, {full:g} is the whole")
+    answers = (*question.answers[:-1], share, question.answers[-1])
+    number = f"degrees at {full:g}, where it is a share of the largest angle"
+    return replace(asked, questions=(*found.questions, replace(question, answers=answers, number=number)))
