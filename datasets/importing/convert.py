@@ -60,7 +60,7 @@ def stream_of(table: RawTable, mapping: TableMap, zoned: bool = False) -> tuple[
     quantities = {}
     for entry in mapping.columns:
         column = table.column(entry.column)
-        if column is None or entry.to == NOT_USED:
+        if column is None or entry.to == NOT_USED or entry.open:
             continue
         values, found = _converted(table, column, entry)
         faults += found

@@ -222,7 +222,7 @@ def _contradicted(log: Log, found: Finding) -> Finding | None:
     """The finding with a question for a unit that another channel contradicts; None where none does."""
     assert found.unit is not None
     raw = log.series(found, raw=True)
-    if raw is None or found.quantity not in ("yaw_rate", *units_told.SPEEDS[:1]):
+    if raw is None or found.quantity not in ("yaw_rate", "speed_over_ground", "surge"):
         return None
     for name, size in units_told.sizes(log, found, raw):
         ratio = size / (found.unit.factor * found.factor)

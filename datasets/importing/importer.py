@@ -131,18 +131,19 @@ def _imported(
     drafted = _draft(tables, mapping, log)
     rows, draft = drafted.columns, drafted.mapping
     faults = list(drafted.faults)
-    refuse_fatal(faults, rows, draft, drafted.questions)
     said = _options(mapping, options, answers)
     streams: list[tuple[Stream, RawTable]] = []
     used = draft or Mapping(tables=())
     for table in tables:
         entry = next((e for e in used.tables if (e.file, e.sheet) == (table.file, table.sheet)), None)
-        if entry is None:
+        if entry is None or entry.time.form == "?":
             continue
         stream, found = stream_of(table, entry, zoned=log.times[table.label].zoned)
         faults += found
         streams += [(stream, table)] if stream is not None else []
-    refuse_fatal(faults, rows, draft)
+    faults += _too_short([stream for stream, _ in streams])
+    short = any(fault.fatal for fault in faults)
+    refuse_fatal(faults, rows, draft, () if short else drafted.questions)
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside, questions = [], {}, []
     for name, run in runs([stream for stream, _ in streams]):
@@ -156,7 +157,8 @@ def _imported(
         questions += asked
         records += [record] if record is not None else []
         aside |= _aside(merged, streams, used)
-    refuse_fatal(faults, rows, draft, tuple(dict.fromkeys(questions)))
+    asked = tuple(dict.fromkeys(questions))
+    refuse_fatal(faults, _with_questions(rows, asked) if asked else rows, draft, asked)
     side = next((r.meta.positive_rudder for r in records), None)
     facts = {"vessel": said.vessel, "step_s": said.step_s, "magnetic_variation_deg": said.variation_deg}
     used = used.model_copy(update={"positive_rudder": said.positive_rudder or side, **facts})
@@ -165,6 +167,14 @@ def _imported(
     return replace(drafted, columns=rows, mapping=used, faults=tuple(faults)), Imported(
         tuple(records), used, report, aside
     )
+
+
+def _too_short(streams: Sequence[Stream]) -> list[Fault]:
+    """Why no record can be made, where all tables are shorter than one."""
+    if not streams or max(stream.time.size for stream in streams) >= MIN_SAMPLES:
+        return []
+    longest = max(streams, key=lambda stream: stream.time.size)
+    return [Fault(longest.label, f"{longest.time.size} samples", f"a record needs {MIN_SAMPLES}", fatal=True)]
 
 
 def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
@@ -223,7 +233,15 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log) -> Dra
     made = Mapping(tables=entries) if entries else None
     if made is not None and mapping is not None:
         made = mapping.model_copy(update={"tables": entries})
-    return Drafted(tuple(rows), tuple(questions), made, tuple(faults))
+    return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
+
+
+def _with_questions(rows: Sequence[DraftColumn], questions: Sequence[Question]) -> tuple[DraftColumn, ...]:
+    """The rows, each with the questions that stand at it."""
+    return tuple(
+        replace(row, questions=tuple(q for q in questions if (q.table, q.column) == (row.table, row.column)))
+        for row in rows
+    )
 
 
 def _mismatch(table: RawTable, mapping: Mapping) -> Fault:
@@ -314,7 +332,7 @@ def _which_column(tables: Sequence[RawTable], log: Log, key: str, wanted: Sequen
     )  # fmt: skip
     names = ", ".join(column.name for table in tables for column in table.columns)
     text = f"No column is known to be {what}: which one is it? Columns: {names}."
-    return Question(key, "quantity", tables[0].label, "", text, answers)
+    return Question(key, "quantity", tables[0].label, tables[0].columns[0].name, text, answers)
 
 
 # ------------------------------------------------------------------------------------------------ runs
@@ -382,7 +400,7 @@ def _record(
     record = Record(merged.time - start, channels, name, meta)
     record, told, more, asked = _signed(record, options.positive_rudder, log)
     if "heading_magnetic" in merged.quantities and "heading" not in merged.quantities and made.variation is None:
-        asked.append(_variation_question(name))
+        asked.append(_variation_question(log))
     more += [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
     notes = "; ".join(map(str, [*faults, *more])) or None
     record = replace(record, meta=replace(record.meta, notes=notes))
@@ -398,10 +416,17 @@ def _start(merged: Merged) -> dict[str, str]:
     return {"start_utc": stamp} if zoned else {"start_of_unknown_zone": stamp.removesuffix("+00:00")}
 
 
-def _variation_question(name: str) -> Question:
+def _variation_question(log: Log) -> Question:
     text = "The heading is magnetic and no variation is known: how many degrees to east is it?"
     answers = (Answer("0", "0: use it as true heading", "magnetic_variation_deg: 0"),)
-    return Question(VARIATION, "quantity", name, "", text, answers, "degrees to east: magnetic_variation_deg: NUMBER")
+    number = "degrees to east: magnetic_variation_deg: NUMBER"
+    return Question(VARIATION, "quantity", *_place(log, "heading_magnetic"), text, answers, number)
+
+
+def _place(log: Log, *wanted: str) -> tuple[str, str]:
+    """Table and column of the first of some quantities."""
+    found = next(f for name in wanted for f in log.findings if f.quantity == name)
+    return found.table.label, found.column.name
 
 
 def _living(name: str, found: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Fault]]:
@@ -449,13 +474,13 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
         if stated
         else "The yaw response does not tell."
     )
-    return record, [], [], [_side_question(text, told[0] if told else "starboard")]
+    return record, [], [], [_side_question(log, text, told[0] if told else "starboard")]
 
 
-def _side_question(text: str, first: str) -> Question:
+def _side_question(log: Log, text: str, first: str) -> Question:
     sides = sorted(("starboard", "port"), key=lambda side: side != first)
     answers = tuple(Answer(side, f"to {side}", f"positive_rudder: {side}") for side in sides)
-    return Question(RUDDER_SIDE, "rudder side", "", "", text, answers)
+    return Question(RUDDER_SIDE, "rudder side", *_place(log, "rudder", "rudder_command"), text, answers)
 
 
 def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], mapping: Mapping) -> Aside:

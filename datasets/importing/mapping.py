@@ -56,6 +56,11 @@ class ColumnMap(FileContent):
             raise ValueError(f"needs a unit of {self.to}, which are {units}, not {self.unit}")
         return self
 
+    @property
+    def open(self) -> bool:
+        """Whether something of a column that is used is open."""
+        return self.to != NOT_USED and "?" in (self.to, self.unit, self.sign)
+
 
 class TimeMap(FileContent):
     """The time: its column, or those of date and time of day, and its form; of rows without a time their step."""

@@ -175,7 +175,8 @@ def _without(table: RawTable, answers: Dict[str, str]) -> TableTime:
     text = "No column looks like a time: which one is it, or how many seconds are between the rows?"
     names = ", ".join(column.name for column in table.columns)
     number = "seconds between the rows: time: {columns: [], form: rows, step_s: NUMBER}"
-    question = Question(f"{table.label}/time", "time", table.label, "", f"{text} Columns: {names}.", answers_, number)
+    at = table.columns[0].name
+    question = Question(f"{table.label}/time", "time", table.label, at, f"{text} Columns: {names}.", answers_, number)
     return TableTime(question=question, sure="guess", why="no column looks like a time")
 
 

@@ -122,8 +122,7 @@ def _told(
     draft: ImportDraft, answers: Mapping[str, str], choices: Sequence[tuple[str, str, Mapping[str, Any]]]
 ) -> ImportDraft:
     """The draft with what the user says of it; BadInput where that cannot be."""
-    known = {question.id for question in draft.questions}
-    draft = draft.answer({name: key for name, key in answers.items() if name in known})
+    draft = draft.answer(answers)
     if not choices or draft.mapping is None:
         return draft
     return draft.with_columns({(table, column): said for table, column, said in choices})

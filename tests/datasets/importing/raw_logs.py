@@ -40,7 +40,7 @@ def moment(seconds: float, start: datetime.datetime = START) -> datetime.datetim
 def bridge(record: Record, folder: Path) -> list[Path]:
     """ISO time, knots, degrees per minute, positions in degrees, columns that are no channel."""
     c = columns(record)
-    lines = ["Timestamp,Heading,ROT [deg/min],Rudder,SOG [kn],COG,Latitude,Longitude,Depth,Remark"]
+    lines = ["Timestamp,Heading,ROT [deg/min],Rudder angle,SOG [kn],COG,Latitude,Longitude,Depth,Remark"]
     for i, t in enumerate(c["time"]):
         stamp = moment(t).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         lines.append(

@@ -28,7 +28,6 @@ def sources():
 
 CLOCKWISE = {"sign": 1}
 ANSWERS = {
-    "bridge": {"Rudder": {"unit": "deg"}},
     "auv_topics": {"yaw_rad": CLOCKWISE, "yaw_rate_rad_s": CLOCKWISE},
     "matlab": {"psi": CLOCKWISE, "r": CLOCKWISE, "v": CLOCKWISE},
     "midnight": {

@@ -210,6 +210,7 @@ def mathematical(run):
     return {"Heading [deg]": -np.degrees(run.heading_unwrapped()) % 360.0, "Yaw rate [deg/s]": None}
 
 
+RUDDER = "Rudder [deg]"
 RAW = {
     "the file is empty": lambda r: b"",
     "a binary file of unknown kind": lambda r: bytes(range(256)) * 20,
@@ -221,19 +222,19 @@ RAW = {
     "not a MAT file that can be read": lambda r: b"MATLAB 5.0 MAT-file" + bytes(600),
     "no rows of numbers found": lambda r: b"minutes of the meeting\nall were present\nnothing was decided\n" * 20,
     "starts as utf-16 text but is damaged": lambda r: b"\xff\xfe" + b"\x00\xd8\x00\x00" * 40,
-    "no column is surely the rudder angle; columns: Time, H": lambda r: text_of(renamed(r, "Rudder [deg]", "Pump")),
-    "no column looks like a time": lambda r: text_of(no_time(r)),
-    "rudder[?] name, unit 'rpm' is none of rudder": lambda r: text_of(renamed(r, "Rudder [deg]", "Rudder [rpm]")),
-    "rudder[?] .*cannot be": lambda r: text_of(log(r, **{"Rudder [deg]": 3e3 * r.rudder()})),
-    "rudder[?] no numbers in the column": lambda r: text_of(log(r, **{"Rudder [deg]": ["hard to port"] * r.n})),
+    "No column is known to be the rudder angle: .* Columns: Time, H": lambda r: text_of(renamed(r, RUDDER, "Pump")),
+    "No column looks like a time": lambda r: text_of(no_time(r)),
+    "'Rudder' is in rpm: how many degrees are one of it[?]": lambda r: text_of(renamed(r, RUDDER, "Rudder [rpm]")),
+    "deg cannot be[.] What is its unit[?]": lambda r: text_of(log(r, **{"Rudder [deg]": 3e3 * r.rudder()})),
+    "no number in the whole column": lambda r: text_of(log(r, **{RUDDER: ["hard to port"] * r.n})),
     "time goes back": lambda r: text_of(log(r, **{"Time [s]": np.tile(r.time_s[:67], 3)[: r.n]})),
     "repeat the time": lambda r: text_of(log(r, **{"Time [s]": np.repeat(r.time_s[::100], 100)[: r.n]})),
     "rows have no time of the form": lambda r: with_rows(text_of(log(r)), 5, lambda line: "?" + line),
     "cells under 8 columns": lambda r: with_rows(text_of(log(r)), 5, lambda line: line + ",1,2"),
     "decimal commas cannot be told from the commas": lambda r: text_of(log(r), ",", comma=True),
-    "the heading turns against the track": lambda r: text_of(log(r, **mathematical(r))),
+    "Which way does 'Heading' count[?] it turns against North, East": lambda r: text_of(log(r, **mathematical(r))),
     "knots in speed columns[?]": lambda r: text_of(log(r, **speeds(r, 1.9438))),
-    "centimetres in position columns[?]": lambda r: text_of(log(r, **places(r, 100.0))),
+    "North, East is 100 times as fast": lambda r: text_of(log(r, **places(r, 100.0), **{"Sway [m/s]": None})),
     "the sentences have no time": lambda r: b"\n".join(b"$HEHDT,%d.0,T" % (i % 360) for i in range(200)),
     "no NMEA sentence that can be used": lambda r: b"\n".join(b"$SDDBT,77.1,f,23.5,M,12.8,F" for i in range(200)),
     "3 samples; a record needs 10": lambda r: b"\n".join(text_of(log(r)).splitlines()[:4]),

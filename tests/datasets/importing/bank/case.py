@@ -62,7 +62,7 @@ def answer(question, case: Case) -> str | None:
         return case.time or None
     if question.id == "variation":
         return case.variation or None
-    if question.column:
+    if question.id not in ("rudder", "turning"):
         return _about_column(question, case)
     lines = [(a.key, yaml.safe_load(a.line)[0]) for a in question.answers]
     return next((key for key, e in lines if _known(case, e["column"]).quantity == e["to"]), None)
