@@ -12,9 +12,13 @@ import numpy as np
 
 from ...models.data_file import load
 from ...models.errors import BadInput
+from ..columns import ACCEPTED, QUANTITIES
+from ..sidecar_file import SidecarFile
 from .cells import GAPS, side_of
 from .names import joined
+from .quantities import quantities
 from .raw import RawColumn, RawTable
+from .units import UNITS, unit_of
 
 SUFFIXES = (".yaml", ".yml", ".json")
 MOST_WORDS = 16
@@ -86,8 +90,30 @@ def with_sidecar(tables: Sequence[RawTable], path: Path) -> list[RawTable]:
         content = load(found)
     except BadInput:
         return list(tables)
+    if isinstance(content, Mapping) and set(content) <= set(SidecarFile.model_fields):
+        tables = [_as_record(table, content, found.name) for table in tables]
     said = dict(_statements(content)) if isinstance(content, Mapping) else {}
     return [_with_statements(table, said, found.name) for table in tables]
+
+
+def _as_record(table: RawTable, sidecar: Mapping[str, Any], name: str) -> RawTable:
+    """A table whose columns and sidecar are those of a record: its format states units and signs."""
+    if not all(column.name in ACCEPTED for column in table.columns):
+        return table
+    by, side = f"a record: its sidecar {name} lies beside it", str(sidecar.get("positive_rudder") or "")
+    columns = tuple(_as_channel(column, by, side) for column in table.columns)
+    return replace(table, columns=columns)
+
+
+def _as_channel(column: RawColumn, by: str, side: str) -> RawColumn:
+    quantity = next(key for key, names in QUANTITIES.items() if column.name in names)
+    suffix = column.name.removeprefix(f"{quantity}_")
+    if quantity == "time":
+        return replace(column, unit=suffix, known="time", source=by)
+    unit = next(u.name for u in UNITS.values() if unit_of(suffix.replace("_", "/"), u.dimension) is u
+                and u.dimension == quantities()[quantity].dimension)  # fmt: skip
+    own = side if quantity in ("rudder", "rudder_command") else ""
+    return replace(column, unit=unit, known=quantity, source=by, side=own)
 
 
 def _statements(content: Mapping[str, Any], depth: int = 0) -> list[tuple[str, list[str]]]:

@@ -133,9 +133,9 @@ def _imported(
     faults = list(drafted.faults)
     said = _options(mapping, options, answers)
     streams: list[tuple[Stream, RawTable]] = []
-    used = draft or Mapping(tables=())
+    used = draft.tables if draft is not None else ()
     for table in tables:
-        entry = next((e for e in used.tables if (e.file, e.sheet) == (table.file, table.sheet)), None)
+        entry = next((e for e in used if (e.file, e.sheet) == (table.file, table.sheet)), None)
         if entry is None or entry.time.form == "?":
             continue
         stream, found = stream_of(table, entry, zoned=log.times[table.label].zoned)
@@ -161,11 +161,12 @@ def _imported(
     refuse_fatal(faults, _with_questions(rows, asked) if asked else rows, draft, asked)
     side = next((r.meta.positive_rudder for r in records), None)
     facts = {"vessel": said.vessel, "step_s": said.step_s, "magnetic_variation_deg": said.variation_deg}
-    used = used.model_copy(update={"positive_rudder": said.positive_rudder or side, **facts})
+    assert draft is not None
+    made = draft.model_copy(update={"positive_rudder": said.positive_rudder or side, **facts})
     rows = tuple(replace(r, sign=f"positive to {side}") if side and r.sign == AS_RECORD else r for r in rows)
     report = ImportReport(rows, tuple(steps), tuple(faults))
-    return replace(drafted, columns=rows, mapping=used, faults=tuple(faults)), Imported(
-        tuple(records), used, report, aside
+    return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
+        tuple(records), made, report, aside
     )
 
 
@@ -483,11 +484,11 @@ def _side_question(log: Log, text: str, first: str) -> Question:
     return Question(RUDDER_SIDE, "rudder side", *_place(log, "rudder", "rudder_command"), text, answers)
 
 
-def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], mapping: Mapping) -> Aside:
+def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], used: Sequence[TableMap]) -> Aside:
     """Columns of the run's tables that are no channel, over the record's time; not where the time alone is left."""
     out: Aside = {}
-    channels = {c.column for table in mapping.tables for c in table.columns if c.to != NOT_USED}
-    times = {name for table in mapping.tables for name in table.time.columns}
+    channels = {c.column for table in used for c in table.columns if c.to != NOT_USED}
+    times = {name for table in used for name in table.time.columns}
     for run in merged.streams:
         for stream, table in tables:
             if stream.label != run.label and stream.label not in run.parts:

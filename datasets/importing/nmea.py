@@ -329,7 +329,8 @@ def _table(path: Path, group: str, own: list[int], parsed: Sequence[Parsed], tim
     for entry in KINDS[first.kind]:
         numbers = np.array([_number(entry.read, parsed[i].message) for i in own])
         if np.isfinite(numbers).any():
-            columns.append(RawColumn(entry.name, entry.unit, numbers, entry.quantity, by))
+            side = "starboard" if entry.quantity == "rudder" else ""
+            columns.append(RawColumn(entry.name, entry.unit, numbers, entry.quantity, by, side=side))
     rows = np.array([parsed[i].line for i in own])
     return RawTable(path.name, tuple(columns), rows, group, path.name, done=(f"{len(own)} sentences {group}",))
 

@@ -20,7 +20,8 @@ class RawColumn:
 
     known : quantity that the format of the file states, in the record's sign convention, or 'not used';  source : who
     states it, and of which instrument the column is;  said : statements about the column elsewhere in the file or
-    beside it;  style : the decimal sign of the table.
+    beside it;  side : to which a positive rudder of a known column turns the ship;  style : the decimal sign of the
+    table.
     """
 
     name: str
@@ -29,6 +30,7 @@ class RawColumn:
     known: str = ""
     source: str = ""
     said: tuple[str, ...] = ()
+    side: str = ""
     style: Style = "point"
 
     @cached_property

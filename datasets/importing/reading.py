@@ -59,8 +59,7 @@ def _from_format(base: Finding) -> Finding:
     if column.known in (NOT_USED, "time"):
         return base.unused(column.source)
     unit = unit_of(column.unit, quantities()[column.known].dimension) or UNITS.get(column.unit)
-    side = "starboard" if column.known in WITH_SIDE else ""
-    return replace(base, may_be=(column.known,), unit=unit, signed=True, side=side, why=(column.source,))
+    return replace(base, may_be=(column.known,), unit=unit, signed=True, side=column.side, why=(column.source,))
 
 
 def _from_header(base: Finding) -> Finding:
