@@ -59,7 +59,10 @@ def require(record: Record, symbol: str) -> np.ndarray:
 
 
 def inputs_of(record: Record, model: Model) -> dict[str, np.ndarray]:
-    """Input samples (N,) by symbol: rudder (measured, else commanded), propeller (else its set value), speed."""
+    """Input samples (N,) by symbol: rudder (measured, else commanded), propeller (else its set value), speed, wind.
+
+    The speed is measured, else that of the positions; the wind's velocity is that towards north and east, m/s.
+    """
     rudder = record.rudder()
     found = {"delta": np.where(np.isfinite(rudder), rudder, np.nan)}
     if "n" in model.inputs:
@@ -68,10 +71,67 @@ def inputs_of(record: Record, model: Model) -> dict[str, np.ndarray]:
             raise CannotFit(f"record {record.name} has no column propeller_rps and model {model.id} no set value")
         found["n"] = np.full(record.n, model.n0_rps) if turns is None else turns
     if "speed" in model.inputs:
-        found["speed"] = np.hypot(require(record, "u"), require(record, "v"))
+        found["speed"] = speed_of(record)
+    if "wind_north" in model.inputs:
+        found |= dict(zip(("wind_north", "wind_east"), wind_of(record), strict=True))
     return found
 
 
+<<<<<<< HEAD
+=======
+def speed_of(record: Record) -> np.ndarray:
+    """Speed (N,), m/s: from surge and, where it is measured, sway; else from the positions.
+
+    Raises
+    ------
+    CannotFit : the record has neither.
+    """
+    u, v = samples(record, "u"), samples(record, "v")
+    if u is not None and np.isfinite(u).any():
+        return np.abs(u) if v is None or not np.isfinite(v).any() else np.hypot(u, v)
+    return np.hypot(*(_slope(record.time_s, require(record, symbol)) for symbol in ("x", "y")))
+
+
+def wind_of(record: Record) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity of the true wind towards north and towards east (N,), m/s.
+
+    Raises
+    ------
+    CannotFit : the record has no wind.
+    """
+    if not (record.has("wind_speed_m_s") and record.has("wind_direction_rad")):
+        raise CannotFit(f"record {record.name} has no columns wind_speed_m_s and wind_direction_rad")
+    size, source = record.column("wind_speed_m_s"), record.column("wind_direction_rad")
+    return -size * np.cos(source), -size * np.sin(source)
+
+
+def _slope(time_s: np.ndarray, values: np.ndarray, reach: int = 5) -> np.ndarray:
+    """Slope (N,) of a series by straight lines through up to 2 reach + 1 of its known samples."""
+    known = np.flatnonzero(np.isfinite(values))
+    if known.size < 2:
+        return np.full(values.size, np.nan)
+    t, y = time_s[known] - time_s[known[0]], values[known]
+    low, high = (np.clip(np.arange(known.size) + side, 0, known.size) for side in (-reach, reach + 1))
+    sums = [np.concatenate([[0.0], np.cumsum(s)]) for s in (np.ones_like(t), t, y, t * t, t * y)]
+    n, st, sy, stt, sty = (s[high] - s[low] for s in sums)
+    slope = (n * sty - st * sy) / (n * stt - st**2)
+    return np.interp(time_s, time_s[known], slope)
+
+
+def sensor_sd(values: np.ndarray) -> float:
+    """Standard deviation of white noise on a smooth series (N,), from its third differences.
+
+    Robust (median absolute deviation), so kinks and outliers do not count; 0 for fewer than 8 differences.
+    """
+    third = np.diff(values, 3)
+    third = third[np.isfinite(third)]
+    if third.size < 8:
+        return 0.0
+    spread = 1.4826 * np.median(np.abs(third)) or np.std(third)  # coarsely quantised series have a median of 0
+    return float(spread / np.sqrt(20.0))
+
+
+>>>>>>> eb3bb88 (A craft without a published simulation: steering laws, a ladder over left-out windows, diagnose and identify without a model)
 def noise_floor(values: np.ndarray) -> float:
     """A standard deviation (> 0) at the rounding level of a series (N,), for channels without visible noise."""
     known = values[np.isfinite(values)]

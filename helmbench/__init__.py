@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .api.assessment import Assessment, Comparison, compare
     from .api.calibration import Calibration, calibrate
     from .api.check import Check, check
+    from .api.craft import CraftDiagnosis, build_model
     from .api.diagnosis import Diagnosis, diagnose
     from .api.doctor import Health, doctor
     from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
@@ -61,6 +62,7 @@ __all__ = [
     "Changes",
     "Check",
     "Comparison",
+    "CraftDiagnosis",
     "Diagnosis",
     "Estimate",
     "FitFailed",
@@ -77,6 +79,7 @@ __all__ = [
     "SuiteResults",
     "Validation",
     "__version__",
+    "build_model",
     "calibrate",
     "check",
     "compare",
@@ -123,6 +126,7 @@ _HOME = {
     "Changes": ("reporting.leaderboard.comparing", "Changes"),
     "Check": ("api.check", "Check"),
     "Comparison": ("api.assessment", "Comparison"),
+    "CraftDiagnosis": ("api.craft", "CraftDiagnosis"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
     "Estimate": ("api.identification", "Estimate"),
     "FitFailed": ("models.errors", "FitFailed"),
@@ -138,6 +142,7 @@ _HOME = {
     "SimulatedRuns": ("datasets.many", "SimulatedRuns"),
     "SuiteResults": ("api.suites", "SuiteResults"),
     "Validation": ("api.validation", "Validation"),
+    "build_model": ("api.craft", "build_model"),
     "calibrate": ("api.calibration", "calibrate"),
     "check": ("api.check", "check"),
     "compare": ("api.assessment", "compare"),

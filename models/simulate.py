@@ -91,6 +91,8 @@ def inputs_of(
         "delta": rudder,
         "n": model.n0_rps if propeller is None else propeller,
         "speed": model.speed_m_s if speed is None else speed,
+        "wind_north": 0.0,
+        "wind_east": 0.0,
     }
     columns = [np.broadcast_to(np.asarray(given[name], float), rudder.shape) for name in model.inputs]
     return np.ascontiguousarray(np.column_stack(columns))

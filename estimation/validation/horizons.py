@@ -111,6 +111,19 @@ def trusted_s(scores: Sequence[Score], simple: Sequence[Score], model: str) -> f
     return trusted
 
 
+def mean_ratio(scores: Sequence[Score], new: str, old: str) -> float:
+    """Geometric mean, over heading and yaw rate and all times ahead, of one model's errors over another's; nan where
+    they share none."""
+    found = {(s.model, s.channel, s.horizon_s): s.rmse for s in scores if s.record is None and s.horizon_s is not None}
+    pairs = [
+        (rmse, found[old, channel, time])
+        for (model, channel, time), rmse in found.items()
+        if model == new and channel in TRUSTED and (old, channel, time) in found
+    ]
+    ratios = [np.log(a / b) for a, b in pairs if a > 0.0 and b > 0.0]
+    return float(np.exp(np.mean(ratios))) if ratios else np.nan
+
+
 def length_of(model: Model) -> float:
     """The ship's length, m; nan where the model does not know it."""
     constants = dict(zip(model.constant_names, model.constants.tolist(), strict=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from os import PathLike, fspath
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, TypeAlias
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from ..datasets.record import Record
 from ..estimation import estimate as result
 from ..estimation.comparison import Comparison
-from ..models.errors import BadInput
+from ..models.errors import BadInput, CannotFit
 from .admission import admit, warn_of
 
 if TYPE_CHECKING:
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 Path: TypeAlias = "str | PathLike[str]"
 AUTO = "auto"
 """Stands for every model that the records allow."""
+LEAST = 0.02
+"""Share by which a built model must predict better ahead than the best family."""
+NORMAL_90 = 1.6448536269514722
 
 
 @dataclass(frozen=True, repr=False)
@@ -137,7 +140,7 @@ def simulate(
 def identify(
     records: Record | Path | Sequence[Record | Path],
     model: Model | Path,
-    method: Method | str,
+    method: Method | str | None = None,
     *,
     validate: Record | Path | Sequence[Record | Path] = (),
     positive_rudder: str | None = None,
@@ -150,11 +153,11 @@ def identify(
     Parameters
     ----------
     records : records, or paths of record files.
-    model : the structure: a model, or a vessel id, a family id or the path of a model.json.  'auto' tries every family
-        that needs no constants of a ship, and the vessels that the records name, and takes the one whose free runs of
-        records that took no part in the fit are best (`compare`).
-    method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine'
-        (`list_methods`).
+    model : the structure: a model, or a vessel id, a family id or the path of a model.json.  'auto' builds one from the
+        records (`build_model`); with a method it also tries every family that needs no constants of a ship, and the
+        vessels that the records name (`compare`), and takes the best of them where it predicts as well ahead.
+    method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine' (`list_methods`);
+        'auto' needs none.
     validate : held-out records by which 'auto' chooses; without them each record, or block of time, is left out in
         turn.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
@@ -178,6 +181,8 @@ def identify(
 
     if model == AUTO:
         return _chosen(records, method, validate, positive_rudder)
+    if method is None:
+        raise BadInput("no method", hint="give one (`list_methods`); only the model 'auto' needs none")
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
     read = as_records(records, positive_rudder)
     warn_of(admit(read, structure))
@@ -190,16 +195,68 @@ def identify(
 
 def _chosen(
     records: Record | Path | Sequence[Record | Path],
-    method: Method | str,
+    method: Method | str | None,
     validate: Record | Path | Sequence[Record | Path],
     positive_rudder: str | None,
 ) -> Estimate:
-    """The estimate of the model that `compare` chooses."""
+    """The estimate of 'auto', see `identify`."""
+    read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
+    return chosen_estimate(read, () if method is None else (method,), others)
+
+
+def chosen_estimate(train: Sequence[Record], methods: Sequence[Method | str], others: Sequence[Record]) -> Estimate:
+    """The model that is built from the records or, where it predicts as well ahead, the best family of all methods.
+
+    Raises
+    ------
+    CannotFit : no model can be built, and no family fitted.
+    """
     from .assessment import compare
 
-    read = as_records(records, positive_rudder)
-    found = compare(read, AUTO, method, validate=validate, positive_rudder=positive_rudder)
-    return estimate_of(found, read)
+    if not methods:
+        return _estimate_built(train, others)
+    found = compare(train, AUTO, methods, validate=others)
+    best = estimate_of(found, train)
+    try:
+        built = _estimate_built(train, others)
+    except CannotFit:
+        return best
+    return replace(built, comparison=found) if _better_ahead(built, best, others or train) else best
+
+
+def _estimate_built(train: Sequence[Record], others: Sequence[Record]) -> Estimate:
+    """The model of `build_model` as an estimate."""
+    from .craft import build_model
+
+    found = build_model(train, others)
+    model, shown = found.model, {n.name: (n.high - n.value) / NORMAL_90 for n in found.numbers}
+    parameters = {name: float(value) for name, value in model.parameters.items()}
+    return Estimate(
+        method="ladder",
+        variant="windows",
+        model=model,
+        coefficients=model.coefficients,
+        covariance=found.covariance,
+        parameters=parameters,
+        stderr={name: shown[name] for name in parameters},
+        message=found.reason,
+        wall_s=found.wall_s,
+        records=tuple(train),
+    )
+
+
+def _better_ahead(built: Estimate, best: Estimate, judged: Sequence[Record]) -> bool:
+    """Whether errors ahead of the one are smaller than those of the other by more than LEAST."""
+    from ..estimation.naming import named
+    from ..estimation.validation.horizons import mean_ratio
+    from ..estimation.validation.validate import validate
+
+    predictors = {} if best.predictor is None else {"best": best.predictor}
+    try:
+        found = validate({"built": built.model, "best": best.model}, named(judged), predictors)
+    except BadInput:
+        return False
+    return mean_ratio(found.scores, "built", "best") < 1.0 - LEAST
 
 
 def estimate_of(found: Comparison, records: Sequence[Record]) -> Estimate:

@@ -1,4 +1,4 @@
-"""`helmbench diagnose --model M --train RECORD... --held-out RECORD... -o DIR`."""
+"""`helmbench diagnose [--model M] --train RECORD... --held-out RECORD... -o DIR`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Diagnose(TwoSets):
 
 
 @click.command(cls=Diagnose)
-@click.option("--model", required=True, type=MODEL, help="Vessel id, family id or model.json.")
+@click.option("--model", type=MODEL, help="Vessel id, family id or model.json.  [default: build one from the records]")
 @two_sets_options("Records to name the causes with.", "Records to measure the gain with.")
 @click.option(
     "--base-parameters",
@@ -48,7 +48,7 @@ class Diagnose(TwoSets):
 @force_option
 @output_options
 def diagnose(
-    model: str,
+    model: str | None,
     train: tuple[Path, ...],
     held_out: tuple[Path, ...],
     base_parameters: str | None,
@@ -66,13 +66,22 @@ def diagnose(
 ) -> int:
     """Find what a model gets wrong about records, name the cause, extend the model, measure the gain.
 
-    Writes diagnosis.json, diagnosis.html and extended_model.json.
+    Writes diagnosis.json, diagnosis.html and extended_model.json.  Without --model the records tell what steers the
+    craft and what simpler models lack, and a model is built.
     """
     import helmbench
 
     from ..api.diagnosis import FILES
 
     check_folder(output, FILES, force)
+    if model is None:
+        return find_and_write(
+            lambda: helmbench.build_model(train, held_out, positive_rudder=positive_rudder),
+            "no model can be built",
+            output,
+            as_json,
+            quiet,
+        )
 
     def find() -> helmbench.Diagnosis:
         return helmbench.diagnose(

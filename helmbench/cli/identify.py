@@ -56,7 +56,7 @@ class Request:
     "--model", required=True, type=MODEL_OR_AUTO, help="Vessel id, family id, model.json, or auto: the best of all."
 )
 @click.option(
-    "--method", required=True, type=METHOD, help="Method id with options (ls,scheme=midpoint) or path.py:Class."
+    "--method", type=METHOD, help="Method id with options (ls,scheme=midpoint) or path.py:Class; auto needs none."
 )
 @click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
 @click.option("--compare", multiple=True, metavar="METHOD...", type=METHOD, help="Further methods, side by side.")
@@ -74,7 +74,7 @@ class Request:
 def identify(
     records: tuple[Path, ...],
     model: str,
-    method: str,
+    method: str | None,
     validate: tuple[Path, ...],
     compare: tuple[str, ...],
     positive_rudder: str | None,
@@ -90,17 +90,21 @@ def identify(
     """Identify a model from records and say whether to believe it.
 
     -o model.json writes the model (a black box has none), -o DIR identification.html, identification.json and
-    model.json.  --model auto takes the family whose free runs of left-out records are best.
+    model.json.  --model auto builds a model from the records: what steers the craft, and what simpler models lack.
     """
     from .. import with_tuner
     from ..api.assessment import FILES
+    from ..api.identification import AUTO
 
     into_file = output.suffix == ".json"
     check_file(output, force) if into_file else check_folder(output, FILES, force)
     if page is not None:
         check_file(page, force)
-    methods = with_tuner((method, *compare), tuner, storage)
-    with refusals(f"{methods[0]} failed on {model}", f"method {methods[0]} cannot fit {model}") as failed:
+    if method is None and model != AUTO:
+        raise click.UsageError("Missing option '--method'.")
+    methods = with_tuner(((method, *compare) if method else compare), tuner, storage)
+    told = f"method {methods[0]}" if methods else "the ladder"
+    with refusals(f"{told} failed on {model}", f"{told} cannot fit {model}") as failed:
         found = _identified(Request(records, model, tuple(methods), validate, positive_rudder))
     if failed:
         return complain(failed[0], FAILED)
@@ -137,7 +141,7 @@ def _identified(asked: Request) -> Assessment:
     """Read every record before anything is fitted, then fit, compare and assess."""
     import helmbench
 
-    from ..api.identification import AUTO, estimate_of, refuse_copies
+    from ..api.identification import AUTO, chosen_estimate, refuse_copies
 
     fitters = [helmbench.make_method(text) for text in asked.methods]
     structure = asked.model if asked.model == AUTO else helmbench.resolve(asked.model)
@@ -152,8 +156,7 @@ def _identified(asked: Request) -> Assessment:
                 found = helmbench.compare(train, structure, asked.methods, validate=others)
                 return estimate.assess(others, compared=found)
             return estimate.assess(others)
-        found = helmbench.compare(train, AUTO, asked.methods, validate=others)
-    return estimate_of(found, train).assess(others)
+        return chosen_estimate(train, asked.methods, others).assess(others)
 
 
 def _written(found: Assessment, output: Path, into_file: bool, page: Path | None) -> list[Path]:

@@ -213,6 +213,38 @@ def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition
     )
 
 
+def _wind_on_yaw(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """Yaw moment of the wind over the hull, from its velocity through the air (u_a, v_a): k1 v_a |V_a| + k2 u_a v_a.
+
+    The two shapes are those of sin and sin 2 of the apparent angle (Isherwood 1972; Fujiwara et al. 1998).  Inputs
+    added: wind north and east [m/s, towards].  A model that knows no speed has none of its own through the air.
+    """
+    across, both = parameters
+    psi = next(s for s in definition.states if s.name == "psi")
+    north, east = inputs = symbols("wind_north wind_east")
+    own = next((s for s in definition.inputs if s.name == "speed"), sp.S.Zero)
+    ahead, side = symbols("air_ahead air_side")
+    helpers = {
+        ahead: own - north * sp.cos(psi) - east * sp.sin(psi),
+        side: north * sp.sin(psi) - east * sp.cos(psi),
+    }
+    size = sp.sqrt(ahead**2 + side**2 + sp.Float(1e-12))
+    force = definition.forces[0] + across * side * size + both * ahead * side
+    return replace(
+        definition,
+        inputs=[*definition.inputs, *inputs],
+        helpers={**definition.helpers, **helpers},
+        forces=[force, *definition.forces[1:]],
+    )
+
+
+def _by_heading(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+    """A yaw moment that goes with the heading, as that of a steady wind on a craft that turns in it."""
+    psi = next(s for s in definition.states if s.name == "psi")
+    force = definition.forces[0] + parameters[0] * sp.cos(psi) + parameters[1] * sp.sin(psi)
+    return replace(definition, forces=[force, *definition.forces[1:]])
+
+
 def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
     """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; every term keeps its prime value.
 
@@ -324,6 +356,16 @@ EXTENSIONS: dict[str, Extension] = {
         three_dof=False,
     ),
     "second_order_lead": Extension({"lead": "1", "lead_T2": "s"}, _lead, three_dof=False, held=("lead", "lead_T2")),
+    "rudder_asymmetry": Extension(
+        {"rudder_asymmetry": "1"}, _rudder(lambda d, p: d + p * primitives.absv(d)), held=("rudder_asymmetry",)
+    ),
+    "rudder_stall": Extension(
+        {"rudder_stall": "1/rad"}, _rudder(lambda d, p: d / (1 + p * primitives.absv(d))), held=("rudder_stall",)
+    ),
+    "heading_moment": Extension(
+        {"heading_moment_cos": "rad/s^k", "heading_moment_sin": "rad/s^k"}, _by_heading, three_dof=False
+    ),
+    "measured_wind": Extension({"wind_across": "rad/m2", "wind_both": "rad/m2"}, _wind_on_yaw, three_dof=False),
     "speed_loss": Extension(
         {"loss_gain": "s2/rad2", "loss_time": "s", "loss_power": "1"},
         _speed_loss,

@@ -15,6 +15,7 @@ MEMBERS = (
         "Calibration",
         "Check",
         "Comparison",
+        "CraftDiagnosis",
         "Diagnosis",
         "Estimate",
         "Health",

@@ -1,0 +1,307 @@
+"""From records of a craft to a model: the ladder, its guards, the model in the fewest terms, and what can be said."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.columns import RUDDERS
+from ...estimation.fit import arithmetic_guard, blas_limited
+from ...estimation.naming import named
+from ...estimation.validation.horizons import STRAIGHT, mean_ratio
+from ...estimation.validation.validate import validate
+from ...estimation.windows.problem import mean_of_known, pieces_of, scales_of
+from ...models.errors import BadInput
+from ...models.instruments import INSTRUMENTS
+from ..causes.base import NORMAL_90
+from ..gain.guard import WORSE
+from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb
+from .records import COPIED, EXCITED, copied_input, craft_of, outside, weak_motion
+from .result import (
+    ADEQUATE,
+    FOLLOWS,
+    INCONCLUSIVE,
+    NO_EFFECT,
+    PARTLY,
+    UNEXPLAINED,
+    Band,
+    CraftDiagnosis,
+    LawTold,
+    NumberTold,
+    Rise,
+)
+from .rungs import NEUTRAL
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.validation.result import Validation
+    from ...models.model import Model
+
+FIRST, BUILT = "first", "built"
+SLACK = 0.02
+"""Rise of the errors of left-out records that a step may bring and still stand."""
+GOOD, ACTS = 0.7, 0.3
+"""R2 over left-out windows of an adequate model, and below which the recorded input is not what acts."""
+
+
+def build(train: Sequence[Record], held_out: Sequence[Record] = ()) -> CraftDiagnosis:
+    """Build a model of a craft from its records alone.
+
+    Parameters
+    ----------
+    train, held_out : records with rudder or command, and heading or yaw rate; held-out records take no part in the
+        choice but for one guard: the model that is returned is not worse along them than the chosen law alone.
+
+    Raises
+    ------
+    BadInput : no training record.
+    CannotFit : the records hold no yaw motion, the rudder or command never moves, or all stretches are too short.
+    """
+    if not train:
+        raise BadInput("no training record", hint="give at least one")
+    with arithmetic_guard(), blas_limited():
+        return _built([r.turned("starboard") for r in train], [r.turned("starboard") for r in held_out])
+
+
+def _built(train: Sequence[Record], held_out: Sequence[Record]) -> CraftDiagnosis:
+    started = time.perf_counter()
+    scales = scales_of(train)
+    pieces = pieces_of(train, scales)
+    craft, given = craft_of(train, scales)
+    ladder = Ladder(pieces, craft, given, commands=not all(r.has(RUDDERS[0]) for r in train))
+    found = climb(ladder)
+    kept = _guarded(ladder, found, [*train, *held_out])
+    first, model = (model_of(ladder, s.attempt) for s in (kept[0], kept[-1]))
+    judged = list(held_out) or list(train)
+    ahead = validate({BUILT: model, FIRST: first}, named(judged))
+    notes = _notes(train, held_out, len(kept) < len(found.steps))
+    if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST) > WORSE:
+        notes.append("Held-out records are predicted worse with all that entered: the steering law alone is the model.")
+        kept, model = kept[:1], first
+        ahead = validate({BUILT: model, FIRST: first}, named(judged))
+    if mean_ratio([*ahead.scores, *ahead.simple], BUILT, STRAIGHT) > 1.0:
+        notes.append("No better than a craft that goes straight: the steering of the model is set to zero.")
+        model = _unsteered(model)
+        ahead = validate({BUILT: model, FIRST: first}, named(judged))
+    final = kept[-1].attempt
+    covariance = _covariance(final, model)
+    copied = copied_input(pieces)
+    verdict, reason = _verdict(final, kept, ahead, copied, weak_motion(pieces))
+    band = _band(ladder, final, ahead.horizons_s)
+    roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
+    return CraftDiagnosis(
+        model=model, first=first, records=tuple(roles),
+        verdict=verdict, reason=reason, window_s=final.fitted.windows.dt * (final.fitted.windows.inputs.shape[1] - 1),
+        laws=_laws(found, kept[0].attempt), steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance),
+        refused=found.refused, band=band, inside=_inside(ladder, final, model, held_out),
+        own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.fitted.shifts, strict=True)),
+        ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(found, kept, given), notes=tuple(notes),
+        wall_s=time.perf_counter() - started, covariance=covariance,
+    )  # fmt: skip
+
+
+def model_of(ladder: Ladder, attempt: Attempt) -> Model:
+    """The fitted model with the extensions of its rungs only."""
+    extensions = [r.extension for r in (NEUTRAL, *attempt.rungs) if r.extension is not None]
+    blank = ladder.blank("+".join([attempt.law.family, *extensions]))
+    whole = dict(zip(attempt.fitted.windows.model.coordinates, attempt.fitted.coefficients.tolist(), strict=True))
+    return replace(
+        blank, id="craft", title=attempt.law.title, coefficients=np.array([whole[n] for n in blank.coordinates]),
+        instruments=dict(attempt.linkage), source="built from records",
+    )  # fmt: skip
+
+
+def r2(attempt: Attempt) -> tuple[float, float]:
+    """Shares of the motion (yaw rate, heading from the window's start) of left-out windows, by fits without them and
+    without the record's own neutral angle."""
+    w = attempt.fitted.windows
+    share = 1.0 - mean_of_known(attempt.errors[len(w.inputs) :] ** 2, (0, 1)) / w.motion**2
+    return float(share[0]), float(share[1])
+
+
+def _guarded(ladder: Ladder, found: Climb, records: Sequence[Record]) -> list[Step]:
+    """The steps up to the last that predicts left-out records no worse than any before, and whose free runs of all
+    records stay within bounds."""
+    scores = [_left_out_records(ladder, step.attempt) for step in found.steps]
+    for last in reversed(range(len(found.steps))):
+        steady = last == 0 or scores[last] <= min(scores[:last]) + SLACK
+        if last == 0 or (steady and _bounded(model_of(ladder, found.steps[last].attempt), records)):
+            return list(found.steps[: last + 1])
+    return list(found.steps[:1])
+
+
+def _left_out_records(ladder: Ladder, a: Attempt) -> float:
+    """Mean log root mean square error of whole records, each predicted by a fit to the others; of one record none."""
+    w, total = a.fitted.windows, []
+    if w.n_records < 2:
+        return 0.0
+    for record in range(w.n_records):
+        mine = w.record == record
+        if not mine.any() or mine.all():
+            continue
+        others = ladder.fitted(
+            a.law, a.rungs, a.sign, a.linkage, a.fitted.coefficients, a.fitted.shifts, 6, w.of(~mine)
+        )
+        error = w.of(mine).errors(others.coefficients[None], np.zeros((1, int(mine.sum()))))
+        total.append(0.5 * np.log(mean_of_known(error**2, (0, 1)) + (1e-3 * w.motion) ** 2))
+    return float(mean_of_known(np.array(total), (0, 1))) if total else 0.0
+
+
+def _bounded(model: Model, records: Sequence[Record]) -> bool:
+    """Whether no free run along any record diverges."""
+    try:
+        found = validate({BUILT: model}, named(records), ahead=False)
+    except BadInput:
+        return False
+    return not any(run.diverged for run in found.runs)
+
+
+def _unsteered(model: Model) -> Model:
+    """The model with its linear damping alone."""
+    kept = [value if name in ("a", "a1", "lead_T2") else 0.0 for name, value in _values(model).items()]
+    return replace(model, coefficients=np.array(kept), instruments={})
+
+
+def _values(model: Model) -> dict[str, float]:
+    return dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
+
+
+def _laws(found: Climb, first: Attempt) -> tuple[LawTold, ...]:
+    return tuple(
+        LawTold(
+            a.law.id, a.law.title, gain, error, *r2(a), a.law is first.law, a.law is not first.law and -gain <= error
+        )
+        for a, gain, error in found.laws
+    )
+
+
+def _rise(step: Step) -> Rise:
+    return Rise(step.id, step.title, step.gain, step.error, *r2(step.attempt), step.attempt.count)
+
+
+def _numbers(model: Model, covariance: np.ndarray) -> tuple[NumberTold, ...]:
+    """The published parameters with intervals, and the numbers between order and hull, which are known within a
+    tenth."""
+    slopes = model.parameters_jacobian(model.coefficients)
+    spread = NORMAL_90 * np.sqrt(np.abs(np.einsum("ij,jk,ik->i", slopes, covariance, slopes)))
+    values = zip(model.parameters.items(), model.parameter_units, spread.tolist(), strict=True)
+    own = [NumberTold(name, unit, value, value - half, value + half) for (name, value), unit, half in values]
+    units = {name: INSTRUMENTS[name] for name in model.instruments}
+    return (*own, *(NumberTold(n, units[n], v, v / 1.1, v * 1.1) for n, v in model.instruments.items()))
+
+
+def _covariance(final: Attempt, model: Model) -> np.ndarray:
+    """(p, p) of the model's coefficients, zero for those that were not free."""
+    count = len(final.fitted.numbers)
+    every = np.linalg.pinv(final.fitted.normal)[:count, :count]
+    places = [model.coordinates.index(n.name) for n in final.fitted.numbers]
+    out = np.zeros((len(model.coordinates),) * 2)
+    out[np.ix_(places, places)] = every
+    return out
+
+
+def _verdict(final: Attempt, kept: Sequence[Step], ahead: Validation, copied: float, motion: float) -> tuple[str, str]:
+    """The verdict, and the sentence that supports it."""
+    rate, heading = r2(final)
+    rate, heading = (heading if np.isnan(rate) else rate), (rate if np.isnan(heading) else heading)
+    said = f"over {_window(final):.3g} s of left-out windows it explains {_percent(rate)} of the yaw rate"
+    said += f" and {_percent(heading)} of the change of heading"
+    if copied > COPIED:
+        share = _percent(copied)
+        return FOLLOWS, f"heading and yaw rate of the same moment give {share} of the steering: it follows the motion"
+    if max(rate, heading) < ACTS and motion < EXCITED:
+        return (
+            INCONCLUSIVE,
+            f"the smooth yaw motion is {motion:.2g} times what noise and waves make: no manoeuvre shows",
+        )
+    if max(rate, heading) < ACTS:
+        return NO_EFFECT, f"the recorded rudder or command is not what turns the craft: {said}"
+    trusted = ahead.trusted_s[BUILT]
+    if not trusted > 0.0:
+        return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
+    if min(rate, heading) >= GOOD:
+        return ADEQUATE, f"{said}; trust it for {trusted:.3g} s"
+    return PARTLY, f"{said}; up to {trusted:.3g} s ahead it is better than going on turning, or straight"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * max(share, 0.0):.0f} %"
+
+
+def _window(a: Attempt) -> float:
+    return a.fitted.windows.dt * (a.fitted.windows.inputs.shape[1] - 1)
+
+
+def _band(ladder: Ladder, final: Attempt, times_s: Sequence[float]) -> tuple[Band, ...]:
+    """Standard deviation of heading ahead: errors of left-out windows, which grow like a random walk beyond a window,
+    and the neutral angle that a record turns out to have."""
+    return tuple(Band(float(t), _spread(ladder, final, float(t))) for t in (*times_s, 60.0, 120.0))
+
+
+def _spread(ladder: Ladder, final: Attempt, after_s: float) -> float:
+    w, half = final.fitted.windows, len(final.fitted.windows.inputs)
+    walk = np.sqrt(mean_of_known(final.errors[:half, :, 1] ** 2, 0))
+    at = after_s / w.dt
+    known = np.isfinite(walk)
+    inside = float(np.interp(at, np.flatnonzero(known), walk[known])) if known.any() else 0.0
+    inside *= np.sqrt(max(at / (w.inputs.shape[1] - 1), 1.0))
+    return float(np.hypot(inside, _turning(ladder, final) * after_s))
+
+
+def _turning(ladder: Ladder, final: Attempt) -> float:
+    """Yaw rate, rad/s, by which records drift: the spread of their own neutral angles through the model's gain."""
+    w = final.fitted.windows
+    shifts = final.fitted.shifts
+    own = OWN_ANGLE * ladder.craft.scales.rudder
+    n = shifts.size
+    sd = float(np.sqrt(np.mean(shifts**2) * (1.0 + 1.0 / n))) if n > 1 else own
+    moved = np.stack([np.full(len(w.inputs), side * sd) for side in (0.0, 1.0)])
+    both = w.errors(np.stack([final.fitted.coefficients] * 2), moved).reshape(2, len(w.inputs), -1, 2)
+    return float(mean_of_known(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0]), 0))
+
+
+def _inside(ladder: Ladder, final: Attempt, model: Model, held_out: Sequence[Record]) -> float:
+    """Share of heading errors of held-out free runs within one standard deviation, at times from a window on."""
+    hits: list[bool] = []
+    for name, record in named(held_out).items():
+        try:
+            found = validate({BUILT: model}, {name: record}, ahead=False)
+        except BadInput:
+            continue
+        measured, run = found.records[0], found.runs[0]
+        if "heading_rad" not in run.predicted or "heading_rad" not in measured.channels:
+            continue
+        error = run.predicted["heading_rad"] - measured.channels["heading_rad"]
+        since = measured.time_s - run.starts_s[0]
+        length = len(since)
+        for place in range(length // 8, length, max(length // 8, 1)):
+            if np.isfinite(error[place]) and len(run.starts_s) == 1:
+                hits.append(bool(abs(error[place]) <= _spread(ladder, final, float(since[place]))))
+    return float(np.mean(hits)) if hits else float("nan")
+
+
+def _notes(train: Sequence[Record], held_out: Sequence[Record], shortened: bool) -> list[str]:
+    notes = []
+    if shortened:
+        notes.append("Steps that predict left-out records worse, or whose free runs leave all bounds, were taken back.")
+    for record in held_out:
+        where = outside(train, record)
+        notes += [f"{record.name} is outside what the training records show: {', '.join(where)}."] if where else []
+    return notes
+
+
+def _next(found: Climb, kept: Sequence[Step], given: frozenset[str]) -> str:
+    """What to record next."""
+    tied = [a.law.id for a, gain, error in found.laws if gain < 0.0 and -gain <= error]
+    wanted = (
+        ["runs at two speeds that differ by half, which tell what steers the craft"]
+        if tied and "speed" in given
+        else []
+    )
+    wanted += [] if "speed" in given else ["the speed, or positions"]
+    wanted += ["a straight leg of a minute before each manoeuvre, which tells the neutral angle"]
+    return "; ".join(wanted)

@@ -1,0 +1,102 @@
+"""What the records of a craft allow: inputs that were measured, feedback on the steering, and the envelope."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.series import samples, speed_of, yaw_rate_of
+from ...models.errors import CannotFit
+from .rungs import SPEED, TURNS, WIND, Craft
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.windows.problem import Piece, Scales
+
+COPIED = 0.97
+"""Share of a rudder's or command's variation that heading and yaw rate of the same moment explain: it is computed."""
+MARGIN = 1.25
+"""What held-out records may exceed the training records by and still count as inside."""
+OUTSIDE = 0.1
+"""Share of a held-out record outside the training envelope that is told."""
+EXCITED = 1.0
+"""Smooth yaw rate over what smoothing took away, averaged, below which no manoeuvre stands out."""
+
+
+def craft_of(records: Sequence[Record], scales: Scales) -> tuple[Craft, frozenset[str]]:
+    """The craft's units, and the inputs that all records measure."""
+    given = {name for name, known in ((SPEED, scales.speed > 0.0), (TURNS, scales.turns > 0.0)) if known}
+    if not all(_has_speed(r) for r in records):
+        given.discard(SPEED)
+    if not all(samples(r, "n") is not None for r in records):
+        given.discard(TURNS)
+    winds = [r.column("wind_speed_m_s") for r in records if r.has("wind_speed_m_s") and r.has("wind_direction_rad")]
+    square = float(np.nanmean(np.concatenate(winds) ** 2)) if len(winds) == len(records) else 0.0
+    given |= {WIND} if square > 0.0 else set()
+    return Craft(scales, float(np.median([r.dt for r in records])), max(square, 1e-6)), frozenset(given)
+
+
+def _has_speed(record: Record) -> bool:
+    try:
+        return bool(np.isfinite(speed_of(record)).mean() > 0.5)
+    except CannotFit:
+        return False
+
+
+def copied_input(pieces: Sequence[Piece]) -> float:
+    """Share of the steering's variation that a straight line of heading and yaw rate at the same moment explains, the
+    least of all pieces: near one where the column was computed from them."""
+    shares = []
+    for piece in pieces:
+        y = piece.record.rudder()
+        x = np.column_stack([np.ones(y.size), piece.smooth])
+        known = np.isfinite(y)
+        if known.sum() < 20 or np.std(y[known]) == 0.0:
+            continue
+        rest = y[known] - x[known] @ np.linalg.lstsq(x[known], y[known], rcond=None)[0]
+        shares.append(1.0 - float(np.var(rest) / np.var(y[known])))
+    return min(shares, default=0.0)
+
+
+def weak_motion(pieces: Sequence[Piece]) -> float:
+    """Standard deviation of the smoothed yaw rate over what the smoothing took away."""
+    rate = np.concatenate([p.smooth[:, 0] for p in pieces])
+    rest = []
+    for piece in pieces:
+        measured = samples(piece.record, "r")
+        if measured is not None:
+            rest.append((measured - piece.smooth[:, 0])[np.isfinite(measured)])
+    noise = float(np.std(np.concatenate(rest))) if rest and sum(map(len, rest)) else 0.0
+    count = np.sqrt(max(len(rate), 1))
+    return float(np.std(rate) / max(noise / min(count, 8.0), 1e-12))
+
+
+def outside(train: Sequence[Record], other: Record) -> list[str]:
+    """In what a record leaves the envelope of the training records, in words with shares of its time."""
+    told = []
+    for name, values in ENVELOPE.items():
+        own, known = values(other), [values(r) for r in train]
+        if own is None or any(k is None for k in known):
+            continue
+        every = np.concatenate([k for k in known if k is not None])
+        low, high = (float(f(every)) for f in (np.nanmin, np.nanmax))
+        room = (MARGIN - 1.0) * max(high - low, 1e-12)
+        share = float(np.nanmean((own < low - room) | (own > high + room)))
+        told += [f"{name} ({100.0 * share:.0f} % of the time)"] if share > OUTSIDE else []
+    return told
+
+
+def _speeds(record: Record) -> np.ndarray | None:
+    return speed_of(record) if _has_speed(record) else None
+
+
+ENVELOPE = {
+    "yaw rate": yaw_rate_of,
+    "rudder or command": lambda record: record.rudder(),
+    "speed": _speeds,
+    "surge": lambda record: samples(record, "u"),
+    "revolutions": lambda record: samples(record, "n"),
+}
+"""What is compared -> its samples (N,), None where a record has none."""

@@ -1,0 +1,109 @@
+"""What a craft's diagnosis says: what steers it, what simpler models lack, how far ahead the model can be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ...models.plain import plain
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ...estimation.validation.result import Validation
+    from ...models.model import Model
+
+SCHEMA = 1
+ADEQUATE, PARTLY, UNEXPLAINED, INCONCLUSIVE = "adequate", "partly_named", "unexplained", "inconclusive"
+NO_EFFECT, FOLLOWS = "input_does_not_act", "input_follows_output"
+
+
+@dataclass(frozen=True)
+class LawTold:
+    """A steering law: by how much its left-out errors are below those of the best (0: it is the best; negative: they
+    are larger, -0.05 by 5 %), with the standard error, its shares of the motion of left-out windows, what was chosen,
+    and whether the records cannot tell it from the best."""
+
+    id: str
+    title: str
+    gain: float
+    error: float
+    r2_yaw_rate: float
+    r2_heading: float
+    chosen: bool
+    tied: bool
+
+
+@dataclass(frozen=True)
+class Rise:
+    """One step of the ladder: fall of the logarithm of left-out errors with its standard error (0.05: by 5 %), and the
+    shares of the motion of left-out windows that the model with it explains."""
+
+    id: str
+    title: str
+    gain: float
+    error: float
+    r2_yaw_rate: float
+    r2_heading: float
+    numbers: int
+
+
+@dataclass(frozen=True)
+class NumberTold:
+    """A number of the model with its 90 % interval, SI."""
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Band:
+    """How far heading can be trusted: standard deviation, rad, after a time, s."""
+
+    after_s: float
+    sd_rad: float
+
+
+@dataclass(frozen=True)
+class CraftDiagnosis:
+    """The outcome for a craft without a model.
+
+    first, model : the chosen steering law alone, and the model that was built.
+    window_s : length of the windows, s.
+    ahead : both models along the held-out records (the training records where none is held out).
+    inside : share of held-out heading errors within one standard deviation of the band; nan without held-out records.
+    refused : rungs that were tried last: id, fall of the errors, standard error.
+    covariance : (p, p) of the model's coefficients.
+    own_angles : record -> its own neutral angle beside the common one, rad or the command's unit.
+    notes : what a reader must know, a sentence each.
+    """
+
+    model: Model
+    first: Model
+    records: tuple[tuple[str, str], ...]
+    verdict: str
+    reason: str
+    window_s: float
+    laws: tuple[LawTold, ...]
+    steps: tuple[Rise, ...]
+    numbers: tuple[NumberTold, ...]
+    refused: tuple[tuple[str, float, float], ...]
+    band: tuple[Band, ...]
+    inside: float
+    own_angles: tuple[tuple[str, float], ...]
+    ahead: Validation
+    trusted_s: float
+    next_runs: str
+    covariance: np.ndarray
+    wall_s: float
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The diagnosis as plain data, without the models' equations."""
+        hidden = ("model", "first", "ahead", "covariance")
+        told = plain({name: value for name, value in self.__dict__.items() if name not in hidden})
+        return {"schema": SCHEMA, "family": self.model.family, **told, "ahead": self.ahead.to_json()}

@@ -1,0 +1,212 @@
+"""The steering laws and the rungs of the ladder: which numbers each frees, with priors in units of the craft itself.
+
+T0, r95, d95, U0 and n0 are the craft's time, yaw rate, rudder or command, speed and revolutions (`Scales`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimation.windows.problem import Scales
+
+STEEPEST = 1.0
+"""Largest damping of a hull, per sampling step: no time constant is shorter than a step."""
+
+
+class Prior(NamedTuple):
+    """Mean, standard deviation and range of a number."""
+
+    mean: float
+    sd: float
+    low: float = -np.inf
+    high: float = np.inf
+
+
+class Craft(NamedTuple):
+    """Units of the craft, the records' sampling step, s, and the mean square of the measured wind, m2/s2."""
+
+    scales: Scales
+    step_s: float
+    wind2: float
+
+    @property
+    def gain(self) -> float:
+        """Yaw acceleration per rudder or command, 1/s2."""
+        return self.scales.rate / self.scales.rudder / self.scales.time_s
+
+    @property
+    def moment(self) -> float:
+        """Yaw acceleration of a hard manoeuvre, rad/s2."""
+        return self.scales.rate / self.scales.time_s
+
+
+Priors = Callable[[Craft, float], dict[str, Prior]]
+"""(craft, sign of the steering) -> prior of each number."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """What steers the craft.  needs : inputs of the records;  means : start values in units of the prior."""
+
+    id: str
+    family: str
+    title: str
+    priors: Priors
+    needs: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One thing that a simpler model lacks.
+
+    extension : of the family;  starts : of the new numbers, in prior standard deviations;  instrument, trials : a
+    number of the linkage between order and hull, tried at these multiples of its unit;  only, needs : laws and inputs.
+    """
+
+    id: str
+    title: str
+    priors: Priors = field(default=lambda craft, sign: {})
+    extension: str | None = None
+    starts: tuple[tuple[float, ...], ...] = ((0.0,),)
+    instrument: str | None = None
+    trials: Callable[[Craft], Sequence[float]] = field(default=lambda craft: ())
+    only: frozenset[str] = frozenset()
+    needs: frozenset[str] = frozenset()
+    commands_only: bool = False
+    nonlinear_damping: bool = False
+
+
+def _damping(c: Craft, by_speed: bool) -> Prior:
+    """Of linear damping: about 1/T0, negative, not steeper than a step allows."""
+    unit = 1.0 / c.scales.time_s
+    low = -max(STEEPEST / c.step_s, 2.0 * unit)
+    speed = c.scales.speed if by_speed else 1.0
+    return Prior(-unit / speed, 2.0 * unit / speed, low / speed, -0.02 * unit / speed)
+
+
+def _steering(c: Craft, sign: float, of: float) -> Prior:
+    """Of a gain of one sign; of: what it is multiplied by (1, U0^2, n0^2)."""
+    ends = (0.0, np.inf) if sign > 0.0 else (-np.inf, 0.0)
+    return Prior(0.0, 3.0 * c.gain / of, *ends)
+
+
+def _constant(c: Craft, sign: float) -> dict[str, Prior]:
+    return {"a": _damping(c, False), "b": _steering(c, sign, 1.0)}
+
+
+def _thruster(c: Craft, sign: float) -> dict[str, Prior]:
+    still, moving = (_damping(c, by_speed)._replace(high=0.0) for by_speed in (False, True))
+    half = [p._replace(mean=0.5 * p.mean, sd=0.5 * p.sd) for p in (still, moving)]
+    return {"a": half[0], "a1": half[1], "b": _steering(c, sign, 1.0)}
+
+
+def _flow(c: Craft, sign: float) -> dict[str, Prior]:
+    return {"a1": _damping(c, True), "b2": _steering(c, sign, c.scales.speed**2)}
+
+
+def _race(c: Craft, sign: float) -> dict[str, Prior]:
+    return {**_flow(c, sign), "bn": _steering(c, sign, c.scales.turns**2)}
+
+
+def _steady_race(c: Craft, sign: float) -> dict[str, Prior]:
+    return {**_flow(c, sign), "b": _steering(c, sign, 1.0)}
+
+
+SPEED, TURNS, WIND = "speed", "n", "wind"
+LAWS = (
+    Law("constant", "nomoto-1", "moment and damping that do not depend on the speed (K, T)", _constant),
+    Law(
+        "rudder_in_flow", "rudder-in-flow", "a rudder in the flow: moment ~ U², damping ~ U (K', T')", _flow,
+        frozenset({SPEED}),
+    ),
+    Law(
+        "thruster", "thruster-in-flow", "thrusters: the moment does not depend on the speed, the damping does",
+        _thruster, frozenset({SPEED}),
+    ),
+    Law(
+        "rudder_in_race", "rudder-in-race", "a rudder in a propeller's race: moment ~ U² and n², damping ~ U", _race,
+        frozenset({SPEED, TURNS}),
+    ),
+    Law(
+        "rudder_in_steady_race", "rudder-in-steady-race",
+        "a rudder in the race of a propeller at constant revolutions: a moment beside that ~ U², damping ~ U",
+        _steady_race, frozenset({SPEED}),
+    ),
+)  # fmt: skip
+
+
+def _delays(c: Craft) -> Sequence[float]:
+    least = max(0.5 * c.step_s, 0.03 * c.scales.time_s)
+    return [least * factor for factor in (1.0, 2.0, 4.0, 8.0) if least * factor < 0.6 * c.scales.time_s] or [least]
+
+
+def _rates(c: Craft) -> Sequence[float]:
+    return [c.scales.rudder / c.scales.time_s * factor for factor in (0.5, 1.0, 2.0, 4.0)]
+
+
+NEUTRAL = Rung(
+    "neutral_angle",
+    "a neutral angle: rudder or command that holds a straight course",
+    lambda c, s: {"rudder_offset": Prior(0.0, 0.2 * c.scales.rudder)},
+    "rudder_offset",
+)
+"""Every craft has one: it stands beside every law, and is no step of the ladder."""
+RUNGS = (
+    Rung(
+        "quadratic_damping", "damping that grows with the yaw rate (r|r|)",
+        lambda c, s: {"added_Nr_absr": Prior(0.0, c.moment / c.scales.rate**2, high=0.0)}, "yaw_damping_quadratic",
+        ((-0.3,), (-1.0,)), nonlinear_damping=True,
+    ),
+    Rung(
+        "cubic_damping", "damping that grows with the yaw rate (r³)",
+        lambda c, s: {"added_Nrrr": Prior(0.0, c.moment / c.scales.rate**3, high=0.0)}, "yaw_damping_cubic",
+        ((-0.3,), (-1.0,)), nonlinear_damping=True,
+    ),
+    Rung(
+        "delay", "a delay between order and hull", instrument="rudder_delay", trials=_delays,
+    ),
+    Rung(
+        "rate_limit", "a limit of the rate at which the order is followed", instrument="rudder_rate_limit",
+        trials=_rates, commands_only=True,
+    ),
+    Rung(
+        "second_order", "a second time constant",
+        lambda c, s: {
+            "lead": Prior(0.0, 1.5, -5.0, 1.0),
+            "lead_T2": Prior(0.5 * c.scales.time_s, 0.5 * c.scales.time_s, _shortest(c), 6.0 * c.scales.time_s),
+        },
+        "second_order_lead", ((0.6, -0.6), (0.6, 0.5), (-1.0, 0.0)),
+    ),
+    Rung(
+        "asymmetry", "more effect to one side than to the other",
+        lambda c, s: {"rudder_asymmetry": Prior(0.0, 0.15, -0.8, 0.8)}, "rudder_asymmetry",
+    ),
+    Rung(
+        "stall", "an effect that levels off at large angles or commands",
+        lambda c, s: {"rudder_stall": Prior(0.0, 0.5 / c.scales.rudder, 0.0, 4.0 / c.scales.rudder)}, "rudder_stall",
+        ((0.3,), (1.0,)),
+    ),
+    Rung(
+        "hull_asymmetry", "a yaw moment ~ U² on a straight course",
+        lambda c, s: {"c": Prior(0.0, 0.2 * c.moment / c.scales.speed**2)}, only=frozenset({"thruster"}),
+    ),
+    Rung(
+        "measured_wind", "the measured wind",
+        lambda c, s: dict.fromkeys(("wind_across", "wind_both"), Prior(0.0, 0.3 * c.moment / c.wind2)),
+        "measured_wind", ((0.0, 0.0),), needs=frozenset({WIND}),
+    ),
+    Rung(
+        "heading_moment", "a moment that goes with the heading, as of wind or of a current",
+        lambda c, s: dict.fromkeys(("heading_moment_cos", "heading_moment_sin"), Prior(0.0, 0.1 * c.moment)),
+        "heading_moment", ((0.0, 0.0),),
+    ),
+)  # fmt: skip
+
+
+def _shortest(c: Craft) -> float:
+    """Shortest second time constant, s: a sampling step."""
+    return max(c.step_s, 0.03 * c.scales.time_s)

@@ -1,0 +1,1 @@
+"""The page and the terminal form of a craft's diagnosis."""

@@ -1,0 +1,137 @@
+"""The diagnosis of a craft without a model as a story, for the page and the terminal."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from ...diagnosis.craft.result import ADEQUATE, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED
+from ..numbers import DEG, number, r_squared
+from ..tables import Column, Table, console, make_table
+from ..validation.tables import horizon_table, trusted_lines
+
+if TYPE_CHECKING:
+    from ...diagnosis.craft.result import CraftDiagnosis, Rise
+
+HEADLINES = {
+    ADEQUATE: "Adequate",
+    PARTLY: "Partly named",
+    UNEXPLAINED: "Unexplained",
+    INCONCLUSIVE: "Inconclusive",
+    NO_EFFECT: "The recorded input does not act",
+    FOLLOWS: "The recorded input follows the motion",
+}
+
+
+def headline(found: CraftDiagnosis) -> str:
+    """The verdict with how far it holds."""
+    if found.verdict == ADEQUATE:
+        return f"{HEADLINES[ADEQUATE]} up to {number(found.trusted_s)} s"
+    return HEADLINES[found.verdict]
+
+
+def statement(found: CraftDiagnosis) -> list[str]:
+    """The story in sentences."""
+    lines = [f"{found.reason[:1].upper()}{found.reason[1:]}.", _steers(found), *_lacks(found), *_remaining(found)]
+    return [*lines, _heading(found), *found.notes, f"To record next: {found.next_runs}."]
+
+
+def _steers(found: CraftDiagnosis) -> str:
+    chosen = next(law for law in found.laws if law.chosen)
+    told = f"What steers it: {chosen.title}"
+    others = [law for law in found.laws if not law.chosen]
+    worse = sorted((law for law in others if law.gain < min(chosen.gain - law.error, -0.01)), key=lambda law: law.gain)
+    equal = [law for law in others if law not in worse]
+    if worse:
+        told += f"; with {worse[0].title} errors are {_percent(-worse[0].gain)} larger"
+    if equal:
+        told += f". The records cannot tell it from {' or '.join(law.title for law in equal)}"
+    return f"{told}."
+
+
+def _lacks(found: CraftDiagnosis) -> list[str]:
+    first = found.steps[0]
+    shares = (
+        f"{r_squared(first.r2_yaw_rate)} of the yaw rate and {r_squared(first.r2_heading)} of the change of heading"
+    )
+    told = [f"A model of {first.numbers} numbers has R² {shares} over windows of {number(found.window_s)} s."]
+    lacking = [f"{s.title} ({_percent(s.gain)} ± {_percent(s.error)})" for s in found.steps[1:] if s.gain > 0.0]
+    return [*told, f"It lacks: {'; '.join(lacking)}."] if lacking else told
+
+
+def _remaining(found: CraftDiagnosis) -> list[str]:
+    """What nearly entered: what remains looks like that."""
+    near = sorted((r for r in found.refused if r[1] > max(r[2], 0.01)), key=lambda r: -r[1])[:2]
+    said = " or ".join(f"{name.replace('_', ' ')} ({_percent(gain)} ± {_percent(error)})" for name, gain, error in near)
+    return [f"What remains looks most like {said}, which the records do not show beyond doubt."] if near else []
+
+
+def _heading(found: CraftDiagnosis) -> str:
+    last = found.band[-1]
+    told = f"Heading is known within ± {number(DEG * last.sd_rad, 2)} deg (1 sd) after {number(last.after_s)} s"
+    inside = "" if math.isnan(found.inside) else f"; {100.0 * found.inside:.0f} % of held-out heading errors are inside"
+    return f"{told}, since each run has a neutral angle of its own{inside}."
+
+
+def _percent(logarithm: float) -> str:
+    """A fall or rise of the logarithm of errors."""
+    return f"{100.0 * logarithm:.0f} %"
+
+
+def laws_table(found: CraftDiagnosis) -> Table:
+    """The steering laws: a row each."""
+    columns = [
+        Column("what steers it", lambda law: law.title),
+        Column("errors against the best", lambda law: f"{-100.0 * law.gain:+.0f} % ± {100.0 * law.error:.0f} %",
+               lambda law: -law.gain),
+        Column("R² yaw rate", lambda law: r_squared(law.r2_yaw_rate), lambda law: law.r2_yaw_rate),
+        Column("R² heading", lambda law: r_squared(law.r2_heading), lambda law: law.r2_heading),
+        Column("", lambda law: "chosen" if law.chosen else "as good" if law.tied else ""),
+    ]  # fmt: skip
+    return make_table(columns, found.laws)
+
+
+def _fall_of(step: Rise) -> str:
+    return f"{_percent(step.gain)} ± {_percent(step.error)}" if step.error else ""
+
+
+def steps_table(found: CraftDiagnosis) -> Table:
+    """The ladder: a row a step."""
+    columns = [
+        Column("step", lambda step: step.title),
+        Column("numbers", lambda step: str(step.numbers), lambda step: step.numbers),
+        Column("errors fall by", _fall_of, lambda step: step.gain),
+        Column("R² yaw rate", lambda step: r_squared(step.r2_yaw_rate), lambda step: step.r2_yaw_rate),
+        Column("R² heading", lambda step: r_squared(step.r2_heading), lambda step: step.r2_heading),
+    ]  # fmt: skip
+    return make_table(columns, found.steps)
+
+
+def numbers_table(found: CraftDiagnosis) -> Table:
+    """The numbers of the model with intervals."""
+    columns = [
+        Column("number", lambda n: n.name),
+        Column("unit", lambda n: n.unit),
+        Column("value", lambda n: number(n.value), lambda n: n.value),
+        Column("90 % interval", lambda n: f"{number(n.low)} to {number(n.high)}"),
+    ]
+    return make_table(columns, found.numbers)
+
+
+def band_table(found: CraftDiagnosis) -> Table:
+    """How far heading can be trusted."""
+    columns = [
+        Column("after, s", lambda b: number(b.after_s), lambda b: b.after_s),
+        Column("heading, 1 sd, deg", lambda b: number(DEG * b.sd_rad, 2), lambda b: DEG * b.sd_rad),
+    ]
+    return make_table(columns, sorted(found.band, key=lambda b: b.after_s))
+
+
+def terminal(found: CraftDiagnosis) -> str:
+    """The diagnosis for the terminal."""
+    lines = [f"{headline(found)}.", *(f"  {sentence}" for sentence in statement(found))]
+    lines += [f"doubtful: {doubt}" for doubt in found.doubts]
+    lines += ["what steers it, left-out windows", console(laws_table(found), "  ")]
+    lines += ["the ladder", console(steps_table(found), "  "), "the model", console(numbers_table(found), "  ")]
+    lines += [f"root mean square errors ahead; {found.ahead.horizon_basis}", console(horizon_table(found.ahead), "  ")]
+    return "\n".join([*lines, *trusted_lines(found.ahead)])

@@ -1,0 +1,80 @@
+"""Models of craft whose truth a simulator of the tests knows; it shares no equations with helmbench.models."""
+
+import numpy as np
+import pytest
+
+from helmbench.diagnosis.craft.build import BUILT, build
+from helmbench.diagnosis.craft.records import outside
+from helmbench.models.errors import CannotFit
+
+from ...craft_simulator import LAWS, draw, sailed
+
+OF = {"flow": "rudder-in-flow", "race": "rudder-in-race", "thruster": "thruster-in-flow"}
+WITHOUT = {
+    "flow": {"constant", "thruster"},
+    "race": {"constant", "rudder_in_flow", "thruster"},
+    "thruster": {"rudder_in_flow"},
+}
+
+
+def at_three_lengths(found):
+    """R2 of the yaw rate three lengths ahead along the held-out records, by the built model."""
+    horizon = f"{found.ahead.horizons_s[2]:.3g} s"
+    return found.ahead.score("yaw_rate_rad_s", BUILT, horizon=horizon).r2
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_delay_and_what_steers_the_craft_are_found(law, rng):
+    craft = draw(rng, law, "delay")
+    records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(3)]
+    found = build(records[:2], records[2:])
+    assert found.verdict == "adequate" and at_three_lengths(found) > 0.9
+    late = found.model.instruments.get("rudder_delay", 0.0)
+    assert late == pytest.approx(craft.delay, rel=0.5) or "second_order_lead" in found.model.family
+    laws = {told.id: told for told in found.laws}
+    assert all(laws[wrong].gain < -0.05 for wrong in WITHOUT[law])
+    assert found.trusted_s > craft.clock
+
+
+def test_a_command_that_does_not_act_gives_no_model_that_is_worse_than_going_straight(rng):
+    craft = draw(rng, "flow")
+    records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(3)]
+    other = [
+        record.with_channels(rudder_command_rad=0.3 * np.sign(np.sin(np.arange(record.n) / rng.uniform(11.0, 41.0))))
+        for record in records
+    ]
+    found = build(other[:2], other[2:])
+    assert found.verdict in ("input_does_not_act", "unexplained", "inconclusive")
+    assert not any(run.diverged for run in found.ahead.runs)
+
+
+def test_a_column_that_was_computed_from_the_motion_is_named(rng):
+    craft = draw(rng, "flow")
+    records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(2)]
+    copied = [record.with_channels(rudder_command_rad=2.0 * record.column("yaw_rate_rad_s")) for record in records]
+    assert build(copied).verdict == "input_follows_output"
+
+
+def test_one_hertz_gaps_and_a_heading_alone_give_a_model(rng):
+    """A slow craft sampled twice in L/U, rows missing in the middle, no gyro, no speed but positions."""
+    craft = draw(rng, "flow")
+    records = []
+    for i in range(3):
+        record = sailed(rng, craft, f"run {i}", noise=0.3).with_channels(yaw_rate_rad_s=None, surge_m_s=None)
+        kept = np.r_[np.arange(0, record.n // 2), np.arange(record.n // 2 + 90, record.n)]
+        channels = {name: values[kept][::5] for name, values in record.channels.items()}
+        records.append(type(record)(record.time_s[kept][::5], channels, record.name, record.meta))
+    found = build(records[:2], records[2:])
+    horizon = f"{found.ahead.horizons_s[1]:.3g} s"
+    straight = next(s for s in found.ahead.simple if (s.model, s.horizon) == ("goes straight", horizon))
+    assert found.ahead.score("heading_rad", BUILT, horizon=horizon).rmse < 0.5 * straight.rmse
+
+
+def test_what_leaves_the_training_records_is_told_and_stillness_is_refused(rng):
+    craft = draw(rng, "race")
+    record = sailed(rng, craft, "run", length=30.0)
+    backing = record.with_channels(propeller_rps=-record.column("propeller_rps"))
+    assert outside([record], record) == [] and any("revolutions" in told for told in outside([record], backing))
+    still = record.with_channels(rudder_command_rad=np.zeros(record.n))
+    with pytest.raises(CannotFit, match="never moves"):
+        build([still])
