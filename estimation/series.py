@@ -89,6 +89,8 @@ def speed_of(record: Record) -> np.ndarray:
     u, v = samples(record, "u"), samples(record, "v")
     if u is not None and np.isfinite(u).any():
         return np.abs(u) if v is None or not np.isfinite(v).any() else np.hypot(u, v)
+    if samples(record, "x") is None or samples(record, "y") is None:
+        raise CannotFit(f"record {record.name} has no column surge_m_s and no positions")
     return np.hypot(*(_slope(record.time_s, require(record, symbol)) for symbol in ("x", "y")))
 
 

@@ -26,6 +26,7 @@ def html(found: CraftDiagnosis) -> str:
         horizons=horizon_table(found.ahead),
         trusted=trusted_lines(found.ahead),
         band=words.band_table(found),
+        angles=words.angles_table(found),
         panels=panels(found.ahead),
         key=key_of(found.ahead),
     )

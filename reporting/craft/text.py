@@ -127,6 +127,15 @@ def band_table(found: CraftDiagnosis) -> Table:
     return make_table(columns, sorted(found.band, key=lambda b: b.after_s))
 
 
+def angles_table(found: CraftDiagnosis) -> Table:
+    """The neutral angle of every training record beside the common one."""
+    columns = [
+        Column("record", lambda row: row[0]),
+        Column("own neutral angle, deg", lambda row: number(DEG * row[1], 2), lambda row: DEG * row[1]),
+    ]
+    return make_table(columns, found.own_angles)
+
+
 def terminal(found: CraftDiagnosis) -> str:
     """The diagnosis for the terminal."""
     lines = [f"{headline(found)}.", *(f"  {sentence}" for sentence in statement(found))]
