@@ -240,11 +240,19 @@ def windows_of(
     spread[:, :, 0] = measured[:, :, 0]
     motion = np.sqrt(mean_of_known(spread**2, (0, 1)))
     return Windows(
-        model=model, dt=step, inputs=inputs, start=start, measured=measured, record=record,
-        block=np.unique(block, return_inverse=True)[1], noise=np.sqrt(np.mean(np.square(own), axis=0)),
-        motion=np.maximum(np.where(np.isfinite(motion), motion, 1.0), 1e-12), runs=tuple(runs), n_records=1 + max(p.owner for p in pieces),
+        model=model,
+        dt=step,
+        inputs=inputs,
+        start=start,
+        measured=measured,
+        record=record,
+        block=np.unique(block, return_inverse=True)[1],
+        noise=np.sqrt(np.mean(np.square(own), axis=0)),
+        motion=np.maximum(np.where(np.isfinite(motion), motion, 1.0), 1e-12),
+        runs=tuple(runs),
+        n_records=1 + max(p.owner for p in pieces),
         duration_s=float(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces)),
-    )  # fmt: skip
+    )
 
 
 def _grid(pieces: Sequence[Piece], scales: Scales) -> tuple[float, int]:
