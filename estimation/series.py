@@ -77,8 +77,6 @@ def inputs_of(record: Record, model: Model) -> dict[str, np.ndarray]:
     return found
 
 
-<<<<<<< HEAD
-=======
 def speed_of(record: Record) -> np.ndarray:
     """Speed (N,), m/s: from surge and, where it is measured, sway; else from the positions.
 
@@ -120,20 +118,6 @@ def _slope(time_s: np.ndarray, values: np.ndarray, reach: int = 5) -> np.ndarray
     return np.interp(time_s, time_s[known], slope)
 
 
-def sensor_sd(values: np.ndarray) -> float:
-    """Standard deviation of white noise on a smooth series (N,), from its third differences.
-
-    Robust (median absolute deviation), so kinks and outliers do not count; 0 for fewer than 8 differences.
-    """
-    third = np.diff(values, 3)
-    third = third[np.isfinite(third)]
-    if third.size < 8:
-        return 0.0
-    spread = 1.4826 * np.median(np.abs(third)) or np.std(third)  # coarsely quantised series have a median of 0
-    return float(spread / np.sqrt(20.0))
-
-
->>>>>>> eb3bb88 (A craft without a published simulation: steering laws, a ladder over left-out windows, diagnose and identify without a model)
 def noise_floor(values: np.ndarray) -> float:
     """A standard deviation (> 0) at the rounding level of a series (N,), for channels without visible noise."""
     known = values[np.isfinite(values)]

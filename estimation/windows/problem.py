@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.instruments import corrected
+from ...datasets.signals import bridged, sensor_sd
 from ...models.errors import CannotFit
 from ..gaps import SHORTEST, parts_of
-from ..series import bridged, inputs_of, samples, sensor_sd, yaw_rate_of
+from ..series import inputs_of, samples, yaw_rate_of
 from ..smoothed_states import smoothed_states
 
 if TYPE_CHECKING:
