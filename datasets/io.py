@@ -35,7 +35,7 @@ import numpy as np
 
 from ..models.errors import BadInput
 from ..models.files import read_bytes, read_utf8, replace_together
-from ..models.memory import require_memory
+from ..models.memory import bounded_memory, require_memory
 from .columns import ACCEPTED, NUMBER, RUDDERS, check_header, in_order, to_canonical
 from .record import Record, is_side
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
@@ -48,8 +48,10 @@ MIN_SAMPLES = 10
 SWING_RAD = math.radians(5.0)
 PARQUET = (".parquet", ".pq")
 DELIMITERS = ",;\t"
-CELL_BYTES = 32
-"""Memory of a cell of a Parquet file while it is read and converted."""
+CELL_BYTES, LEAST_PARQUET_BYTES = 32, 2**28
+"""Memory of a cell of a Parquet file while it is read and converted, and of the reader itself."""
+MOST_PACKED = 2**22
+"""Cells of a Parquet file that may take less than a byte each."""
 MAY_BE_CONSTANT = ("propeller_rps", "wind_speed_m_s", "wind_direction_rad")
 GAP = re.compile(r"[+-]?nan", re.IGNORECASE)
 
@@ -205,11 +207,18 @@ def _read_parquet(path: Path) -> _Table:
     if not data:
         raise BadInput("the file is empty", file=path)
     try:
-        file = parquet.ParquetFile(pyarrow.BufferReader(data))
+        with bounded_memory(LEAST_PARQUET_BYTES + 2 * len(data)):
+            file = parquet.ParquetFile(pyarrow.BufferReader(data))
         cells = file.metadata.num_rows * file.metadata.num_columns
+        if cells > max(MOST_PACKED, len(data)):
+            said = f"{file.metadata.num_rows} rows in {len(data)} bytes"
+            raise BadInput(f"{said}: no log packs so well", file=path, hint="is it a damaged or made-up file?")
         require_memory(CELL_BYTES * cells, f"{path}: {file.metadata.num_rows} rows")
-        table = file.read()
+        with bounded_memory(LEAST_PARQUET_BYTES + 2 * len(data) + CELL_BYTES * cells):
+            table = file.read()
         names = [str(name) for name in table.column_names]
+    except MemoryError:  # Arrow's, too
+        raise BadInput("takes more memory than its rows and columns", file=path, hint="it may be damaged") from None
     except (pyarrow.ArrowException, OSError, UnicodeDecodeError):
         raise BadInput("not a Parquet file", file=path, hint="it may be damaged, or CSV under a wrong suffix") from None
     check_header(names, path)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from .errors import BadInput
@@ -17,6 +19,28 @@ def require_memory(needed: float, what: str) -> None:
     if needed > free:
         message = f"{what}: about {_gib(needed)} of memory are needed, {_gib(free)} are free"
         raise BadInput(message, hint="take fewer samples (a longer step, shorter or fewer records)")
+
+
+@contextmanager
+def bounded_memory(most: int) -> Iterator[None]:
+    """Let allocations that need more than `most` bytes beyond what this process has fail as a `MemoryError`; Linux."""
+    try:
+        import resource
+    except ImportError:
+        yield
+        return
+    import psutil
+
+    used = getattr(psutil.Process().memory_info(), "data", None)
+    before, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    if used is None or 0 <= before <= used + most:
+        yield
+        return
+    resource.setrlimit(resource.RLIMIT_DATA, (used + most if hard < 0 else min(used + most, hard), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (before, hard))
 
 
 def available_bytes() -> float:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
+from .contained import read_contained
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
 from .text import decoded, read_text
-from .workbooks import read_excel, read_mat
 
 REFUSED = {
     b"\xd0\xcf\x11\xe0": ("an Excel file of the old form (xls)", "save it as xlsx or CSV"),
@@ -43,14 +42,14 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
 
 
 def _tables(data: bytes, path: Path) -> list[RawTable]:
-    reader = _binary_reader(data)
-    if reader is not None:
-        return reader(data, path)
+    kind = _binary_kind(data)
+    if kind is not None:
+        return read_contained(kind, data, path)
     text, encoding = decoded(data, path)
     return read_nmea(text, path) if looks_like_nmea(text) else [read_text(text, encoding, path)]
 
 
-def _binary_reader(data: bytes) -> Callable[[bytes, Path], list[RawTable]] | None:
+def _binary_kind(data: bytes) -> str | None:
     if data.startswith(b"PK"):
-        return read_excel
-    return read_mat if data.startswith((b"MATLAB", b"\x89HDF")) else None
+        return "a workbook"
+    return "a MAT file" if data.startswith((b"MATLAB", b"\x89HDF")) else None

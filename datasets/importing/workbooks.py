@@ -23,14 +23,14 @@ UNIT_FIELDS = ("units", "unit", "einheiten")
 
 def read_excel(data: bytes, path: Path) -> list[RawTable]:
     """A table for every sheet that holds data; BadInput where none does or the workbook is damaged."""
-    import zipfile
-
     import openpyxl
 
     try:
         book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
         sheets = {sheet.title: _lines(sheet) for sheet in book.worksheets}
-    except (zipfile.BadZipFile, KeyError, ValueError, OSError, TypeError, AttributeError) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # whatever openpyxl raises on damaged workbooks
         hint = "open it in the spreadsheet program and save it as xlsx again"
         raise BadInput(f"not a workbook that can be read ({type(error).__name__})", file=path, hint=hint) from None
     tables = [(name, table_of(lines, path.name, name, ())) for name, lines in sheets.items() if lines]
@@ -78,6 +78,8 @@ def read_mat(data: bytes, path: Path) -> list[RawTable]:
         raise BadInput("a MAT file of version 7.3 (HDF5)", file=path, hint=hint)
     try:
         content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
+    except MemoryError:
+        raise
     except Exception as error:  # whatever SciPy raises on damaged files
         raise BadInput(f"not a MAT file that can be read ({type(error).__name__})", file=path) from None
     groups: dict[tuple[str, int], dict[str, np.ndarray]] = defaultdict(dict)
