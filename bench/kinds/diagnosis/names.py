@@ -56,5 +56,5 @@ def _texts(value: object) -> list[str]:
 
 
 def _id(text: str, known: Mapping[str, str]) -> str:
-    """The group of a number or title; an id, also with blanks, as it is."""
-    return known.get(text, known.get(text.lower(), text.replace(" ", "_")))
+    """The group of a number or title, or of `group.number`; an id, also with blanks, as it is."""
+    return known.get(text, known.get(text.lower(), text.replace(" ", "_").partition(".")[0]))

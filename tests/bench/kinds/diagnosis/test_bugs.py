@@ -82,6 +82,7 @@ def test_a_wrong_number_is_named_alone_tied_or_among_others(diagnosis_of, findin
         ({"groups": ["inertia"]}, "alone"),
         ({"groups": ["inertia", "resistance"]}, "among"),
         ({"groups": ["added masses and yaw inertia"], "would do as well": ["hull yaw linear"]}, "tie"),
+        ({"groups": ["added masses and yaw inertia"], "would do as well": "inertia.J z"}, "alone"),
         ({}, "wrong_first"),
     ],
 )
