@@ -306,7 +306,7 @@ def _with_time(frame: pd.DataFrame) -> pd.DataFrame:
         index, pd.DatetimeIndex | pd.TimedeltaIndex
     ):
         return frame
-    return frame.assign(time_s=(index - index[0]).total_seconds() if len(index) else [])
+    return frame.assign(time_s=(index - index[0]) / pd.Timedelta(seconds=1) if len(index) else [])
 
 
 def _numbers(column: Any, name: str, record: str) -> np.ndarray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,7 +71,10 @@ class CraftDiagnosis(result.CraftDiagnosis):
         return f"<CraftDiagnosis: {self.verdict}, {self.model.family}>"
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.summary())}</pre>"
+        from ..models.figure import picture
+        from ..reporting.craft.text import notebook
+
+        return notebook(self) + picture(self.plot, "measured channels and free runs")
 
 
 def build_model(

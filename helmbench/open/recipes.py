@@ -57,7 +57,8 @@ def _analysis(recipe: Recipe) -> list[str]:
         return ["helmbench", "identify", *train, "--model", recipe.model, "--method", recipe.method, *checked,
                 "-o", "out"]  # fmt: skip
     tested = ["--held-out", *held_out] if held_out else []
-    return ["helmbench", "diagnose", "--model", recipe.model, "--train", *train, *tested, "-o", "out"]
+    model = ["--model", recipe.model] if recipe.model else []
+    return ["helmbench", "diagnose", *model, "--train", *train, *tested, "-o", "out"]
 
 
 def _shell(words: Sequence[str]) -> str:
@@ -100,4 +101,5 @@ def _calls(recipe: Recipe) -> list[str]:
     if recipe.kind == "identify":
         fitted = f"helmbench.identify(train, {recipe.model!r}, {recipe.method!r}, validate=held_out)"
         return [f"estimate = {fitted}\nfound = estimate.assess(held_out)\nfound", "found.plot()"]
-    return [f"found = helmbench.diagnose({recipe.model!r}, train, held_out)\nfound", "found.plot()"]
+    call = f"diagnose({recipe.model!r}, train, held_out)" if recipe.model else "build_model(train, held_out)"
+    return [f"found = helmbench.{call}\nfound", "found.plot()"]

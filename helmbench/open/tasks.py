@@ -216,7 +216,6 @@ def analyse(
     held_out = [record for part, record in cut if part["role"] == "held_out"]
     if not train:
         raise BadInput("no part is for training", hint="mark one at least")
-    kind, model = ("identify", "auto") if kind == "diagnose" and model == NO_MODEL else (kind, model)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         found, view = RUNS[kind](train, held_out, model, method, stage)
@@ -274,9 +273,13 @@ def _identified(train: list[Record], held_out: list[Record], model: str, method:
 
 
 def _diagnosed(train: list[Record], held_out: list[Record], model: str, method: str, stage: Stage) -> Any:
-    from .. import diagnose
-    from ..reporting.open.views import diagnosis_view
+    from .. import build_model, diagnose
+    from ..reporting.open.views import craft_view, diagnosis_view
 
+    if model == NO_MODEL:
+        stage("building a model from the records: steering laws, then what they lack")
+        built = build_model(train, held_out)
+        return built, craft_view(built)
     found = diagnose(model, train, held_out, progress=stage)
     return found, diagnosis_view(found)
 

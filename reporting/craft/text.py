@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from html import escape
 from typing import TYPE_CHECKING
 
 from ...diagnosis.craft.result import ADEQUATE, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED
 from ..numbers import DEG, number, r_squared
-from ..tables import Column, Table, console, make_table
+from ..tables import Column, Table, console, html, make_table
 from ..validation.tables import horizon_table, trusted_lines
 
 if TYPE_CHECKING:
@@ -134,6 +135,13 @@ def angles_table(found: CraftDiagnosis) -> Table:
         Column("own neutral angle, deg", lambda row: number(DEG * row[1], 2), lambda row: DEG * row[1]),
     ]
     return make_table(columns, found.own_angles)
+
+
+def notebook(found: CraftDiagnosis) -> str:
+    """The diagnosis as HTML."""
+    told = [*statement(found), *(f"doubtful: {doubt}" for doubt in found.doubts)]
+    texts = "".join(f"<p>{escape(text)}</p>" for text in told)
+    return f"<p><b>{escape(headline(found))}.</b></p>{texts}{html(steps_table(found))}{html(numbers_table(found))}"
 
 
 def terminal(found: CraftDiagnosis) -> str:

@@ -11,6 +11,7 @@ from ...datasets.columns import in_order
 from ...datasets.display import continuous, shown_name, shown_unit
 from ..check import tables as of_check
 from ..check import text as check_words
+from ..craft import text as craft
 from ..diagnosis import tables as of_diagnosis
 from ..diagnosis import text as words
 from ..equations import equations
@@ -21,14 +22,26 @@ from .curves import numbers, stride, times
 
 if TYPE_CHECKING:
     from ...checks.result import CheckResult
+    from ...diagnosis.craft.result import CraftDiagnosis
     from ...diagnosis.result import Diagnosis, Finding, Trace
     from ...estimation.assessment import Assessment
     from ...estimation.validation.result import Validation
     from ..tables import Table
 
 GOOD, FAIR, BAD = "good", "fair", "bad"
-TONES = {"adequate": GOOD, "named": FAIR, "tied": FAIR, "partly_named": FAIR, "inconclusive": FAIR,
-         "unexplained": BAD, "explains": GOOD, "approximates": FAIR, "fails": BAD}  # fmt: skip
+TONES = {
+    "adequate": GOOD,
+    "explains": GOOD,
+    "named": FAIR,
+    "tied": FAIR,
+    "partly_named": FAIR,
+    "inconclusive": FAIR,
+    "approximates": FAIR,
+    "unexplained": BAD,
+    "fails": BAD,
+    "input_does_not_act": BAD,
+    "input_follows_output": BAD,
+}
 """Verdict -> how the page sets it off."""
 POSITIONS = ("north_m", "east_m")
 RUNS = {"measured": "measured", "before": "simulated", "after": "extended model"}
@@ -66,6 +79,30 @@ def identification_view(found: Assessment) -> dict[str, Any]:
         next=identification_words.next_lines(found),
         tables=tables,
         traces=[trace for role, side in sides for trace in _validation_traces(side, role)],
+    )
+
+
+def craft_view(found: CraftDiagnosis) -> dict[str, Any]:
+    """What steers a craft without a model, what simpler models lack, and how far ahead the built one can be trusted."""
+    tested = "held_out" in {role for _, role in found.records}
+    model = equations(found.model, found.model)
+    first, *told = craft.statement(found)
+    tables = [
+        _table(craft.numbers_table(found), "Numbers of the model"),
+        _table(craft.steps_table(found), "What simpler models lack"),
+        _table(craft.laws_table(found), "What steers the craft"),
+        _table(craft.band_table(found), "How far heading can be trusted"),
+        _table(craft.angles_table(found), "Neutral angle of every training record"),
+    ]
+    return _view(
+        TONES[found.verdict],
+        first,
+        [*told, *found.doubts],
+        label=craft.headline(found),
+        next=[found.next_runs] if found.next_runs else [],
+        equations=[{"html": line.html, "new": False} for line in (*model.relations, *model.dynamics)],
+        tables=tables,
+        traces=list(_validation_traces(found.ahead, "held_out" if tested else "train")),
     )
 
 

@@ -46,3 +46,10 @@ def test_a_log_too_long_for_one_record_is_refused_and_the_same_samples_in_two_ar
         engine.diagnose(helmbench.resolve("response-1"), [record])
     halves = [record.slice(0, record.n // 2), record.slice(record.n // 2, record.n)]
     assert engine.diagnose(helmbench.resolve("response-1"), halves).verdict in ("adequate", "inconclusive")
+
+
+def test_a_function_is_told_every_stage_from_the_reading_on(record):
+    told = []
+    helmbench.diagnose("response-1", record, causes=["rudder_offset"], progress=told.append)
+    assert told[:2] == ["reading the model and the records", "checks of sensors and files"]
+    assert len(told) == len(set(told)) > 2

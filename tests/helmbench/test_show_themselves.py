@@ -61,6 +61,7 @@ def shown(records, results, raw_log, logged):
         "Assessment": estimate.assess(other),
         "Changes": helmbench.compare_results(results.directory, results.directory),
         "Check": helmbench.check([biased, other]),
+        "CraftDiagnosis": helmbench.build_model(train, other),
         "Comparison": helmbench.compare(train, "nomoto-1-cubic", ["ls", "rls"], validate=other),
         "Estimate": estimate,
         "Health": helmbench.doctor(),

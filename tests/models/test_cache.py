@@ -213,3 +213,17 @@ def test_a_change_of_a_called_function_compiles_its_callers_again(tmp_path):
         )
         assert run(code, **place)[0] == [str(number)]
     assert {path.parent for path in tmp_path.rglob("*.nb[ci]")} == {tmp_path / "cache" / "kernels"}
+
+
+def test_that_code_is_compiled_is_said_once_and_only_where_it_is(monkeypatch, tmp_path):
+    def one_more(x):
+        return x + 1.0
+
+    monkeypatch.setattr("helmbench.models.compilation.cache_folder", lambda: tmp_path)
+    said = []
+    with cache.FIRST_USE.told_to(said.append):
+        njit("f8(f8)", "f8(i8)", cache=True)(one_more)
+    assert said == [cache.COMPILING]
+    with cache.FIRST_USE.told_to(said.append):
+        assert njit("f8(f8)", cache=True)(one_more)(1.0) == 2.0
+    assert said == [cache.COMPILING]

@@ -34,7 +34,7 @@ export function showQuestion(state) {
       el("b", {}, title), el("span", { className: "sub" }, what))))];
   if (kind !== "check") rows.push(el("div", { className: "tools" }, models(state, again), kind === "identify" ? methods(again) : null));
   if (kind === "diagnose" && model.diagnose === "") {
-    rows.push(el("p", { className: "sub" }, "Without a simulation the models that the records allow are fitted, and the best is judged."));
+    rows.push(el("p", { className: "sub" }, "Without a simulation the records tell what steers the craft and what simpler models lack, and a model is built."));
   }
   rows.push(el("div", { className: "tools" }, button("Start", begin, { id: "start", className: "primary", disabled: running() || !state.parts.some((part) => part.role === "train") })));
   fill(ask, rows);
@@ -172,6 +172,7 @@ function trace(view, i, draw) {
 
 function equations(view) {
   if (!view.equations.length) return null;
-  return [el("h3", {}, "The extended model"), el("p", { className: "sub" }, "New terms are marked."),
+  const marked = view.equations.some((line) => line.new);
+  return [el("h3", {}, marked ? "The extended model" : "The model"), marked ? el("p", { className: "sub" }, "New terms are marked.") : null,
     view.equations.map((line) => el("div", { className: `eq${line.new ? " fresh" : ""}`, tabIndex: 0 }, equation(line.html)))];
 }

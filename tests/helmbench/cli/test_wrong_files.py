@@ -234,7 +234,9 @@ RAW = {
     "decimal commas cannot be told from the commas": lambda r: text_of(log(r), ",", comma=True),
     "Which way does 'Heading' count[?] it turns against North, East": lambda r: text_of(log(r, **mathematical(r))),
     "Surge. says m/s, but the speed of North, East is 0[.]5": lambda r: text_of(log(r, **speeds(r, 1.9438))),
-    "the speed of North, East is 10. times as fast": lambda r: text_of(log(r, **places(r, 100.0), **{"Sway [m/s]": None})),
+    "the speed of North, East is 10. times as fast": lambda r: text_of(
+        log(r, **places(r, 100.0), **{"Sway [m/s]": None})
+    ),
     "the sentences have no time": lambda r: b"\n".join(b"$HEHDT,%d.0,T" % (i % 360) for i in range(200)),
     "no NMEA sentence that can be used": lambda r: b"\n".join(b"$SDDBT,77.1,f,23.5,M,12.8,F" for i in range(200)),
     "3 samples; a record needs 10": lambda r: b"\n".join(text_of(log(r)).splitlines()[:4]),
