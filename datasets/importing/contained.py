@@ -18,10 +18,22 @@ from pathlib import Path
 from typing import Any
 
 from ...models.errors import BadInput
+from .formats.autopilots import read_ardupilot, read_px4
+from .formats.columnar import read_parquet
+from .formats.ros import read_bag
 from .raw import RawTable
 from .workbooks import read_excel, read_mat
 
-READERS = {"a workbook": read_excel, "a MAT file": read_mat}
+READERS = {
+    "a workbook": read_excel,
+    "a MAT file": read_mat,
+    "an HDF5 file": read_mat,
+    "a Parquet file": read_parquet,
+    "a PX4 log": read_px4,
+    "an ArduPilot log": read_ardupilot,
+    "a ROS bag": lambda _, path: read_bag(path),
+}
+"""Kind of a file -> its reader, of the content and the path; a bag may be a folder."""
 MOST_BYTES = 2 * 2**30
 """Memory that a reader may take."""
 LEAST_S, PER_MIB_S = 8.0, 4.0

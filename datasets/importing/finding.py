@@ -148,10 +148,16 @@ def ask_unit(finding: Finding, text: str, units: Sequence[Unit] | None = None) -
     return finding.asking(question)
 
 
-def ask_scale(finding: Finding, text: str, number: str, unit: str, usual: Sequence[float], per: float) -> Finding:
-    """The finding with a question for the size of a number: answers and numbers are units for `per` of the column."""
+def ask_scale(
+    finding: Finding, text: str, number: str, unit: str, usual: Sequence[float], per: float, zero: float = 0.0
+) -> Finding:
+    """The finding with a question for the size of a number: answers and numbers are units for `per` of the column above
+    the number `zero`."""
+    scales: list[dict[str, object]] = [{"factor": size / per} for size in usual]
+    scales = [s | ({"offset": -zero * size / per} if zero else {}) for s, size in zip(scales, usual, strict=True)]
     answers = [
-        Answer(f"{size:g}", f"{size:g} {unit}", line_of(finding, unit=unit, factor=size / per)) for size in usual
+        Answer(f"{size:g}", f"{size:g} {unit}", line_of(finding, unit=unit, **scale))
+        for size, scale in zip(usual, scales, strict=True)
     ]
     question = Question(
         identifier(finding, "unit"), "unit", finding.table.label, finding.column.name, text,

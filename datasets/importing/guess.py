@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from collections.abc import Mapping as Dict
 from dataclasses import replace
@@ -19,7 +20,7 @@ from .quantities import NOT_USED_AS, quantities
 from .raw import RawTable
 from .reading import stated
 from .times import TableTime, find_time
-from .units import UNITS, candidates
+from .units import UNITS, candidates, unit_of
 
 PASSES = 3
 """How often channels are compared: one that is told may tell the next."""
@@ -54,7 +55,8 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     _each(log, answers, lambda f: _checked(log, f))
     _each(log, answers, lambda f: meanings.ask(log, f) if len(f.may_be) > 1 and not f.questions else f)
     _each(log, answers, lambda f: units_told.ask(f) if f.quantity and f.unit is None and not f.questions else f)
-    _each(log, answers, lambda f: _ask_sign(log, f))
+    for _ in range(2):  # the answer for one column's sign tells another's
+        _each(log, answers, lambda f: _ask_sign(log, f))
     return log
 
 
@@ -65,8 +67,17 @@ def _chosen(log: Log, answers: Dict[str, str]) -> None:
         for i, found in enumerate(log.findings):
             if quantity and label == f"{found.table.label}/{found.column.name}":
                 signed = quantity in meanings.unsigned()
+                foreign = (
+                    found.column.unit if unit_of(found.column.unit, quantities()[quantity].dimension) is None else ""
+                )
                 log.findings[i] = replace(
-                    found, may_be=(quantity,), unit=None, signed=signed, why=("as answered",), bounded=("quantity",)
+                    found,
+                    may_be=(quantity,),
+                    unit=None,
+                    signed=signed,
+                    why=("as answered",),
+                    bounded=("quantity",),
+                    foreign=foreign,
                 )
 
 
@@ -138,7 +149,7 @@ def _with_answer(found: Finding, question: Question, key: str) -> Finding:
     base = replace(found, sure="stated", why=(*found.why, "as answered"), bounded=(*found.bounded, question.about))
     if question.about == "unit":
         unit = UNITS.get(str(entry.unit))
-        return replace(base, unit=unit, factor=entry.factor, foreign="")
+        return replace(base, unit=unit, factor=entry.factor, offset=entry.offset, foreign="")
     if question.about == "sign":
         return replace(base, signed=True, sign=1 if entry.sign == "?" else entry.sign, offset=entry.offset)
     may_be = (entry.to,)
@@ -159,8 +170,7 @@ def _as_number(question: Question, key: str) -> Answer | None:
     made = next((a for a in question.answers if a.key.replace(".", "", 1).isdigit()), scaled)
     entry = yaml_of(made.line.encode(), "answer")[0][0]
     entry["factor"] = entry.get("factor", 1.0) * size / float(made.key)
-    import json
-
+    entry["offset"] = entry.get("offset", 0.0) * size / float(made.key)
     return Answer(key, f"{size:g}", f"- {json.dumps(entry)}")
 
 

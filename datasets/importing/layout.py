@@ -43,25 +43,24 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Layout:
-    """Names and units (k) of the columns, and the index of the first line of data."""
+class Header:
+    """Names and units (k) of the columns, their names without those of groups, what was done, and the other lines above
+    the data."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    start: int
-    width: int
-    done: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    below: tuple[str, ...]
+    done: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Header:
-    """Names and units (k) of the columns, what was done, and the other lines above the data."""
+class Layout:
+    """The header, the index of the first line of data, and the number of columns."""
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    done: tuple[str, ...]
-    notes: tuple[str, ...]
+    header: Header
+    start: int
+    width: int
 
 
 def is_value(cell: str) -> bool:
@@ -97,7 +96,7 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
         return None
     head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells)]
     header = _header(head, [line for line in lines[start:] if not line.comment], width)
-    return Layout(header.names, header.units, start, width, header.done, header.notes)
+    return Layout(header, start, width)
 
 
 def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
@@ -110,9 +109,10 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
         done.append(f"line {near[-1].number} is a row of units")
         near = near[:-1]
     names = _placed(near[-1].cells, body, width) if near else [""] * width
+    below = [""] * width
     used = {line.number for line in near[-1:]}
     if len(near) > 1 and _is_group_row(near[-2].cells, names):
-        names = _with_groups(_fitted(near[-2].cells, width), names)
+        below, names = names, _with_groups(_fitted(near[-2].cells, width), names)
         used |= {near[-2].number}
         done.append(f"line {near[-2].number} names groups of columns")
     if not near and (listed := _listed_names(head)):
@@ -124,7 +124,9 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     split = [_name_and_unit(name) for name in names]
     units = [own or unit for (_, own), unit in zip(split, units, strict=True)]
     texts = _distinct([name or f"column {i + 1}" for i, (name, _) in enumerate(split)])
-    return Header(tuple(texts), tuple(units), tuple(done), tuple(" ".join(line.cells).strip() for line in above))
+    return Header(
+        tuple(texts), tuple(units), tuple(below), tuple(done), tuple(" ".join(line.cells).strip() for line in above)
+    )
 
 
 def _could_be_header(cells: Sequence[str], width: int) -> bool:
@@ -231,16 +233,16 @@ def table_of(lines: Sequence[Line], file: str, sheet: str, done: Sequence[str]) 
     body = [line for line in lines[layout.start :] if any(cell.strip() for cell in line.cells)]
     kept, faults, notes = _sorted_out(body, layout)
     cells = list(zip(*(line.cells for line in kept), strict=True)) if kept else [()] * layout.width
-    style = table_style(cells)
+    style, header = table_style(cells), layout.header
     columns = [
-        RawColumn(name, unit, tuple(values), style=style)
-        for name, unit, values in zip(layout.names, layout.units, cells, strict=True)
+        RawColumn(name, unit, tuple(values), below=below, style=style)
+        for name, unit, below, values in zip(header.names, header.units, header.below, cells, strict=True)
         if not (name.startswith("column ") and not any(value.strip() for value in values))
     ]
     rows = np.array([line.number for line in kept], dtype=int)
-    columns = with_sides(with_notes(columns, layout.notes))
-    said = (*done, *layout.done, *notes)
-    return RawTable(file, tuple(columns), rows, sheet, file, layout.notes, said, tuple(faults))
+    columns = with_sides(with_notes(columns, header.notes))
+    said = (*done, *header.done, *notes)
+    return RawTable(file, tuple(columns), rows, sheet, file, header.notes, said, tuple(faults))
 
 
 def _sorted_out(body: Sequence[Line], layout: Layout) -> tuple[list[Line], list[Rejected], list[str]]:
@@ -265,5 +267,5 @@ def _is_header_again(cells: Sequence[str], layout: Layout) -> bool:
     if any(map(is_number, cells)):
         return False
     names = [_name_and_unit(cell)[0] for cell in cells]
-    same = sum(a == b for a, b in zip(names, layout.names, strict=True)) > 0.5 * layout.width
+    same = sum(a == b for a, b in zip(names, layout.header.names, strict=True)) > 0.5 * layout.width
     return same or _units_row(cells, layout.width)

@@ -20,8 +20,9 @@ class RawColumn:
 
     known : quantity that the format of the file states, in the record's sign convention, or 'not used';  source : who
     states it, and of which instrument the column is;  said : statements about the column elsewhere in the file or
-    beside it;  side : to which a positive rudder of a known column turns the ship;  style : the decimal sign of the
-    table.
+    beside it;  called : what it is named by, where not by its name;  below : its name without that of a group of
+    columns;  side : to which a positive rudder of a known
+    column turns the ship;  style : the decimal sign of the table.
     """
 
     name: str
@@ -31,6 +32,8 @@ class RawColumn:
     source: str = ""
     said: tuple[str, ...] = ()
     side: str = ""
+    called: str = ""
+    below: str = ""
     style: Style = "point"
 
     @cached_property

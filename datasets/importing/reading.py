@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +17,8 @@ from .quantities import RATE_OF, mathematical_words, quantities
 from .raw import RawColumn, RawTable
 from .units import UNITS, Unit, unit_of
 
+PULSES = ("us", "µs", "pwm")
+"""Units of a servo's pulse."""
 UNSIGNED = frozenset(
     {"propeller", "propeller_thrust", "speed_over_ground", "speed_through_water", "wind_speed", "wind_direction",
      "latitude", "longitude", "north", "east", "velocity_north", "velocity_east", "course_over_ground", "rudder",
@@ -64,8 +68,12 @@ def _from_format(base: Finding) -> Finding:
 
 def _from_header(base: Finding) -> Finding:
     column = base.column
-    header = read_header(column.name, column.unit)
+    header = read_header(column.called or column.name, column.unit)
     name, suffix = _name(header)
+    if name.extra and column.below:
+        below = read_header(column.below, column.unit)
+        own, text = _name(below)
+        header, name, suffix = (below, own, text) if own.may_be and not own.extra else (header, name, suffix)
     if not name.may_be:
         return base.unused(name.why)
     empty = not np.isfinite(column.numbers).any() and not column.first(1)
@@ -134,6 +142,9 @@ def _with_foreign(found: Finding, text: str) -> Finding:
 def ask_foreign(found: Finding) -> Finding:
     """The finding of a rudder in a unit that is no angle, with the question for its scale."""
     text = found.foreign
+    if text.lower() in PULSES:
+        said = f"{found.column.name!r} is a servo's pulse, 1500 us amidships: how many degrees are 400 us?"
+        return ask_scale(found, said, "degrees at 1900 us", "deg", (35.0, 45.0, 30.0), 400.0, zero=1500.0)
     if text.lower() in PERCENT:
         said = f"{found.column.name!r} is in per cent: how many degrees are 100 %?"
         return ask_scale(found, said, "degrees at 100 %", "deg", (35.0, 45.0, 30.0), 100.0)
@@ -154,10 +165,21 @@ def _with_sign(found: Finding, positive: str) -> Finding:
     if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
-    mathematical = mathematical_words() & set(read_header(found.column.name).words)
+    mathematical = mathematical_words() & set(read_header(found.column.called or found.column.name).words)
     if quantity == "heading" and (mathematical or (found.unit is not None and found.unit.name != "deg")):
-        return found
+        return _with_sense(found)
     return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or _goes_ahead(found))
+
+
+def _with_sense(found: Finding) -> Finding:
+    """A heading with the way that it counts, where its name or what is said of it states that."""
+    text = " ".join((found.column.name, *found.column.said)).lower()
+    if re.search(r"counter-?clockwise from east|\benu\b", text) and found.unit is not None:
+        quarter = round(math.pi / 2.0 / found.unit.factor, 9)
+        return found.told("stated", "counterclockwise from east stated", signed=True, sign=-1, offset=quarter)
+    if re.search(r"(?<!counter)(?<!counter-)clockwise from north|\bned\b", text):
+        return found.told("stated", "clockwise from north stated", signed=True)
+    return found
 
 
 def _goes_ahead(found: Finding) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,20 +11,44 @@ from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
 from .contained import read_contained
+from .formats.expedition import looks_like_expedition, read_expedition
+from .formats.gpx import looks_like_gpx, read_gpx
+from .formats.n2k import looks_like_n2k, read_n2k
+from .formats.ros import with_ros
+from .instruments import by_instrument
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
 from .text import decoded, read_text
 
+TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]], ...] = (
+    (looks_like_gpx, read_gpx),
+    (looks_like_expedition, read_expedition),
+    (looks_like_n2k, read_n2k),
+    (looks_like_nmea, read_nmea),
+)
+"""Kinds of text that are told by their first lines, and their readers."""
+
 REFUSED = {
     b"\xd0\xcf\x11\xe0": ("an Excel file of the old form (xls)", "save it as xlsx or CSV"),
-    b"PAR1": ("a Parquet file", "records in Parquet need no import; other tables: save them as CSV"),
     b"\x1f\x8b": ("a compressed file", "unpack it first"),
     b"%PDF": ("a PDF", "export the log as CSV"),
 }
+BINARY = {
+    b"PK": "a workbook",
+    b"MATLAB": "a MAT file",
+    b"\x89HDF": "an HDF5 file",
+    b"PAR1": "a Parquet file",
+    b"ULog\x01\x12\x35": "a PX4 log",
+    b"\xa3\x95": "an ArduPilot log",
+}
+"""First bytes of a file -> its kind, read in a process of its own."""
+BAGS = (b"#ROSBAG", b"SQLite format 3\0", b"\x89MCAP")
+METADATA = "metadata.yaml"
+"""The file in the folder of a ROS 2 bag."""
 
 
 def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
-    """The raw tables of a file, one or more.
+    """The raw tables of a file, one or more, or of the folder of a ROS 2 bag.
 
     Raises
     ------
@@ -31,7 +56,9 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
     """
     path = Path(path)
     if path.is_dir():
-        raise BadInput("is a directory", file=path, hint="name the log files in it")
+        if not (path / METADATA).is_file():
+            raise BadInput("is a directory", file=path, hint="name the log files in it")
+        return [replace(table, clock=str(path)) for table in read_contained("a ROS bag", b"", path)]
     data = read_bytes(path)
     if not data.strip():
         raise BadInput("the file is empty", file=path)
@@ -42,14 +69,13 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
 
 
 def _tables(data: bytes, path: Path) -> list[RawTable]:
-    kind = _binary_kind(data)
+    if data.startswith(BAGS):
+        return read_contained("a ROS bag", b"", path.parent if (path.parent / METADATA).is_file() else path)
+    kind = next((kind for magic, kind in BINARY.items() if data.startswith(magic)), None)
     if kind is not None:
-        return read_contained(kind, data, path)
+        return [with_ros(table) for table in read_contained(kind, data, path)]
     text, encoding = decoded(data, path)
-    return read_nmea(text, path) if looks_like_nmea(text) else [read_text(text, encoding, path)]
-
-
-def _binary_kind(data: bytes) -> str | None:
-    if data.startswith(b"PK"):
-        return "a workbook"
-    return "a MAT file" if data.startswith((b"MATLAB", b"\x89HDF")) else None
+    known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
+    if known is not None:
+        return known(text, path)
+    return [with_ros(table) for table in by_instrument(read_text(text, encoding, path))]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...models.errors import BadInput
+from .formats.hdf import hdf_content
 from .layout import Line, table_of
 from .raw import RawColumn, RawTable
 
@@ -70,21 +71,24 @@ def _cell(value: Any) -> str:
 
 
 def read_mat(data: bytes, path: Path) -> list[RawTable]:
-    """The series of a MAT file (version 7 or earlier): one table for every structure and length of arrays."""
+    """The series of a MAT or HDF5 file: one table for every structure and length of arrays."""
     import scipy.io
 
-    if data[:512].startswith(b"MATLAB 7.3") or data.startswith(b"\x89HDF"):
-        hint = "save it in MATLAB with save(file, ..., '-v7')"
-        raise BadInput("a MAT file of version 7.3 (HDF5)", file=path, hint=hint)
+    if data.startswith((b"MATLAB 7.3", b"\x89HDF")):
+        return _tables_of(*hdf_content(data, path), path)
     try:
         content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
     except MemoryError:
         raise
     except Exception as error:  # whatever SciPy raises on damaged files
         raise BadInput(f"not a MAT file that can be read ({type(error).__name__})", file=path) from None
+    return _tables_of({k: v for k, v in content.items() if not k.startswith("__")}, {}, path)
+
+
+def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) -> list[RawTable]:
+    """A table for every structure and length of arrays."""
     groups: dict[tuple[str, int], dict[str, np.ndarray]] = defaultdict(dict)
-    units: dict[str, str] = {}
-    _collect({k: v for k, v in content.items() if not k.startswith("__")}, "", groups, units)
+    _collect(content, "", groups, units)
     tables = [_mat_table(path, where, group, units) for (where, _), group in groups.items() if len(group) > 1]
     if not tables:
         hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
@@ -120,4 +124,6 @@ def _series(name: str, array: np.ndarray) -> list[tuple[str, np.ndarray]]:
 def _mat_table(path: Path, where: str, group: Mapping[str, np.ndarray], units: Mapping[str, str]) -> RawTable:
     columns = tuple(RawColumn(name, units.get(name, ""), values) for name, values in group.items())
     size = columns[0].numbers.size
-    return RawTable(path.name, columns, np.arange(1, size + 1), where, path.name, (f"{len(columns)} arrays of {size}",))
+    return RawTable(
+        path.name, columns, np.arange(1, size + 1), where, path.name, done=(f"{len(columns)} arrays of {size}",)
+    )

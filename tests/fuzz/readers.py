@@ -9,6 +9,10 @@ from helmbench.bench.journal import RUNS, DamagedRunsWarning
 from helmbench.bench.store import MANIFEST
 from helmbench.models.model import model_to_json, resolve
 
+from ..datasets.importing.bank.other_cases import OTHER_CASES
+from ..datasets.importing.bank.text_cases import TEXT_CASES
+from ..datasets.importing.bank.truth import sail
+
 CSV = "\n".join(
     ["time_s,rudder_deg,heading_deg,yaw_rate_deg_s,surge_kn"]
     + [f"{k / 2},{10 if k % 20 < 10 else -10},{(7 * k) % 360},{0.1 * (k % 7)},{6 + 0.01 * (k % 5)}" for k in range(40)]
@@ -178,6 +182,56 @@ PRIOR = (b"T: [14, 1e-1]\nK: {mean: 0.2, sd: 0.05, unit: 1/s}\n", b"T: {mean: 0.
 BOUNDS = (b"T: [1, null]\nK: {low: 0.0, high: .inf}\n", b"alpha: [-.inf, 400]\n")
 
 
+RAW = {
+    "raw-text": "German",
+    "raw-workbook": "workbook with merged headers",
+    "raw-mat": "MAT",
+    "raw-hdf5": "MAT 7.3",
+    "raw-parquet": "Parquet",
+    "raw-nmea": "NMEA, stamps in brackets, AIS, bad sentences",
+    "raw-n2k": "NMEA 2000, candump",
+    "raw-canboat": "NMEA 2000, canboat",
+    "raw-gpx": "GPX and a pilot's log",
+    "raw-expedition": "Expedition",
+    "raw-px4": "PX4",
+    "raw-ardupilot": "ArduPilot",
+    "raw-ros": "ROS topics, frame unsaid",
+    "raw-long": "long form",
+}
+"""Reader -> log of the bank whose first file is changed."""
+
+
+def _raw_readers(scratch: Path) -> dict[str, Reader]:
+    import numpy as np
+
+    run, found = sail(np.random.default_rng(1), seconds=40.0), {}
+    for name, log in RAW.items():
+        folder = scratch / name
+        folder.mkdir()
+        path = {**TEXT_CASES, **OTHER_CASES}[log].write(run, folder)[0]
+        found[name] = Reader((path.read_bytes(),), path.name, _raw)
+    return found
+
+
+def _raw(path: Path) -> None:
+    """As an import does, but in this process: what a library raises on a binary file is a refusal there."""
+    from helmbench.datasets.importing import sources
+    from helmbench.datasets.importing.contained import READERS
+    from helmbench.datasets.importing.importer import Options, draft_tables
+    from helmbench.models.errors import BadInput
+
+    def contained(kind, data, place):
+        try:
+            return READERS[kind](data, place)
+        except (BadInput, MemoryError):
+            raise
+        except Exception as error:
+            raise BadInput(type(error).__name__) from None
+
+    sources.read_contained = contained
+    draft_tables(sources.read_raw(path), None, Options(), {})
+
+
 def readers(scratch: Path) -> dict[str, Reader]:
     """Name -> reader; `scratch` is a folder for the making of seeds."""
     return {
@@ -195,4 +249,5 @@ def readers(scratch: Path) -> dict[str, Reader]:
         "journal": Reader((JOURNAL,), RUNS, _journal),
         "manifest": Reader((MANIFEST_TEXT,), MANIFEST, _manifest),
         "mapping": Reader((MAPPING,), "log.map.yaml", _mapping),
+        **_raw_readers(scratch),
     }

@@ -6,13 +6,13 @@ from dataclasses import replace
 import pytest
 
 from .mutate import mutated
-from .readers import readers
+from .readers import RAW, readers
 from .run import CORPUS
 from .worker import Worker
 
 READERS = (
     *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
-    *("journal", "manifest", "mapping"),
+    *("journal", "manifest", "mapping", *RAW),
 )
 NEW_INPUTS = 40
 

@@ -218,7 +218,7 @@ RAW = {
     "a PDF; export the log as CSV": lambda r: b"%PDF-1.4 " + bytes(600),
     "a compressed file": lambda r: b"\x1f\x8b\x08" + bytes(600),
     "not a workbook that can be read": lambda r: b"PK\x03\x04" + bytes(600),
-    "a MAT file of version 7.3": lambda r: b"MATLAB 7.3 MAT-file" + bytes(600),
+    "not an HDF5 file that can be read": lambda r: b"MATLAB 7.3 MAT-file" + bytes(600),
     "not a MAT file that can be read": lambda r: b"MATLAB 5.0 MAT-file" + bytes(600),
     "no rows of numbers found": lambda r: b"minutes of the meeting\nall were present\nnothing was decided\n" * 20,
     "starts as utf-16 text but is damaged": lambda r: b"\xff\xfe" + b"\x00\xd8\x00\x00" * 40,
@@ -234,9 +234,7 @@ RAW = {
     "decimal commas cannot be told from the commas": lambda r: text_of(log(r), ",", comma=True),
     "Which way does 'Heading' count[?] it turns against North, East": lambda r: text_of(log(r, **mathematical(r))),
     "Surge. says m/s, but the speed of North, East is 0[.]5": lambda r: text_of(log(r, **speeds(r, 1.9438))),
-    "the speed of North, East is 10. times as fast": lambda r: text_of(
-        log(r, **places(r, 100.0), **{"Sway [m/s]": None})
-    ),
+    "East is 10. times as fast": lambda r: text_of(log(r, **places(r, 100.0), **{"Sway [m/s]": None})),
     "the sentences have no time": lambda r: b"\n".join(b"$HEHDT,%d.0,T" % (i % 360) for i in range(200)),
     "no NMEA sentence that can be used": lambda r: b"\n".join(b"$SDDBT,77.1,f,23.5,M,12.8,F" for i in range(200)),
     "3 samples; a record needs 10": lambda r: b"\n".join(text_of(log(r)).splitlines()[:4]),

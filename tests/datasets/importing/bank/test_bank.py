@@ -6,10 +6,11 @@ import pytest
 import helmbench
 
 from .case import Case, Outcome, answer, truth_of
+from .other_cases import OTHER_CASES
 from .text_cases import TEXT_CASES
 from .truth import sail
 
-CASES = {**TEXT_CASES}
+CASES = {**TEXT_CASES, **OTHER_CASES}
 ROUNDS = 12
 """Questions in a row after which a log counts as not imported."""
 

@@ -1,0 +1,1 @@
+"""Readers of files of one make each: their formats state quantities, units and signs."""

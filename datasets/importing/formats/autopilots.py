@@ -1,0 +1,132 @@
+"""Logs of autopilots: ArduPilot dataflash (.bin) by pymavlink, PX4 (.ulg) by pyulog."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..raw import RawColumn, RawTable
+from .extras import as_file, needed
+from .ros import yaw_and_roll
+
+Fields = dict[str, tuple[str, str, str]]
+ARDUPILOT: dict[str, Fields] = {
+    "ATT": {"Yaw": ("yaw", "heading", "deg"), "Roll": ("roll", "roll", "deg")},
+    "GPS": {"Lat": ("latitude", "latitude", "deg"), "Lng": ("longitude", "longitude", "deg"),
+            "Spd": ("speed over ground", "speed_over_ground", "m/s"),
+            "GCrs": ("course over ground", "course_over_ground", "deg")},
+    "IMU": {"GyrZ": ("yaw rate of the gyro", "yaw_rate", "rad/s")},
+    "XKF1": {"VN": ("velocity north", "velocity_north", "m/s"), "VE": ("velocity east", "velocity_east", "m/s")},
+    "RCOU": {f"C{i}": (f"output {i}", "", "us") for i in range(1, 9)},
+}  # fmt: skip
+PX4: dict[str, Fields] = {
+    "vehicle_local_position": {
+        "x": ("north", "north", "m"), "y": ("east", "east", "m"), "vx": ("velocity north", "velocity_north", "m/s"),
+        "vy": ("velocity east", "velocity_east", "m/s"), "heading": ("heading", "heading", "rad"),
+    },
+    "vehicle_angular_velocity": {
+        "xyz[2]": ("yaw rate", "yaw_rate", "rad/s"), "xyz[0]": ("roll rate", "roll_rate", "rad/s"),
+    },
+    "actuator_outputs": {f"output[{i}]": (f"output {i}", "", "us") for i in range(8)},
+    "actuator_motors": {f"control[{i}]": (f"motor {i}", "", "") for i in range(4)},
+    "actuator_servos": {f"control[{i}]": (f"servo {i}", "", "") for i in range(4)},
+}  # fmt: skip
+"""Message -> field -> (name, quantity that the format states, unit): SI or degrees, NED, forward-right-down."""
+MOST = 5_000_000
+
+
+def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
+    """A table for every known kind of message; needs pymavlink."""
+    module = needed("pymavlink.DFReader", "pymavlink", "an ArduPilot log", path)
+    found: dict[str, list[tuple[float, Any]]] = defaultdict(list)
+    with (
+        as_file(data, ".bin") as name,
+        contextlib.redirect_stdout(io.StringIO()),
+        contextlib.redirect_stderr(io.StringIO()),
+    ):
+        try:
+            log = module.DFReader_binary(name, zero_time_base=False)
+            for _ in range(MOST):
+                message = log.recv_msg()
+                if message is None:
+                    break
+                if message.get_type() in ARDUPILOT:
+                    found[_instance(message)].append((message.TimeUS * 1e-6, message))
+            log.close()
+        except Exception as error:  # whatever pymavlink raises on damaged files
+            raise BadInput(f"not an ArduPilot log that can be read ({type(error).__name__})", file=path) from None
+    tables = [_messages(path, kind, own) for kind, own in found.items() if len(own) > 2]
+    return _some([table for table in tables if table is not None], path)
+
+
+def _messages(path: Path, kind: str, own: list[tuple[float, Any]]) -> RawTable | None:
+    fields = ARDUPILOT[kind.split(" ")[0]]
+    values = {name: np.array([float(getattr(message, name, np.nan)) for _, message in own]) for name in fields}
+    return _table(path, kind, np.array([time for time, _ in own]), values, fields, "ArduPilot's log states it")
+
+
+def _instance(message: Any) -> str:
+    number = next((getattr(message, name) for name in ("I", "C") if isinstance(getattr(message, name, None), int)), 0)
+    return message.get_type() + (f" {number}" if number else "")
+
+
+def read_px4(data: bytes, path: Path) -> list[RawTable]:
+    """A table for every known topic; needs pyulog."""
+    module = needed("pyulog", "pyulog", "a PX4 log", path)
+    wanted = [*PX4, "vehicle_attitude", "vehicle_gps_position", "sensor_gps"]
+    with as_file(data, ".ulg") as name, contextlib.redirect_stdout(io.StringIO()):
+        try:
+            topics = module.ULog(name, wanted).data_list
+        except Exception as error:  # whatever pyulog raises on damaged files
+            raise BadInput(f"not a PX4 log that can be read ({type(error).__name__})", file=path) from None
+    tables = [table for topic in topics if (table := _topic(path, topic)) is not None]
+    return _some(tables, path)
+
+
+def _topic(path: Path, topic: Any) -> RawTable | None:
+    values = {name: np.asarray(numbers, dtype=float) for name, numbers in topic.data.items()}
+    name = topic.name + (f" {topic.multi_id}" if topic.multi_id else "")
+    times, by = values["timestamp"] * 1e-6, "PX4's log states it"
+    if topic.name == "vehicle_attitude" and all(f"q[{i}]" in values for i in range(4)):
+        yaw, roll = yaw_and_roll(*(values[f"q[{i}]"] for i in range(4)))
+        fields = {"yaw": ("heading", "heading", "rad"), "roll": ("roll", "roll", "rad")}
+        return _table(path, name, times, {"yaw": yaw, "roll": roll}, fields, by)
+    if topic.name in ("vehicle_gps_position", "sensor_gps"):
+        return _gps(path, name, times, values, by)
+    return _table(path, name, times, values, PX4.get(topic.name, {}), by)
+
+
+def _gps(path: Path, name: str, times: np.ndarray, values: dict[str, np.ndarray], by: str) -> RawTable | None:
+    """Positions of older logs are whole numbers of 1e-7 degrees."""
+    fields: Fields = {
+        "lat": ("latitude", "latitude", "1e-7 deg"), "lon": ("longitude", "longitude", "1e-7 deg"),
+        "latitude_deg": ("latitude", "latitude", "deg"), "longitude_deg": ("longitude", "longitude", "deg"),
+    }  # fmt: skip
+    return _table(path, name, times, values, fields, by)
+
+
+def _table(
+    path: Path, kind: str, times: np.ndarray, values: dict[str, np.ndarray], fields: Fields, by: str
+) -> RawTable | None:
+    columns = [RawColumn("time since boot", "s", times, "time", by)]
+    for field, (name, quantity, unit) in fields.items():
+        if field in values and np.isfinite(values[field]).any():
+            columns.append(RawColumn(name, unit, values[field], quantity, by))
+    rows = np.arange(1, times.size + 1)
+    return (
+        RawTable(path.name, tuple(columns), rows, kind, path.name, done=(f"{times.size} messages {kind}",))
+        if len(columns) > 1
+        else None
+    )
+
+
+def _some(tables: list[RawTable], path: Path) -> list[RawTable]:
+    if not tables:
+        raise BadInput("no message of the log can be used", file=path)
+    return tables

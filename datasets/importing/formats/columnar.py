@@ -1,0 +1,53 @@
+"""Parquet files, read by PyArrow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..raw import RawColumn, RawTable
+
+MOST_CELLS = 200_000_000
+
+
+def read_parquet(data: bytes, path: Path) -> list[RawTable]:
+    """The table of a Parquet file, with the units that its fields state; BadInput where it is damaged."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        file = pq.ParquetFile(pa.BufferReader(data))
+        if file.metadata.num_rows * max(file.metadata.num_columns, 1) > MOST_CELLS:
+            raise BadInput(f"more than {MOST_CELLS} cells", file=path, hint="cut it into parts")
+        table = file.read()
+    except (pa.ArrowException, OSError, ValueError, KeyError, NotImplementedError) as error:
+        raise BadInput(f"not a Parquet file that can be read ({type(error).__name__})", file=path) from None
+    columns = [c for i, field in enumerate(table.schema) if (c := _column(field, table.column(i))) is not None]
+    if not columns or table.num_rows < 1:
+        raise BadInput("no columns of numbers found", file=path)
+    rows = np.arange(1, table.num_rows + 1)
+    return [RawTable(path.name, tuple(columns), rows, "", path.name, done=("Parquet",))]
+
+
+def _column(field: Any, values: Any) -> RawColumn | None:
+    import pyarrow as pa
+
+    metadata = field.metadata or {}
+    unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
+    kind = field.type
+    if pa.types.is_timestamp(kind):
+        moments = values.cast(pa.timestamp("ns", tz=kind.tz), safe=False).to_numpy(zero_copy_only=False)
+        texts = tuple(
+            "" if np.isnat(m) else f"{np.datetime_as_string(m)}{'Z' if kind.tz else ''}"
+            for m in moments.astype("datetime64[ns]")
+        )
+        return RawColumn(str(field.name), unit, texts)
+    if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind):
+        numbers = values.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+        return RawColumn(str(field.name), unit, np.asarray(numbers, dtype=float))
+    if pa.types.is_string(kind) or pa.types.is_large_string(kind):
+        return RawColumn(str(field.name), unit, tuple("" if v is None else v for v in values.to_pylist()))
+    return None

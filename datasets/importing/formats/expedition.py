@@ -1,0 +1,64 @@
+"""Logs of the racing program Expedition: pairs of channel number and value."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..raw import RawColumn, RawTable, Rejected
+
+UNITS = dict.fromkeys(("bsp", "aws", "tws", "sog"), "kn") | dict.fromkeys(
+    ("awa", "twa", "twd", "cog", "hdg", "heel", "trim", "rudder", "lat", "lon", "leeway"), "deg"
+)
+KNOWN = {"lat": "latitude", "lon": "longitude", "sog": "speed_over_ground", "cog": "course_over_ground",
+         "tws": "wind_speed", "twd": "wind_direction"}  # fmt: skip
+"""Channels whose meaning and sign the program states; those of rudder and heel are told otherwise."""
+
+
+def looks_like_expedition(text: str) -> bool:
+    """Whether a text is a log of Expedition."""
+    return bool(re.match(r"!?\s*boat\s*,\s*utc\s*,", text[:200], re.IGNORECASE))
+
+
+def read_expedition(text: str, path: Path) -> list[RawTable]:
+    """The channels of the own boat (0); BadInput where the log holds no numbers."""
+    lines = list(csv.reader(text.splitlines()))
+    names, places = [c.strip() for c in lines[0]], [c.strip() for c in lines[1]] if len(lines) > 1 else []
+    named = {place: name for name, place in zip(names[1:], places[1:], strict=False) if place.isdigit()}
+    rows: list[tuple[int, dict[str, float]]] = []
+    faults: list[Rejected] = []
+    for number, cells in enumerate(lines[2:], start=3):
+        if not cells or cells[0].lstrip().startswith("!"):
+            continue
+        row = _row(cells)
+        if row is None:
+            faults.append((number, "no pairs of channel and value", ",".join(cells)))
+        elif cells[0].strip() == "0":
+            rows.append((number, row))
+    used = [place for place in named if any(place in row for _, row in rows)]
+    if "0" not in used or len(used) < 2:
+        raise BadInput("no rows with a time and a channel", file=path)
+    columns = [_column(named[p], np.array([row.get(p, np.nan) for _, row in rows])) for p in used]
+    at = np.array([number for number, _ in rows])
+    return [RawTable(path.name, tuple(columns), at, "", path.name, done=("Expedition",), faults=tuple(faults))]
+
+
+def _row(cells: list[str]) -> dict[str, float] | None:
+    """Channel number -> value of a line; None where it is none."""
+    pairs = cells[1:]
+    try:
+        return {pairs[i].strip(): float(pairs[i + 1]) for i in range(0, len(pairs) - 1, 2) if pairs[i].strip()}
+    except ValueError:
+        return None
+
+
+def _column(name: str, numbers: np.ndarray) -> RawColumn:
+    key = name.lower()
+    if key == "utc":
+        return RawColumn(name, "", numbers, "time", "Expedition states it: days in UTC")
+    known = KNOWN.get(key, "")
+    return RawColumn(name, UNITS.get(key, ""), numbers, known, "Expedition states it" if known else "")

@@ -1,0 +1,34 @@
+"""Readers that need a package of the extra `readers`."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ....models.errors import BadInput
+
+
+def needed(module: str, package: str, what: str, path: Path) -> Any:
+    """A module of an optional package; BadInput says what to install."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        hint = f"pip install 'helmbench[readers]' (or {package})"
+        raise BadInput(f"{what} needs the package {package}", file=path, hint=hint) from None
+
+
+@contextmanager
+def as_file(data: bytes, suffix: str) -> Iterator[str]:
+    """The path of a copy of data, for libraries that read files only."""
+    handle, name = tempfile.mkstemp(suffix=suffix)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+        yield name
+    finally:
+        Path(name).unlink(missing_ok=True)

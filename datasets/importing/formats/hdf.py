@@ -1,0 +1,72 @@
+"""HDF5 files and MAT files of version 7.3, read by h5py."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....models.errors import BadInput
+from .extras import needed
+
+MOST_ITEMS, MOST_DEPTH, MOST_BYTES = 10_000, 12, 2**31
+UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNIT", "einheit")
+
+
+def hdf_content(data: bytes, path: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """(arrays and texts in nested dictionaries, name of an array -> its unit); links to other files are not followed.
+
+    Raises
+    ------
+    BadInput : h5py is missing, or the file is damaged.
+    """
+    h5py = needed("h5py", "h5py", "an HDF5 file (MAT version 7.3)", path)
+    units: dict[str, str] = {}
+    try:
+        with h5py.File(io.BytesIO(data), "r") as file:
+            return _group(h5py, file, units, [0], 0), units
+    except BadInput:
+        raise
+    except Exception as error:  # whatever h5py raises on damaged files
+        raise BadInput(f"not an HDF5 file that can be read ({type(error).__name__})", file=path) from None
+
+
+def _group(h5py: Any, group: Any, units: dict[str, str], count: list[int], depth: int) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for name in group:
+        count[0] += 1
+        if count[0] > MOST_ITEMS or depth > MOST_DEPTH:
+            raise BadInput("an HDF5 file with too many or too deep groups")
+        link = group.get(name, getlink=True)
+        if isinstance(link, h5py.ExternalLink) or name.startswith("#"):
+            continue
+        item = group.get(name)
+        if isinstance(item, h5py.Group):
+            out[name] = _group(h5py, item, units, count, depth + 1)
+        elif isinstance(item, h5py.Dataset) and not item.is_virtual and not item.external and item.nbytes < MOST_BYTES:
+            _take(h5py, name, item, out, units)
+    return out
+
+
+def _take(h5py: Any, name: str, item: Any, out: dict[str, Any], units: dict[str, str]) -> None:
+    unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(item.attrs.get(key)))), "")
+    if unit:
+        units[name] = unit
+    if _text(item.attrs.get("MATLAB_class")) == "char":
+        out[name] = "".join(map(chr, np.asarray(item[()]).ravel(order="F").astype(int).tolist()))
+        return
+    if item.dtype.names:
+        table = item[()]
+        out[name] = {field: table[field] for field in item.dtype.names}
+    elif item.dtype.kind in "fiub":
+        out[name] = np.asarray(item[()])
+    elif h5py.check_string_dtype(item.dtype) is not None and item.shape == ():
+        out[name] = _text(item[()])
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value if isinstance(value, str) else ""

@@ -1,0 +1,157 @@
+"""NMEA 2000 as text: candump, YDVR and Actisense lines by the package nmea2000, and canboat's JSON."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import re
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..raw import RawColumn, RawTable, Rejected
+from .extras import needed
+
+CANDUMP = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-F]{8}(#|\s+\[\d\])")
+YDVR = re.compile(r"\d\d:\d\d:\d\d\.\d{3}\s+[RT]\s+[0-9A-F]{8}(\s+[0-9A-F]{2})+", re.IGNORECASE)
+PLAIN = re.compile(r"\d{4}-\d\d-\d\d[T-]\d\d:\d\d:\d\d\.\d+Z?,\d+,\d{5,6},\d+,\d+,\d+(,[0-9a-f]{2})+", re.IGNORECASE)
+JSON_LINE = re.compile(r"\s*\{.*\"pgn\"\s*:\s*\d+.*\}\s*,?\s*$")
+PGNS: dict[int, dict[str, tuple[str, str, str]]] = {
+    127245: {"position": ("rudder position", "rudder", "rad"), "angleorder": ("rudder order", "rudder_command", "rad")},
+    127250: {"heading": ("heading", "", "rad"), "variation": ("magnetic variation", "magnetic_variation", "rad"),
+             "deviation": ("magnetic deviation", "magnetic_deviation", "rad")},
+    127251: {"rate": ("rate of turn", "yaw_rate", "rad/s")},
+    127257: {"roll": ("roll", "", "rad")},
+    128259: {"speedwaterreferenced": ("speed through water", "speed_through_water", "m/s")},
+    129025: {"latitude": ("latitude", "latitude", "deg"), "longitude": ("longitude", "longitude", "deg")},
+    129026: {"cog": ("course over ground", "course_over_ground", "rad"),
+             "sog": ("speed over ground", "speed_over_ground", "m/s")},
+    129029: {"latitude": ("latitude", "latitude", "deg"), "longitude": ("longitude", "longitude", "deg")},
+    127488: {"speed": ("engine speed", "", "rpm")},
+}  # fmt: skip
+"""PGN -> field -> (name, quantity, unit).  NMEA 2000 states units in SI; turns count to starboard."""
+IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
+
+
+def looks_like_n2k(text: str) -> bool:
+    """Whether most of the first lines are messages of NMEA 2000."""
+    lines = [line for line in text[:20000].splitlines()[:100] if line.strip()][:-1]
+    kinds = (CANDUMP, YDVR, PLAIN, JSON_LINE)
+    return len(lines) > 2 and sum(any(kind.match(line) for kind in kinds) for line in lines) > 0.8 * len(lines)
+
+
+def read_n2k(text: str, path: Path) -> list[RawTable]:
+    """A table for every PGN of every source that is known.
+
+    Raises
+    ------
+    BadInput : the package nmea2000 is missing, or no message is known.
+    """
+    json_lines = JSON_LINE.match(next((line for line in text.splitlines() if '"pgn"' in line), "")) is not None
+    messages, faults = (_from_json if json_lines else _decoded)(text, path)
+    groups: dict[tuple[int, int], list[tuple[int, float, dict[str, Any]]]] = defaultdict(list)
+    for line, pgn, source, time, fields in messages:
+        groups[pgn, source].append((line, time, fields))
+    degrees = json_lines and '"units":"si"' not in text[:400].replace(" ", "")
+    dated = not any(YDVR.match(line) for line in text.splitlines()[:20])
+    tables = [t for key, own in groups.items() if (t := _table(path, key, own, degrees, dated)) is not None]
+    if not tables:
+        raise BadInput("no message of NMEA 2000 that can be used", file=path)
+    total = len(messages) + len(faults)
+    first = tables[0]
+    made = RawTable(
+        first.file,
+        first.columns,
+        first.rows,
+        first.sheet,
+        first.clock,
+        done=first.done,
+        faults=tuple(faults),
+        lines=total,
+    )
+    return [made, *tables[1:]]
+
+
+def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, dict[str, Any]]], list[Rejected]]:
+    module = needed("nmea2000", "nmea2000", "a log of NMEA 2000", path)
+    decoder = module.NMEA2000Decoder()
+    out: list[tuple[int, int, int, float, dict[str, Any]]] = []
+    faults: list[Rejected] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not line.strip():
+            continue
+        try:
+            message = decoder.decode(line.strip())
+        except Exception:  # whatever the package raises on a damaged line
+            faults.append((number, "no message of NMEA 2000", line))
+            continue
+        if message is not None and message.PGN in PGNS:
+            fields = {re.sub(r"\W|_", "", field.id).lower(): field.value for field in message.fields}
+            stamp = message.timestamp.replace(tzinfo=datetime.UTC).timestamp()
+            out.append((number, message.PGN, message.source, stamp, fields))
+    return out, faults
+
+
+def _from_json(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, dict[str, Any]]], list[Rejected]]:
+    out: list[tuple[int, int, int, float, dict[str, Any]]] = []
+    faults: list[Rejected] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if '"pgn"' not in line:
+            continue
+        try:
+            content = json.loads(line.strip().rstrip(","))
+            stamp = _moment(str(content["timestamp"]))
+            fields = {re.sub(r"[^a-z]", "", str(key).lower()): value for key, value in content["fields"].items()}
+            out.append((number, int(content["pgn"]), int(content.get("src", 0)), stamp, fields))
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            faults.append((number, "no message of canboat", line))
+    return out, faults
+
+
+def _moment(text: str) -> float:
+    text = re.sub(r"^(\d{4}-\d\d-\d\d)-", r"\1T", text).replace("Z", "+00:00")
+    moment = datetime.datetime.fromisoformat(text)
+    return (moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)).timestamp()
+
+
+def _table(path: Path, key: tuple[int, int], own: list, degrees: bool, dated: bool) -> RawTable | None:
+    pgn, source = key
+    if pgn not in PGNS or len(own) < 3:
+        return None
+    times = np.array([time for _, time, _ in own])
+    by = f"NMEA 2000 states it: PGN {pgn} of source {source}"
+    times = times if dated else times % 86400.0
+    columns = [RawColumn("time", "s", times, "time", by)]
+    for field, (name, quantity, unit) in PGNS[pgn].items():
+        numbers = np.array([_number(fields.get(field)) for _, _, fields in own])
+        if np.isfinite(numbers).any():
+            unit = IN_DEGREES.get(unit, unit) if degrees else unit
+            columns += _columns(name, quantity, unit, numbers, [fields for *_, fields in own], by)
+    rows = np.array([line for line, _, _ in own])
+    return (
+        RawTable(path.name, tuple(columns), rows, f"{pgn} of {source}", path.name, done=(f"{len(own)} messages",))
+        if len(columns) > 1
+        else None
+    )
+
+
+def _columns(name: str, quantity: str, unit: str, numbers: np.ndarray, fields: list, by: str) -> list[RawColumn]:
+    """A column; of a heading the true and the magnetic one."""
+    if name != "heading":
+        return [RawColumn(name, unit, numbers, quantity, by)]
+    magnetic = np.array([str(f.get("reference", "")).lower().startswith("mag") for f in fields])
+    made = []
+    for own, called, kind in (
+        (~magnetic, "true heading", "heading"),
+        (magnetic, "magnetic heading", "heading_magnetic"),
+    ):
+        if own.any():
+            made.append(RawColumn(called, unit, np.where(own, numbers, np.nan), kind, by))
+    return made
+
+
+def _number(value: Any) -> float:
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else float("nan")

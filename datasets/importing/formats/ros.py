@@ -1,0 +1,228 @@
+"""ROS messages in columns: stamps in two parts, quaternions, frames; of CSV files of a topic, and of bags."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..raw import RawColumn, RawTable
+from .extras import needed
+
+QUATERNION = re.compile(
+    r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))[._]?(?P<axis>[xyzw])$", re.IGNORECASE
+)
+SECONDS = re.compile(r"(?P<prefix>.*?(?:stamp|time))[._]?(?:secs?|seconds)$", re.IGNORECASE)
+NANOSECONDS = re.compile(r"(?P<prefix>.*?(?:stamp|time))[._]?(?:nsecs?|nanosecs?|nanoseconds)$", re.IGNORECASE)
+DOWN, UP = (
+    re.compile(r"(^|[_/])(ned|frd)($|[_/])", re.IGNORECASE),
+    re.compile(r"(^|[_/])(enu|flu)($|[_/])", re.IGNORECASE),
+)
+FIELDS: tuple[tuple[str, str, str], ...] = (
+    (r"angular(_velocity)?[._]z$", "yaw rate", "rad/s"),
+    (r"angular(_velocity)?[._]x$", "roll rate", "rad/s"),
+    (r"twist[._]linear[._]x$|^linear[._]x$", "velocity x", "m/s"),
+    (r"twist[._]linear[._]y$|^linear[._]y$", "velocity y", "m/s"),
+    (r"position[._]x$", "position x", "m"),
+    (r"position[._]y$", "position y", "m"),
+    (r"(^|[._])latitude$", "latitude", "deg"),
+    (r"(^|[._])longitude$", "longitude", "deg"),
+)
+"""Path of a field -> what it is called here, and the unit that its message states."""
+ABOUT_Z = ("yaw rate", "velocity y")
+MOST_FIELDS, MOST_MESSAGES = 60, 2_000_000
+
+
+def with_ros(table: RawTable) -> RawTable:
+    """A table with its ROS fields told: units by their messages, signs by the frame, yaw of a quaternion, one stamp."""
+    paths = [re.sub(r"^(field|data)\.", "", column.name) for column in table.columns]
+    turned = _quaternion(table.columns, paths)
+    stamped = _stamp(table.columns, paths)
+    fields = [_field(path) for path in paths]
+    if (
+        turned is None
+        and stamped is None
+        and not any("." in path and field for path, field in zip(paths, fields, strict=True))
+    ):
+        return table
+    frame = _frame(table.columns, paths)
+    columns = [_told(c, field, frame, paths) for c, field in zip(table.columns, fields, strict=True)]
+    for made in (stamped, turned):
+        if made is not None:
+            parts, extra = made
+            columns = [
+                replace(c, known="not used", source=f"part of {extra[0].name}") if i in parts else c
+                for i, c in enumerate(columns)
+            ]
+            columns += _signed(extra, frame)
+    said = (
+        f"frame {frame}: z points {_axis(frame)}"
+        if _axis(frame)
+        else f"frame {frame or 'unknown'}: its axes are not stated"
+    )
+    return replace(table, columns=tuple(columns), done=(*table.done, f"ROS messages; {said}"))
+
+
+def _field(path: str) -> tuple[str, str] | None:
+    return next(((name, unit) for pattern, name, unit in FIELDS if re.search(pattern, path, re.IGNORECASE)), None)
+
+
+def _frame(columns: Sequence[RawColumn], paths: Sequence[str]) -> str:
+    """The frame of the message; that of the child where there is one."""
+    for wanted in ("child_frame_id", "frame_id"):
+        for column, path in zip(columns, paths, strict=True):
+            if path.lower().endswith(wanted) and not isinstance(column.values, np.ndarray) and column.first(1):
+                return column.first(1)[0]
+    return ""
+
+
+def _axis(frame: str) -> str:
+    return "down" if DOWN.search(frame) else "up" if UP.search(frame) else ""
+
+
+def _told(column: RawColumn, field: tuple[str, str] | None, frame: str, paths: Sequence[str]) -> RawColumn:
+    if field is None or column.unit:
+        return column
+    name, unit = field
+    body = any(path.endswith("child_frame_id") for path in paths)
+    if name.startswith("velocity") and body:
+        name = "surge" if name.endswith("x") else "sway"
+    said = ("positive to starboard",) if name == "roll rate" and _axis(frame) else ()
+    if name in (*ABOUT_Z, "sway") and _axis(frame):
+        said = ("positive to starboard",) if _axis(frame) == "down" else ("positive to port",)
+    if name.startswith("position") and _axis(frame):
+        ned = _axis(frame) == "down"
+        name = ("north" if ned else "east") if name.endswith("x") else ("east" if ned else "north")
+    by = f"its ROS message states {unit}"
+    return replace(column, unit=unit, called=name, said=(*column.said, *said), source=by)
+
+
+def _signed(columns: Sequence[RawColumn], frame: str) -> list[RawColumn]:
+    """Angles of a quaternion with what the frame says of the yaw."""
+    told = {"down": "clockwise from north (NED)", "up": "counterclockwise from east (ENU)"}.get(_axis(frame))
+    return [replace(c, said=(*c.said, told)) if c.called == "yaw" and told else c for c in columns]
+
+
+def _quaternion(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set[int], list[RawColumn]] | None:
+    """(columns of the parts, yaw and roll) of the first quaternion; None where there is none."""
+    parts: dict[str, dict[str, int]] = {}
+    for i, path in enumerate(paths):
+        match = QUATERNION.fullmatch(path)
+        if match:
+            parts.setdefault(match["prefix"], {})[match["axis"].lower()] = i
+    whole = next(((prefix, own) for prefix, own in parts.items() if len(own) == 4), None)
+    if whole is None:
+        return None
+    prefix, own = whole
+    x, y, z, w = (columns[own[axis]].numbers for axis in "xyzw")
+    yaw, roll = yaw_and_roll(w, x, y, z)
+    by = f"by the quaternion {prefix}"
+    made = [
+        RawColumn(f"yaw of {prefix}", "rad", yaw, source=by, called="yaw"),
+        RawColumn(f"roll of {prefix}", "rad", roll, source=by, called="roll", said=("positive to starboard",)),
+    ]
+    return set(own.values()), made
+
+
+def yaw_and_roll(w: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angles (N,), rad, about z and x of a rotation from the fixed frame's axes to the body's, in the order z, y, x.
+
+    Diebel 2006, Representing Attitude, eq 290.
+    """
+    size = w * w + x * x + y * y + z * z
+    with np.errstate(invalid="ignore", divide="ignore"):
+        yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+        roll = np.arctan2(2.0 * (w * x + y * z), w * w - x * x - y * y + z * z)
+    sound = np.isfinite(size) & (np.abs(size - 1.0) < 0.1)
+    return np.where(sound, yaw, np.nan), np.where(sound, roll, np.nan)
+
+
+def _stamp(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set[int], list[RawColumn]] | None:
+    """(columns of the parts, seconds since 1970) of a stamp in seconds and nanoseconds."""
+    for i, path in enumerate(paths):
+        match = SECONDS.fullmatch(path)
+        for j, other in enumerate(paths):
+            small = NANOSECONDS.fullmatch(other) if match else None
+            if match and small and small["prefix"] == match["prefix"]:
+                seconds = columns[i].numbers + 1e-9 * columns[j].numbers
+                made = RawColumn(f"{match['prefix']} in seconds", "s", seconds, "time", "ROS stamp")
+                return {i, j}, [made]
+    return None
+
+
+# ------------------------------------------------------------------------------------------------ bags
+
+
+def read_bag(path: Path) -> list[RawTable]:
+    """A table for every topic of a ROS 1 or ROS 2 bag with numbers; needs rosbags."""
+    reading = needed("rosbags.highlevel", "rosbags", "a ROS bag", path)
+    stores = needed("rosbags.typesys", "rosbags", "a ROS bag", path)
+    try:
+        store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
+        with reading.AnyReader([path], default_typestore=store) as bag:
+            tables = [_topic(bag, connection, path) for connection in bag.connections]
+    except BadInput:
+        raise
+    except Exception as error:  # whatever rosbags raises on damaged files
+        raise BadInput(f"not a ROS bag that can be read ({type(error).__name__})", file=path) from None
+    found = [with_ros(table) for table in tables if table is not None]
+    if not found:
+        raise BadInput("no topic of the bag holds numbers", file=path)
+    return found
+
+
+def _topic(bag: Any, connection: Any, path: Path) -> RawTable | None:
+    rows: list[dict[str, Any]] = []
+    stamps: list[float] = []
+    for number, (_, stamp, raw) in enumerate(bag.messages([connection])):
+        if number >= MOST_MESSAGES:
+            raise BadInput(f"topic {connection.topic} has more than {MOST_MESSAGES} messages", file=path)
+        row = dict(_flat(bag.deserialize(raw, connection.msgtype)))
+        if not row or len(row) > MOST_FIELDS:
+            return None
+        rows.append(row)
+        stamps.append(stamp * 1e-9)
+    if len(rows) < 3:
+        return None
+    names = list(rows[0])
+    columns = [
+        RawColumn("time of the bag", "s", np.array(stamps), "" if _has_stamp(names) else "time", "the bag's clock")
+    ]
+    for name in names:
+        values = [row.get(name) for row in rows]
+        if all(isinstance(value, str) for value in values):
+            columns.append(RawColumn(name, "", tuple(map(str, values))))
+        else:
+            columns.append(
+                RawColumn(name, "", np.array([np.nan if isinstance(v, str) or v is None else float(v) for v in values]))
+            )
+    done = (f"{len(rows)} messages {connection.msgtype}",)
+    return RawTable(
+        path.name, tuple(columns), np.arange(1, len(rows) + 1), connection.topic.strip("/"), path.name, done=done
+    )
+
+
+def _has_stamp(names: Sequence[str]) -> bool:
+    return any(SECONDS.fullmatch(name) for name in names)
+
+
+def _flat(message: Any, prefix: str = "", depth: int = 0) -> list[tuple[str, Any]]:
+    """(path, number or text) of the fields of a message; arrays only up to four numbers."""
+    out: list[tuple[str, Any]] = []
+    for name in getattr(message, "__dataclass_fields__", ()):
+        if name.startswith("__") or "covariance" in name:
+            continue
+        value, path = getattr(message, name), f"{prefix}{name}"
+        if isinstance(value, bool | int | float | str | np.number):
+            out.append((path, value))
+        elif isinstance(value, list | tuple | np.ndarray):
+            if 0 < len(value) <= 4 and all(isinstance(one, int | float | np.number) for one in value):
+                out += [(f"{path}[{i}]", one) for i, one in enumerate(value)]
+        elif depth < 6:
+            out += _flat(value, f"{path}.", depth + 1)
+    return out
