@@ -120,8 +120,10 @@ def _misspelt(name: str) -> str:
 
 def _as_in_a_log(name: str) -> str:
     """What a name of a raw log stands for, and who reads it."""
-    from .importing.names import match
+    from .importing.headers import read_header
+    from .importing.names import named
 
-    quantity, _, _ = match(name)
-    said = f"{quantity.replace('_', ' ')}? " if quantity else ""
+    header = read_header(name)
+    known = [found for words in (header.words, *(head for head, _ in header.suffixes)) for found in named(words).may_be]
+    said = f"{known[0].replace('_', ' ')}? " if known else ""
     return f"{said}accepted: {', '.join(CANONICAL)}; 'helmbench import' reads raw logs"

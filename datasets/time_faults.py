@@ -33,7 +33,7 @@ def time_fault(time: np.ndarray) -> TimeFault | None:
     far = max(-time[0], time[-1])
     if far > FARTHEST_S:
         index = 0 if time[-1] < far else time.size - 1
-        hint = "milliseconds? then call the column time_ms; else count seconds from the start of the run"
+        hint = "milliseconds in time_s? then call the column time_ms; else count seconds from the start of the run"
         return TimeFault(index, f"a time of {time[index]:.6g} s", hint)
     steps = np.diff(time)
     if steps.max() > LONGEST_GAP_S and not steps.min() > LONGEST_STEP_S:
@@ -63,7 +63,7 @@ def _step(time: np.ndarray) -> TimeFault | None:
         return None
     step = float(np.median(np.diff(time)))
     if step > LONGEST_STEP_S:
-        hint = "milliseconds? then call the column time_ms, or state the unit"
+        hint = "milliseconds in time_s? then call the column time_ms, or state the unit"
         return TimeFault(1, f"steps of {step:.6g} s, in which no manoeuvre shows", hint)
     if step < SHORTEST_STEP_S:
         hint = "are these seconds? write the times in seconds with all their digits"

@@ -2,8 +2,21 @@
 
 from __future__ import annotations
 
+from unicodedata import category
+
+HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Categories of Unicode that steer a terminal or turn the direction of what follows."""
 MOST_LETTERS = 500
 """Letters of a message and of a column's name beyond which they are cut in the line that is shown."""
+
+
+def visible(text: str, kept: str = "") -> str:
+    """A text whose control characters and marks of writing direction are shown as escapes, but those in `kept`."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        letter if letter in kept or category(letter) not in HIDDEN else ascii(letter)[1:-1] for letter in text
+    )
 
 
 class BadInput(ValueError):
@@ -38,7 +51,7 @@ class BadInput(ValueError):
         parts += [", ".join(place)] if place else []
         said = self.message if len(self.message) <= MOST_LETTERS else f"{self.message[: MOST_LETTERS - 3]}..."
         text = ": ".join([*parts, said]) + (f"; {self.hint}" if self.hint else "")
-        return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in " ".join(text.split()))
+        return visible(" ".join(text.split()))
 
     def __reduce__(self):
         state = {"file": self.file, "row": self.row, "column": self.column, "hint": self.hint}

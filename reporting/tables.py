@@ -152,7 +152,7 @@ def csv(table: Table) -> str:
     """The values of the table as CSV; empty where there is none."""
     buffer = io.StringIO()
     writer = csv_format.writer(buffer, lineterminator="\n")
-    writer.writerow(table.columns)
+    writer.writerow([without_formula(name) for name in table.columns])
     writer.writerows([_csv_value(cell) for cell in row] for row in table.rows)
     return buffer.getvalue()
 
@@ -188,9 +188,14 @@ def _csv_value(cell: Cell) -> Any:
     value: Any = cell.text if cell.value is None else cell.value
     value = value.item() if hasattr(value, "item") else value
     if isinstance(value, str):
-        value = value.replace("\r", " ")
-        return f"'{value}" if value.lstrip().startswith(FORMULA) and not _is_number(value) else value
+        return without_formula(value)
     return "" if is_missing(value) else value
+
+
+def without_formula(text: str) -> str:
+    """A text as a cell of CSV that no spreadsheet takes for a formula."""
+    text = text.replace("\r", " ")
+    return f"'{text}" if text.lstrip().startswith(FORMULA) and not _is_number(text) else text
 
 
 def _is_number(text: str) -> bool:

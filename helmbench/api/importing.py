@@ -381,9 +381,12 @@ def _aside_writer(table: Mapping[str, Sequence[object]]) -> Callable[[Path], obj
     def write(place: Path) -> None:
         import csv
 
+        from ..reporting.tables import without_formula
+
         with place.open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file)
-            writer.writerow(table)
-            writer.writerows(zip(*table.values(), strict=True))
+            cells = zip(*table.values(), strict=True)
+            for row in (table, *cells):
+                writer.writerow([without_formula(cell) if isinstance(cell, str) else cell for cell in row])
 
     return write

@@ -13,7 +13,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..models.errors import BadInput
+from ..models.errors import BadInput, visible
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -374,7 +374,7 @@ def _watch(bar: Any, kind: Kind) -> Callable[[dict[str, Any]], object]:
         if finished["row"]["status"] == "failed":
             told = kind.describe(finished["row"])
             if not bar.disable and told not in failures:
-                bar.write(f"failed: {told}", file=sys.stderr)
+                bar.write(visible(f"failed: {told}"), file=sys.stderr)
             failures.append(told)
             bar.set_postfix_str(f"{len(failures)} failed", refresh=False)
         bar.update()

@@ -14,7 +14,7 @@ from typing import NoReturn
 
 import click
 
-from ._shared import BAD_INPUT, INTERRUPTED, OK, complain
+from ._shared import BAD_INPUT, INTERRUPTED, OK, complain, echo
 from .calibrate import calibrate
 from .check import check
 from .compare import compare
@@ -67,7 +67,7 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     except (click.Abort, KeyboardInterrupt) as stop:
         return complain(_interruption(given), _status(stop))
     except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
+        echo(error.format_message(), err=True)
         return BAD_INPUT
     except click.ClickException as error:
         return complain(error.format_message(), BAD_INPUT)
@@ -86,7 +86,9 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
 
 def _warning(message: Warning | str, *_: object, **__: object) -> str:
     """A warning in one line, without the place in the code that it came from."""
-    return f"helmbench: warning: {message}\n"
+    from ..models.errors import visible
+
+    return f"helmbench: warning: {visible(str(message), kept=chr(10))}\n"
 
 
 class _Stopped(KeyboardInterrupt):

@@ -132,34 +132,42 @@ def output_options(function: Callable[P, R]) -> Callable[P, R]:
 
 def complain(message: str, status: int) -> int:
     """Print one line on standard error; returns the status."""
-    text = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in " ".join(message.split()))
-    click.echo(f"helmbench: {text}", err=True)
+    echo(f"helmbench: {' '.join(message.split())}", err=True)
     return status
+
+
+def echo(text: str, err: bool = False) -> None:
+    """Print a text on standard output (err: error); what would steer a terminal is shown as an escape."""
+    from ..models.errors import visible
+
+    click.echo(visible(text, kept="\n\t"), err=err)
 
 
 def confirmed(question: str) -> bool:
     """Whether the user says yes, on a terminal."""
-    return click.confirm(question, err=True)
+    from ..models.errors import visible
+
+    return click.confirm(visible(question), err=True)
 
 
 def print_json(value: Any) -> None:
     """Print a value as JSON; what is not a finite number is null."""
     from ..api.documents import json_text
 
-    click.echo(json_text(value))
+    echo(json_text(value))
 
 
 def show_text(markdown: str) -> None:
     """Print Markdown; on a terminal its tables are fitted to the width."""
     from ..reporting.terminal import fitted
 
-    click.echo(fitted(markdown, get_terminal_size().columns) if sys.stdout.isatty() else markdown)
+    echo(fitted(markdown, get_terminal_size().columns) if sys.stdout.isatty() else markdown)
 
 
 def show_files(paths: Iterable[Path]) -> None:
     """Say on standard error which files were written."""
     for path in paths:
-        click.echo(f"wrote {path}", err=True)
+        echo(f"wrote {path}", err=True)
 
 
 def find_and_write(find: Callable[[], Writable], refused: str, output: Path, as_json: bool, quiet: bool) -> int:
@@ -187,7 +195,7 @@ def find_and_write(find: Callable[[], Writable], refused: str, output: Path, as_
     if as_json:
         print_json(found.to_json())
     elif not quiet:
-        click.echo(found.summary())
+        echo(found.summary())
         show_files(paths)
     return OK
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, check_folder, force_option, output_options, print_json, show_files
+from ._shared import FILE, SIDES, check_folder, echo, force_option, output_options, print_json, show_files
 
 
 @click.command()
@@ -34,5 +34,5 @@ def check(
     if as_json:
         print_json(found.to_json())
     elif not quiet:
-        click.echo(found.summary())
+        echo(found.summary())
         show_files(paths)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ._shared import FAILED, OK, output_options, print_json
+from ._shared import FAILED, OK, echo, output_options, print_json
 
 
 @click.command()
@@ -20,7 +20,7 @@ def doctor(as_json: bool, quiet: bool) -> int:
     if as_json:
         print_json(found.to_json())
     elif not quiet:
-        click.echo(found.summary())
+        echo(found.summary())
     elif faults := [one for one in found.findings if one.status == "fault"]:
-        click.echo("\n".join(f"{one.what}: {one.told}; {one.todo}" for one in faults), err=True)
+        echo("\n".join(f"{one.what}: {one.told}; {one.todo}" for one in faults), err=True)
     return FAILED if found.status == "fault" else OK

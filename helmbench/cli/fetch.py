@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ._shared import output_options, print_json, shows_progress
+from ._shared import echo, output_options, print_json, shows_progress
 
 
 @click.command()
@@ -18,4 +18,4 @@ def fetch(dataset: str, as_json: bool, quiet: bool) -> None:
     if as_json:
         print_json({"dataset": dataset, "files": [str(path) for path in paths]})
     elif not quiet:
-        click.echo(f"{dataset}: {len(paths)} files in {paths[0].parent}")
+        echo(f"{dataset}: {len(paths)} files in {paths[0].parent}")

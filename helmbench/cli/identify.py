@@ -22,6 +22,7 @@ from ._shared import (
     check_file,
     check_folder,
     complain,
+    echo,
     force_option,
     output_options,
     print_json,
@@ -109,16 +110,16 @@ def identify(
     if failed:
         return complain(failed[0], FAILED)
     for doubt in found.doubts:
-        click.echo(f"helmbench: warning: {doubt}", err=True)
+        echo(f"helmbench: warning: {doubt}", err=True)
     paths = _written(found, output, into_file, page)
     if as_json:
         print_json(found.to_json() | {"output": str(output) if output in paths or not into_file else None})
     elif not quiet:
-        click.echo(found.summary())
+        echo(found.summary())
         for line in found.identifiability.lines() if identifiability and found.identifiability else ():
-            click.echo(line)
+            echo(line)
         if into_file and output not in paths:
-            click.echo(f"no {output}: a black box has no coefficients", err=True)
+            echo(f"no {output}: a black box has no coefficients", err=True)
         show_files(paths)
     return OK
 

@@ -16,6 +16,7 @@ from ._shared import (
     check_file,
     complain,
     confirmed,
+    echo,
     force_option,
     output_options,
     print_json,
@@ -82,15 +83,13 @@ def import_command(
     try:
         found = draft.import_log()
     except helmbench.BadInput:
-        click.echo(draft.summary(), err=True)
+        echo(draft.summary(), err=True)
         if mapping is not None and known is None and draft.mapping is not None:
             draft.write_mapping(mapping)
-            click.echo(
-                f"wrote {mapping} with every column: answer what is asked in it, then repeat the command", err=True
-            )
+            echo(f"wrote {mapping} with every column: answer what is asked in it, then repeat the command", err=True)
         raise
     if not hidden:
-        click.echo(found.summary())
+        echo(found.summary())
     if known is None and not yes and not _confirmed(found, mapping, hidden):
         if mapping is None:
             hint = f"repeat it with --yes, or with --map {output.stem}.map.yaml to write the draft there and change it"
@@ -108,9 +107,9 @@ def _asked(draft: ImportDraft) -> ImportDraft:
     """The draft after its questions were asked on the terminal, one after another."""
     skipped: set[str] = set()
     while question := next((q for q in draft.questions if q.id not in skipped), None):
-        click.echo(question.text)
+        echo(question.text)
         for number, answer in enumerate(question.answers, start=1):
-            click.echo(f"  {number}: {answer.text}")
+            echo(f"  {number}: {answer.text}")
         more = f", or = and {question.number}" if question.number else ""
         given = click.prompt(f"number of the answer{more} (empty: leave open)", default="", show_default=False).strip()
         keys = {str(number): answer.key for number, answer in enumerate(question.answers, start=1)}
@@ -126,6 +125,6 @@ def _confirmed(found: Import, mapping: Path | None, hidden: bool) -> bool:
     """Whether the guess is confirmed on the terminal; with --map it is written there to be looked at."""
     if mapping is not None:
         found.write_mapping(mapping)
-        click.echo(f"wrote {mapping}: look at it, then repeat the command; nothing imported yet", err=True)
+        echo(f"wrote {mapping}: look at it, then repeat the command; nothing imported yet", err=True)
         return False
     return not hidden and sys.stdin.isatty() and confirmed("import the log with this mapping?")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ._shared import print_json
+from ._shared import echo, print_json
 
 KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "suites")
 
@@ -26,11 +26,11 @@ def list_command(kind: str, name: str | None, as_json: bool) -> None:
         if as_json:
             print_json([vars(option) for option in options])
         else:
-            click.echo(options_text(options))
+            echo(options_text(options))
         return
 
     found: dict[str, str] = getattr(lists, f"list_{kind}")()
     if as_json:
         print_json([{"id": name, "title": title} for name, title in found.items()])
         return
-    click.echo(titles_text(found))
+    echo(titles_text(found))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, confirmed, output_options, print_json
+from ._shared import FILE, confirmed, echo, output_options, print_json
 
 
 @click.command()
@@ -29,4 +29,4 @@ def merge(source: Path, target: Path, sample: int, seed: int, trust: bool, as_js
         print_json(vars(found))
     elif not quiet:
         known = f"{found.known} were there already, {found.recomputed} were computed again and agree"
-        click.echo(f"{found.added} runs added; {known}; next: helmbench report {target}")
+        echo(f"{found.added} runs added; {known}; next: helmbench report {target}")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE
+from ._shared import FILE, echo
 
 MISSING = "the page needs two more packages; install them with: python -m pip install 'helmbench[open]'"
 
@@ -30,9 +30,7 @@ def open_command(files: tuple[Path, ...], no_browser: bool) -> None:
     from ..open.serve import serve
 
     def say(address: str) -> None:
-        click.echo(
-            f"helmbench is at {address}\nLogs stay on this machine. Ctrl-C ends it and deletes what was dropped."
-        )
+        echo(f"helmbench is at {address}\nLogs stay on this machine. Ctrl-C ends it and deletes what was dropped.")
 
     with suppress(KeyboardInterrupt):  # the way in which it ends
         serve(files, say, not no_browser)

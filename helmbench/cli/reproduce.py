@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FAILED, FILE, OK, output_options, print_json, shows_progress
+from ._shared import FAILED, FILE, OK, echo, output_options, print_json, shows_progress
 
 
 @click.command()
@@ -33,12 +33,12 @@ def reproduce(
     show = shows_progress(quiet or as_json)
     found = helmbench.reproduce(paper, table, directory=output, jobs=jobs, resume=resume, seed=seed, progress=show)
     for failure in found.failures:
-        click.echo(f"failed: {failure}", err=True)
+        echo(f"failed: {failure}", err=True)
     if as_json:
         print_json(found.rows)
     elif not quiet:
         for row in found.rows:
-            click.echo(f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}")
+            echo(f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}")
         for paper, counts in found.counts.items():
-            click.echo(f"paper {paper}: {counts}")
+            echo(f"paper {paper}: {counts}")
     return FAILED if found.failures else OK

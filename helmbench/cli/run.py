@@ -17,6 +17,7 @@ from ._shared import (
     SUITE,
     VESSEL,
     confirmed,
+    echo,
     output_options,
     print_json,
     shows_progress,
@@ -95,7 +96,7 @@ def run(
         resume=resume,
         trust=trust or (confirmed if sys.stdin.isatty() and sys.stderr.isatty() else False),
         progress=shows_progress(hidden),
-        message=None if hidden else lambda text: click.echo(text, err=True),
+        message=None if hidden else lambda text: echo(text, err=True),
     )
     return _summarise(found, as_json, quiet)
 
@@ -119,9 +120,9 @@ def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:
         print_json({**where, **drawn, "runs": len(found.rows), **counts, "failures": found.failures})
     else:
         for told, number in found.failure_texts.items():
-            click.echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
+            echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
         if not quiet:
             told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"
-            click.echo(f"suite {found.suite}: {len(found.rows)} runs, {told}; results in {found.directory}")
-            click.echo(f"next: helmbench report {shlex.quote(str(found.directory))}")
+            echo(f"suite {found.suite}: {len(found.rows)} runs, {told}; results in {found.directory}")
+            echo(f"next: helmbench report {shlex.quote(str(found.directory))}")
     return FAILED if counts["failed"] else OK

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, VESSEL, check_file, force_option, output_options, print_json
+from ._shared import FILE, SIDES, VESSEL, check_file, echo, force_option, output_options, print_json
 
 
 @click.command()
@@ -50,4 +50,4 @@ def simulate(
     if as_json:
         print_json(facts | {"channels": list(record.channels), "positive_rudder": record.meta.positive_rudder})
     elif not quiet:
-        click.echo(f"{output}: {record.n} samples every {record.dt:g} s, {', '.join(record.channels)}")
+        echo(f"{output}: {record.n} samples every {record.dt:g} s, {', '.join(record.channels)}")

@@ -7,7 +7,18 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, MODEL, SIDES, Greedy, check_folder, force_option, output_options, print_json, show_files
+from ._shared import (
+    FILE,
+    MODEL,
+    SIDES,
+    Greedy,
+    check_folder,
+    echo,
+    force_option,
+    output_options,
+    print_json,
+    show_files,
+)
 
 
 class Validate(Greedy):
@@ -51,10 +62,10 @@ def validate(
         warnings.simplefilter("always", helmbench.RudderSignWarning)
         found = helmbench.validate(model, records, compare, positive_rudder=positive_rudder)
     for doubt in (one for one in doubts if issubclass(one.category, helmbench.RudderSignWarning)):
-        click.echo(f"helmbench: warning: {doubt.message}", err=True)
+        echo(f"helmbench: warning: {doubt.message}", err=True)
     paths = found.write(output) if output is not None else ()
     if as_json:
         print_json(found.to_json())
     elif not quiet:
-        click.echo(found.summary())
+        echo(found.summary())
         show_files(paths)
