@@ -20,12 +20,13 @@ from ...models.instruments import INSTRUMENTS
 from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
 from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb
-from .records import COPIED, EXCITED, copied_input, craft_of, outside, weak_motion
+from .records import COPIED, EXCITED, copied_input, craft_of, outside, weak_motion, without_spikes
 from .result import (
     ADEQUATE,
     FOLLOWS,
     INCONCLUSIVE,
     NO_EFFECT,
+    OUTSIDE,
     PARTLY,
     UNEXPLAINED,
     Band,
@@ -64,21 +65,24 @@ def build(train: Sequence[Record], held_out: Sequence[Record] = ()) -> CraftDiag
     if not train:
         raise BadInput("no training record", hint="give at least one")
     with arithmetic_guard(), blas_limited():
-        return _built([r.turned("starboard") for r in train], [r.turned("starboard") for r in held_out])
+        cleaned = [without_spikes(r.turned("starboard")) for r in (*train, *held_out)]
+        spikes = [f"{r.name}: {n} samples that stand out of their neighbours are left out." for r, n in cleaned if n]
+        records = [r for r, _ in cleaned]
+        return _built(records[: len(train)], records[len(train) :], spikes)
 
 
-def _built(train: Sequence[Record], held_out: Sequence[Record]) -> CraftDiagnosis:
+def _built(train: Sequence[Record], held_out: Sequence[Record], spikes: Sequence[str]) -> CraftDiagnosis:
     started = time.perf_counter()
     scales = scales_of(train)
     pieces = pieces_of(train, scales)
-    craft, given = craft_of(train, scales)
+    craft, given = craft_of([*train, *held_out], scales)
     ladder = Ladder(pieces, craft, given, commands=not all(r.has(RUDDERS[0]) for r in train))
     found = climb(ladder)
     kept = _guarded(ladder, found, [*train, *held_out])
     first, model = (model_of(ladder, s.attempt) for s in (kept[0], kept[-1]))
     judged = list(held_out) or list(train)
     ahead = validate({BUILT: model, FIRST: first}, named(judged))
-    notes = _notes(train, held_out, len(kept) < len(found.steps))
+    notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps))]
     if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST) > WORSE:
         notes.append("Held-out records are predicted worse with all that entered: the steering law alone is the model.")
         kept, model = kept[:1], first
@@ -91,6 +95,9 @@ def _built(train: Sequence[Record], held_out: Sequence[Record]) -> CraftDiagnosi
     covariance = _covariance(final, model)
     copied = copied_input(pieces)
     verdict, reason = _verdict(final, kept, ahead, copied, weak_motion(pieces))
+    if verdict in (UNEXPLAINED, PARTLY) and max(r2(final)) >= GOOD and any(outside(train, r) for r in held_out):
+        verdict = OUTSIDE
+        reason = f"held-out records leave the range of the training records, where {reason}"
     band = _band(ladder, final, ahead.horizons_s)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     return CraftDiagnosis(

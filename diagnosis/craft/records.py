@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from ...estimation.series import samples, speed_of, yaw_rate_of
 from ...models.errors import CannotFit
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.windows.problem import Piece, Scales
 
+SPIKED, WIDE, SPIKE = ("yaw_rate_rad_s", "heading_rad", "surge_m_s"), 7, 12.0
+"""Channels freed of spikes, samples of the median, and usual distances from it that a spike exceeds."""
 COPIED = 0.97
 """Share of a rudder's or command's variation that heading and yaw rate of the same moment explain: it is computed."""
 MARGIN = 1.25
@@ -25,8 +28,33 @@ EXCITED = 1.0
 """Smooth yaw rate over what smoothing took away, averaged, below which no manoeuvre stands out."""
 
 
+def without_spikes(record: Record) -> tuple[Record, int]:
+    """The record with samples of yaw rate, heading and surge as gaps that stand out of their neighbours, and how many.
+
+    A sample stands out where it is further from the median of WIDE samples than SPIKE times the usual distance, and
+    than half the range of nine tenths of the channel.
+    """
+    found, count = {}, 0
+    for name in SPIKED:
+        if not record.has(name):
+            continue
+        values = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+        known = np.flatnonzero(np.isfinite(values))
+        if known.size < 4 * WIDE:
+            continue
+        y = values[known]
+        away = np.abs(y - median_filter(y, WIDE, mode="mirror"))
+        low, high = np.quantile(y, (0.05, 0.95))
+        spikes = away > max(SPIKE * float(np.median(away)), 0.5 * float(high - low))
+        if spikes.any() and spikes.mean() < 0.1:
+            found[name] = record.column(name).copy()
+            found[name][known[spikes]] = np.nan
+            count += int(spikes.sum())
+    return (record.with_channels(**found) if found else record), count
+
+
 def craft_of(records: Sequence[Record], scales: Scales) -> tuple[Craft, frozenset[str]]:
-    """The craft's units, and the inputs that all records measure."""
+    """The craft's units, and the inputs that all records measure, held-out ones among them."""
     given = {name for name, known in ((SPEED, scales.speed > 0.0), (TURNS, scales.turns > 0.0)) if known}
     if not all(_has_speed(r) for r in records):
         given.discard(SPEED)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 SCHEMA = 1
 ADEQUATE, PARTLY, UNEXPLAINED, INCONCLUSIVE = "adequate", "partly_named", "unexplained", "inconclusive"
 NO_EFFECT, FOLLOWS = "input_does_not_act", "input_follows_output"
+OUTSIDE = "outside_training"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from html import escape
 from typing import TYPE_CHECKING
 
-from ...diagnosis.craft.result import ADEQUATE, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED
+from ...diagnosis.craft.result import ADEQUATE, FOLLOWS, INCONCLUSIVE, NO_EFFECT, OUTSIDE, PARTLY, UNEXPLAINED
 from ..numbers import DEG, number, r_squared
 from ..tables import Column, Table, console, html, make_table
 from ..validation.tables import horizon_table, trusted_lines
@@ -20,6 +20,7 @@ HEADLINES = {
     UNEXPLAINED: "Unexplained",
     INCONCLUSIVE: "Inconclusive",
     NO_EFFECT: "The recorded input does not act",
+    OUTSIDE: "Held-out records leave the training range",
     FOLLOWS: "The recorded input follows the motion",
 }
 
