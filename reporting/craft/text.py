@@ -34,7 +34,8 @@ def headline(found: CraftDiagnosis) -> str:
 
 def statement(found: CraftDiagnosis) -> list[str]:
     """The story in sentences."""
-    lines = [f"{found.reason[:1].upper()}{found.reason[1:]}.", _steers(found), *_lacks(found), *_remaining(found)]
+    lines = [f"{found.reason[:1].upper()}{found.reason[1:]}.", _steers(found), *_lacks(found)]
+    lines += [*_neutral(found), *_remaining(found)]
     return [*lines, _heading(found), *found.notes, f"To record next: {found.next_runs}."]
 
 
@@ -59,6 +60,15 @@ def _lacks(found: CraftDiagnosis) -> list[str]:
     told = [f"A model of {first.numbers} numbers has R² {shares} over windows of {number(found.window_s)} s."]
     lacking = [f"{s.title} ({_percent(s.gain)} ± {_percent(s.error)})" for s in found.steps[1:] if s.gain > 0.0]
     return [*told, f"It lacks: {'; '.join(lacking)}."] if lacking else told
+
+
+def _neutral(found: CraftDiagnosis) -> list[str]:
+    """The neutral angle, where its interval does not hold zero."""
+    offset = next((n for n in found.numbers if n.name == "rudder_offset" and n.low * n.high > 0.0), None)
+    if offset is None:
+        return []
+    half = number(DEG * (offset.high - offset.value), 2)
+    return [f"A rudder or command of {number(-DEG * offset.value, 2)} ± {half} deg (90 %) holds a straight course."]
 
 
 def _remaining(found: CraftDiagnosis) -> list[str]:

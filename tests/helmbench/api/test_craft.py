@@ -1,0 +1,52 @@
+"""A model built from records: outcome, files, and the commands that need neither model nor method."""
+
+import json
+from html import escape
+
+import pytest
+
+import helmbench
+from helmbench.cli import status_of
+
+from ...craft_simulator import draw, sailed
+
+
+@pytest.fixture
+def records(rng):
+    craft = draw(rng, "flow", "offset")
+    return [sailed(rng, craft, f"run {i}", length=35.0) for i in range(3)]
+
+
+def test_the_outcome_shows_itself_and_its_model_is_read_back(records, tmp_path):
+    found = helmbench.build_model(records[:2], records[2])
+    for step in found.steps:
+        assert step.title in found.summary() and escape(step.title) in found.to_html()
+    assert "<b>" in found._repr_html_() and found.verdict in repr(found)
+    assert found.plot().axes
+    paths = found.write(tmp_path / "out")
+    document = json.loads(paths[0].read_text(encoding="utf-8"))
+    assert document["verdict"] == found.verdict and len(document["laws"]) == len(found.laws)
+    again = helmbench.resolve(paths[2])
+    told = helmbench.validate(again, records[2])
+    for horizon in (s.horizon for s in found.ahead.simple):
+        own = found.ahead.score("yaw_rate_rad_s", horizon=horizon)
+        assert told.score("yaw_rate_rad_s", horizon=horizon).rmse == pytest.approx(own.rmse, rel=1e-6)
+    with pytest.raises(helmbench.BadInput, match="no such record"):
+        found.plot("other")
+
+
+def test_commands_need_no_model_and_no_method(records, tmp_path, capsys):
+    files = []
+    for record in records:
+        files.append(str(tmp_path / f"{record.name.replace(' ', '-')}.csv"))
+        helmbench.write_record(record, files[-1])
+    out = tmp_path / "out"
+    assert status_of(["diagnose", "--train", *files[:2], "--held-out", files[2], "-o", str(out)]) == 0
+    assert "What steers it" in capsys.readouterr().out
+    assert {path.name for path in out.iterdir()} == {"diagnosis.json", "diagnosis.html", "extended_model.json"}
+    model = tmp_path / "model.json"
+    assert status_of(["identify", *files[:2], "--model", "auto", "--validate", files[2], "-o", str(model)]) == 0
+    assert "by ladder" in capsys.readouterr().out and helmbench.resolve(model).known
+    assert status_of(["identify", files[0], "--model", "nomoto-1", "-o", str(tmp_path / "other.json")]) == 2
+    with pytest.raises(helmbench.BadInput, match="no method"):
+        helmbench.identify(records[0], "nomoto-1")
