@@ -9,8 +9,8 @@ import pytest
 import helmbench
 from helmbench.cli import status_of
 from helmbench.models.errors import BadInput, visible
-from helmbench.reporting.tables import from_frame
 from helmbench.reporting.tables import csv as csv_text
+from helmbench.reporting.tables import from_frame
 
 HOSTILE = "\x1b]0;title\x07\x9b2J\u202e\u2066\u200b"
 
