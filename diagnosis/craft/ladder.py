@@ -152,7 +152,10 @@ class Ladder:
         found = self.fitted(law, rungs, sign, linkage, start, shifts, most)
         return Attempt(law, tuple(rungs), sign, dict(linkage), found, left_out_errors(found))
 
-    def fitted(self, law, rungs, sign, linkage, start, shifts, most, windows: Windows | None = None) -> Fitted:
+    def fitted(
+        self, law: Law, rungs: Sequence[Rung], sign: float, linkage: Mapping[str, float], start: np.ndarray,
+        shifts: np.ndarray | None, most: int, windows: Windows | None = None,
+    ) -> Fitted:  # fmt: skip
         """A fit from a start."""
         s = self.craft.scales
         own = self.windows(law, linkage) if windows is None else windows

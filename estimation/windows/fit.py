@@ -64,11 +64,6 @@ class Fitted:
         """(q,) values of the free numbers."""
         return self.coefficients[[n.place for n in self.numbers]]
 
-    @property
-    def sd(self) -> np.ndarray:
-        """(q,) standard deviations of the free numbers by the normal equations."""
-        return np.sqrt(np.abs(np.diag(np.linalg.pinv(self.normal))))[: len(self.numbers)]
-
 
 def fit(
     windows: Windows,
@@ -82,14 +77,13 @@ def fit(
     """The fit from a start.  time_s : the craft's own time;  shift_sd : of a record's own neutral angle, rad."""
     here = _clipped(np.array(coefficients, float), numbers)
     own = np.zeros(windows.n_records) if shifts is None else shifts
-    weight = max(windows.duration_s / (2.0 * time_s), 4.0)
+    weight = _weight(windows, time_s)
     for steps in (max(most // 3, 2), max(most // 2, 2), most):
         sizes = _sizes(windows, here, own)
-        here, own = _descended(windows, numbers, here, own, sizes, weight, shift_sd, steps)
-    sizes = _sizes(windows, here, own)
-    cost = _criterion(windows, numbers, here, own, sizes, weight, shift_sd)
-    normal, _, parts = _equations(windows, numbers, here, own, sizes, weight, shift_sd)
-    return Fitted(windows, tuple(numbers), here, own, sizes, cost, normal, parts)
+        here, own = _descended(_Criterion(windows, tuple(numbers), weight, shift_sd, sizes), here, own, steps)
+    last = _Criterion(windows, tuple(numbers), weight, shift_sd, _sizes(windows, here, own))
+    normal, _, parts = last.equations(here, own)
+    return Fitted(windows, tuple(numbers), here, own, last.sizes, last.value(here, own), normal, parts)
 
 
 def criterion_at(
@@ -97,30 +91,99 @@ def criterion_at(
 ) -> float:
     """The criterion at a start, without a step."""
     here, own = _clipped(np.array(coefficients, float), numbers), np.zeros(windows.n_records)
-    weight = max(windows.duration_s / (2.0 * time_s), 4.0)
-    return _criterion(windows, numbers, here, own, _sizes(windows, here, own), weight, shift_sd)
+    sizes = _sizes(windows, here, own)
+    return _Criterion(windows, tuple(numbers), _weight(windows, time_s), shift_sd, sizes).value(here, own)
 
 
-def _descended(w: Windows, numbers, here, own, sizes, weight, shift_sd, most):
+def _weight(windows: Windows, time_s: float) -> float:
+    """n_eff: independent errors that the records' duration amounts to, at least four."""
+    return max(windows.duration_s / (2.0 * time_s), 4.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Criterion:
+    """The criterion with error sizes (2,) that are held."""
+
+    windows: Windows
+    numbers: tuple[Number, ...]
+    weight: float
+    shift_sd: float
+    sizes: np.ndarray
+
+    def value(self, here: np.ndarray, own: np.ndarray) -> float:
+        """The criterion at coefficients (p,) and own shifts (R,)."""
+        w = self.windows
+        error = w.errors(here[None], own[w.record][None]) / self.sizes
+        loss = sum(TAIL**2 * _mean(np.log1p((error[:, :, c] / TAIL) ** 2)) for c in range(2))
+        prior = sum(((here[n.place] - n.mean) / n.sd) ** 2 for n in self.numbers)
+        prior += float(np.sum((own / self.shift_sd) ** 2))
+        return float(self.weight * (0.5 * loss + np.sum(np.log(self.sizes))) + 0.5 * prior)
+
+    def equations(
+        self, here: np.ndarray, own: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, tuple[tuple[np.ndarray, np.ndarray], ...]]:
+        """Normal equations (q + R, q + R), (q + R,) with priors, and each block's part of them."""
+        w, q = self.windows, len(self.numbers)
+        square, pull = self._by_window(here, own)
+        size = q + w.n_records
+        normal, slope, parts = np.zeros((size, size)), np.zeros(size), []
+        for block in range(int(w.block.max()) + 1):
+            mine, vector = np.zeros((size, size)), np.zeros(size)
+            for record in np.unique(w.record[w.block == block]).tolist():
+                pick = (w.block == block) & (w.record == record)
+                places = np.array([*range(q), q + record])
+                mine[np.ix_(places, places)] += square[pick].sum(axis=0)
+                vector[places] += pull[pick].sum(axis=0)
+            parts.append((mine, vector))
+            normal += mine
+            slope += vector
+        values = np.concatenate([here[[n.place for n in self.numbers]] if q else np.zeros(0), own])
+        mean = np.concatenate([[n.mean for n in self.numbers], np.zeros(w.n_records)])
+        precision = self.scale**-2.0
+        return normal + np.diag(precision), slope - precision * (values - mean), tuple(parts)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """(q + R,) prior standard deviations."""
+        own = np.full(self.windows.n_records, self.shift_sd)
+        return np.concatenate([[n.sd for n in self.numbers], own])
+
+    def _by_window(self, here: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Each window's weighted products of slopes (W, q + 1, q + 1), and of slopes with errors (W, q + 1)."""
+        w, q, count = self.windows, len(self.numbers), len(self.windows.inputs)
+        steps = np.array([DIFFERENCE * n.sd for n in self.numbers] + [DIFFERENCE * self.shift_sd])
+        sets, shift = np.tile(here, (q + 2, 1)), np.tile(own[w.record], (q + 2, 1))
+        for j, n in enumerate(self.numbers):
+            sets[j + 1, n.place] += steps[j]
+        shift[q + 1] += steps[q]
+        found = w.errors(sets, shift).reshape(q + 2, count, -1, 2)
+        error = found[0] / self.sizes
+        slopes = (found[1:] - found[:1]) / steps[:, None, None, None] / self.sizes
+        known = np.isfinite(error)
+        each = self.weight / np.maximum(known.sum(axis=(0, 1)), 1)
+        root = np.sqrt(np.where(known, 1.0 / (1.0 + (error / TAIL) ** 2), 0.0) * each)
+        target = (np.where(known, error, 0.0) * root).reshape(count, -1)
+        rows = (np.where(known, slopes, 0.0) * root).reshape(q + 1, count, -1)
+        square = np.einsum("iwk,jwk->wij", rows, rows, optimize=True)
+        return square, -np.einsum("iwk,wk->wi", rows, target, optimize=True)
+
+
+def _descended(c: _Criterion, here: np.ndarray, own: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
     """Where damped Gauss-Newton steps lead."""
-    scale = np.concatenate([[n.sd for n in numbers], np.full(w.n_records, shift_sd)])
-    cost, damping = _criterion(w, numbers, here, own, sizes, weight, shift_sd), 1e-2
+    cost, damping, q = c.value(here, own), 1e-2, len(c.numbers)
     for _ in range(most):
-        normal, slope, _ = _equations(w, numbers, here, own, sizes, weight, shift_sd)
-        better = False
+        normal, slope, _ = c.equations(here, own)
+        before = cost
         for _ in range(6):
             step = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), slope, rcond=None)[0]
-            step *= min(1.0, LONGEST / max(float(np.max(np.abs(step) / scale)), 1e-12))
-            trial, theirs = _moved(here, numbers, step), own + step[len(numbers) :]
-            new = _criterion(w, numbers, trial, theirs, sizes, weight, shift_sd)
+            step *= min(1.0, LONGEST / max(float(np.max(np.abs(step) / c.scale)), 1e-12))
+            trial, theirs = _moved(here, c.numbers, step), own + step[q:]
+            new = c.value(trial, theirs)
             if new < cost:
-                better = True
+                here, own, cost, damping = trial, theirs, new, max(damping / 6.0, 1e-6)
                 break
             damping *= 6.0
-        if not better:
-            break
-        gained, here, own, cost, damping = cost - new, trial, theirs, new, max(damping / 6.0, 1e-6)
-        if gained < ENOUGH * max(abs(cost), 1.0):
+        if before - cost < ENOUGH * max(abs(cost), 1.0):
             break
     return here, own
 
@@ -141,10 +204,6 @@ def _moved(coefficients: np.ndarray, numbers: Sequence[Number], step: np.ndarray
 def _sizes(w: Windows, coefficients: np.ndarray, own: np.ndarray) -> np.ndarray:
     """(2,) sizes of the errors, not below the sensors' noise nor a thousandth of the motion."""
     error = w.errors(coefficients[None], own[w.record][None])
-    return _size(error, w)
-
-
-def _size(error: np.ndarray, w: Windows) -> np.ndarray:
     found = np.array([_trimmed(np.abs(error[:, :, c])) for c in range(2)])
     return np.maximum(np.nan_to_num(found, nan=1.0), np.maximum(np.nan_to_num(w.noise), 1e-3 * w.motion))
 
@@ -158,55 +217,9 @@ def _trimmed(values: np.ndarray) -> float:
     return NORMAL * float(np.sqrt(np.mean(kept**2)))
 
 
-def _criterion(w: Windows, numbers, here, own, sizes, weight, shift_sd) -> float:
-    error = w.errors(here[None], own[w.record][None]) / sizes
-    loss = sum(TAIL**2 * _mean(np.log1p((error[:, :, c] / TAIL) ** 2)) for c in range(2))
-    prior = sum(((here[n.place] - n.mean) / n.sd) ** 2 for n in numbers) + float(np.sum((own / shift_sd) ** 2))
-    return float(weight * (0.5 * loss + np.sum(np.log(sizes))) + 0.5 * prior)
-
-
 def _mean(values: np.ndarray) -> float:
     known = np.isfinite(values)
     return float(values[known].mean()) if known.any() else 0.0
-
-
-def _equations(w: Windows, numbers, here, own, sizes, weight, shift_sd):
-    """Normal equations (q + R, q + R), (q + R,) with priors, and each block's part of them."""
-    q, count = len(numbers), len(w.inputs)
-    steps = np.array([DIFFERENCE * n.sd for n in numbers] + [DIFFERENCE * shift_sd])
-    sets = np.tile(here, (q + 2, 1))
-    for j, n in enumerate(numbers):
-        sets[j + 1, n.place] += steps[j]
-    shift = np.tile(own[w.record], (q + 2, 1))
-    shift[q + 1] += steps[q]
-    found = w.errors(sets, shift).reshape(q + 2, count, -1, 2)
-    error = found[0] / sizes
-    slopes = (found[1:] - found[:1]) / steps[:, None, None, None] / sizes
-    robust = 1.0 / (1.0 + (error / TAIL) ** 2)
-    known = np.isfinite(error)
-    each = weight / np.maximum(known.sum(axis=(0, 1)), 1)
-    root = np.sqrt(np.where(known, robust, 0.0) * each)
-    target = (np.where(known, error, 0.0) * root).reshape(count, -1)
-    rows = (np.where(known, slopes, 0.0) * root).reshape(q + 1, count, -1)
-    # per window: (q + 1, q + 1) and (q + 1,)
-    square = np.einsum("iwk,jwk->wij", rows, rows, optimize=True)
-    pull = -np.einsum("iwk,wk->wi", rows, target, optimize=True)
-    size = q + w.n_records
-    normal, slope, parts = np.zeros((size, size)), np.zeros(size), []
-    for block in range(int(w.block.max()) + 1):
-        mine, vector = np.zeros((size, size)), np.zeros(size)
-        for record in np.unique(w.record[w.block == block]):
-            pick = (w.block == block) & (w.record == record)
-            places = np.array([*range(q), q + int(record)])
-            mine[np.ix_(places, places)] += square[pick].sum(axis=0)
-            vector[places] += pull[pick].sum(axis=0)
-        parts.append((mine, vector))
-        normal += mine
-        slope += vector
-    values = np.concatenate([here[[n.place for n in numbers]] if q else np.zeros(0), own])
-    mean = np.concatenate([[n.mean for n in numbers], np.zeros(w.n_records)])
-    precision = np.concatenate([[n.sd for n in numbers], np.full(w.n_records, shift_sd)]) ** -2.0
-    return normal + np.diag(precision), slope - precision * (values - mean), tuple(parts)
 
 
 def left_out_errors(found: Fitted) -> np.ndarray:
