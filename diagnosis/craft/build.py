@@ -14,6 +14,7 @@ from ...estimation.fit import arithmetic_guard, blas_limited
 from ...estimation.naming import named
 from ...estimation.validation.horizons import STRAIGHT, mean_ratio
 from ...estimation.validation.validate import validate
+from ...estimation.windows.fit import Fitted
 from ...estimation.windows.problem import mean_of_known, pieces_of, scales_of
 from ...models.errors import BadInput
 from ...models.instruments import INSTRUMENTS
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
 FIRST, BUILT = "first", "built"
 SLACK = 0.02
 """Rise of the errors of left-out records that a step may bring and still stand."""
+NORMAL_68, INFLATION, FEWEST = 0.683, (1.0, 4.0), 8
+"""Share of errors within one standard deviation, limits of a factor on the heading band, and errors that it needs."""
 GOOD, ACTS = 0.7, 0.3
 """R2 over left-out windows of an adequate model, and below which the recorded input is not what acts."""
 
@@ -98,13 +101,15 @@ def _built(train: Sequence[Record], held_out: Sequence[Record], spikes: Sequence
     if verdict in (UNEXPLAINED, PARTLY) and max(r2(final)) >= GOOD and any(outside(train, r) for r in held_out):
         verdict = OUTSIDE
         reason = f"held-out records leave the range of the training records, where {reason}"
-    band = _band(ladder, final, ahead.horizons_s)
+    wider = _inflation(ladder, final, model, train)
+    band = _band(ladder, final, ahead.horizons_s, wider)
+    outer = _ratios(ladder, final, model, held_out)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     return CraftDiagnosis(
         model=model, first=first, records=tuple(roles),
         verdict=verdict, reason=reason, window_s=final.fitted.windows.dt * (final.fitted.windows.inputs.shape[1] - 1),
         laws=_laws(found, kept[0].attempt), steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance),
-        refused=found.refused, band=band, inside=_inside(ladder, final, model, held_out),
+        refused=found.refused, band=band, inside=float(np.mean(outer <= wider)) if outer.size else float("nan"),
         own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.fitted.shifts, strict=True)),
         ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(found, kept, given), notes=tuple(notes),
         wall_s=time.perf_counter() - started, covariance=covariance,
@@ -150,9 +155,7 @@ def _left_out_records(ladder: Ladder, a: Attempt) -> float:
         mine = w.record == record
         if not mine.any() or mine.all():
             continue
-        others = ladder.fitted(
-            a.law, a.rungs, a.sign, a.linkage, a.fitted.coefficients, a.fitted.shifts, 6, w.of(~mine)
-        )
+        others = _fit_to(ladder, a, ~mine)
         error = w.of(mine).errors(others.coefficients[None], np.zeros((1, int(mine.sum()))))
         total.append(0.5 * np.log(mean_of_known(error**2, (0, 1)) + (1e-3 * w.motion) ** 2))
     return float(mean_of_known(np.array(total), (0, 1))) if total else 0.0
@@ -243,10 +246,10 @@ def _window(a: Attempt) -> float:
     return a.fitted.windows.dt * (a.fitted.windows.inputs.shape[1] - 1)
 
 
-def _band(ladder: Ladder, final: Attempt, times_s: Sequence[float]) -> tuple[Band, ...]:
+def _band(ladder: Ladder, final: Attempt, times_s: Sequence[float], wider: float) -> tuple[Band, ...]:
     """Standard deviation of heading ahead: errors of left-out windows, which grow like a random walk beyond a window,
     and the neutral angle that a record turns out to have."""
-    return tuple(Band(float(t), _spread(ladder, final, float(t))) for t in (*times_s, 60.0, 120.0))
+    return tuple(Band(float(t), wider * _spread(ladder, final, float(t))) for t in (*times_s, 60.0, 120.0))
 
 
 def _spread(ladder: Ladder, final: Attempt, after_s: float) -> float:
@@ -271,24 +274,42 @@ def _turning(ladder: Ladder, final: Attempt) -> float:
     return float(mean_of_known(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0]), 0))
 
 
-def _inside(ladder: Ladder, final: Attempt, model: Model, held_out: Sequence[Record]) -> float:
-    """Share of heading errors of held-out free runs within one standard deviation, at times from a window on."""
-    hits: list[bool] = []
-    for name, record in named(held_out).items():
+def _ratios(ladder: Ladder, final: Attempt, model: Model, records: Sequence[Record]) -> np.ndarray:
+    """Heading errors of free runs over the band's standard deviation, at eight times of each record without a gap."""
+    found: list[float] = []
+    for name, record in named(records).items():
         try:
-            found = validate({BUILT: model}, {name: record}, ahead=False)
+            told = validate({BUILT: model}, {name: record}, ahead=False)
         except BadInput:
             continue
-        measured, run = found.records[0], found.runs[0]
-        if "heading_rad" not in run.predicted or "heading_rad" not in measured.channels:
+        measured, run = told.records[0], told.runs[0]
+        if "heading_rad" not in run.predicted or "heading_rad" not in measured.channels or len(run.starts_s) > 1:
             continue
         error = run.predicted["heading_rad"] - measured.channels["heading_rad"]
         since = measured.time_s - run.starts_s[0]
-        length = len(since)
-        for place in range(length // 8, length, max(length // 8, 1)):
-            if np.isfinite(error[place]) and len(run.starts_s) == 1:
-                hits.append(bool(abs(error[place]) <= _spread(ladder, final, float(since[place]))))
-    return float(np.mean(hits)) if hits else float("nan")
+        for place in np.linspace(0, since.size - 1, 9).astype(int)[1:].tolist():
+            if np.isfinite(error[place]):
+                found.append(abs(error[place]) / _spread(ladder, final, float(since[place])))
+    return np.array(found)
+
+
+def _inflation(ladder: Ladder, final: Attempt, model: Model, train: Sequence[Record]) -> float:
+    """What the band must be multiplied by so that it holds NORMAL_68 of the heading errors of training records, each
+    along the free run of a fit to the others where there are several."""
+    w, found = final.fitted.windows, []
+    for number, record in enumerate(train):
+        mine, own = w.record == number, model
+        if mine.any() and not mine.all():
+            own = model_of(ladder, replace(final, fitted=_fit_to(ladder, final, ~mine)))
+        found.append(_ratios(ladder, final, own, [record]))
+    ratios = np.concatenate(found)
+    return float(np.clip(np.quantile(ratios, NORMAL_68), *INFLATION)) if ratios.size >= FEWEST else 1.0
+
+
+def _fit_to(ladder: Ladder, a: Attempt, keep: np.ndarray) -> Fitted:
+    """The attempt's numbers fitted to some of its windows, (W,) whether."""
+    start = a.fitted.coefficients, a.fitted.shifts
+    return ladder.fitted(a.law, a.rungs, a.sign, a.linkage, *start, 6, a.fitted.windows.of(keep))
 
 
 def _notes(train: Sequence[Record], held_out: Sequence[Record], shortened: bool) -> list[str]:
