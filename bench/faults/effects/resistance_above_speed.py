@@ -25,7 +25,7 @@ class ResistanceAboveSpeed(ForceKind, RegimeKind):
             out[0] -= a[0]
 
     def draw_constants(self, s: Setting, rng: np.random.Generator) -> list[float]:
-        return [1.0, float(rng.uniform(0.75, 0.9))]
+        return [1.0, float(rng.uniform(0.85, 0.93))]
 
     def regime(self, p, ship: Ship) -> Regime:
         return Regime("speed", "above", p["constants"][1] * ship.speed_m_s)

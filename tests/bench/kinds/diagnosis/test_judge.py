@@ -121,7 +121,8 @@ def test_the_true_ship_is_off_by_noise_and_gusts_alone(rng):
     found = truth_errors(calm)
     assert found["rmse_truth_surge_m_s"] == pytest.approx(noise["surge_m_s"], rel=0.2)
     assert found["rmse_truth_heading_rad"] == pytest.approx(noise["heading_rad"], rel=0.2)
-    gusty = truth_errors(inject(Case("mariner", gusts="slow", **SHORT), np.random.default_rng(seed)))
+    strong = Case("mariner", gusts="slow", gust_level=np.deg2rad(8.0), **SHORT)
+    gusty = truth_errors(inject(strong, np.random.default_rng(seed)))
     assert gusty["rmse_truth_heading_rad"] > 2.0 * found["rmse_truth_heading_rad"]
 
 
