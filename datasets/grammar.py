@@ -12,6 +12,8 @@ KNOT = 1852.0 / 3600.0
 ANGLE = {"deg": DEGREE, "rad": 1.0}
 TIME = {"s": 1.0}
 SHARE = {"%": 0.01}
+SMALLEST, LARGEST = 1e-12, 1e9
+"""Numbers other than 0 in SI units and radians (degrees where the grammar has them) that are taken."""
 
 _QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)([A-Za-z%][A-Za-z_%]*)?")
 
@@ -33,6 +35,8 @@ def quantity(text: str, units: Mapping[str, float], default: str | None = None) 
     value = float(match.group(1)) * units[unit]
     if not math.isfinite(value):
         raise ValueError(f"{text!r} is not finite")
+    if value and not SMALLEST <= abs(value) <= LARGEST:
+        raise ValueError(f"{text!r} is no size of a ship's world ({SMALLEST:g} to {LARGEST:g})")
     return value
 
 

@@ -47,6 +47,8 @@ CHANNELS = {
 
 RESPONSE_STEP_S = 0.1
 FILE_SCHEMA = 1
+SMALLEST, LARGEST, PLACES = 1e-6, 1e9, ("x_", "y_", "z_")
+"""Particulars (SI units) that a ship can have, and how the names of places begin."""
 
 
 @dataclass(frozen=True)
@@ -273,6 +275,16 @@ def _from_vessel(name: str) -> Model:
     return _from_facts(name, read_vessel(path), path)
 
 
+def _sound(particulars: Mapping[str, float], file: object) -> Mapping[str, float]:
+    """The particulars, SI units; BadInput where one is no size of a ship: only places (x_G) may be 0 or negative."""
+    for name, value in particulars.items():
+        size = abs(value) if name.startswith(PLACES) else value
+        if not ((size == 0.0 and name.startswith(PLACES)) or SMALLEST <= size <= LARGEST):
+            hint = f"lengths, areas, volumes, speeds and densities lie between {SMALLEST:g} and {LARGEST:g}"
+            raise BadInput(f"particulars {name}: {value:g} is no size of a ship", file=file, hint=hint)
+    return particulars
+
+
 def _from_facts(name: str, facts: Mapping, file: Path) -> Model:
     kernels = kernel_store.load(facts["family"])
     stated = {name: (entry["value"], entry["unit"]) for name, entry in facts["parameters"].items()}
@@ -293,7 +305,7 @@ def _from_facts(name: str, facts: Mapping, file: Path) -> Model:
         rudder=_gear(gear),
         controller=HeadingController(float(steering["kp"]), float(steering.get("kd") or 0.0)) if steering else None,
         windage=_windage(facts.get("windage")),
-        particulars=in_si(facts.get("particulars")),
+        particulars=_sound(in_si(facts.get("particulars")), file),
         suite=facts.get("suite") or {},
     )
 
@@ -399,7 +411,7 @@ def _from_file(facts: ModelFile, path: Path) -> Model:
         rudder=RudderGear(**{key: np.inf if value is None else value for key, value in facts.rudder}),
         controller=HeadingController(**dict(facts.controller)) if facts.controller else None,
         windage=dict(facts.windage) if facts.windage else None,
-        particulars=facts.particulars,
+        particulars=_sound(facts.particulars, path),
         suite=read_vessel(vessel_files()[facts.vessel])["suite"] if facts.vessel in vessel_files() else {},
         instruments=instruments_of({n: (entry.value, entry.unit) for n, entry in facts.instruments.items()}, path),
     )

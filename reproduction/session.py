@@ -27,7 +27,7 @@ def select(paper: str | None, table: int | None) -> list[Paper]:
     """The papers, or one of them, or one table of it; raises `BadInput` where there is no such."""
     if table is not None and paper is None:
         raise BadInput("--table needs a paper", hint=f"name one of {', '.join(files.papers())}")
-    chosen = [files.load(name) for name in ([paper] if paper else files.everything())]
+    chosen = [files.load(name) for name in (files.everything() if paper is None else [paper])]
     return chosen if table is None else [found.only_table(table) for found in chosen]
 
 

@@ -125,7 +125,11 @@ def simulate(
     from ..datasets.generator import record_run
     from ..datasets.manoeuvres import parse_manoeuvre
     from ..datasets.sensors import parse_noise
+    from .arguments import check_numbers, check_seed, check_texts
 
+    check_texts(manoeuvre=manoeuvre, noise=noise, disturbance=disturbance)
+    check_seed(seed)
+    check_numbers(duration_s=duration_s, dt_s=dt_s)
     return record_run(
         as_model(model),
         parse_manoeuvre(manoeuvre),

@@ -10,6 +10,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NoReturn
 
 import click
@@ -44,6 +45,8 @@ COMMANDS = (
     *(open_command, list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
     *(run, report, compare, merge, reproduce, fetch, doctor, completion),
 )
+NUMBA_SETTINGS = Path(".numba_config.yaml")
+"""File of the working folder that numba reads by itself: it may say where compiled code is taken from."""
 RESUMED = ("run", "reproduce")
 """Commands that go on with --resume after an interruption."""
 for command in COMMANDS:
@@ -60,6 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 def status_of(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; bad input becomes one line on standard error and status 2."""
     given = [*(sys.argv[1:] if arguments is None else arguments)]
+    if NUMBA_SETTINGS.exists():
+        return complain(f"{NUMBA_SETTINGS}: numba would follow these settings; remove it, or work elsewhere", BAD_INPUT)
     try:
         result: object = cli.main(args=given, prog_name="helmbench", standalone_mode=False)
     except click.exceptions.Exit as leave:

@@ -2,11 +2,13 @@
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from helmbench.bench.journal import RUNS, DamagedRunsWarning
 from helmbench.bench.store import MANIFEST
+from helmbench.models.errors import BadInput
 from helmbench.models.model import model_to_json, resolve
 
 from ..datasets.importing.bank.other_cases import OTHER_CASES
@@ -75,6 +77,43 @@ def _parquet_files(scratch: Path) -> tuple[bytes, ...]:
     (scratch / "seed.csv").write_text(CSV)
     write_record(read_record(scratch / "seed.csv"), scratch / "seed.parquet")
     return ((scratch / "seed.parquet").read_bytes(),)
+
+
+STRINGS = b"""zigzag:20/20
+turn:35:port
+sine:20deg/120s+10deg/40s
+prbs:20deg/15s
+spiral:25/5
+wind:12@40deg+current:0.5@10deg
+waves:1.5/8@30deg
+medium,dropout=2%
+yaw_rate=0.05deg_s
+"""
+
+
+def _strings(path: Path) -> None:
+    """Manoeuvre, disturbance and noise strings, a line each, as the command line takes them."""
+    from helmbench.datasets.disturbances import parse_disturbance
+    from helmbench.datasets.manoeuvres import parse_manoeuvre
+    from helmbench.datasets.sensors import parse_noise
+
+    for line in path.read_text(errors="replace").splitlines()[:20]:
+        for parse in (parse_manoeuvre, parse_disturbance, parse_noise):
+            with suppress(BadInput):
+                parse(line)
+
+
+def _api(path: Path) -> None:
+    """Values of JSON as arguments of the interface in Python."""
+    import helmbench
+    from helmbench.models.data_file import load
+
+    given = load(path)
+    for value in given[:5] if isinstance(given, list) else [given]:
+        with suppress(BadInput):
+            helmbench.simulate("response-1", "turn:10", duration_s=60.0, dt_s=5.0, noise="low", seed=value)
+        with suppress(BadInput):
+            helmbench.simulate("response-1", value, duration_s=60.0, dt_s=5.0)
 
 
 def _record(path: Path) -> None:
@@ -248,6 +287,8 @@ def readers(scratch: Path) -> dict[str, Reader]:
         "fixed": Reader((b"[alpha, K]\n", b"{T: 3.0, K: {value: 12, unit: rpm}}\n"), "fixed.yaml", _option("fixed")),
         "journal": Reader((JOURNAL,), RUNS, _journal),
         "manifest": Reader((MANIFEST_TEXT,), MANIFEST, _manifest),
+        "strings": Reader((STRINGS,), "strings.txt", _strings),
+        "api": Reader((b'[1, "turn:10", null, 2.5, [3], {"a": 1}]',), "arguments.json", _api),
         "mapping": Reader((MAPPING,), "log.map.yaml", _mapping),
         **_raw_readers(scratch),
     }
