@@ -54,7 +54,7 @@ function list(title, faults) {
   return el("details", { id: `faults-${title.length}`, open: faults.length < 6 }, el("summary", {}, `${title} (${faults.length})`),
     el("ul", {}, faults.map((fault) => el("li", {},
       [fault.table, fault.row === null ? "" : `row ${fault.row}`, fault.column ?? "", fault.message].filter(Boolean).join(": "),
-      fault.hint ? el("span", { className: "sub" }, ` ${fault.hint}`) : null))));
+      fault.hint ? el("span", { className: "sub" }, `: ${fault.hint}`) : null))));
 }
 
 const NOT_USED = "not used";

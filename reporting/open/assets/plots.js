@@ -46,7 +46,7 @@ export function timePlot(options) {
       scales: { x: { time: false } },
       axes: [
         { ...axis, size: 32, values: (_, splits) => splits.map((v) => `${v}`) },
-        { ...axis, size: 62, space: 24 },
+        { ...axis, size: 62, space: 18 },
       ],
       cursor: { drag: { x: true, y: false, setScale: false, dist: 5 }, points: { size: 6 } },
       series: [{}, ...options.curves.map((curve) => ({

@@ -74,7 +74,7 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
     tab.fill("#range-from", "240.5")
     tab.fill("#range-to", "400")
     tab.locator("#add-held-out").press("Enter")
-    tab.wait_for_function("document.querySelectorAll('ul.parts li.held_out').length === 1")
+    tab.locator("ul.parts li.held_out", has_text="240.5 to 400").wait_for()
     assert before == tab.locator("ul.parts li").count() == 2
 
     # the question by keyboard, the stages, the answer

@@ -8,6 +8,7 @@ import zipfile
 from pathlib import Path
 from urllib.parse import quote, urlsplit
 
+import numpy as np
 import pytest
 import requests
 from hypothesis import given
@@ -285,3 +286,32 @@ def test_a_job_is_cancelled_at_once_and_projects_do_not_disturb_each_other(clien
     assert len(after["analyses"]) <= 1 and after["parts"] == state["parts"]
     listed = [one["id"] for one in client.get("/api/projects").json()]
     assert {project.rpartition("/")[2], other.rpartition("/")[2]} <= set(listed)
+
+
+def test_what_no_one_states_is_asked_and_answered(client, recorded):
+    """Columns without units: every answer is taken, also one to a question that an answer opened; a wrong unit is told
+    and can be changed."""
+    columns = {
+        "Time": recorded.time_s,
+        "Kurs": np.degrees(recorded.heading_unwrapped()) % 360.0,
+        "Drehrate": recorded.column("yaw_rate_rad_s"),
+        "Ruder": np.degrees(recorded.rudder()),
+    }
+    rows = [";".join(f"{value:.6f}" for value in row) for row in zip(*columns.values(), strict=True)]
+    project = client.project()
+    client.upload(project, "log.csv", "\n".join([";".join(columns), *rows]).encode())
+    wanted = ["heading", "deg", "rad/s"]
+    answers = {}
+    client.post(f"{project}/read", {})
+    while asked := [q for one in client.finished(project)["log"]["columns"] for q in one["questions"]]:
+        assert asked[0]["id"] not in answers
+        keys = [answer["key"] for answer in asked[0]["answers"]]
+        answers[asked[0]["id"]] = next(key for key in [*wanted, keys[0]] if key in keys)
+        client.post(f"{project}/read", {"answers": answers})
+    state = client.get(project).json()
+    assert len(answers) >= 3 and state["log"]["line"] == "" and state["log"]["records"]
+    wrong = [["log.csv", "Drehrate", {"to": "yaw_rate", "unit": "deg/s"}]]
+    client.post(f"{project}/read", {"answers": answers, "choices": wrong})
+    assert "check the units" in client.finished(project)["log"]["line"]
+    client.post(f"{project}/read", {"answers": answers})
+    assert client.finished(project)["log"]["records"] == state["log"]["records"]
