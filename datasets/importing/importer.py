@@ -28,6 +28,7 @@ from .guess import entry_of, examine, missing, stated_side
 from .log import Log
 from .mapping import ColumnMap, Mapping, TableMap, flow
 from .merge import Merged, merge
+from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .report import Fault, ImportFault, ImportReport, refuse_fatal, span
 from .sources import read_raw
@@ -298,7 +299,7 @@ def _time_row(table: RawTable, column: RawColumn, time: TableTime) -> DraftColum
 
 def _row(found: Finding) -> DraftColumn:
     column = found.column
-    quantity = found.may_be[0] if found.may_be else NOT_USED
+    quantity = found.may_be[0] if 0 < len(found.may_be) < len(quantities()) else NOT_USED
     unit = found.unit.name if found.unit is not None else column.unit if not found.may_be else ""
     unit = f"{found.factor:g} {unit}" if found.factor != 1.0 else unit
     why = "; ".join(dict.fromkeys(found.why))

@@ -68,7 +68,9 @@ def named(parts: tuple[str, ...]) -> Named:
     may_be, rest = _longest(found)
     if refused and not (may_be and not set(rest) & refused):
         return Named(why=f"{sorted(refused)[0]!r}: no measured quantity of a record")
-    extra = [p for p in rest if p not in word_list("harmless") and not any(p in s for s in side_words().values())]
+    symbols = {symbol for symbol, known in _short().items() if known == may_be}
+    harmless = word_list("harmless").union(symbols, *side_words().values())
+    extra = [p for p in rest if p not in harmless]
     if not may_be:
         return Named()
     if command and may_be[0] in ("rudder", "rudder_command"):

@@ -17,6 +17,8 @@ from .quantities import RATE_OF, mathematical_words, quantities
 from .raw import RawColumn, RawTable
 from .units import UNITS, Unit, unit_of
 
+NAMELESS = re.compile(r"column \d+")
+"""What the reader calls a column without a name."""
 PULSES = ("us", "µs", "pwm")
 """Units of a servo's pulse."""
 UNSIGNED = frozenset(
@@ -69,6 +71,9 @@ def _from_format(base: Finding) -> Finding:
 def _from_header(base: Finding) -> Finding:
     column = base.column
     header = read_header(column.called or column.name, column.unit)
+    if column.numeric and all(NAMELESS.fullmatch(one.name) for one in base.table.columns):
+        text, every = f"What is {column.name!r}? The file names no columns.", tuple(quantities())
+        return ask_quantity(replace(base, may_be=every, why=("without a name",)), text, every)
     name, suffix = _name(header)
     if name.extra and column.below:
         below = read_header(column.below, column.unit)

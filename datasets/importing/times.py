@@ -166,17 +166,22 @@ def _without(table: RawTable, answers: Dict[str, str]) -> TableTime:
     key = answers.get(f"{table.label}/time", "")
     if re.fullmatch(r"\d*\.?\d+(e-?\d+)?", key) and float(key) > 0.0:
         return TableTime((), "rows", "rows", float(key), "stated", "as answered")
-    column = table.column(key)
-    guess = guess_form(column, _unit(column)) if column is not None else None
-    if column is not None and guess is not None:
-        return replace(_asked(table, (column.name,), guess), sure="stated", why="as answered")
-    rising = [c.name for c in table.columns if c.numeric and np.mean(np.diff(c.numbers) > 0.0) > 0.95]
-    answers_ = tuple(Answer(name, f"column {name}", _time_line((name,), "seconds")) for name in rising)
+    able = [c for c in table.columns if c.numeric and np.mean(np.diff(c.numbers) > 0.0) > 0.95]
+    pairs = {
+        f"{column.name}: {form}": (column.name, form)
+        for column in able
+        if (guess := guess_form(column, _unit(column))) is not None
+        for form in guess.forms
+    }
+    if key in pairs:
+        name, form = pairs[key]
+        return TableTime((name,), form, form, why="as answered")
+    made = tuple(Answer(key, key, _time_line((name,), form)) for key, (name, form) in pairs.items())
     text = "No column looks like a time: which one is it, or how many seconds are between the rows?"
     names = ", ".join(column.name for column in table.columns)
     number = "seconds between the rows: time: {columns: [], form: rows, step_s: NUMBER}"
     at = table.columns[0].name
-    question = Question(f"{table.label}/time", "time", table.label, at, f"{text} Columns: {names}.", answers_, number)
+    question = Question(f"{table.label}/time", "time", table.label, at, f"{text} Columns: {names}.", made, number)
     return TableTime(question=question, sure="guess", why="no column looks like a time")
 
 

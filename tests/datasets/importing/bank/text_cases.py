@@ -506,6 +506,20 @@ TEXT_CASES: dict[str, Case] = {
         {"CH1": Is("heading", "deg"), "CH2": Is("rudder", "deg")},
         ("rudder_rad", "heading_rad"),
     ),
+    "no names at all": Case(
+        texts(
+            "nameless.dat",
+            lambda s, r: {
+                s["t"][0]: s["t"][1:],
+                **{f"{x[0]} {i}".split(" ")[0] + "0" * i: x[1:] for i, x in enumerate((s["heading"], s["rudder"]), 1)},
+            },
+            sep="\t",
+        ),
+        True,
+        {"column 2": Is("heading", "deg"), "column 3": Is("rudder", "deg")},
+        ("rudder_rad", "heading_rad"),
+        time="column 1: seconds",
+    ),
     "no time, a rate in the notes": Case(
         texts(
             "rate.csv",
