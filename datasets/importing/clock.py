@@ -122,7 +122,7 @@ def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
     steps = np.diff(known)
     rising = bool(np.mean(steps >= 0.0) > 0.95)
     low, high = float(known.min()), float(known.max())
-    stated = next((form for form, texts in UNITS_OF_TIME.items() if unit in texts), None)
+    stated: Form | None = next((form for form, texts in UNITS_OF_TIME.items() if unit in texts), None)
     for least, most, form in MAGNITUDES:
         fits = form not in ("excel", "datenum") or (np.median(steps) < 0.05 and stated is None)
         if rising and least <= low and high <= most and fits:
@@ -143,13 +143,13 @@ def _by_step(steps: np.ndarray, span: float) -> TimeGuess | None:
         return None
     step = float(np.median(moved))
     forms: tuple[Form, ...] = ("seconds", "milliseconds", "minutes", "microseconds", "nanoseconds", "hours")
-    able = [
+    able: list[Form] = [
         form
         for form in forms
         if SHORTEST_S <= SCALES[form][0] * step <= LONGEST_S and SCALES[form][0] * span >= LEAST_SPAN_S
     ]
-    even = [form for form in able if _is_round(SCALES[form][0] * step)]
-    found = tuple(even or able)
+    even: list[Form] = [form for form in able if _is_round(SCALES[form][0] * step)]
+    found: tuple[Form, ...] = tuple(even or able)
     if not found:
         return TimeGuess(("seconds", "milliseconds", "minutes"), f"steps of {step:.4g}")
     return TimeGuess(found, f"steps of {step:.4g}: no other unit gives steps of a log")

@@ -90,7 +90,7 @@ def _row_faults(table: RawTable) -> list[Fault]:
         return []
     total = max(table.lines, table.n + len(table.faults))
     many = len(table.faults) > FEW * total and len(table.faults) > 2
-    row, message, _ = table.faults[0]
+    row, message, _ = next(iter(table.faults))
     more = f" ({len(table.faults)} of {total} rows are wrong, this is the first)" if len(table.faults) > 1 else ""
     hint = "mend or remove them" if many else "left out"
     return [Fault(table.label, message + more, hint, row=row, fatal=many)]

@@ -218,12 +218,15 @@ def _turning_against(log: Log, found: Finding) -> Finding:
     series = log.series(found)
     for other, angle in log.all("heading"):
         ratio = rate_ratio(angle, series) if series is not None else None
-        if ratio is not None and ratio < 0.0 and other.table.label:
+        if ratio is not None and ratio < 0.0:
             name, own = other.column.name, found.convention
             text = (
                 f"{found.column.name!r} is said to be {own}, and {name!r} says the opposite: which way is it positive?"
             )
-            answers = [("starboard", "positive to starboard", {"sign": 1}), ("port", "positive to port", {"sign": -1})]
+            answers: list[tuple[str, str, dict[str, object]]] = [
+                ("starboard", "positive to starboard", {"sign": 1}),
+                ("port", "positive to port", {"sign": -1}),
+            ]
             return ask_sign(replace(found, signed=False), text, answers)
     return found
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .draft import NOT_USED, Answer, Question
+from .draft import NOT_USED, Answer, Question, Sure
 from .evidence import Series, sense, size_ratio, slope, together, track_velocity
 from .finding import Finding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
@@ -44,7 +44,7 @@ def settle(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _decided(found: Finding, quantity: str, why: str, sure="other channel") -> Finding:
+def _decided(found: Finding, quantity: str, why: str, sure: Sure = "other channel") -> Finding:
     return found.told(sure, why, may_be=(quantity,), signed=quantity in unsigned())
 
 

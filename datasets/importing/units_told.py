@@ -98,7 +98,9 @@ def _along(log: Log, found: Finding) -> Iterable[tuple[str, float]]:
     velocity = track_velocity(one, two) if one is not None and two is not None else None
     if velocity is None:
         return
-    ((_, raw),) = speeds([("", *velocity)]) or (("", None),)
+    raw = next((speed for _, speed in speeds([("", *velocity)])), None)
+    if raw is None:
+        return
     for speed, series in log.all("speed_over_ground", "surge", signed=False):
         size = size_ratio(series, raw)
         if size:

@@ -11,7 +11,7 @@ import numpy as np
 from ....models.errors import BadInput
 from ..raw import RawColumn, RawTable, Rejected
 
-UNITS = dict.fromkeys(("bsp", "aws", "tws", "sog"), "kn") | dict.fromkeys(
+UNITS: dict[str, str] = dict.fromkeys(("bsp", "aws", "tws", "sog"), "kn") | dict.fromkeys(
     ("awa", "twa", "twd", "cog", "hdg", "heel", "trim", "rudder", "lat", "lon", "leeway"), "deg"
 )
 KNOWN = {"lat": "latitude", "lon": "longitude", "sog": "speed_over_ground", "cog": "course_over_ground",
