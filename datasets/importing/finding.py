@@ -175,6 +175,21 @@ def ask_sign(finding: Finding, text: str, answers: Sequence[tuple[str, str, dict
     return finding.asking(question)
 
 
+def ask_numbers(finding: Finding) -> Finding:
+    """The finding with the question whether the commas of its numbers stand for thousands or for decimals."""
+    first = next(iter(finding.column.first(1)), "")
+    text = f"{finding.column.name!r}: does the comma of {first} stand for thousands or for decimals?"
+    made = [
+        Answer("thousands", "for thousands", line_of(finding)),
+        Answer("decimals", "for decimals", line_of(finding, factor=1e-3 * finding.factor)),
+    ]
+    question = Question(
+        identifier(finding, "numbers"), "numbers", finding.table.label, finding.column.name, text,
+        (*made, not_used(finding)),
+    )  # fmt: skip
+    return finding.asking(question)
+
+
 def ask_quantity(finding: Finding, text: str, may_be: Sequence[str]) -> Finding:
     """The finding with a question for its quantity."""
     made = [Answer(name, name.replace("_", " "), line_of(finding, to=name)) for name in may_be]

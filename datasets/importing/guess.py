@@ -150,6 +150,8 @@ def _with_answer(found: Finding, question: Question, key: str) -> Finding:
     if question.about == "unit":
         unit = UNITS.get(str(entry.unit))
         return replace(base, unit=unit, factor=entry.factor, offset=entry.offset, foreign="")
+    if question.about == "numbers":
+        return replace(base, factor=entry.factor)
     if question.about == "sign":
         return replace(base, signed=True, sign=1 if entry.sign == "?" else entry.sign, offset=entry.offset)
     may_be = (entry.to,)

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from .cells import EITHER, GAPS
 from .draft import NOT_USED
-from .finding import WITH_SIDE, Finding, ask_quantity, ask_scale
+from .finding import WITH_SIDE, Finding, ask_numbers, ask_quantity, ask_scale
 from .headers import PERCENT, Header, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
 from .names import Named, named
@@ -89,7 +90,15 @@ def _from_header(base: Finding) -> Finding:
     found = replace(base, may_be=name.may_be, why=(name.why,))
     found = _with_unit(found, header, suffix, said)
     found = _with_sign(found, positive)
-    return _doubted(found, name) if name.extra else found
+    found = _doubted(found, name) if name.extra else found
+    return ask_numbers(found) if column.style == "open" and _either(column) else found
+
+
+def _either(column: RawColumn) -> bool:
+    """Whether every number of a column has a comma that may stand for thousands or for decimals."""
+    known = [] if isinstance(column.values, np.ndarray) else [text.strip() for text in column.values]
+    told = [text for text in known if text.lower() not in GAPS]
+    return bool(told) and all(EITHER.fullmatch(text) and "," in text for text in told)
 
 
 def _name(header: Header) -> tuple[Named, str]:
@@ -114,7 +123,8 @@ def _with_unit(found: Finding, header: Header, suffix: str, said: list[Header]) 
     """The finding with the unit that is stated, and what it leaves of the quantities that the name may mean."""
     headers = [header, *said]
     lettered = found.column.lettered
-    texts = [*([suffix] if suffix else []), *([lettered.unit] if lettered and lettered.unit else [])]
+    named_unit = [word for word in header.words if word in ("rpm", "rps") and not header.units]
+    texts = [*named_unit, *([suffix] if suffix else []), *([lettered.unit] if lettered and lettered.unit else [])]
     for quantity in [q for q in found.may_be] + [RATE_OF[q] for q in found.may_be if q in RATE_OF]:
         dimension = quantities()[quantity].dimension
         unit, factor = _stated_unit(headers, texts, dimension)

@@ -37,7 +37,7 @@ def by_channel(log: Log, found: Finding) -> Finding:
         return _rudder_scale(log, found, raw)
     dimension = quantities()[found.quantity].dimension
     for name, size in sizes(log, found, raw):
-        unit = nearest(size, candidates(dimension), WITHIN[dimension])
+        unit = nearest(size / found.factor, candidates(dimension), WITHIN[dimension])
         if unit is not None:
             return found.told("other channel", f"{unit.name}: agrees with {name}", unit=unit)
     return found

@@ -140,6 +140,16 @@ def test_a_stated_unit_that_the_heading_contradicts_is_asked(tmp_path):
         draft.answer({question.id: "furlongs"})
 
 
+def test_commas_that_may_be_thousands_or_decimals_are_asked(tmp_path):
+    rows = [f"{0.5 * i:.1f};{i % 7};{112 + i % 9},{345 + i % 7}".replace(".", ",") for i in range(60)]
+    text = "\n".join(["t [s];Heading [deg];Northing [m]", *rows])
+    (tmp_path / "log.csv").write_text(text.replace(",0;", ";").replace(",5;", ";"), "utf-8")
+    questions = {q.id: q for q in helmbench.draft_import(tmp_path / "log.csv").questions}
+    question = questions["log.csv/Northing/numbers"]
+    assert [answer.key for answer in question.answers] == ["thousands", "decimals", "not used"]
+    assert "factor: 0.001" in question.answers[1].line
+
+
 def wavy(time):
     return 0.5 * np.sin(0.11 * time) + 0.3 * np.sin(0.031 * time + 1.0)
 

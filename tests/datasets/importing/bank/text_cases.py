@@ -3,7 +3,7 @@
 import numpy as np
 
 from .case import Case, Is
-from .texts import D, fixed, texts
+from .texts import D, fixed, series, table, texts
 
 ALL = ("rudder_rad", "heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
 TURN = ("rudder_rad", "heading_rad", "yaw_rate_rad_s")
@@ -20,6 +20,15 @@ def _grouped(values, sign=","):
 
 def _sided(values, port="P", starboard="S"):
     return [f"{abs(x):.2f} {starboard if x >= 0 else port}" for x in values]
+
+
+def _with_sidecar(run, folder):
+    (folder / "beside.yaml").write_text(
+        "rot: deg/min\nrudder: {unit: deg, positive: port}\nyaw: {convention: counterclockwise from east, unit: rad}\n"
+    )
+    s = series(run)
+    columns = {"time [s]": s["t"], "yaw": fixed(np.pi / 2 - run.psi, 5), "rot": s["rot_min"]}
+    return table(folder / "beside.csv", columns | {"rudder": fixed(-run.delta * D, 2)})
 
 
 TEXT_CASES: dict[str, Case] = {
@@ -505,6 +514,12 @@ TEXT_CASES: dict[str, Case] = {
         True,
         {"CH1": Is("heading", "deg"), "CH2": Is("rudder", "deg")},
         ("rudder_rad", "heading_rad"),
+    ),
+    "a file beside the log": Case(
+        _with_sidecar,
+        True,
+        wanted=TURN,
+        side="port",
     ),
     "no names at all": Case(
         texts(
