@@ -30,6 +30,8 @@ CANONICAL: dict[str, str] = {
     "roll_rate_rad_s": "rad/s",
     "wind_speed_m_s": "m/s",
     "wind_direction_rad": "rad",
+    "current_speed_m_s": "m/s",
+    "current_direction_rad": "rad",
 }
 RUDDERS = ("rudder_rad", "rudder_command_rad")
 

@@ -52,7 +52,7 @@ CELL_BYTES, LEAST_PARQUET_BYTES = 32, 2**28
 """Memory of a cell of a Parquet file while it is read and converted, and of the reader itself."""
 MOST_PACKED = 2**22
 """Cells of a Parquet file that may take less than a byte each."""
-MAY_BE_CONSTANT = ("propeller_rps", "wind_speed_m_s", "wind_direction_rad")
+MAY_BE_CONSTANT = ("propeller_rps", *("wind_speed_m_s", "wind_direction_rad", "current_speed_m_s", "current_direction_rad"))
 GAP = re.compile(r"[+-]?nan", re.IGNORECASE)
 
 

@@ -14,7 +14,7 @@ from ..models.memory import require_memory
 from . import verdict
 from .by_residuals import concluded, selected
 from .discrepancy.diagnosed import behind_sensors, of_uncertain_base
-from .imperfect_base import by_free_runs, for_free_runs, refused_by_free_runs
+from .imperfect_base import by_free_runs, refused_by_free_runs
 from .kinematics import gross_errors, tracks
 from .kinematics.stage import sensors_of
 from .options import Options
@@ -97,29 +97,26 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
     """
     if options.base_parameters == "file" and options.coefficient_sd is None:
         watch(CAUSES_BESIDE)
-        beside, cleaned, explained = of_uncertain_base(model, given, options)
+        beside, cleaned, felt, subsets = of_uncertain_base(model, given, options)
         if beside is None:
             watch(CAUSES)
-            found = concluded(model, given, options, selected(model, given, options))
-            if found.verdict != "unexplained":
-                return found
+            beside = concluded(model, given, options, selected(model, given, options))
+            if beside.verdict != "unexplained":
+                return beside
             if cleaned.decided:
-                found = concluded(model, cleaned, options, selected(model, cleaned, options))
-            beside = found
-        elif not for_free_runs(beside):
-            return beside
+                beside = concluded(model, cleaned, options, selected(model, cleaned, options))
         watch(FREE_RUNS)
-        told = by_free_runs(beside, cleaned, explained)
+        told = by_free_runs(beside, cleaned, felt, subsets)
         if told.verdict != "unexplained" or model.is_3dof:
             return told
-        return by_free_runs(told, cleaned, explained, identified=True)
+        return by_free_runs(told, cleaned, felt, identified=True)
     watch(CAUSES)
     shown = selected(model, given, options)
     found = concluded(model, given, options, shown)
     if options.base_parameters != "identify" or found.verdict != "unexplained" or model.is_3dof:
         return found
     watch(FREE_RUNS)
-    told = by_free_runs(found, given, identified=True)
+    told = by_free_runs(found, given, given, identified=True)
     refused = refused_by_free_runs(told)
     if told.verdict != "unexplained" or not refused & {f.cause for f in found.causes}:
         return told

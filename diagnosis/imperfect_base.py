@@ -11,14 +11,15 @@ import numpy as np
 from ..checks.result import Size
 from ..checks.statistics.tails import student_tail
 from ..estimation.fit import arithmetic_guard
-from ..models.coefficient_groups import groups_of
+from ..models.coefficient_groups import stated_groups
 from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.extend import extended
+from ..models.families.extensions import extension_of
 from ..models.instruments import combined
 from . import verdict
 from .calibration.calibrate import calibrate_on
 from .causes.base_coefficients import BaseCoefficients
 from .causes.registry import bank
-from .causes.rudder_offset import RudderOffset
 from .gain.free_runs import gains_of_traces
 from .gain.guard import WORSE
 from .result import Entry, Finding
@@ -26,39 +27,31 @@ from .result import Entry, Finding
 if TYPE_CHECKING:
     from ..models.model import Model
     from .calibration.result import Calibration, Moved, StepTold
+    from .discrepancy.subsets import Subset
     from .prepared import Prepared
     from .result import Diagnosis
 
-OF_RECORDS = ("current", "wind")
-"""Causes that a record has of its own: where they show at all, the numbers of free runs would take them up."""
 STAGE = "free runs"
 UNITS = {"rudder_offset": "rad"}
 
 
-def for_free_runs(found: Diagnosis) -> bool:
-    """Whether all that shows beside the base model's own numbers is the sensors', or a rudder offset, which its groups
-    hold: else free runs would give to the numbers what is the causes'."""
-    if any(entry.status == "explained_by" and entry.cause in OF_RECORDS for entry in found.bank):
-        return False
-    held = {BaseCoefficients.id, RudderOffset.id}
-    return all(
-        f.stage == "kinematics" or f.cause in held or f.tied_with == (BaseCoefficients.id,) for f in found.causes
-    )
+def by_free_runs(
+    found: Diagnosis, given: Prepared, felt: Prepared, subsets: Sequence[Subset] = (), identified: bool = False
+) -> Diagnosis:
+    """The diagnosis with the smallest set of the base model's numbers, or of terms that it lacks, that predicts records
+    which were left out; as it was where no set does, or where the family states no groups.
 
-
-def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0, identified: bool = False) -> Diagnosis:
-    """The diagnosis with what the base model's numbers, or terms that it lacks, explain of free runs; as it was where
-    they explain little, or where the family states no groups.
-
-    least : share of the squared error of left-out records that is explained already.
+    given : records behind the sensors.  felt : also without what the named causes explain.
+    subsets : the best small sets of numbers by the likelihood.
     identified : the model's numbers come from these records.
     """
+    first = [group for group, c in _causes_of(found.model).items() if c in {f.cause for f in found.causes}]
     try:
         with arithmetic_guard():
-            base = calibrate_on(found.model, given.train, given.held_out, identified, found.threads)
+            base = calibrate_on(found.model, given, felt, identified, found.threads, first, subsets)
     except (BadInput, CannotFit, FitFailed):
         return found
-    if not base.moved or base.verdict == "unexplained" or _worse(base) or _share(base) < least:
+    if not base.moved or base.verdict == "unexplained" or _worse(base):
         return replace(found, calibration=base)
     # What describes the hull beside the numbers gives way to the numbers that free runs name.
     described = (f for f in found.causes if BaseCoefficients.id not in (f.cause, *f.tied_with))
@@ -68,10 +61,13 @@ def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0, identifi
     if found.base_parameters == "identify":  # the records have decided on the model's own numbers already
         named |= {BaseCoefficients.id}
     causes = (*before, *(f for f in _findings(base) if f.cause not in named))
-    instruments = combined(base.calibrated.instruments, given.instruments)
+    known = combined(base.calibrated.instruments, given.instruments)
+    explained = found.extended if felt is not given else replace(found.model, instruments=known)
     return replace(
         found,
-        extended=replace(base.calibrated, instruments=instruments),
+        extended=_with_causes(base.calibrated, explained, before),
+        calibrated=found.extended,
+        calibrated_gain=found.gain,
         verdict=base.verdict,
         reason=base.reason,
         causes=causes,
@@ -84,10 +80,15 @@ def by_free_runs(found: Diagnosis, given: Prepared, least: float = 0.0, identifi
     )
 
 
-def _share(base: Calibration) -> float:
-    """Share of the squared free-run error of left-out records that the numbers take off, mean over channels."""
-    ratios = [new / max(base.before[c][0], 1e-300) for c, (new, _) in base.after.items()]
-    return float(np.mean([1.0 - ratio**2 for ratio in ratios]))
+def _with_causes(calibrated: Model, explained: Model, causes: Sequence[Finding]) -> Model:
+    """The model with the numbers that moved, and with what an extended model holds of causes beside them."""
+    ids = {f.cause for f in causes}
+    wanted = {c.extension for c in bank() if c.id in ids and c.extension is not None}
+    out, values = replace(calibrated, instruments=explained.instruments), explained.parameters
+    for name in explained.family.split("+"):
+        if name in wanted and name not in out.family.split("+"):
+            out = extended(out, name, {n: values[n] for n in extension_of(name).units})
+    return out
 
 
 def _worse(base: Calibration) -> bool:
@@ -109,10 +110,7 @@ def _findings(base: Calibration) -> list[Finding]:
 def _causes_of(model: Model) -> dict[str, str]:
     """The cause of every group whose extension of the model is a cause's."""
     by_extension = {cause.extension: cause.id for cause in bank() if cause.extension is not None}
-    try:
-        groups = groups_of(model)
-    except BadInput:
-        return {}
+    groups = stated_groups(model)
     return {g.id: by_extension[g.extension] for g in groups if g.extension in by_extension}
 
 
@@ -126,7 +124,7 @@ def _finding(base: Calibration, cause: str, groups: set[str]) -> Finding:
     steps = [step for step in base.steps if step.group in groups]
     strongest = max(step.gain / max(step.standard_error, 1e-12) for step in steps)
     p = min(1.0, len(base.steps) * student_tail(strongest, max(len(base.runs) - 1, 1)))
-    details = {"groups": [step.title for step in steps]}
+    details = {"groups": list(dict.fromkeys(step.title for step in steps))}
     ties = sorted({name.replace("_", " ") for step in steps for name in step.tied_with})
     if ties:
         details["would do as well"] = ties

@@ -114,6 +114,10 @@ class Diagnosis:
     """What the base model's own numbers explain of free runs; None where effects of the bank explain the records."""
     doubts: tuple[str, ...] = ()
     """What is doubtful about the records, a sentence each."""
+    calibrated: Model | None = None
+    """The base model with all its numbers moved under their priors; None where its numbers were not uncertain."""
+    calibrated_gain: dict[str, Gain] = field(default_factory=dict)
+    """Gain of the calibrated model by channel."""
 
     def to_json(self) -> dict[str, Any]:
         """The document of schema version 2 (diagnosis.json), plain numbers only."""
@@ -129,6 +133,7 @@ class Diagnosis:
             "reason": self.reason,
             "causes": plain(self.causes),
             "gain": plain(self.gain),
+            "calibrated_gain": plain(self.calibrated_gain),
             "bank": plain(self.bank),
             "hypothesis": plain(self.hypothesis),
             "noise": plain(self.noise),

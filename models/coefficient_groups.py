@@ -26,6 +26,8 @@ Stated = str | float | dict[str, float]
 """A prior as a file states it: a percentage of the value, a standard deviation, or several numbers by name."""
 BARELY = 3.0
 """Prior standard deviations that a number may be off by where it was identified."""
+GROSS = 3.0
+"""Factor on the prior standard deviation of a number that is wrong alone: a slip, not an inaccuracy."""
 FOLDER = Path(__file__).parent / "families" / "coefficient_groups"
 
 
@@ -38,6 +40,7 @@ class Group:
     mean : name -> prior mean of a parameter of the extension, for those where it is not 0.
     low : name -> smallest value that means anything, for those that have one.
     unit : name -> size of which the number is for most ships, in its unit, where the family states it.
+    of : id of the group that this is a part of, else its own.
     """
 
     id: str
@@ -47,6 +50,28 @@ class Group:
     mean: dict[str, float] = field(default_factory=dict)
     low: dict[str, float] = field(default_factory=dict)
     unit: dict[str, float] = field(default_factory=dict)
+    of: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "of", self.of or self.id)
+
+
+def parts_of(group: Group) -> tuple[Group, ...]:
+    """Every number of a group as a group of its own, which may be wrong by GROSS times as much."""
+    if len(group.sd) < 2:
+        return ()
+    return tuple(
+        Group(
+            f"{group.id}.{name}",
+            group.title,
+            group.extension,
+            {name: GROSS * sd},
+            {key: value for key, value in group.mean.items() if key == name},
+            {key: value for key, value in group.low.items() if key == name},
+            of=group.id,
+        )
+        for name, sd in group.sd.items()
+    )
 
 
 def groups_of(model: Model) -> tuple[Group, ...]:
@@ -61,12 +86,21 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     for name, (title, extension, numbers) in _stated(model.family.partition("+")[0]).items():
         known = values
         if extension is not None and extension not in model.family.split("+"):
-            carried = kernel_store.carries(model.family, extension)
-            known = dict.fromkeys(extension_of(extension).units, 0.0) if carried else {}
+            if not kernel_store.carries(model.family, extension):
+                continue
+            known = values | dict.fromkeys(extension_of(extension).units, 0.0)
         group = _group(name, title, extension, _matched(numbers, known), model)
         if group.sd:
             found.append(group)
     return tuple(found)
+
+
+def stated_groups(model: Model) -> tuple[Group, ...]:
+    """As `groups_of`; none where the family states no groups."""
+    try:
+        return groups_of(model)
+    except BadInput:
+        return ()
 
 
 def every_own_number(groups: Iterable[Group]) -> Group:
@@ -82,7 +116,7 @@ def every_own_number(groups: Iterable[Group]) -> Group:
 def grown(model: Model, groups: Iterable[Group]) -> Model:
     """The model with the extensions of the groups, in the order in which the family states them, parameters at their
     prior means."""
-    wanted = {group.id for group in groups}
+    wanted = {group.of for group in groups}
     own = model.family.split("+")
     added = [g for g in groups_of(model) if g.id in wanted and g.extension is not None and g.extension not in own]
     family = "+".join([model.family, *(str(group.extension) for group in added)])

@@ -105,7 +105,7 @@ def variant(model: Model, width: int, theta: NDArray[np.float64]) -> tuple[kerne
     """
     if width == len(model.inputs):
         return model.kernels, theta[: model.theta.size]
-    kernels, whole = model.environment(wind=True)
+    kernels, whole = model.environment(wind=model.windage is not None)
     return kernels, np.concatenate([theta, whole[theta.size :]])
 
 
@@ -124,6 +124,8 @@ def simulate(
     from . import drivers
 
     u, start = _array(inputs, 2), _array(x0, 1)
+    if u.shape[1] > len(model.inputs):
+        model.environment(wind=bool(np.any(u[:, -5:-3])))
     states = np.empty((len(u), start.size))
     kernels, theta = variant(model, u.shape[1], model.theta)
     if integrator == "euler":

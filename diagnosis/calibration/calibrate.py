@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from ..causes.rudder_offset import RudderOffset
 from ..gain.guard import WORSE
 from ..options import THREADS
 from .advice import next_runs
-from .forward import ADEQUATE, Attempt, Selection, select
+from .forward import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
 from .traces import held_out_traces, left_out_traces
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.coefficient_groups import Group
     from ...models.model import Model
+    from ..discrepancy.subsets import Subset
+    from ..prepared import Prepared
 
 FEWEST = 3
 """Records that leaving one out needs; fewer are cut into pieces."""
@@ -67,53 +69,68 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     if not model.known:
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
     inside, outside = ([hull_record(record, model) for record in records] for records in (train, held_out))
-    return calibrate_on(model, inside, outside)
+    return calibrate_on(model, Records(inside, outside))
+
+
+class Records(NamedTuple):
+    """True motions: records behind a model's instruments, in its rudder sign."""
+
+    train: Sequence[Record]
+    held_out: Sequence[Record]
 
 
 def calibrate_on(
     model: Model,
-    train: Sequence[Record],
-    held_out: Sequence[Record],
+    given: Records | Prepared,
+    felt: Records | Prepared | None = None,
     identified: bool = False,
     threads: int = THREADS,
+    first: Sequence[str] = (),
+    subsets: Sequence[Subset] = (),
 ) -> Calibration:
-    """`calibrate` on true motions: records behind the model's instruments, in its rudder sign.
+    """`calibrate` on true motions.
 
+    felt : the same records without what known causes explain, on which the numbers are chosen; None: there are none.
     identified : the model's own numbers come from such records: they are free in every fit, and what counts is what
     the model lacks.
     threads : threads that run the fits; the results do not depend on them.
+    first : ids of groups that enter before all others, since other evidence names them.
+    subsets : the best small sets of numbers by the likelihood of the innovations.
     """
-    started = time.perf_counter()
+    started, train = time.perf_counter(), given.train
     groups: Sequence[Group] = groups_of(model)
     whole = grown(model, groups)
     if not model.is_3dof and len(train) < FEWEST:  # pieces of the same run do not tell which terms a model lacks
         groups = [g for g in groups if g.extension in (None, RudderOffset.extension)]
-    given = problem(whole, _pieces(unbroken(train, whole), whole), threads)
+    inside = outside = _problem(whole, felt or given, threads)
+    if felt is not None and felt is not given:
+        outside = _problem(whole, given, threads)
+        outside = outside if outside.runs == inside.runs else inside
     if identified:
         own, lacking = every_own_number(groups), [g for g in groups if g.extension is not None]
-        found, groups = select(given, lacking, own), [*lacking, own]
+        found, groups = select(inside.train, lacking, own), [*lacking, own]
     else:
-        found = select(given, groups)
-    kept = problem(whole, unbroken(held_out, whole)) if held_out else None
-    shares = _shares(given, found)
-    verdict, reason = _verdict(given, found, shares)
+        found = select(inside.train, groups, first=[g for g in groups if g.id in first], subsets=subsets)
+    base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
+    shares = _shares(inside.train, base, found)
+    verdict, reason = _verdict(inside.train, base, found, shares)
     calibrated = _calibrated(model, whole, found.final)
-    before, after = _errors(given, kept, found.base), _errors(given, kept, found.final)
+    before, after = _errors(outside, base), _errors(inside, found.final)
     return Calibration(
         model=model,
         calibrated=calibrated,
-        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]),
+        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
         moved=_moved(found.final, groups),
         steps=tuple(
             StepTold(
-                s.group.id,
+                s.group.of,
                 s.group.title,
                 s.fall.gain,
                 s.fall.error,
-                tuple(g.id for g in s.tied_with),
-                *_both(given, kept, s.attempt),
+                tuple(g.of for g in s.tied_with),
+                *_both(inside, s.attempt),
             )
             for s in found.steps
         ),
@@ -121,11 +138,15 @@ def calibrate_on(
         before=before,
         after=after,
         shares=shares,
-        remaining=remaining(given, found.final),
+        remaining=remaining(inside.train, found.final),
         runs=tuple(
-            RunEffect(run.name, float(own[0])) for run, own in zip(given.runs, found.final.fitted.own, strict=True)
+            RunEffect(run.name, float(own[0]))
+            for run, own in zip(inside.train.runs, found.final.fitted.own, strict=True)
         ),
-        traces=(*left_out_traces(given, found), *held_out_traces(kept, found)),
+        traces=(
+            *left_out_traces(outside.train, inside.train, found),
+            *held_out_traces(outside.held_out, inside.held_out, found),
+        ),
         next_runs=next_runs(calibrated, whole, found, groups),
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
@@ -153,19 +174,36 @@ def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
     return out
 
 
-def _both(given: Problem, kept: Problem | None, attempt: Attempt) -> tuple[dict[str, float], dict[str, float]]:
-    errors = _errors(given, kept, attempt)
+class _Problems(NamedTuple):
+    """Training and held-out records with the model."""
+
+    train: Problem
+    held_out: Problem | None
+
+    @property
+    def runs(self) -> list[str]:
+        """Names of all runs."""
+        return [run.name for p in (self.train, self.held_out) if p is not None for run in p.runs]
+
+
+def _problem(whole: Model, records: Records | Prepared, threads: int) -> _Problems:
+    held_out = problem(whole, unbroken(records.held_out, whole)) if records.held_out else None
+    return _Problems(problem(whole, _pieces(unbroken(records.train, whole), whole), threads), held_out)
+
+
+def _both(on: _Problems, attempt: Attempt) -> tuple[dict[str, float], dict[str, float]]:
+    errors = _errors(on, attempt)
     held = {c: new for c, (_, new) in errors.items() if new is not None}
     return {c: old for c, (old, _) in errors.items()}, held
 
 
-def _errors(given: Problem, kept: Problem | None, attempt: Attempt) -> dict[str, tuple[float, float | None]]:
+def _errors(on: _Problems, attempt: Attempt) -> dict[str, tuple[float, float | None]]:
     """Column -> errors of left-out training records and of held-out records."""
-    own = dict(zip(_columns(given), pooled([x.free for x in attempt.left_out]).tolist(), strict=True))
+    own = dict(zip(_columns(on.train), pooled([x.free for x in attempt.left_out]).tolist(), strict=True))
     held: Mapping[str, float] = {}
-    if kept is not None:
-        parts = [squares(kept, attempt.fitted.theta, run) for run in kept.runs]
-        held = dict(zip(_columns(kept), pooled(parts).tolist(), strict=True))
+    if on.held_out is not None:
+        parts = [squares(on.held_out, attempt.fitted.theta, run) for run in on.held_out.runs]
+        held = dict(zip(_columns(on.held_out), pooled(parts).tolist(), strict=True))
     return {column: (value, held.get(column)) for column, value in own.items()}
 
 
@@ -201,22 +239,22 @@ def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
     return tuple(out)
 
 
-def _shares(p: Problem, found: Selection) -> dict[str, Share]:
-    """Shares of the base model's squared free-run error, by column."""
-    base = pooled([x.free for x in found.base.left_out]) ** 2
+def _shares(p: Problem, given: Attempt, found: Selection) -> dict[str, Share]:
+    """Shares of the base model's squared free-run error, by column; given : the base model without known causes."""
+    base, beside = (pooled([x.free for x in a.left_out]) ** 2 for a in (given, found.base))
     after = pooled([x.free for x in found.final.left_out]) ** 2
     adapted = np.minimum(pooled([x.adapted for x in found.final.left_out]) ** 2, after)
     noise = np.minimum(p.noise_variance, adapted)
     out = {}
     for c, column in enumerate(_columns(p)):
-        parts = (base[c] - after[c], after[c] - adapted[c], noise[c], adapted[c] - noise[c])
+        parts = (beside[c] - after[c], after[c] - adapted[c], noise[c], adapted[c] - noise[c], base[c] - beside[c])
         out[column] = Share(*(float(part / base[c]) for part in parts))
     return out
 
 
-def _verdict(p: Problem, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
+def _verdict(p: Problem, given: Attempt, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
     """The verdict, and the sentence that supports it."""
-    base = pooled([x.adapted for x in found.base.left_out])
+    base = pooled([x.adapted for x in given.left_out])
     matter = [c for c, motion in zip(p.state_places, p.motion, strict=True) if base[c] > ADEQUATE * motion]
     columns = _columns(p)
     if not matter and not found.steps:

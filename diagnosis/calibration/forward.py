@@ -1,38 +1,45 @@
-"""Forward selection of groups of numbers by free runs of records that were left out.
+"""The smallest set of numbers that predicts records which were left out: forward selection, exchange, deletion.
+
+Candidates are groups of numbers, and each number of a group alone, which may then be off by more.  One linearisation
+of the free runs says for every candidate what a fit would leave of left-out records
+(`mixed_effects.left_out.predicted`); the leaders are refitted.
 
 A group enters if the score of the left-out records, and that of their plain free runs, fall by more than two jackknife
 standard errors over records (with few records by the 95 % point of Student's t), and the score by more than LEAST.  Of
-those that enter, the one of the largest fall per number goes first, so that many numbers take only what few have left;
-one that makes a state of left-out records worse than the base goes after all others.  Groups whose scores cannot be
-distinguished from the best are ties.  At the end groups leave again, the one of the smallest fall per number first, as
-long as that costs less, and steps after which a state is worse than by the base are taken back.  Nothing enters where
-free runs are as good as needed: then a significant fall is that of a difference without importance.
+those that enter, the one of the largest fall per number goes first, so that many numbers take only what few have left.
+Groups whose scores cannot be distinguished from the best are ties.  At the end groups leave again, the one of the
+smallest fall per number first, as long as that costs less, and steps after which a state is worse than by the base are
+taken back.  Nothing enters where free runs are as good as needed: then a significant fall is that of a difference
+without importance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import chain, combinations, pairwise
+from itertools import chain, combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...checks.statistics.tails import student_quantile
-from ...estimation.mixed_effects.fit import Fitted, Number, fit, normal_equations, stepped
-from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, score_difference
+from ...estimation.mixed_effects.fit import Fitted, Number, expansions_of, fit
+from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, predicted, score_difference
 from ...estimation.mixed_effects.problem import Problem, pooled
 from ...estimation.threads import in_threads
+from ...models.coefficient_groups import parts_of
 from ..gain.guard import WORSE
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
+    from ..discrepancy.subsets import Subset
 
 LEAST = 0.05
 """Fall of the score for each state below which a group does not matter: the errors fall by a twentieth."""
-REFITTED, FEW = 4, 2
-"""Groups of the largest predicted fall, and of the largest per number, that are refitted in each step."""
+REFITTED, ALONE = 3, 6
+"""Groups, and numbers alone, of the largest predicted fall of the score that are refitted in each step."""
 SHORT, LONG = 4, 14
 """Gauss-Newton steps of a candidate and of what is kept; a response model costs so little that both take LONG."""
 MOST = 6
@@ -87,44 +94,140 @@ def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
 
 
 def attempt(problem: Problem, groups: Sequence[Group], start: Fitted | None, most: int) -> Attempt:
-    """A fit of the groups from another one's values."""
-    theta = problem.model.theta if start is None else start.theta
+    """A fit of the groups from another one's values of their numbers; all others are the model's own."""
+    numbers, theta = numbers_of(problem, groups), problem.model.theta.copy()
     own = None if start is None else start.own
-    fitted = fit(problem, numbers_of(problem, groups), theta, own, most)
+    places = [n.place for n in numbers]
+    theta[places] = theta[places] if start is None else start.theta[places]
+    fitted = fit(problem, numbers, theta, own, most)
     return Attempt(tuple(groups), fitted, leave_one_out(fitted))
 
 
-def select(problem: Problem, groups: Sequence[Group], free: Group | None = None, most: int = MOST) -> Selection:
+def select(
+    problem: Problem,
+    groups: Sequence[Group],
+    free: Group | None = None,
+    most: int = MOST,
+    first: Sequence[Group] = (),
+    subsets: Sequence[Subset] = (),
+) -> Selection:
     """Groups in the order in which they enter.
 
+    first : groups that are known to be wrong: they enter before all others, and stay.
+    subsets : the best small sets of numbers by the likelihood; the one that leaves nothing of importance enters where
+    free runs of left-out records confirm it, else the smallest that predicts these within one standard error as well
+    as the best, where that is better than what enters group by group.
     free : a group whose numbers are fitted along with every other; it counts as a step where it would enter alone.
     With it nothing has entered unless the last fit predicts better than the base does.
     """
+    groups = [*groups, *(part for group in groups for part in parts_of(group))]
     base = now = attempt(problem, (), None, LONG)
     if not _needed(problem, base):
         return Selection(base, (), base)
     steps: list[Step] = []
-    refused: tuple[tuple[Group, Fall], ...] = ()
     if free is not None:
         now = attempt(problem, (free,), None, LONG)
         fall = score_difference(problem, base.left_out, now.left_out)
         steps += [Step(free, now, fall)] if _enters(problem, fall) else []
+    for group in first:
+        earlier, now = now, attempt(problem, (*now.groups, group), now.fitted, LONG)
+        steps.append(Step(group, now, score_difference(problem, earlier.left_out, now.left_out)))
+    start, always = now, len(now.groups)
+    proposed = _proposed(problem, start, groups, subsets)
+    if proposed is not None and not _needed(problem, proposed[0]):
+        now, refused = proposed[0], ()
+    else:
+        grown, refused = _grown(problem, start, groups, most)
+        now = _exchanged(problem, _without_idle(problem, grown[-1].attempt if grown else start, always), groups, always)
+        steps += grown
+        if proposed is not None and _better(problem, now, proposed[0]):
+            now = proposed[0]
+    if _worse(problem, base, now):
+        now = next((s.attempt for s in reversed(steps) if not _worse(problem, base, s.attempt)), base)
+    idle = free is not None and not _enters(problem, score_difference(problem, base.left_out, now.left_out))
+    if not now.groups or idle:
+        return Selection(base, (), base, refused)
+    ties = proposed[1] if proposed is not None and now is proposed[0] else {}
+    return Selection(base, _steps_of(problem, base, steps, now, ties), now, refused)
+
+
+def _grown(
+    problem: Problem, start: Attempt, groups: Sequence[Group], most: int
+) -> tuple[list[Step], tuple[tuple[Group, Fall], ...]]:
+    """Steps from a start on as long as one enters, and what the last one refused."""
+    steps: list[Step] = []
+    now = start
     while len(steps) < most and _needed(problem, now):
         tried = _tried(problem, now, groups)
-        entered = _single(problem, base, now, tried) or _pair(problem, now, tried)
+        entered = _single(problem, now, tried) or _pair(problem, now, tried)
         if not entered:
-            refused = tuple((_new(now, a), fall) for a, fall in tried)
-            break
+            return steps, tuple((_new(now, a), fall) for a, fall in tried)
         steps += entered
         now = entered[-1].attempt
-    final = _without_idle(problem, now, () if free is None else (free,))
-    if _worse(problem, base, final):
-        final = next((s.attempt for s in reversed(steps) if not _worse(problem, base, s.attempt)), base)
-    idle = free is not None and not _enters(problem, score_difference(problem, base.left_out, final.left_out))
-    if not steps or not final.groups or idle:
-        return Selection(base, (), base, refused)
-    kept_ids = {group.id for group in final.groups}
-    return Selection(base, tuple(step for step in steps if step.group.id in kept_ids), final, refused)
+    return steps, ()
+
+
+def _proposed(
+    problem: Problem, start: Attempt, groups: Sequence[Group], subsets: Sequence[Subset]
+) -> tuple[Attempt, Mapping[str, tuple[Group, ...]]] | None:
+    """The fit of the set of numbers that the likelihood and free runs agree on, and the ties of its groups; None where
+    no set predicts left-out records better than the start does."""
+    alone = {name: g for g in groups if len(g.sd) == 1 for name in g.sd}
+    enough = next((i for i, subset in enumerate(subsets) if subset.sufficient), None)
+    tried = subsets[enough : enough + 1] if enough is not None else subsets
+    trials: list[tuple[Subset, Attempt]] = []
+    for subset in tried:
+        own = tuple(alone[name] for name in subset.names if name in alone)
+        with suppress(np.linalg.LinAlgError):
+            trials.append((subset, attempt(problem, (*start.groups, *own), start.fitted, LONG)))
+    trials = [t for t in trials if _likely(problem, start, t[1])]
+    if not trials:
+        return None
+    _, best = max(trials, key=lambda t: score_difference(problem, start.left_out, t[1].left_out).gain)
+    subset, found = next(t for t in trials if t[1] is best or not _better(problem, t[1], best))
+    if not _enters(problem, score_difference(problem, start.left_out, found.left_out)):
+        return None
+    owner = {name: g for g in groups if g.of == g.id for name in g.sd}
+    ties: dict[str, tuple[Group, ...]] = {}
+    for name, rivals in subset.rivals.items():
+        others = {owner[r].of: owner[r] for r in rivals if r in owner and owner[r].of != owner[name].of}
+        ties[alone[name].id] = tuple(others.values())
+    return found, ties
+
+
+def _better(problem: Problem, old: Attempt, new: Attempt) -> bool:
+    """Whether left-out records are predicted better by more than one standard error; with fewer numbers, at all."""
+    fall = score_difference(problem, old.left_out, new.left_out)
+    fewer = len(new.fitted.numbers) < len(old.fitted.numbers)
+    return fall.gain > (0.0 if fewer else max(fall.error, LEAST))
+
+
+def _exchanged(problem: Problem, final: Attempt, groups: Sequence[Group], always: int) -> Attempt:
+    """The attempt with a candidate of no more numbers in the place of another, where that predicts better: what entered
+    first was chosen before the others were known."""
+    if not problem.model.is_3dof:
+        return final
+    for group in final.groups[always:] if len(final.groups) > always + 1 else ():
+        if group not in final.groups:
+            continue
+        rest = attempt(problem, tuple(g for g in final.groups if g.id != group.id), final.fitted, SHORT)
+        fewer = [g for g in groups if len(g.sd) <= len(group.sd) and g.id != group.id]
+        for trial, _ in _tried(problem, rest, fewer):
+            fall = score_difference(problem, final.left_out, trial.left_out)
+            if fall.gain > max(fall.error, LEAST):
+                final = attempt(problem, trial.groups, trial.fitted, LONG)
+                break
+    return final
+
+
+def _steps_of(
+    problem: Problem, base: Attempt, steps: Sequence[Step], final: Attempt, ties: Mapping[str, tuple[Group, ...]]
+) -> tuple[Step, ...]:
+    """One step for each group of the final set, those that came together or by exchange last."""
+    entered = {step.group.id: step for step in steps}
+    found = [entered[g.id] for g in final.groups if g.id in entered]
+    fall = score_difference(problem, base.left_out, final.left_out)
+    return (*found, *(Step(g, final, fall, ties.get(g.id, ())) for g in final.groups if g.id not in entered))
 
 
 def _needed(problem: Problem, now: Attempt) -> bool:
@@ -147,14 +250,15 @@ def _likely(problem: Problem, now: Attempt, trial: Attempt) -> bool:
     return all(abs(value - n.mean) <= FARTHEST * n.sd for value, n in pairs)
 
 
-def _single(problem: Problem, base: Attempt, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
+def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
     """The step of the group of the largest fall per number, none where no group enters."""
     entering = [t for t in tried if _enters(problem, t[1]) and _likely(problem, now, t[0])]
     if not entering:
         return []
-    harmless = [t for t in entering if not _worse(problem, base, t[0])]
-    best, fall = max(harmless or entering, key=lambda t: _per_number(_new(now, t[0]), t[1].gain))
-    ties = tuple(_new(now, a) for a, _ in tried if a is not best and _tied(problem, best, a))
+    best, fall = max(entering, key=lambda t: _per_number(_new(now, t[0]), t[1].gain))
+    new = _new(now, best)
+    rivals = [_new(now, a) for a, _ in tried if a is not best and _tied(problem, best, a)]
+    ties = tuple({g.of: g for g in rivals if g.of != new.of and len(g.sd) <= len(new.sd)}.values())
     return [Step(_new(now, best), attempt(problem, best.groups, best.fitted, LONG), fall, ties)]
 
 
@@ -193,26 +297,28 @@ def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Trie
 
 
 def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Group]:
-    """Groups of the largest fall of the score after one Gauss-Newton step, all from one linearisation; of a response
-    model all groups."""
-    rest = [g for g in groups if g.id not in {used.id for used in now.groups}]
+    """Candidates of the largest predicted fall of the score, all from one linearisation; of a response model all."""
+    held = {name for group in now.groups for name in group.sd}
+    rest = [g for g in groups if not held & set(g.sd)]
     if not problem.model.is_3dof:
         return rest
-    numbers = numbers_of(problem, [*now.groups, *rest])
-    fitted = now.fitted
-    normal, slope, blocks = normal_equations(problem, numbers, fitted.theta, fitted.own, fitted.sd)
-    held = len(fitted.numbers)
-    edges = held + np.cumsum([0, *(len(group.sd) for group in rest)])
+    fitted, held_count = now.fitted, len(now.fitted.numbers)
+    each = {n.name: n for n in numbers_of(problem, rest)}
+    numbers = [*fitted.numbers, *each.values()]
+    place = {n.name: j for j, n in enumerate(numbers)}
+    expansions = expansions_of(problem, numbers, fitted.theta, fitted.own)
 
-    def gain(ends: tuple[int, int]) -> float:
-        pick = np.array([*range(held), *range(*ends)])
-        moved = stepped(fitted, [numbers[i] for i in pick], pick, (normal, slope, blocks))
-        return score_difference(problem, now.left_out, leave_one_out(moved)).gain
+    def gain(group: Group) -> float:
+        own = {place[n.name]: n for n in numbers_of(problem, [group])}
+        chosen = [own.get(j, n) for j, n in enumerate(numbers)]
+        trial = predicted(fitted, expansions, chosen, np.array([*range(held_count), *own]))
+        return score_difference(problem, now.left_out, trial).gain
 
-    gains = in_threads(problem.threads, gain, pairwise(edges.tolist()))
-    single = [_per_number(group, fall) for group, fall in zip(rest, gains, strict=True)]
-    first = [*np.argsort(gains)[::-1][:REFITTED].tolist(), *np.argsort(single)[::-1][:FEW].tolist()]
-    return [rest[i] for i in dict.fromkeys(first)]
+    gains = {group.id: gain(group) for group in rest}
+    by_gain = sorted(rest, key=lambda g: -gains[g.id])
+    whole = [g for g in by_gain if len(g.sd) > 1][:REFITTED]
+    alone = [g for g in by_gain if len(g.sd) == 1][:ALONE]
+    return [*alone, *whole]
 
 
 def _per_number(group: Group, gain: float) -> float:
@@ -235,12 +341,15 @@ def _new(now: Attempt, trial: Attempt) -> Group:
     return trial.groups[len(now.groups)]
 
 
-def _without_idle(problem: Problem, final: Attempt, always: Sequence[Group] = ()) -> Attempt:
+def _without_idle(problem: Problem, final: Attempt, always: int) -> Attempt:
     """The attempt without groups that the others make needless: the one of the smallest fall per number leaves, as
-    long as that does not matter."""
-    while len(final.groups) > len(always) + 1:
+    long as that does not matter.
+
+    always : number of groups, from the first, that stay.
+    """
+    while len(final.groups) > always + 1:
         without = partial(_without, problem, final)
-        trials = in_threads(problem.threads, without, final.groups[len(always) :])
+        trials = in_threads(problem.threads, without, final.groups[always:])
         _, fall, trial = min(trials, key=lambda item: item[0])
         if _enters(problem, fall):
             return final

@@ -57,18 +57,21 @@ class Share:
     """Shares of a channel's squared free-run error of the base model, left-out records.
 
     coefficients : taken off by the numbers that moved.  trim : due to the neutral rudder angle and the initial state of
-    single runs.  noise : the sensor's.  remaining : the rest.
+    single runs.  noise : the sensor's.  remaining : the rest.  causes : taken off by known causes beside the numbers.
     """
 
     coefficients: float
     trim: float
     noise: float
     remaining: float
+    causes: float = 0.0
 
     @property
     def explained(self) -> float:
-        """Share of what the model can explain, which trim and noise are no part of, that its numbers take off."""
-        return self.coefficients / max(self.coefficients + self.remaining, EXPLAINABLE)
+        """Share of what the model can explain, which trim and noise are no part of, that numbers and causes take
+        off."""
+        taken = self.coefficients + self.causes
+        return taken / max(taken + self.remaining, EXPLAINABLE)
 
 
 @dataclass(frozen=True)

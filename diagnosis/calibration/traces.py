@@ -10,27 +10,40 @@ from ..result import Trace
 from .forward import Selection
 
 
-def left_out_traces(p: Problem, found: Selection) -> tuple[Trace, ...]:
-    """Training records; the run after the calibration is by the fit that left the record out."""
+def left_out_traces(given: Problem, felt: Problem, found: Selection) -> tuple[Trace, ...]:
+    """Training records; the run after the calibration is by the fit that left the record out, with what known causes
+    explain in `felt`."""
     places = [n.place for n in found.final.fitted.numbers]
     out = []
-    for run, left in zip(p.runs, found.final.left_out, strict=True):
+    for plain, run, left in zip(given.runs, felt.runs, found.final.left_out, strict=True):
         theta = found.final.fitted.theta.copy()
         theta[places] = left.values
-        out.append(_trace(p, run, "train", theta))
+        out.append(_trace((given, plain), (felt, run), "train", theta))
     return tuple(out)
 
 
-def held_out_traces(p: Problem | None, found: Selection) -> tuple[Trace, ...]:
+def held_out_traces(given: Problem | None, felt: Problem | None, found: Selection) -> tuple[Trace, ...]:
     """Held-out records by the final numbers."""
-    return () if p is None else tuple(_trace(p, run, "held_out", found.final.fitted.theta) for run in p.runs)
+    if given is None or felt is None:
+        return ()
+    pairs = zip(given.runs, felt.runs, strict=True)
+    return tuple(_trace((given, a), (felt, b), "held_out", found.final.fitted.theta) for a, b in pairs)
 
 
-def _trace(p: Problem, run: Run, role: str, theta: np.ndarray) -> Trace:
-    measured, none = run.series.outputs, np.zeros(p.own_sd.size)
-    before, after = (measured - p.residuals(c, run, none)[:, : measured.shape[1]] for c in (p.model.theta, theta))
+def _trace(given: tuple[Problem, Run], felt: tuple[Problem, Run], role: str, theta: np.ndarray) -> Trace:
+    """The run after the calibration is told as the record's own sensors would show it."""
+    p, run = given
+    measured = run.series.outputs
+    before = measured - _error(*given, p.model.theta)
+    after = measured - _error(*felt, theta)
     names = [CHANNELS[symbol] for symbol in p.channels if symbol != THRUST]
     time = run.series.dt * (run.series.index + run.series.part)
     rudder = run.series.observe(run.series.inputs[:, 0])
     columns = [dict(zip(names, values.T, strict=True)) for values in (measured, before, after)]
     return Trace(run.name, role, time, rudder, *columns)
+
+
+def _error(p: Problem, run: Run, theta: np.ndarray) -> np.ndarray:
+    """Errors (N, S) of the states of a free run without the record's own effects."""
+    states = [c for c in p.channels if c != THRUST]
+    return p.residuals(theta, run, np.zeros(p.own_sd.size))[:, : len(states)]

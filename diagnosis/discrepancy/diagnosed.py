@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,17 +13,18 @@ from ...checks.base import Check
 from ...checks.result import NORMAL_90, Size
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.refit import refit
-from ...models.coefficient_groups import groups_of
-from ...models.errors import BadInput, FitFailed
+from ...models.coefficient_groups import stated_groups
+from ...models.errors import FitFailed
 from ...models.instruments import combined
 from .. import verdict
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes, terms_for
 from ..causes.rudder_effectiveness import RudderEffectiveness
+from ..felt import felt
 from ..findings import diagnosis_of, noise_of, of_fault
 from ..gain.extension import extended_model
-from ..gain.measured import base_setting, gain_of
+from ..gain.measured import base_setting, gain_of, held_out_setting
 from ..kinematics.stage import Sensors, sensors_of
 from ..result import Entry, Finding
 from ..starting import starting_state, thinned
@@ -31,13 +32,15 @@ from ..state import Candidate, State
 from .entering import entering
 from .fit import Base, Fitted
 from .quadratic import MOST, mode
-from .search import Found, search
+from .search import Accepted, Found, search
 from .shares import Shares, shares, simulating_variances
+from .subsets import Subset, best_subsets
 from .terms import NUMBERS, terms_of
 from .told import STAGE, Sized, finding, sized
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
+    from ...estimation.filters.innovations.settings import Setting
     from ...models.model import Model
     from ..options import Options
     from ..prepared import Prepared
@@ -59,6 +62,8 @@ SHOWN, MOVED = 8, 2.0
 """Numbers that are told at most, and posterior standard deviations from which they count as moved."""
 GAINS = ("b", "b1")
 """Turning gains of response models: a rudder of another effectiveness is nothing else."""
+SELECTED = ("rudder_offset",)
+"""Numbers of the rudder that are chosen together with those of the hull, by free runs."""
 TAKEN_BACK = 0.1
 """Share of a sensor's size up to which what two stages say of it together is nothing."""
 HULL = "a description of the hull, which wrong numbers of the base model cannot be told from"
@@ -74,11 +79,22 @@ class Conclusion:
     shares: Shares
 
 
-def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[Diagnosis | None, Prepared, float]:
-    """The diagnosis with the base model's own numbers uncertain, the records with the sensors' errors removed, and the
-    share of the squared free-run error, left-out records, that is explained.
+class BesideNumbers(NamedTuple):
+    """What the likelihood says where the base model's own numbers are uncertain.
 
-    It is None where the likelihood shows no error of the numbers beside causes and gusts, or the records cannot decide.
+    found : the diagnosis; None where the likelihood shows no error of the numbers beside causes and gusts, or the
+    records cannot decide.  cleaned : the records with the sensors' errors removed.  felt : also without what the causes
+    that entered explain, so that what is left is the hull's.  subsets : the best small sets of the numbers.
+    """
+
+    found: Diagnosis | None
+    cleaned: Prepared
+    felt: Prepared
+    subsets: tuple[Subset, ...] = ()
+
+
+def of_uncertain_base(model: Model, given: Prepared, options: Options) -> BesideNumbers:
+    """The diagnosis with the base model's own numbers uncertain.
 
     Raises
     ------
@@ -89,7 +105,7 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[
     sensors = sensors_of(given.train, given.held_out, options.causes())
     state, cannot = starting_state(_estimator(model, sensors.train, options), options)
     if verdict.undecidable(state.est, state.start) is not None:
-        return None, given, 0.0
+        return BesideNumbers(None, given, given)
     if state.now.diverged:
         raise FitFailed(f"model {model.id} cannot be run with the records: its filter is not finite")
     base = Base(state.est, terms_of(state.est, state.now), state.start)
@@ -97,11 +113,11 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> tuple[
     bank = {c: v for c, v in state.bank.items() if c.id not in left}
     found = search(state, base, bank, options.max_effects, rng)
     if _exact(found):
-        return None, behind_sensors(given, sensors), 0.0
+        cleaned = behind_sensors(given, sensors)
+        return BesideNumbers(None, cleaned, cleaned)
     done = _concluded(found, bank, rng)
     raw = state if sensors.train is given.train else starting_state(_estimator(model, given.train, options), options)[0]
-    told = _told(done, raw, sensors, given, options, cannot, rng)
-    return told, behind_sensors(given, sensors), done.shares.both.value
+    return _told(done, raw, sensors, given, options, cannot, rng)
 
 
 def _estimator(model: Model, records: Sequence[Record], options: Options) -> Estimator:
@@ -174,24 +190,38 @@ def of_hull(cause: Check) -> bool:
 def _told(
     done: Conclusion, raw: State, sensors: Sensors, given: Prepared, options: Options, cannot: Mapping[Cause, str],
     rng: np.random.Generator,
-) -> Diagnosis:  # fmt: skip
-    """The diagnosis, with gains on the records as they were given.
+) -> BesideNumbers:  # fmt: skip
+    """The diagnosis, with gains on the records as they were given, and the records behind sensors and causes.
 
     raw : the base model on these.
     """
     findings = _findings(done, rng)
     of_numbers = any(BaseCoefficients.id in (f.cause, *f.tied_with) for f in findings)
-    causes, setting = _built_in(done, of_numbers, raw.est, sensors.instruments)
+    causes, own = _built_in(done, of_numbers, raw.est)
+    values = {name: value for name, value in sensors.instruments.items() if name in raw.est.index}
+    setting = raw.est.with_entries(own, values)
     entered = [Candidate(a.cause, a.variant, a.log_p, a.statistic, setting, raw.now) for a in causes]
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
     held_out = thinned(given.held_out, raw.est.model)
     predicted = gain_of(state, base_setting(state, options), setting, held_out, rng)
+    cleaned = behind_sensors(given, sensors)
+    behind = felt(cleaned.train, raw.est, own, SELECTED), cleaned.held_out
+    if held_out:
+        behind = behind[0], felt(cleaned.held_out, *held_out_setting(state, own, held_out), SELECTED)
     every = (*map(of_fault, given.faults), *given.tracks.findings, *once(sensors.findings, findings))
     instruments = combined(given.instruments, sensors.instruments)
     extended = extended_model(raw.est, setting, [a.cause for a in causes], {**instruments})
     noise = noise_of(raw.est, done.found.final.setting)
     bank = _bank(done, every, cannot)
-    return diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, predicted, noise=noise)
+    told = diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, predicted, noise=noise)
+    behind_causes = replace(cleaned, train=behind[0], held_out=behind[1])
+    return BesideNumbers(told, cleaned, behind_causes, best_subsets(done.found.final, _beside_hull(done.found)))
+
+
+def _beside_hull(found: Found) -> np.ndarray:
+    """Places, among the causes' parameters of the last fit, of those that do not describe the hull."""
+    owners = [a.cause for a in found.accepted for _ in a.variant]
+    return np.array([i for i, cause in enumerate(owners) if not of_hull(cause)], int)
 
 
 def once(of_channels: Sequence[Finding], of_motion: Sequence[Finding]) -> list[Finding]:
@@ -247,7 +277,8 @@ def _of_numbers(done: Conclusion) -> Finding | None:
         (entry, sd), name = p.slots[0], p.name.partition(" ")[2]
         middle, half = est.base[entry] + sd * values[j], NORMAL_90 * sd * spread[j]
         sizes.append(Size(name, float(middle), float(middle - half), float(middle + half), "1"))
-    groups = _groups_of(est, [size.parameter for size in sizes])
+    names = {size.parameter for size in sizes}
+    groups = [g.title for g in stated_groups(est.model) if set(g.sd) & names]
     details = {"groups": groups} if groups else {}
     off = float(np.sqrt(np.mean((values**2 + spread**2)[final.base.terms.group == NUMBERS])))
     said = (
@@ -279,16 +310,8 @@ def _numbers_at(final: Fitted) -> tuple[np.ndarray, np.ndarray]:
     return np.where(terms.simulating, at.x[:count], 0.0), np.where(terms.simulating, spread[:count], 0.0)
 
 
-def _groups_of(est: Estimator, names: Sequence[str]) -> list[str]:
-    try:
-        groups = groups_of(est.model)
-    except BadInput:
-        return []
-    return [g.title for g in groups if set(g.sd) & set(names)]
-
-
-def _built_in(done: Conclusion, of_numbers: bool, est: Estimator, instruments: Mapping[str, float]):
-    """Accepted causes that the extended model holds, and the setting of it, sensors' errors among the instruments.
+def _built_in(done: Conclusion, of_numbers: bool, est: Estimator) -> tuple[list[Accepted], Setting]:
+    """Accepted causes that the extended model holds, and the setting of it.
 
     of_numbers : whether what is named says that the base model's own numbers are wrong.
     """
@@ -297,9 +320,7 @@ def _built_in(done: Conclusion, of_numbers: bool, est: Estimator, instruments: M
     named = [done.found.accepted[i] for i in chosen.causes]
     kept = any(a.time_s is not None or not a.variant for a in named)
     base = final.base if kept else replace(final.base, origin=est.start())
-    s = base.at(chosen.x, final.variant, final.setting)
-    values = {name: value for name, value in instruments.items() if name in est.index}
-    return named, est.with_entries(s, values)
+    return named, base.at(chosen.x, final.variant, final.setting)
 
 
 def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:

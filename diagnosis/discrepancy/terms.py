@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.filters.innovations.settings import Parameter
-from ...models.coefficient_groups import groups_of
-from ...models.errors import BadInput
+from ...models.coefficient_groups import stated_groups
 from ..residuals.features import lagged
 
 if TYPE_CHECKING:
@@ -83,11 +82,7 @@ def _numbers(est: Estimator) -> Iterator[Parameter]:
 
 
 def _stated(est: Estimator) -> dict[str, float]:
-    try:
-        groups = groups_of(est.model)
-    except BadInput:
-        return {}
-    own = est.model.family.split("+")
+    groups, own = stated_groups(est.model), est.model.family.split("+")
     found = [g for g in groups if (g.extension is None or g.extension in own) and g.id not in AS_CAUSE]
     held = {name for g in groups if g.id in AS_CAUSE for name in g.sd}
     return {name: sd for g in found for name, sd in g.sd.items() if name in est.index and name not in held}

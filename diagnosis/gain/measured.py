@@ -147,18 +147,23 @@ def gain_of(
     shown = free_runs.traces(est, "train", fitted[0], fitted[1], free_runs.scored_from(est, False))
     if not records:
         return {}, shown
+    held, after = held_out_setting(state, final, records)
+    before = free_runs.transferred(held, base, ())
+    starts = free_runs.scored_from(held, bool(_steady(state)))
+    old, new = free_runs.free_runs(held, before), free_runs.free_runs(held, after)
+    gains = free_runs.gains(held, old, new, starts, state.setting.noise.sensor_sd, rng)
+    return gains, (*shown, *free_runs.traces(held, "held_out", old, new, starts))
+
+
+def held_out_setting(state: State, final: Setting, records: Sequence[Record]) -> tuple[Estimator, Setting]:
+    """Held-out records under the filter, and the final setting there: what belongs to a record is estimated from its
+    first part."""
+    est = state.est
     held = replace(
         estimator(est.model, records, est.unit, est.threads, est.terms), rudder_sd=est.rudder_sd, base=est.base
     )
     of_record = [p for a in state.accepted for p in a.variant if p.record is not None]
-    steady = _steady(state)
-    after = free_runs.transferred(held, final, of_record)
-    after = free_runs.adapted(held, after, steady)
-    before = free_runs.transferred(held, base, ())
-    starts = free_runs.scored_from(held, bool(steady))
-    old, new = free_runs.free_runs(held, before), free_runs.free_runs(held, after)
-    gains = free_runs.gains(held, old, new, starts, state.setting.noise.sensor_sd, rng)
-    return gains, (*shown, *free_runs.traces(held, "held_out", old, new, starts))
+    return held, free_runs.adapted(held, free_runs.transferred(held, final, of_record), _steady(state))
 
 
 def _steady(state: State) -> list[Parameter]:

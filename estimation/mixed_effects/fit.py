@@ -9,19 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...models.linear_algebra import finite
 from ..likelihood.minimiser import Damping, try_steps
 from ..threads import in_threads
-from .problem import Problem, Run, pooled, squares
+from .expansion import Block, Expansion, expansion_of
+from .problem import Problem, pooled, squares
 
-DIFFERENCE = 1e-3
-"""Step of the derivatives, in prior standard deviations."""
 FIRST_DAMPING = 1e-2
 RULE = Damping(growth=5.0, least=5e-3, trials=6)
 ENOUGH = 0.01
 """Fall of the criterion below which a fit ends."""
-Block = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""One record's share of the normal equations (p, p), (p,), and how its own effects follow (k, p + 1)."""
 LONGEST = 3.0
 """Longest single step, in prior standard deviations."""
 
@@ -119,24 +115,6 @@ def _at(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarra
     return _Here(theta, own, sd, cost)
 
 
-def stepped(
-    found: Fitted,
-    numbers: Sequence[Number],
-    pick: np.ndarray,
-    equations: tuple[np.ndarray, np.ndarray, Sequence[Block]],
-) -> Fitted:
-    """One Gauss-Newton step of some numbers from a fit, by `equations` of more numbers, of which `pick` are these."""
-    p, (normal, slope, blocks) = found.problem, equations
-    block = normal[np.ix_(pick, pick)]
-    step = np.linalg.lstsq(finite(block), slope[pick], rcond=None)[0]
-    step *= min(1.0, LONGEST / max(float(np.max(np.abs(step) / [n.sd for n in numbers], initial=0.0)), 1e-9))
-    theta = moved(found.theta, numbers, step)
-    own = np.array([b + x[:, -1] - x[:, pick] @ step for b, (_, _, x) in zip(found.own, blocks, strict=True)])
-    criterion, sd = _criterion(p, numbers, theta, own)
-    parts = tuple((a[np.ix_(pick, pick)], g[pick] - a[np.ix_(pick, pick)] @ step) for a, g, _ in blocks)
-    return Fitted(p, tuple(numbers), theta, own, sd, criterion, block, slope[pick] - block @ step, parts)
-
-
 def _criterion(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> tuple[float, np.ndarray]:
     """The criterion and the error sizes (C,), floors included."""
     errors = pooled(in_threads(p.threads, lambda i: squares(p, theta, p.runs[i], own[i]), range(len(p.runs))))
@@ -146,6 +124,11 @@ def _criterion(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np
     return float(p.weight.sum() * np.sum(misfit) + 0.5 * prior), sd
 
 
+def expansions_of(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> list[Expansion]:
+    """The expansion of every record; own (R, k)."""
+    return in_threads(p.threads, lambda i: expansion_of(p, i, numbers, theta, own[i]), range(len(p.runs)))
+
+
 def normal_equations(
     p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray, sd: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[Block]]:
@@ -153,49 +136,15 @@ def normal_equations(
 
     Also for each record its share of both, and (k, p + 1) how its own effects follow: constant part last, minus slopes.
     """
+    return equations(p, expansions_of(p, numbers, theta, own), numbers, theta, sd)
 
-    def block(i: int) -> Block:
-        return block_of(p, i, numbers, theta, own[i], sd)
 
-    blocks = in_threads(p.threads, block, range(len(p.runs)))
+def equations(
+    p: Problem, expansions: Sequence[Expansion], numbers: Sequence[Number], theta: np.ndarray, sd: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[Block]]:
+    """As `normal_equations`, from expansions that were made at theta."""
+    blocks = [e.block(weight, sd) for e, weight in zip(expansions, p.weight.tolist(), strict=True)]
     precision = np.array([n.sd**-2.0 for n in numbers])
     mean, values = np.array([n.mean for n in numbers]), theta[[n.place for n in numbers]] if numbers else np.zeros(0)
     normal = np.diag(precision) + sum(a for a, _, _ in blocks)
     return normal, sum(g for _, g, _ in blocks) - precision * (values - mean), blocks
-
-
-def block_of(
-    p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray, sd: np.ndarray
-) -> Block:
-    """One record's normal equations with its own effects eliminated: (p, p), (p,), (k, p + 1)."""
-    run, q = p.runs[i], len(numbers)
-    error, slopes = _jacobian(p, run, numbers, theta, own)
-    counted = np.maximum(np.isfinite(error).sum(axis=0), 1)
-    weight = np.sqrt(p.weight[i] / counted) / sd
-    rows = np.where(np.isfinite(slopes), slopes, 0.0) * weight[None, :, None]
-    target = np.where(np.isfinite(error), error, 0.0) * weight
-    rows, target = rows.reshape(-1, rows.shape[2]), target.ravel()
-    matrix, slope = rows.T @ rows, -(rows.T @ target)
-    inner = matrix[q:, q:] + np.diag(p.own_sd**-2.0)
-    pull = slope[q:] - own / p.own_sd**2
-    follow = np.linalg.solve(inner, np.column_stack([matrix[q:, :q], pull]))
-    return matrix[:q, :q] - matrix[:q, q:] @ follow[:, :q], slope[:q] - matrix[:q, q:] @ follow[:, q], follow
-
-
-def _jacobian(
-    p: Problem, run: Run, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Errors (N, C) and their central differences (N, C, p + k) by the free numbers and the record's own effects."""
-    error = p.residuals(theta, run, own)
-    out = np.empty((*error.shape, len(numbers) + own.size))
-    for j, n in enumerate(numbers):
-        h, ahead, behind = DIFFERENCE * n.sd, theta.copy(), theta.copy()
-        ahead[n.place] += h
-        behind[n.place] -= h
-        out[:, :, j] = (p.residuals(ahead, run, own) - p.residuals(behind, run, own)) / (2.0 * h)
-    for j, sd in enumerate(p.own_sd):
-        h = 10.0 * DIFFERENCE * sd
-        step = h * (np.arange(own.size) == j)
-        ahead, behind = p.residuals(theta, run, own + step), p.residuals(theta, run, own - step)
-        out[:, :, len(numbers) + j] = (ahead - behind) / (2.0 * h)
-    return error, out

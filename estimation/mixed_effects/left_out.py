@@ -11,10 +11,13 @@ import numpy as np
 
 from ..likelihood.minimiser import Damping, try_steps
 from ..threads import in_threads
-from .fit import LONGEST, Fitted, block_of, moved
+from .expansion import Expansion, expansion_of
+from .fit import LONGEST, Fitted, Number, equations, moved
 from .problem import Problem, Squares, pooled, squares
 
 RULE = Damping(growth=8.0, least=0.8, trials=4)
+SIZES = 4
+"""Times that the error sizes are worked out anew for a predicted fit."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,7 @@ def own_effects(p: Problem, i: int, theta: np.ndarray, sd: np.ndarray, own: np.n
     at = partial(_own_at, p, i, theta, sd)
     here, damping = at(own, np.zeros(own.size)), 1e-3
     for _ in range(most):
-        follow = block_of(p, i, (), theta, here.values, sd)[2]
+        follow = expansion_of(p, i, (), theta, here.values).block(p.weight[i], sd)[2]
         trial = try_steps(partial(_shorter, follow[:, -1]), partial(at, here.values), here.cost, damping, 0.0, RULE)
         if not trial.better:
             break
@@ -71,12 +74,42 @@ def _left_out(found: Fitted, i: int) -> LeftOut:
     if found.numbers:
         matrix, slope = found.parts[i]
         step = np.linalg.solve(found.normal - matrix, found.slope - slope)
-        size = float(np.max(np.abs(step) / np.array([n.sd for n in found.numbers])))
-        theta = moved(theta, found.numbers, step * min(1.0, LONGEST / max(size, 1e-9)))
+        theta = moved(theta, found.numbers, _bounded(step, np.array([n.sd for n in found.numbers])))
     own = own_effects(p, i, theta, found.sd, found.own[i])
     penalty = 0.5 * float(np.sum((own / p.own_sd) ** 2))
     adapted, free = squares(p, theta, p.runs[i], own), squares(p, theta, p.runs[i])
     return LeftOut(theta[[n.place for n in found.numbers]], adapted, free, penalty)
+
+
+def predicted(
+    found: Fitted, expansions: Sequence[Expansion], numbers: Sequence[Number], pick: np.ndarray
+) -> tuple[LeftOut, ...]:
+    """Each record as a fit of some numbers to the others would leave it, to second order: no run is made.
+
+    expansions : of all records in `numbers`, made at the fit `found`.  pick (p,) : places of the chosen ones.
+    """
+    p, own = found.problem, [e.of(pick) for e in expansions]
+    chosen, sd = [numbers[j] for j in pick], found.sd
+    prior_sd = np.array([n.sd for n in chosen])
+    for _ in range(SIZES):
+        normal, slope, blocks = equations(p, own, chosen, found.theta, sd)
+        step = _bounded(np.linalg.lstsq(normal, slope, rcond=None)[0], prior_sd)
+        errors = pooled([e.squares(step, e.adapted(step, b[2])) for e, b in zip(own, blocks, strict=True)])
+        sd = np.where(p.known, p.floor, np.sqrt(errors**2 + p.floor**2))
+    normal, slope, blocks = equations(p, own, chosen, found.theta, sd)
+    out = []
+    for e, (matrix, pull, follow) in zip(own, blocks, strict=True):
+        step = _bounded(np.linalg.lstsq(normal - matrix, slope - pull, rcond=None)[0], prior_sd)
+        effects = e.adapted(step, follow)
+        penalty = 0.5 * float(np.sum((effects / p.own_sd) ** 2))
+        values = found.theta[[n.place for n in chosen]] + step
+        out.append(LeftOut(values, e.squares(step, effects), e.squares(step, np.zeros(effects.size)), penalty))
+    return tuple(out)
+
+
+def _bounded(step: np.ndarray, prior_sd: np.ndarray) -> np.ndarray:
+    """A step (p,), shortened to LONGEST prior standard deviations."""
+    return step * min(1.0, LONGEST / max(float(np.max(np.abs(step) / prior_sd, initial=0.0)), 1e-9))
 
 
 class Fall(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 from ...models.errors import CannotFit
 from ...models.time_scale import time_scale_s
 from ..series import MEASURED, Series, samples, series_of
-from ..weather import with_wind
+from ..weather import with_weather
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -39,7 +39,7 @@ START_S = 0.17
 class Run:
     """One record prepared for free runs: its series, thinned, and the thrust (N,) where it was measured.
 
-    The inputs of the series hold the measured wind where it counts, see `weather.with_wind`.
+    The inputs of the series hold the measured wind where it counts, see `weather.with_weather`.
     """
 
     series: Series
@@ -197,7 +197,7 @@ def _measures(record: Record, symbol: str) -> bool:
 
 def _run(record: Record, model: Model, symbols: Sequence[str], length_s: float) -> Run:
     thinned = record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
-    series = with_wind(series_of(thinned, model, symbols), record, model)
+    series = with_weather(series_of(thinned, model, symbols), record, model)
     thrust = _smoothed(record, thinned) if record.has(THRUST) else None
     series = replace(series, start=_start(series, record, model, length_s))
     return Run(series, thrust, float(record.time_s[-1] - record.time_s[0]))

@@ -21,7 +21,7 @@ from ..prediction import BOUND, SYMBOLS, Squares, divergence, squares
 from ..predictor import ModelPredictor
 from ..series import samples, series_of, yaw_rate_of
 from ..smoothed_states import smoothed_states
-from ..weather import with_wind
+from ..weather import with_weather
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -59,7 +59,7 @@ class Stretch:
     @classmethod
     def of(cls, model: Model, record: Record, predictor: Predictor | None = None) -> Stretch:
         """Raises CannotFit where the record lacks an input or measures no state of the model."""
-        return cls(model, record, with_wind(series_of(record, model, SYMBOLS), record, model), predictor)
+        return cls(model, record, with_weather(series_of(record, model, SYMBOLS), record, model), predictor)
 
     @property
     def grid_s(self) -> np.ndarray:

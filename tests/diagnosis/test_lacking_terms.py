@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.by_residuals import NOT_SHOWN, concluded, selected
-from helmbench.diagnosis.calibration.calibrate import calibrate_on
+from helmbench.diagnosis.calibration.calibrate import Records, calibrate_on
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose, identified
 from helmbench.diagnosis.kinematics.stage import sensors_of
@@ -78,7 +78,7 @@ def test_free_runs_name_what_is_lacking(rng):
     """Damping and a second time constant at once, each by its own cause."""
     records = runs(rng, cubic=400.0, second=6.0)
     model = identified(resolve("nomoto-1"), records)
-    found = calibrate_on(model, records, (), identified=True)
+    found = calibrate_on(model, Records(records, ()), identified=True)
     print(found.verdict, found.steps, found.moved)
     groups = {step.group for step in found.steps}
     assert "second_order" in groups and groups & {"yaw_damping_cubic", "yaw_damping_quadratic"}
@@ -88,7 +88,7 @@ def test_free_runs_name_what_is_lacking(rng):
 def test_nothing_is_lacking_where_the_family_is_right(rng):
     records = runs(rng)
     model = identified(resolve("nomoto-1"), records)
-    found = calibrate_on(model, records, (), identified=True)
+    found = calibrate_on(model, Records(records, ()), identified=True)
     print(found.verdict, found.steps, found.refused)
     assert found.steps == () and found.verdict == "adequate"
 
@@ -97,7 +97,7 @@ def test_speed_that_turning_takes_off_is_found(rng):
     """The loss stands in no channel: it shows in the yaw rate alone."""
     records = runs(rng, loss=1500.0)
     model = identified(resolve("nomoto-1"), records)
-    found = calibrate_on(model, records, (), identified=True)
+    found = calibrate_on(model, Records(records, ()), identified=True)
     print(found.verdict, found.steps, found.moved)
     first = found.steps[0]
     assert "speed_loss" in {first.group, *first.tied_with}
@@ -155,7 +155,7 @@ def test_a_cause_that_free_runs_refuse_is_told_alone_and_not_beside_what_remains
 def test_two_records_tell_no_term_that_a_model_lacks(rng):
     records = runs(rng, cubic=400.0, second=6.0, seconds=800.0)[2:4]
     model = identified(resolve("nomoto-1"), records)
-    found = calibrate_on(model, records, (), identified=True)
+    found = calibrate_on(model, Records(records, ()), identified=True)
     print(found.verdict, found.steps)
     assert {step.group for step in found.steps} <= {"own_numbers", "neutral_rudder_angle"}
 

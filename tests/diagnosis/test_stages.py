@@ -13,17 +13,17 @@ def record():
 
 
 @pytest.mark.parametrize(
-    ("uncertain", "by_runs", "stages"),
+    ("uncertain", "stages"),
     [
-        (False, False, [engine.CHECKS, engine.CAUSES_BESIDE, engine.CAUSES]),
-        (True, False, [engine.CHECKS, engine.CAUSES_BESIDE]),
-        (True, True, [engine.CHECKS, engine.CAUSES_BESIDE, engine.FREE_RUNS]),
+        (False, [engine.CHECKS, engine.CAUSES_BESIDE, engine.CAUSES]),
+        (True, [engine.CHECKS, engine.CAUSES_BESIDE, engine.FREE_RUNS]),
     ],
 )
-def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, by_runs, stages):
+def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, stages):
     made, told = diagnosis_of(), []
-    monkeypatch.setattr(engine, "of_uncertain_base", lambda model, given, _: (made if uncertain else None, given, 0.5))
-    monkeypatch.setattr(engine, "for_free_runs", lambda _: by_runs)
+    monkeypatch.setattr(
+        engine, "of_uncertain_base", lambda model, given, _: (made if uncertain else None, given, given, ())
+    )
     monkeypatch.setattr(engine, "by_free_runs", lambda *_: made)
     monkeypatch.setattr(engine, "selected", lambda *_: None)
     monkeypatch.setattr(engine, "concluded", lambda *_: made)

@@ -34,7 +34,7 @@ def group_names(model: Model) -> dict[str, str]:
         groups = groups_of(model)
     except BadInput:
         return {}
-    return {name: g.id for g in groups for name in g.sd} | {g.title.lower(): g.id for g in groups}
+    return {name: g.id for g in groups for name in g.every} | {g.title.lower(): g.id for g in groups}
 
 
 def _of_finding(finding: Finding, known: Mapping[str, str]) -> list[frozenset[str]]:

@@ -78,11 +78,11 @@ def test_a_wrong_number_is_named_alone_tied_or_among_others(diagnosis_of, findin
 @pytest.mark.parametrize(
     ("details", "outcome"),
     [
-        ({"groups": ["added masses and yaw inertia"]}, "alone"),
+        ({"groups": ["mass, added masses and yaw inertia"]}, "alone"),
         ({"groups": ["inertia"]}, "alone"),
         ({"groups": ["inertia", "resistance"]}, "among"),
-        ({"groups": ["added masses and yaw inertia"], "would do as well": ["hull yaw linear"]}, "tie"),
-        ({"groups": ["added masses and yaw inertia"], "would do as well": "inertia.J z"}, "alone"),
+        ({"groups": ["mass, added masses and yaw inertia"], "would do as well": ["hull yaw linear"]}, "tie"),
+        ({"groups": ["mass, added masses and yaw inertia"], "would do as well": "inertia.J z"}, "alone"),
         ({}, "wrong_first"),
     ],
 )

@@ -1,0 +1,93 @@
+"""Squared errors of one record's free run to second order in common numbers and the record's own effects.
+
+From one set of derivatives follow the normal equations of every choice of numbers, and what each choice would leave of
+the error: by algebra, without a further run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .problem import Problem, Run, Squares
+
+if TYPE_CHECKING:
+    from .fit import Number
+
+DIFFERENCE = 1e-3
+"""Step of the derivatives, in prior standard deviations."""
+Block = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""One record's share of the normal equations (q, q), (q,), and how its own effects follow (k, q + 1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """One record's errors e + J x to first order in x = (q common numbers, k own effects), as sums over its samples.
+
+    gram : (C, q + k + 1, q + k + 1) products of the columns of [J, e] by channel, SI.  count : (C,) known samples.
+    own : (k,) the own effects where it was made; own_precision : (k,) of their prior.
+    """
+
+    gram: np.ndarray
+    count: np.ndarray
+    own: np.ndarray
+    own_precision: np.ndarray
+
+    def of(self, pick: np.ndarray) -> Expansion:
+        """The same for some of the common numbers, by place."""
+        tail = np.arange(self.gram.shape[1] - self.own.size - 1, self.gram.shape[1])
+        kept = np.concatenate([pick, tail])
+        return Expansion(self.gram[:, kept[:, None], kept], self.count, self.own, self.own_precision)
+
+    def block(self, weight: float, sd: np.ndarray) -> Block:
+        """Normal equations with the own effects eliminated.
+
+        weight : independent values that the record amounts to.  sd (C,) : error sizes.
+        """
+        q = self.gram.shape[1] - self.own.size - 1
+        weights = weight / np.maximum(self.count, 1) / sd**2
+        whole = np.tensordot(weights, self.gram, axes=1)
+        matrix, slope = whole[:-1, :-1], -whole[:-1, -1]
+        inner = matrix[q:, q:] + np.diag(self.own_precision)
+        pull = slope[q:] - self.own * self.own_precision
+        follow = np.linalg.solve(inner, np.column_stack([matrix[q:, :q], pull]))
+        return matrix[:q, :q] - matrix[:q, q:] @ follow[:, :q], slope[:q] - matrix[:q, q:] @ follow[:, q], follow
+
+    def squares(self, step: np.ndarray, own: np.ndarray) -> Squares:
+        """Squared errors after a step (q,) of the common numbers, with own effects (k,)."""
+        x = np.concatenate([step, own - self.own, [1.0]])
+        return Squares(np.maximum(np.einsum("i,cij,j->c", x, self.gram, x), 0.0), self.count)
+
+    def adapted(self, step: np.ndarray, follow: np.ndarray) -> np.ndarray:
+        """Own effects (k,) that go with a step (q,) of the common numbers; follow : as `block` gives it."""
+        return self.own + follow[:, -1] - follow[:, :-1] @ step
+
+
+def expansion_of(p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> Expansion:
+    """The expansion of one record about common numbers theta (m,) and own effects (k,), by central differences."""
+    run = p.runs[i]
+    error = p.residuals(theta, run, own)
+    columns = np.empty((*error.shape, len(numbers) + own.size + 1))
+    for j, n in enumerate(numbers):
+        h, ahead, behind = DIFFERENCE * n.sd, theta.copy(), theta.copy()
+        ahead[n.place] += h
+        behind[n.place] -= h
+        columns[:, :, j] = (p.residuals(ahead, run, own) - p.residuals(behind, run, own)) / (2.0 * h)
+    for j in range(own.size):
+        columns[:, :, len(numbers) + j] = _by_own(p, run, theta, own, j)
+    columns[:, :, -1] = error
+    known = np.where(np.isfinite(columns), columns, 0.0)
+    known[~np.isfinite(error)] = 0.0
+    by_channel = known.transpose(1, 2, 0)
+    gram = by_channel @ by_channel.transpose(0, 2, 1)
+    return Expansion(gram, np.isfinite(error).sum(axis=0), own, p.own_sd**-2.0)
+
+
+def _by_own(p: Problem, run: Run, theta: np.ndarray, own: np.ndarray, j: int) -> np.ndarray:
+    """Central difference (N, C) of the errors by one own effect."""
+    h = 10.0 * DIFFERENCE * p.own_sd[j]
+    step = h * (np.arange(own.size) == j)
+    return (p.residuals(theta, run, own + step) - p.residuals(theta, run, own - step)) / (2.0 * h)
