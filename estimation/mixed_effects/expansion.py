@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .problem import Problem, Run, Squares
+from .problem import Problem, Squares
 
 if TYPE_CHECKING:
     from .fit import Number
@@ -67,27 +67,20 @@ class Expansion:
 
 
 def expansion_of(p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> Expansion:
-    """The expansion of one record about common numbers theta (m,) and own effects (k,), by central differences."""
+    """The expansion of one record about common numbers theta (m,) and own effects (k,), by differences."""
     run = p.runs[i]
     error = p.residuals(theta, run, own)
     columns = np.empty((*error.shape, len(numbers) + own.size + 1))
     for j, n in enumerate(numbers):
-        h, ahead, behind = DIFFERENCE * n.sd, theta.copy(), theta.copy()
-        ahead[n.place] += h
-        behind[n.place] -= h
-        columns[:, :, j] = (p.residuals(ahead, run, own) - p.residuals(behind, run, own)) / (2.0 * h)
-    for j in range(own.size):
-        columns[:, :, len(numbers) + j] = _by_own(p, run, theta, own, j)
+        h, moved = DIFFERENCE * n.sd, theta.copy()
+        moved[n.place] += h
+        columns[:, :, j] = (p.residuals(moved, run, own) - error) / h
+    for j, h in enumerate((10.0 * DIFFERENCE * p.own_sd).tolist()):
+        step = h * (np.arange(own.size) == j)
+        columns[:, :, len(numbers) + j] = (p.residuals(theta, run, own + step) - error) / h
     columns[:, :, -1] = error
     known = np.where(np.isfinite(columns), columns, 0.0)
     known[~np.isfinite(error)] = 0.0
     by_channel = known.transpose(1, 2, 0)
     gram = by_channel @ by_channel.transpose(0, 2, 1)
     return Expansion(gram, np.isfinite(error).sum(axis=0), own, p.own_sd**-2.0)
-
-
-def _by_own(p: Problem, run: Run, theta: np.ndarray, own: np.ndarray, j: int) -> np.ndarray:
-    """Central difference (N, C) of the errors by one own effect."""
-    h = 10.0 * DIFFERENCE * p.own_sd[j]
-    step = h * (np.arange(own.size) == j)
-    return (p.residuals(theta, run, own + step) - p.residuals(theta, run, own - step)) / (2.0 * h)

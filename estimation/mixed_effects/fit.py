@@ -46,7 +46,7 @@ class Fitted:
     """A fit: theta with its free numbers, the records' own effects (R, k), error sizes (C,), criterion.
 
     normal, slope : normal equations (p, p), (p,) of the free numbers with all own effects eliminated, priors included;
-    parts : each record's share of them.
+    blocks : each record's share of them, and how its own effects follow (`Expansion.block`).
     """
 
     problem: Problem
@@ -57,7 +57,7 @@ class Fitted:
     criterion: float
     normal: np.ndarray
     slope: np.ndarray
-    parts: tuple[tuple[np.ndarray, np.ndarray], ...]
+    blocks: tuple[Block, ...]
 
     @property
     def values(self) -> np.ndarray:
@@ -94,8 +94,7 @@ def fit(
         if gained < ENOUGH:
             break
     normal, slope, blocks = normal_equations(p, numbers, here.theta, here.own, here.sd)
-    parts = tuple((a, g) for a, g, _ in blocks)
-    return Fitted(p, tuple(numbers), here.theta, here.own, here.sd, here.cost, normal, slope, parts)
+    return Fitted(p, tuple(numbers), here.theta, here.own, here.sd, here.cost, normal, slope, tuple(blocks))
 
 
 def _damped(normal: np.ndarray, slope: np.ndarray, damping: float) -> tuple[np.ndarray, float]:

@@ -9,13 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..likelihood.minimiser import Damping, try_steps
 from ..threads import in_threads
-from .expansion import Expansion, expansion_of
+from .expansion import Expansion
 from .fit import LONGEST, Fitted, Number, equations, moved
 from .problem import Problem, Squares, pooled, squares
 
-RULE = Damping(growth=8.0, least=0.8, trials=4)
 SIZES = 4
 """Times that the error sizes are worked out anew for a predicted fit."""
 
@@ -31,38 +29,6 @@ class LeftOut:
     penalty: float
 
 
-class _Own(NamedTuple):
-    """One record's own effects (k,) and the cost of its run."""
-
-    values: np.ndarray
-    cost: float
-
-
-def own_effects(p: Problem, i: int, theta: np.ndarray, sd: np.ndarray, own: np.ndarray, most: int = 2) -> np.ndarray:
-    """The own effects (k,) of one record at given common numbers."""
-    at = partial(_own_at, p, i, theta, sd)
-    here, damping = at(own, np.zeros(own.size)), 1e-3
-    for _ in range(most):
-        follow = expansion_of(p, i, (), theta, here.values).block(p.weight[i], sd)[2]
-        trial = try_steps(partial(_shorter, follow[:, -1]), partial(at, here.values), here.cost, damping, 0.0, RULE)
-        if not trial.better:
-            break
-        here, damping = trial.point, trial.damping / 5.0
-    return here.values
-
-
-def _shorter(step: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
-    return step / (1.0 + damping), np.inf
-
-
-def _own_at(p: Problem, i: int, theta: np.ndarray, sd: np.ndarray, own: np.ndarray, step: np.ndarray) -> _Own:
-    there = own + step
-    part = squares(p, theta, p.runs[i], there)
-    mean = part.total / np.maximum(part.count, 1)
-    cost = 0.5 * p.weight[i] * np.sum(mean / sd**2) + 0.5 * np.sum((there / p.own_sd) ** 2)
-    return _Own(there, float(cost))
-
-
 def leave_one_out(found: Fitted) -> tuple[LeftOut, ...]:
     """Each record predicted by a fit to the others: its normal equations subtracted and one step taken."""
     p = found.problem
@@ -70,12 +36,13 @@ def leave_one_out(found: Fitted) -> tuple[LeftOut, ...]:
 
 
 def _left_out(found: Fitted, i: int) -> LeftOut:
-    p, theta = found.problem, found.theta.copy()
+    p, (matrix, slope, follow) = found.problem, found.blocks[i]
+    theta, step = found.theta, np.zeros(len(found.numbers))
     if found.numbers:
-        matrix, slope = found.parts[i]
-        step = np.linalg.solve(found.normal - matrix, found.slope - slope)
-        theta = moved(theta, found.numbers, _bounded(step, np.array([n.sd for n in found.numbers])))
-    own = own_effects(p, i, theta, found.sd, found.own[i])
+        prior_sd = np.array([n.sd for n in found.numbers])
+        step = _bounded(np.linalg.solve(found.normal - matrix, found.slope - slope), prior_sd)
+        theta = moved(theta, found.numbers, step)
+    own = found.own[i] + follow[:, -1] - follow[:, :-1] @ step
     penalty = 0.5 * float(np.sum((own / p.own_sd) ** 2))
     adapted, free = squares(p, theta, p.runs[i], own), squares(p, theta, p.runs[i])
     return LeftOut(theta[[n.place for n in found.numbers]], adapted, free, penalty)
