@@ -34,6 +34,9 @@ CANONICAL: dict[str, str] = {
     "current_direction_rad": "rad",
 }
 RUDDERS = ("rudder_rad", "rudder_command_rad")
+SURROUNDINGS = ("wind_speed_m_s", "wind_direction_rad", "current_speed_m_s", "current_direction_rad")
+INPUTS = (*RUDDERS, "propeller_rps", *SURROUNDINGS)
+"""Columns of what acts on the craft."""
 
 # unit -> {suffix of an accepted name: factor}, the canonical suffix first
 UNITS: dict[str, dict[str, float]] = {

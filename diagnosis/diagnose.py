@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..datasets.instruments import corrected
 from ..estimation.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput
 from ..models.memory import require_memory
@@ -15,10 +14,9 @@ from . import verdict
 from .by_residuals import concluded, selected
 from .discrepancy.diagnosed import behind_sensors, of_uncertain_base
 from .imperfect_base import by_free_runs, refused_by_free_runs
-from .kinematics import gross_errors, tracks
 from .kinematics.stage import sensors_of
 from .options import Options
-from .prepared import Prepared
+from .prepared import Prepared, corrected_records
 from .result import Diagnosis
 from .starting import thinned
 
@@ -149,31 +147,6 @@ def _require_room(model: Model, given: Prepared) -> None:
     if samples > most:
         hint = f"cut out the manoeuvres, or take a longer step: at most {most} samples of this model"
         raise BadInput(f"{what} are too many for one diagnosis", hint=hint)
-
-
-def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
-    """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
-    corrected."""
-    records, faults = gross_errors.corrected_for(prepared([*train, *held_out], model, options), model)
-    found = tracks.Tracks()
-    if not {"v", "x", "y"} <= set(model.states):
-        found = tracks.compare(records[: len(train)], options.alpha, options.causes())
-        records = [corrected(r, dict(found.instruments)) for r in records]
-    return Prepared(records[: len(train)], records[len(train) :], faults, found)
-
-
-def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
-    """Records in the model's rudder sign, behind its instruments, with the chosen channels only."""
-    from ..datasets.columns import RUDDERS
-
-    out = []
-    for record in records:
-        turned = corrected(record.turned(model.positive_rudder), model.instruments)
-        if options.channels is not None:
-            kept = {*options.channels, *RUDDERS, "propeller_rps"}
-            turned = replace(turned, channels={k: v for k, v in turned.channels.items() if k in kept})
-        out.append(turned)
-    return out
 
 
 def identified(model: Model, records: Sequence[Record]) -> Model:

@@ -11,13 +11,12 @@ import numpy as np
 from ..checks.result import Size
 from ..checks.statistics.tails import student_tail
 from ..estimation.fit import arithmetic_guard
-from ..models.coefficient_groups import stated_groups
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extend import extended
 from ..models.families.extensions import extension_of
 from ..models.instruments import combined
 from . import verdict
-from .calibration.calibrate import calibrate_on
+from .calibration.calibrate import calibrate_on, causes_of
 from .causes.base_coefficients import BaseCoefficients
 from .causes.registry import bank
 from .gain.free_runs import gains_of_traces
@@ -45,7 +44,7 @@ def by_free_runs(
     subsets : the best small sets of numbers by the likelihood.
     identified : the model's numbers come from these records.
     """
-    first = [group for group, c in _causes_of(found.model).items() if c in {f.cause for f in found.causes}]
+    first = [group for group, c in causes_of(found.model).items() if c in {f.cause for f in found.causes}]
     try:
         with arithmetic_guard():
             base = calibrate_on(found.model, given, felt, identified, found.threads, first, subsets)
@@ -100,24 +99,17 @@ def _worse(base: Calibration) -> bool:
 def _findings(base: Calibration) -> list[Finding]:
     """One finding for each group that is a cause of the bank, one for all others."""
     clear = {m.group for m in base.moved if m.low > 0.0 or m.high < 0.0}
-    causes = {group: cause for group, cause in _causes_of(base.model).items() if group in clear}
+    causes = {group: cause for group, cause in causes_of(base.model).items() if group in clear}
     groups = list(dict.fromkeys(step.group for step in base.steps))
     own = [_finding(base, causes[group], {group}) for group in groups if group in causes]
     rest = set(groups) - set(causes)
     return [*([_finding(base, BaseCoefficients.id, rest)] if rest else []), *own]
 
 
-def _causes_of(model: Model) -> dict[str, str]:
-    """The cause of every group whose extension of the model is a cause's."""
-    by_extension = {cause.extension: cause.id for cause in bank() if cause.extension is not None}
-    groups = stated_groups(model)
-    return {g.id: by_extension[g.extension] for g in groups if g.extension in by_extension}
-
-
 def refused_by_free_runs(found: Diagnosis) -> frozenset[str]:
     """Causes that free runs of left-out records could have named, and did not, or had too few records for."""
     named = {f.cause for f in _findings(found.calibration)} if found.calibration is not None else set()
-    return frozenset(_causes_of(found.model).values()) - named
+    return frozenset(causes_of(found.model).values()) - named
 
 
 def _finding(base: Calibration, cause: str, groups: set[str]) -> Finding:

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from ..datasets.columns import INPUTS
+from ..datasets.instruments import corrected
+from .kinematics import gross_errors, tracks
 
 if TYPE_CHECKING:
     from ..checks.columns._base import ColumnFault
     from ..datasets.record import Record
+    from ..models.model import Model
     from .causes.base import Cause
     from .kinematics.tracks import Tracks
+    from .options import Options
 
 
 @dataclass(frozen=True)
@@ -30,3 +37,26 @@ class Prepared:
         """What was corrected, as instruments of a model."""
         faults = {name: value for fault in self.faults for name, value in fault.instruments.items()}
         return faults | dict(self.tracks.instruments)
+
+
+def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
+    """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
+    corrected."""
+    records, faults = gross_errors.corrected_for(prepared([*train, *held_out], model, options), model)
+    found = tracks.Tracks()
+    if not {"v", "x", "y"} <= set(model.states):
+        found = tracks.compare(records[: len(train)], options.alpha, options.causes())
+        records = [corrected(r, dict(found.instruments)) for r in records]
+    return Prepared(records[: len(train)], records[len(train) :], faults, found)
+
+
+def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
+    """Records in the model's rudder sign, behind its instruments, with the chosen channels and the inputs only."""
+    out = []
+    for record in records:
+        turned = corrected(record.turned(model.positive_rudder), model.instruments)
+        if options.channels is not None:
+            kept = {*options.channels, *INPUTS}
+            turned = replace(turned, channels={k: v for k, v in turned.channels.items() if k in kept})
+        out.append(turned)
+    return out

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...checks.statistics.tails import chi2_tail
 from ..causes.registry import testable
-from ..diagnose import prepared
+from ..prepared import prepared
 from ..registry import Diagnoser
 from ..searches.change_point import ByChangePoint, longest
 from .conclusion import Chosen, conclude

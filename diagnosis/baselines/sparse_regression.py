@@ -10,7 +10,7 @@ import numpy as np
 
 from ...datasets.geometry import body_velocities
 from ..causes.registry import testable
-from ..diagnose import prepared
+from ..prepared import prepared
 from ..registry import Diagnoser
 from .conclusion import Chosen, conclude
 from .output_error import FreeRuns

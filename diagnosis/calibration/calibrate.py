@@ -11,19 +11,21 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.result import NORMAL_90
-from ...datasets.instruments import hull_record
 from ...estimation.fit import arithmetic_guard, blas_limited
 from ...estimation.gaps import unbroken
 from ...estimation.mixed_effects.left_out import jackknife
 from ...estimation.mixed_effects.problem import THRUST, Problem, pooled, problem, squares
-from ...models.coefficient_groups import every_own_number, groups_of, grown
+from ...models.coefficient_groups import every_own_number, groups_of, grown, stated_groups
 from ...models.errors import BadInput, CannotFit
 from ...models.linear_algebra import finite
 from ...models.model import CHANNELS
 from ...models.time_scale import time_scale_s
+from ..causes.registry import bank
 from ..causes.rudder_offset import RudderOffset
+from ..discrepancy.diagnosed import of_uncertain_base
 from ..gain.guard import WORSE
-from ..options import THREADS
+from ..options import THREADS, Options
+from ..prepared import corrected_records
 from .advice import next_runs
 from .forward import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from .remaining import remaining
@@ -68,8 +70,19 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
         raise BadInput("no training record", hint="give at least one")
     if not model.known:
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
-    inside, outside = ([hull_record(record, model) for record in records] for records in (train, held_out))
-    return calibrate_on(model, Records(inside, outside))
+    options = Options().checked(model)
+    beside = of_uncertain_base(model, corrected_records(model, train, held_out, options), options)
+    found = () if beside.found is None else [f.cause for f in beside.found.causes]
+    first = [group for group, cause in causes_of(model).items() if cause in found]
+    return calibrate_on(
+        model, beside.cleaned, beside.felt, threads=options.threads, first=first, subsets=beside.subsets
+    )
+
+
+def causes_of(model: Model) -> dict[str, str]:
+    """The cause of every group whose extension of the model is a cause's."""
+    by_extension = {cause.extension: cause.id for cause in bank() if cause.extension is not None}
+    return {g.id: by_extension[g.extension] for g in stated_groups(model) if g.extension in by_extension}
 
 
 class Records(NamedTuple):

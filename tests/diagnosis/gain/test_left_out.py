@@ -9,10 +9,10 @@ from helmbench.diagnosis.by_residuals import selected
 from helmbench.diagnosis.causes.clock_jitter import LARGEST_SHARE, largest
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import terms_for
-from helmbench.diagnosis.diagnose import corrected_records
 from helmbench.diagnosis.gain.left_out import best_ratio, left_out_errors, motions, worst_ratio
 from helmbench.diagnosis.gain.measured import base_setting, predicting
 from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.prepared import corrected_records
 from helmbench.diagnosis.starting import starting_state
 from helmbench.diagnosis.state import Candidate
 from helmbench.estimation.filters.innovations.estimator import estimator
