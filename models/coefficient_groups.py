@@ -41,6 +41,8 @@ class Group:
     low : name -> smallest value that means anything, for those that have one.
     unit : name -> size of which the number is for most ships, in its unit, where the family states it.
     of : id of the group that this is a part of, else its own.
+    slips : name -> prior standard deviation of numbers that are known well, and are wrong alone or not at all: those of
+    drawings and tables.
     """
 
     id: str
@@ -51,26 +53,33 @@ class Group:
     low: dict[str, float] = field(default_factory=dict)
     unit: dict[str, float] = field(default_factory=dict)
     of: str = ""
+    slips: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)
 
+    @property
+    def every(self) -> dict[str, float]:
+        """Name -> prior standard deviation of all its numbers."""
+        return {**self.sd, **self.slips}
+
 
 def parts_of(group: Group) -> tuple[Group, ...]:
     """Every number of a group as a group of its own, which may be wrong by GROSS times as much."""
-    if len(group.sd) < 2:
+    if len(group.every) < 2 and group.sd:
         return ()
     return tuple(
         Group(
             f"{group.id}.{name}",
             group.title,
-            group.extension,
+            group.extension if name in group.sd else None,
             {name: GROSS * sd},
             {key: value for key, value in group.mean.items() if key == name},
             {key: value for key, value in group.low.items() if key == name},
             of=group.id,
         )
-        for name, sd in group.sd.items()
+        for name, sd in group.every.items()
+        if name in group.slips or len(group.sd) > 1
     )
 
 
@@ -83,14 +92,16 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     """
     values = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
     found = []
-    for name, (title, extension, numbers) in _stated(model.family.partition("+")[0]).items():
+    for name, (title, extension, numbers, slips) in _stated(model.family.partition("+")[0]).items():
         known = values
         if extension is not None and extension not in model.family.split("+"):
             if not kernel_store.carries(model.family, extension):
                 continue
-            known = values | dict.fromkeys(extension_of(extension).units, 0.0)
+            known = dict.fromkeys(extension_of(extension).units, 0.0)
         group = _group(name, title, extension, _matched(numbers, known), model)
-        if group.sd:
+        well_known = _group(name, title, None, _matched(slips, values), model).sd
+        group = replace(group, slips=well_known)
+        if group.every:
             found.append(group)
     return tuple(found)
 
@@ -158,14 +169,14 @@ def _group(
 
 
 @lru_cache(maxsize=16)
-def _stated(family: str) -> dict[str, tuple[str, str | None, dict[str, Stated]]]:
+def _stated(family: str) -> dict[str, tuple[str, str | None, dict[str, Stated], dict[str, Stated]]]:
     from .yaml_file import read_yaml
 
     for path in sorted(FOLDER.glob("*.yaml")):
         content = read_yaml(path, "a file of coefficient groups")
         if family in content["families"]:
             return {
-                name: (entry["title"], entry.get("extension"), entry["numbers"])
+                name: (entry["title"], entry.get("extension"), entry.get("numbers", {}), entry.get("slips", {}))
                 for name, entry in content["groups"].items()
             }
     hint = f"a file in models/families/coefficient_groups; there are {', '.join(p.stem for p in FOLDER.glob('*.yaml'))}"

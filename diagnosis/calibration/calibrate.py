@@ -241,7 +241,7 @@ def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
         return ()
     spread = np.sqrt(np.diag(np.linalg.pinv(finite(fitted.normal))))
     spread = np.maximum(spread, jackknife(np.array([x.values for x in final.left_out])))
-    owner = {name: group.id for group in groups for name in group.sd}
+    owner = {name: group.id for group in groups for name in group.every}
     out = []
     for n, value, sd in zip(fitted.numbers, fitted.values.tolist(), spread.tolist(), strict=True):
         percent = 100.0 * (value / n.mean - 1.0) if n.mean else None

@@ -120,7 +120,7 @@ def select(
     free : a group whose numbers are fitted along with every other; it counts as a step where it would enter alone.
     With it nothing has entered unless the last fit predicts better than the base does.
     """
-    groups = [*groups, *(part for group in groups for part in parts_of(group))]
+    groups = [*(group for group in groups if group.sd), *(part for group in groups for part in parts_of(group))]
     base = now = attempt(problem, (), None, LONG)
     if not _needed(problem, base):
         return Selection(base, (), base)
@@ -187,7 +187,7 @@ def _proposed(
     subset, found = next(t for t in trials if t[1] is best or not _better(problem, t[1], best))
     if not _enters(problem, score_difference(problem, start.left_out, found.left_out)):
         return None
-    owner = {name: g for g in groups if g.of == g.id for name in g.sd}
+    owner = {name: g for g in groups for name in g.sd}
     ties: dict[str, tuple[Group, ...]] = {}
     for name, rivals in subset.rivals.items():
         others = {owner[r].of: owner[r] for r in rivals if r in owner and owner[r].of != owner[name].of}

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.base import Check
-from ...checks.result import NORMAL_90, Size
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.refit import refit
-from ...models.coefficient_groups import stated_groups
 from ...models.errors import FitFailed
 from ...models.instruments import combined
 from .. import verdict
@@ -34,7 +32,7 @@ from .fit import Base, Fitted
 from .quadratic import MOST, mode
 from .search import Accepted, Found, search
 from .shares import Shares, shares, simulating_variances
-from .subsets import Subset, best_subsets
+from .subsets import Subset, best_subsets, number_of
 from .terms import NUMBERS, terms_of
 from .told import STAGE, Sized, finding, sized
 
@@ -58,8 +56,8 @@ BOUND = 0.98
 """Share of the largest variance of the model's numbers from which they are further off than their priors hold: no cause
 can be told beside them, and free runs have to say more."""
 NAMED, PARTLY = 0.8, 0.2
-SHOWN, MOVED = 8, 2.0
-"""Numbers that are told at most, and posterior standard deviations from which they count as moved."""
+MOVED = 2.0
+"""Posterior standard deviations from which a number counts as moved."""
 GAINS = ("b", "b1")
 """Turning gains of response models: a rudder of another effectiveness is nothing else."""
 SELECTED = ("rudder_offset",)
@@ -262,7 +260,10 @@ def _findings(done: Conclusion, rng: np.random.Generator) -> list[Finding]:
 
 
 def _of_numbers(done: Conclusion) -> Finding | None:
-    """The base model's own numbers, with those that moved most; None where they take nothing off free runs."""
+    """That the base model's own numbers are wrong; None where they take nothing off free runs.
+
+    Which ones is not told: what a ridge moves is correlated with what is wrong, and no more (see `subsets`).
+    """
     ways = (done.shares.beside,) if done.named else (done.shares.numbers, done.shares.beside)
     part = max(ways, key=lambda share: share.low)
     if not part.low > 0.0:
@@ -270,30 +271,20 @@ def _of_numbers(done: Conclusion) -> Finding | None:
     final, est = done.found.final, done.found.final.base.est
     values, spread = _numbers_at(final)
     z = values / np.maximum(spread, 1e-300)
-    moved = [int(j) for j in np.argsort(-np.abs(z)) if abs(z[j]) > MOVED][:SHOWN]
-    sizes = []
-    for j in moved:
-        p = final.base.terms.parameters[j]
-        (entry, sd), name = p.slots[0], p.name.partition(" ")[2]
-        middle, half = est.base[entry] + sd * values[j], NORMAL_90 * sd * spread[j]
-        sizes.append(Size(name, float(middle), float(middle - half), float(middle + half), "1"))
-    names = {size.parameter for size in sizes}
-    groups = [g.title for g in stated_groups(est.model) if set(g.sd) & names]
-    details = {"groups": groups} if groups else {}
     off = float(np.sqrt(np.mean((values**2 + spread**2)[final.base.terms.group == NUMBERS])))
     said = (
         f"the model's own numbers, off by {off:.2g} prior standard deviations or so, "
         f"take off {part.text} of the squared error of free runs of records that were left out"
     )
-    gain = not est.model.is_3dof and any(size.parameter in GAINS for size in sizes)
+    moved = {number_of(p) for p, own in zip(final.base.terms.parameters, z.tolist(), strict=True) if abs(own) > MOVED}
+    gain = not est.model.is_3dof and bool(moved & {*GAINS})
     return Finding(
         BaseCoefficients.id,
         (RudderEffectiveness.id,) if gain else (),
         STAGE,
         float(np.sum(z**2)),
         0.0,
-        tuple(sizes),
-        details=details,
+        (),
         evidence=said,
         separate_by=RudderEffectiveness.separate_by if gain else None,
     )

@@ -79,6 +79,11 @@ class _Profile:
         return sorted(((self.gain([*rest, j]), j) for j in others), reverse=True)
 
 
+def number_of(p: Parameter) -> str:
+    """The number that a term of the discrepancy stands for."""
+    return p.name.partition(" ")[2]
+
+
 def best_subsets(final: Fitted, kept: np.ndarray) -> tuple[Subset, ...]:
     """The best set of every size up to MOST.
 
@@ -127,8 +132,8 @@ def _profile(final: Fitted, kept: np.ndarray) -> _Profile:
     variant = (*final.variant, *more)
     q = expanded(final.base, final.setting, final.now, np.concatenate([final.x, np.zeros(len(more))]), variant)
     held = {name for group in stated_groups(final.base.est.model) for name in group.sd}
-    own = np.array([j for j in np.flatnonzero(terms.group == NUMBERS) if _name(terms.parameters[j]) in held], int)
-    names = tuple(map(_name, (*(terms.parameters[j] for j in own), *more)))
+    own = np.array([j for j in np.flatnonzero(terms.group == NUMBERS) if number_of(terms.parameters[j]) in held], int)
+    names = tuple(map(number_of, (*(terms.parameters[j] for j in own), *more)))
     numbers = np.concatenate([own, np.arange(final.x.size, final.x.size + len(more))]).astype(int)
     other = np.setdiff1d(np.flatnonzero(q.group >= 0), own)
     beside = np.concatenate([other, len(terms.parameters) + np.asarray(kept, int)]).astype(int)
@@ -144,14 +149,9 @@ def _profile(final: Fitted, kept: np.ndarray) -> _Profile:
     return _Profile(names, matrix + ridge, slope, inflation(q, at, places) if places.size else 1.0)
 
 
-def _name(p: Parameter) -> str:
-    """The number that a term of the discrepancy stands for."""
-    return p.name.partition(" ")[2]
-
-
 def _further(est: Estimator, final: Fitted) -> list[Parameter]:
     """Numbers of the family's groups that are no term of the discrepancy, since a cause stands for them."""
-    taken = set(map(_name, final.base.terms.parameters))
+    taken = set(map(number_of, final.base.terms.parameters))
     own = {*est.model.coordinates, *est.model.constant_names}
-    sizes = {name: sd for g in stated_groups(est.model) for name, sd in g.sd.items() if name in own - taken}
+    sizes = {name: sd for g in stated_groups(est.model) for name, sd in g.every.items() if name in own - taken}
     return [Parameter(f"number {name}", "1", ((est.index[name], sd),)) for name, sd in sizes.items()]
