@@ -15,7 +15,8 @@ def document(**changes) -> dict:
     noise = {"sensor_sd": {"heading_rad": 1e-3}, "force_sd": [0.0], "correlation_time_s": 15.0, "rudder_sd": None}
     made = {
         "schema": SCHEMA, "model": "mariner", "base_parameters": "file", "records": [], "alpha": 0.01, "seed": 0,
-        "threads": 2, "verdict": "adequate", "reason": "nothing shows", "causes": [], "gain": {}, "bank": [],
+        "threads": 2, "verdict": "adequate", "reason": "nothing shows", "causes": [], "gain": {}, "calibrated_gain": {},
+        "bank": [],
         "hypothesis": None, "noise": noise, "base_coefficients": None, "where": [], "next_manoeuvre": None,
         "doubts": [], "wall_s": 1.0, "cpu_s": 1.0,
     }  # fmt: skip
