@@ -12,7 +12,7 @@ from .worker import Worker
 
 READERS = (
     *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
-    *("journal", "manifest", "mapping", *RAW),
+    *("journal", "manifest", "strings", "api", "mapping", *RAW),
 )
 NEW_INPUTS = 40
 
