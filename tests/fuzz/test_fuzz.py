@@ -14,14 +14,18 @@ READERS = (
     *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
     *("journal", "manifest", "strings", "api", "mapping", *RAW),
 )
-NEW_INPUTS = 40
+NEW_INPUTS, NEW_LOGS = 40, 5
+"""Inputs of a reader, and of a raw log, which is drafted whole; `make fuzz` tries more."""
 
 
 @pytest.mark.parametrize("name", READERS)
 def test_what_failed_once_and_new_inputs_are_read_or_refused(name, tmp_path, seed):
     reader, rng = readers(tmp_path)[name], random.Random(seed)
     kept = [path.read_bytes() for path in sorted((CORPUS / name).glob("*"))]
-    new = [mutated(rng.choice(reader.seeds), rng.choice(reader.seeds), rng) for _ in range(NEW_INPUTS)]
+    new = [
+        mutated(rng.choice(reader.seeds), rng.choice(reader.seeds), rng)
+        for _ in range(NEW_LOGS if name in RAW else NEW_INPUTS)
+    ]
     worker = Worker(reader, tmp_path / "folder")
     try:
         assert [worker.outcome(valid).state for valid in reader.seeds] == ["accepted"] * len(reader.seeds)
