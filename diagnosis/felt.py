@@ -24,6 +24,8 @@ def felt(records: Sequence[Record], est: Estimator, s: Setting, kept: Sequence[s
     """Records with the errors of rudder and sensors removed that a setting says they have, and with its current and
     wind among what was measured.
 
+    Eq. 17 of docs/mathematics/default-route.md.
+
     est : holds the same records in the same order.  kept : entries of the vector that stay in the records.
     """
     rows = [s.vectors[est.rows(i)[0]] for i in range(len(records))]

@@ -235,7 +235,10 @@ def _calibrated(model: Model, whole: Model, final: Attempt) -> Model:
 
 
 def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
-    """Numbers with intervals of the larger of jackknife and model standard error."""
+    """Numbers with intervals of the larger of jackknife and model standard error.
+
+    Eq. 33 of docs/mathematics/default-route.md.
+    """
     fitted = final.fitted
     if not fitted.numbers:
         return ()
@@ -266,7 +269,7 @@ def _shares(p: Problem, given: Attempt, found: Selection) -> dict[str, Share]:
 
 
 def _verdict(p: Problem, given: Attempt, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
-    """The verdict, and the sentence that supports it."""
+    """The verdict, and the sentence that supports it (eq. 34 of docs/mathematics/default-route.md)."""
     base = pooled([x.adapted for x in given.left_out])
     matter = [c for c, motion in zip(p.state_places, p.motion, strict=True) if base[c] > ADEQUATE * motion]
     columns = _columns(p)

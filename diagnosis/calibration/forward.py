@@ -171,7 +171,10 @@ def _proposed(
     problem: Problem, start: Attempt, groups: Sequence[Group], subsets: Sequence[Subset]
 ) -> tuple[Attempt, Mapping[str, tuple[Group, ...]]] | None:
     """The fit of the set of numbers that the likelihood and free runs agree on, and the ties of its groups; None where
-    no set predicts left-out records better than the start does."""
+    no set predicts left-out records better than the start does.
+
+    Eq. 32 of docs/mathematics/default-route.md.
+    """
     alone = {name: g for g in groups if len(g.sd) == 1 for name in g.sd}
     enough = next((i for i, subset in enumerate(subsets) if subset.sufficient), None)
     tried = subsets[enough : enough + 1] if enough is not None else subsets
@@ -196,7 +199,10 @@ def _proposed(
 
 
 def _better(problem: Problem, old: Attempt, new: Attempt) -> bool:
-    """Whether left-out records are predicted better by more than one standard error; with fewer numbers, at all."""
+    """Whether left-out records are predicted better by more than one standard error; with fewer numbers, at all.
+
+    Eq. 32 of docs/mathematics/default-route.md.
+    """
     fall = score_difference(problem, old.left_out, new.left_out)
     fewer = len(new.fitted.numbers) < len(old.fitted.numbers)
     return fall.gain > (0.0 if fewer else max(fall.error, LEAST))
@@ -231,7 +237,10 @@ def _steps_of(
 
 
 def _needed(problem: Problem, now: Attempt) -> bool:
-    """Whether a state's free runs are further from the motion than ADEQUATE; the measurement noise is no error."""
+    """Whether a state's free runs are further from the motion than ADEQUATE; the measurement noise is no error.
+
+    Eq. 31 of docs/mathematics/default-route.md.
+    """
     square = pooled([x.free for x in now.left_out]) ** 2 - problem.noise_variance
     return bool(np.any(square[problem.state_places] > (ADEQUATE * problem.motion) ** 2))
 
@@ -326,6 +335,10 @@ def _per_number(group: Group, gain: float) -> float:
 
 
 def _enters(problem: Problem, fall: Fall) -> bool:
+    """Whether both scores fall by more than chance, and the score by enough to matter.
+
+    Eq. 30 of docs/mathematics/default-route.md.
+    """
     least = LEAST * len(problem.state_places)
     errors = max(2.0, student_quantile(0.95, max(len(problem.runs) - 1, 1)))
     return fall.gain > max(least, errors * fall.error) and fall.free_gain > errors * fall.free_error

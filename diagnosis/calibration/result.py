@@ -69,7 +69,10 @@ class Share:
     @property
     def explained(self) -> float:
         """Share of what the model can explain, which trim and noise are no part of, that numbers and causes take
-        off."""
+        off.
+
+        Eq. 34 of docs/mathematics/default-route.md.
+        """
         taken = self.coefficients + self.causes
         return taken / max(taken + self.remaining, EXPLAINABLE)
 

@@ -133,7 +133,10 @@ def behind_sensors(given: Prepared, sensors: Sensors) -> Prepared:
 
 
 def _exact(found: Found) -> bool:
-    """Whether the discrepancy gains nothing beside causes none of which is the hull's, or without any."""
+    """Whether the discrepancy gains nothing beside causes none of which is the hull's, or without any.
+
+    Eq. 13 of docs/mathematics/default-route.md.
+    """
     if any(of_hull(a.cause) for a in found.accepted):
         return False
     final = found.final
@@ -327,7 +330,10 @@ def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:
 
 
 def _explained(parts: Shares, without: Sequence[int]) -> float:
-    """Share of the explainable error that all but some of the causes, and the numbers, take off."""
+    """Share of the explainable error that all but some of the causes, and the numbers, take off.
+
+    Eq. 15 of docs/mathematics/default-route.md.
+    """
     return float(np.mean([channel.explained(without) for channel in parts.channels] or [0.0]))
 
 

@@ -28,6 +28,8 @@ class Entering(NamedTuple):
 def entering(final: Fitted, places: Sequence[np.ndarray], named: Sequence[int], numbers: bool) -> Entering:
     """The choice of least error among all subsets of the causes, with and without the model's own numbers.
 
+    Eq. 16 of docs/mathematics/default-route.md.
+
     places : of each cause's parameters among those of the fit.  named : causes that may enter.  numbers : whether the
     model's own numbers may.
     """

@@ -138,6 +138,8 @@ def fit(
 ) -> Fitted:
     """Noise, discrepancy and parameters of causes of largest marginal likelihood.
 
+    Eq. 9 of docs/mathematics/default-route.md.
+
     s : its noise is where the noise's fit starts.  start, terms : values of the causes' parameters and of the
     discrepancy's, zero unless given.
     """
@@ -204,7 +206,10 @@ def _stepped(
 
 
 def _evidence(q: Quadratic, x: np.ndarray, variances: np.ndarray, log_likelihood: float) -> float:
-    """Marginal log likelihood at values that were reached: Laplace's formula with the curvature of q."""
+    """Marginal log likelihood at values that were reached: Laplace's formula with the curvature of q.
+
+    Eq. 9 of docs/mathematics/default-route.md.
+    """
     held = np.flatnonzero(q.group >= 0)
     root = np.sqrt(variances[q.group[held]])
     matrix = np.eye(held.size) + np.outer(root, root) * q.total[0][np.ix_(held, held)]

@@ -60,6 +60,8 @@ def quadratic(
 ) -> Quadratic:  # fmt: skip
     """The quadratic at parameters x (m,) where the innovations are e (N, 6) and their derivatives columns (m, N*6).
 
+    Eq. 5 of docs/mathematics/default-route.md.
+
     blocks : (record, first sample, end) of each.
     """
     residual, gram, slope = np.clip(e, -CLIP, CLIP).ravel(), [], []
@@ -79,6 +81,8 @@ def mode(
     q: Quadratic, variances: np.ndarray, free: Sequence[int] | np.ndarray, blocks: np.ndarray | None = None
 ) -> Mode:
     """Estimates at variances of the groups with parameters `free` unrestricted; all others without prior are zero.
+
+    Eqs. 6, 7 of docs/mathematics/default-route.md.
 
     blocks : (B,) which count, all unless given.
     """
@@ -102,7 +106,10 @@ def mode(
 def scales(
     q: Quadratic, free: Sequence[int] | np.ndarray, starts: Sequence[np.ndarray], most: int = 40
 ) -> tuple[np.ndarray, float]:
-    """Variances of the groups of largest marginal likelihood (MacKay's fixed point), and that likelihood."""
+    """Variances of the groups of largest marginal likelihood (MacKay's fixed point), and that likelihood.
+
+    Eq. 8 of docs/mathematics/default-route.md.
+    """
     best: tuple[np.ndarray, float] | None = None
     for start in starts:
         variances = start.copy()
@@ -120,6 +127,7 @@ def scales(
 
 
 def _updated(q: Quadratic, at: Mode, variances: np.ndarray) -> np.ndarray:
+    """One step of MacKay's fixed point (eq. 8 of docs/mathematics/default-route.md)."""
     new, group = variances.copy(), q.group[at.active]
     spread = np.diag(at.covariance)
     for k in range(variances.size):
@@ -132,19 +140,28 @@ def _updated(q: Quadratic, at: Mode, variances: np.ndarray) -> np.ndarray:
 
 
 def influence(q: Quadratic, at: Mode, places: np.ndarray) -> np.ndarray:
-    """(B, k) what each block moves the estimates at `places` (positions among the active ones) by."""
+    """(B, k) what each block moves the estimates at `places` (positions among the active ones) by.
+
+    Eq. 11 of docs/mathematics/default-route.md.
+    """
     left = q.slope[:, at.active] - q.gram[:, at.active][:, :, at.active] @ at.x[at.active]
     return left @ at.covariance[:, places]
 
 
 def robust_covariance(q: Quadratic, at: Mode, places: np.ndarray) -> np.ndarray:
-    """Sandwich covariance (k, k) of the estimates at `places` from the blocks' scores."""
+    """Sandwich covariance (k, k) of the estimates at `places` from the blocks' scores.
+
+    Eq. 11 of docs/mathematics/default-route.md.
+    """
     own = influence(q, at, places)
     return own.T @ own * len(own) / (len(own) - 1)
 
 
 def inflation(q: Quadratic, at: Mode, places: np.ndarray) -> float:
-    """How much more the estimates scatter between blocks than the likelihood says, at least one."""
+    """How much more the estimates scatter between blocks than the likelihood says, at least one.
+
+    Eq. 11 of docs/mathematics/default-route.md.
+    """
     model = at.covariance[np.ix_(places, places)]
     ratio = np.linalg.lstsq(finite(model), finite(robust_covariance(q, at, places)), rcond=None)[0]
     return float(max(1.0, np.trace(ratio) / places.size))

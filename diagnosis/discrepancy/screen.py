@@ -81,6 +81,10 @@ def _lead(
     q: Quadratic, cause: Cause, variant: Variant, at: np.ndarray, ours: np.ndarray, variances: np.ndarray,
     evidence: float, tests: int,
 ) -> Lead:  # fmt: skip
+    """A variant by its screen, with the scales of the discrepancy estimated anew.
+
+    Eq. 10 of docs/mathematics/default-route.md.
+    """
     free = np.concatenate([ours, at])
     own, found = scales(q, free, (variances,), QUICK)
     there = mode(q, own, free)

@@ -75,6 +75,8 @@ def search(
 ) -> Found:
     """Accept causes one after the other while they pass the level.
 
+    Eq. 12 of docs/mathematics/default-route.md.
+
     state : the base model with its bank, for searches that scan.
     """
     of_its_own = replace(base, est=replace(base.est))  # whose latest runs are its own
@@ -228,6 +230,7 @@ def _start(base: Base, lead: Lead) -> np.ndarray:
 def _accepted(
     now: Fitted, lead: Lead, variant: Variant, fitted: Fitted, tests: float, time_s: float | None = None
 ) -> Accepted:
+    """A refitted cause with its statistic and log p-value (eq. 10 of docs/mathematics/default-route.md)."""
     statistic = 2.0 * (fitted.evidence - now.evidence)
     if not lead.cause.plausible(fitted.base.est, variant, fitted.sizes[len(now.variant) :]):
         statistic = 0.0

@@ -51,7 +51,10 @@ class OfChannel(NamedTuple):
     noise: float
 
     def explained(self, without: Sequence[int]) -> float:
-        """Share of what can be explained that is, without some of the causes."""
+        """Share of what can be explained that is, without some of the causes.
+
+        Eq. 15 of docs/mathematics/default-route.md.
+        """
         taken = self.both - sum(max(self.drops[j], 0.0) for j in without)
         return max(taken, 0.0) / max(1.0 - self.noise, 0.05)
 
@@ -82,7 +85,10 @@ class _Errors:
 
 
 def shares(null: Fitted, final: Fitted, causes: Sequence[np.ndarray], rng: np.random.Generator) -> Shares:
-    """Shares of the causes, whose parameters stand at `causes` among those of the fit."""
+    """Shares of the causes, whose parameters stand at `causes` among those of the fit.
+
+    Eq. 14 of docs/mathematics/default-route.md.
+    """
     base, q, hull = final.base, final.expansion, null.expansion
     sd = final.setting.noise.sensor_sd
     ways: dict[str, list[np.ndarray]] = {}

@@ -59,7 +59,7 @@ class _Profile:
     inflation: float
 
     def gain(self, chosen: Sequence[int]) -> float:
-        """Rise of the log likelihood by numbers of these places."""
+        """Rise of the log likelihood by numbers of these places (eq. 19 of docs/mathematics/default-route.md)."""
         if not len(chosen):
             return 0.0
         pick = np.asarray(chosen)
@@ -86,6 +86,8 @@ def number_of(p: Parameter) -> str:
 
 def best_subsets(final: Fitted, kept: np.ndarray) -> tuple[Subset, ...]:
     """The best set of every size up to MOST.
+
+    Eq. 20 of docs/mathematics/default-route.md.
 
     kept : places, among the causes' parameters of the fit, of causes that are none of the hull's; others count as
     numbers of the hull described in another way, and are left out.
@@ -122,12 +124,16 @@ def _exchanged(profile: _Profile, chosen: list[int]) -> list[int]:
 
 
 def _rivals(profile: _Profile, chosen: Sequence[int], i: int) -> tuple[str, ...]:
+    """Numbers that would do as well in the place of the i-th (eq. 21 of docs/mathematics/default-route.md)."""
     least = profile.gain(chosen) - ALIKE * profile.inflation
     return tuple(profile.names[j] for gain, j in profile.without(chosen, i) if gain > least and j != chosen[i])
 
 
 def _profile(final: Fitted, kept: np.ndarray) -> _Profile:
-    """All numbers that a group of the family holds or a term of the discrepancy stands for."""
+    """All numbers that a group of the family holds or a term of the discrepancy stands for.
+
+    Eq. 18 of docs/mathematics/default-route.md.
+    """
     terms, more = final.base.terms, _further(final.base.est, final)
     variant = (*final.variant, *more)
     q = expanded(final.base, final.setting, final.now, np.concatenate([final.x, np.zeros(len(more))]), variant)

@@ -61,7 +61,10 @@ class Terms:
 
 
 def terms_of(est: Estimator, now: Innovations) -> Terms:
-    """The discrepancy of a model on records; forces are made from the filter's states at a run."""
+    """The discrepancy of a model on records; forces are made from the filter's states at a run.
+
+    Eqs. 3, 4 of docs/mathematics/default-route.md.
+    """
     numbers, side = list(_numbers(est)), list(_side(est, now))
     taken = {p.slots[0][0] for p in (*numbers, *side) if p.slots}
     forces = [(axis, p) for axis, p in _forces(est, now) if not p.slots or p.slots[0][0] not in taken]

@@ -45,6 +45,8 @@ class Expansion:
     def block(self, weight: float, sd: np.ndarray) -> Block:
         """Normal equations with the own effects eliminated.
 
+        Eq. 24 of docs/mathematics/default-route.md.
+
         weight : independent values that the record amounts to.  sd (C,) : error sizes.
         """
         q = self.gram.shape[1] - self.own.size - 1
@@ -62,7 +64,10 @@ class Expansion:
         return Squares(np.maximum(np.einsum("i,cij,j->c", x, self.gram, x), 0.0), self.count)
 
     def adapted(self, step: np.ndarray, follow: np.ndarray) -> np.ndarray:
-        """Own effects (k,) that go with a step (q,) of the common numbers; follow : as `block` gives it."""
+        """Own effects (k,) that go with a step (q,) of the common numbers; follow : as `block` gives it.
+
+        Eq. 26 of docs/mathematics/default-route.md.
+        """
         return self.own + follow[:, -1] - follow[:, :-1] @ step
 
 

@@ -98,6 +98,7 @@ def fit(
 
 
 def _damped(normal: np.ndarray, slope: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
+    """A step, and the fall of the criterion that it predicts (eq. 25 of docs/mathematics/default-route.md)."""
     step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope)
     return step, 0.5 * float(slope @ step)
 
@@ -115,7 +116,7 @@ def _at(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarra
 
 
 def _criterion(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> tuple[float, np.ndarray]:
-    """The criterion and the error sizes (C,), floors included."""
+    """The criterion and the error sizes (C,), floors included (eq. 23 of docs/mathematics/default-route.md)."""
     errors = pooled(in_threads(p.threads, lambda i: squares(p, theta, p.runs[i], own[i]), range(len(p.runs))))
     sd = np.where(p.known, p.floor, np.sqrt(errors**2 + p.floor**2))
     misfit = np.where(p.known, 0.5 * (errors / p.floor) ** 2, np.log(sd))
@@ -141,7 +142,7 @@ def normal_equations(
 def equations(
     p: Problem, expansions: Sequence[Expansion], numbers: Sequence[Number], theta: np.ndarray, sd: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[Block]]:
-    """As `normal_equations`, from expansions that were made at theta."""
+    """As `normal_equations`, from expansions that were made at theta (eq. 25 of docs/mathematics/default-route.md)."""
     blocks = [e.block(weight, sd) for e, weight in zip(expansions, p.weight.tolist(), strict=True)]
     precision = np.array([n.sd**-2.0 for n in numbers])
     mean, values = np.array([n.mean for n in numbers]), theta[[n.place for n in numbers]] if numbers else np.zeros(0)

@@ -53,7 +53,10 @@ class Innovations(NamedTuple):
 
     @property
     def log_likelihood(self) -> float:
-        """Log likelihood short of a constant; DIVERGED where it is not finite."""
+        """Log likelihood short of a constant; DIVERGED where it is not finite.
+
+        Eq. 2 of docs/mathematics/default-route.md.
+        """
         with np.errstate(over="ignore", invalid="ignore"):
             value = -np.sum(self.log_s) - 0.5 * np.sum(self.e**2)
         return float(value) if np.isfinite(value) else DIVERGED

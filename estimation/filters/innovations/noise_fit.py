@@ -48,7 +48,10 @@ class Point(NamedTuple):
 
 
 def fit_noise(est: Estimator, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
-    """Noise of largest likelihood near a setting, by at most `most` steps of Fisher scoring."""
+    """Noise of largest likelihood near a setting, by at most `most` steps of Fisher scoring.
+
+    Eq. 1 of docs/mathematics/default-route.md.
+    """
     point = _stored(est, s)
     for _ in range(most):
         if point.now.diverged:
