@@ -23,6 +23,7 @@ class Check(ABC):
     id : public identifier, that of the file.  where : part of the chain, as `diagnosis.causes.base.WHERE`, or record.
     unit : of its sizes.  separate_by : what would tell it from its rivals.
     stage : where it is looked for, as a reason why a model's residuals are not asked for it.
+    named : whether a diagnosis names it as a cause of its bank, beside telling what was checked.
     """
 
     id: ClassVar[str]
@@ -30,6 +31,7 @@ class Check(ABC):
     unit: ClassVar[str] = "1"
     separate_by: ClassVar[str | None] = None
     stage: ClassVar[str] = "looked for in the records themselves, without a model"
+    named: ClassVar[bool] = False
 
     @property
     def physics(self) -> str:
@@ -50,7 +52,14 @@ class Check(ABC):
 
 
 class FileCheck(Check):
-    """Base class of faults that one record's file shows."""
+    """Base class of faults that one record's file shows.
+
+    rank : checks of lower rank are looked for first; the others see what they corrected.
+    ends : a fault of this kind that stands leaves the later checks nothing to compare.
+    """
+
+    rank: ClassVar[int] = 50
+    ends: ClassVar[bool] = False
 
     @abstractmethod
     def find(self, record: Record) -> list[Fault]:

@@ -2,34 +2,51 @@
 
 First the file of each record (stamps, frozen samples, jumps, units, signs, exchanged columns, copies, outliers), then
 sensors, on records with gross faults corrected: heading against yaw rate, then positions against velocities.  Nothing
-here knows a vessel, so no fault of a model can appear as one of a sensor.
+here knows a vessel, so no fault of a model can appear as one of a sensor.  Every check of the registry is run.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..datasets.record import RUDDERS
 from ..models.errors import BadInput, CannotFit
+from .base import FileCheck
 from .comparison.chains import Chain, heading_chain, sums, track_chain, why_not
 from .comparison.courses import deviation
 from .comparison.selection import Compared, compare
 from .fault import Fault, cleaned
 from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
-from .integrity.outlying import without_outliers
 from .registry import check_of, column_checks, file_checks
 from .result import CheckFinding, CheckResult
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
+    from .columns._base import ColumnCheck, ColumnFault
 
 HEADING = "heading_rad"
 UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)
 """What a computation on records that cannot carry it may raise."""
+SIDES = (
+    "a positive rudder is to turn the ship to {}, and it turns to the other side (z = {:.0f}): the sign is wrong, or "
+    "port and starboard (left and right thrust) are exchanged"
+)
+
+
+@dataclass
+class Examined:
+    """Records with gross faults corrected, findings, why something could not be looked for, for each record the columns
+    that cannot check each other, and the faults of whole columns as instruments of a model."""
+
+    records: list[Record]
+    findings: list[CheckFinding] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+    derived: dict[str, set[str]] = field(default_factory=dict)
+    faults: list[ColumnFault] = field(default_factory=list)
 
 
 def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> CheckResult:
@@ -38,20 +55,23 @@ def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> Chec
     given : findings that were made on reading the files.
     """
     records = distinct(records)
-    names = tuple(r.name for r in records)
-    file_findings, reasons, sound, tied = list(given), [], [], {}
     with np.errstate(all="ignore"):
-        for record in records:
-            found, why, corrected, derived = check_file(record)
-            file_findings += found
-            reasons += why
-            sound.append(corrected)
-            tied[record.name] = derived
-        turned, sound, why = check_rudder(sound)
-        file_findings += turned
-        reasons += why
-        sensor_findings, why = check_sensors(sound, tied)
-    return CheckResult(names, (*merged(file_findings), *sensor_findings), tuple([*reasons, *why]))
+        done = examine(records)
+        sensors, why = check_sensors(*_trusted(done), done.derived)
+    names = tuple(r.name for r in records)
+    return CheckResult(names, (*merged([*given, *done.findings]), *sensors), (*done.reasons, *why))
+
+
+def _trusted(done: Examined) -> tuple[list[Record], list[str]]:
+    """Records whose channels may be compared, and why others may not."""
+    doubtful = {
+        name: f.evidence
+        for f in done.findings
+        for name in f.records
+        if f.standing and check_of(f.cause).where != "rudder"
+    }
+    reasons = [f"sensors of {name} are not compared: {evidence}" for name, evidence in doubtful.items()]
+    return [r for r in done.records if r.name not in doubtful], reasons
 
 
 def distinct(records: Sequence[Record]) -> list[Record]:
@@ -65,97 +85,88 @@ def distinct(records: Sequence[Record]) -> list[Record]:
     return out
 
 
-def check_file(record: Record) -> tuple[list[CheckFinding], list[str], Record, set[str]]:
-    """Findings of one record's file, what could not be checked, the record corrected as far as possible, and the
-    columns that cannot check each other."""
-    found, reasons, record, derived = file_faults(record, ORDER)
-    for look in (_exchanged, _outlying):
-        try:
-            more, record = look(record)
-            found += more
-        except UNUSABLE as error:
-            reasons.append(f"exchanged columns and outliers of {record.name} cannot be looked for: {error}")
-    return found, reasons, record, derived
+def examine(records: Sequence[Record]) -> Examined:
+    """Files and columns of records: what is wrong with them, and the records corrected as far as possible.
+
+    The records have names that differ.
+    """
+    done = Examined([])
+    for record in records:
+        done.records.append(check_file(record, of_one_record(), done))
+    for entry in (c for c in column_checks() if c.joint):
+        _check_sides(entry, done)
+    return done
 
 
-def file_faults(record: Record, names: Iterable[str]) -> tuple[list[CheckFinding], list[str], Record, set[str]]:
-    """The same of the causes named alone, each on what the ones before have corrected."""
-    found: list[CheckFinding] = []
-    reasons: list[str] = []
-    derived: set[str] = set()
-    for name in names:
-        entry = file_checks()[name]
+def of_one_record() -> list[FileCheck | ColumnCheck]:
+    """Checks that look at each record by itself, in order of rank."""
+    return sorted((*file_checks(), *(c for c in column_checks() if not c.joint)), key=lambda c: (c.rank, c.id))
+
+
+def check_file(record: Record, entries: Sequence[FileCheck | ColumnCheck], done: Examined) -> Record:
+    """The record corrected for what the checks find in it alone, in order of rank: each on what the ones before have
+    corrected.  What they find, and why one cannot look, goes to `done`."""
+    for entry in entries:
         try:
-            faults = entry.find(record)
+            faults, record = _found(entry, record, done)
         except UNUSABLE as error:
-            reasons.append(f"{name} of {record.name} cannot be looked for: {error}")
+            done.reasons.append(f"{entry.id} of {record.name} cannot be looked for: {error}")
             continue
-        found += [of_fault(entry, fault, record) for fault in faults]
-        derived |= {c for f in faults if name == "derived_channel" and f.material for c in f.channels}
-        record = cleaned(record, faults)
-    return found, reasons, record, derived
+        done.findings += [of_fault(entry, fault, record) for fault in faults]
+        if entry.id == "derived_channel":
+            columns = {c for f in faults if f.material for c in f.channels}
+            done.derived.setdefault(record.name, set()).update(columns)
+        if isinstance(entry, FileCheck) and entry.ends and any(f.standing for f in faults):
+            break
+    return record
 
 
-SIDES = (
-    "a positive rudder is to turn the ship to {}, and it turns to the other side (z = {:.0f}): the sign is wrong, or "
-    "port and starboard (left and right thrust) are exchanged"
-)
-EXCHANGED = ("channel_swap", "earth_frame_velocity")
-ORDER = (
-    "constant_channel",
-    "time_stamps",
-    "frozen_samples",
-    "coarse_channel",
-    "wrong_unit",
-    "channel_sign",
-    "splice",
-    "derived_channel",
-    "rudder_from_sensor",
-)
-"""Order in which faults of a file are looked for: each on what the ones before have corrected."""
+def _found(entry: FileCheck | ColumnCheck, record: Record, done: Examined) -> tuple[list[Fault], Record]:
+    """Faults that a check finds in a record alone, and the record corrected for them."""
+    if isinstance(entry, FileCheck):
+        faults = entry.find(record)
+        return faults, cleaned(record, faults)
+    shown, (record,) = entry.find([record], 1.0)
+    done.faults += shown
+    return [_of_column(f, f.evidence) for f in shown], record
 
 
-def _exchanged(record: Record) -> tuple[list[CheckFinding], Record]:
-    """Exchanged columns, and velocities of the earth frame."""
-    found = []
-    for entry in (e for e in column_checks() if e.id in EXCHANGED):
-        faults, (record,) = entry.find([record], 1.0)
-        found += [of_fault(entry, Fault(f.evidence, tuple(f.details.get("channels", ()))), record) for f in faults]
-    return found, record
+def _of_column(fault: ColumnFault, said: str) -> Fault:
+    return Fault(said, tuple(fault.details.get("channels", ())), corrects=True)
 
 
-def check_rudder(records: Sequence[Record]) -> tuple[list[CheckFinding], list[Record], list[str]]:
-    """A rudder that steers to the other side than the records say: all records of a side together."""
-    found, out, reasons = [], list(records), []
-    entry = next(e for e in column_checks() if e.id == "rudder_sign")
+def _check_sides(entry: ColumnCheck, done: Examined) -> None:
+    """A check of records of one side of a positive rudder: all together, then each by itself."""
+    given = list(done.records)
     for side, starboard in (("starboard", 1.0), ("port", -1.0)):
-        group = [i for i, r in enumerate(out) if r.meta.positive_rudder == side and any(map(r.has, RUDDERS))]
+        group = [i for i, r in enumerate(given) if r.meta.positive_rudder == side and _steers(r, done)]
         for own in (group, *([i] for i in group if len(group) > 1)):
             try:
-                faults, fixed = entry.find([out[i] for i in own], starboard)
+                faults, fixed = entry.find([done.records[i] for i in own], starboard)
             except UNUSABLE as error:
-                reasons.append(f"the side of the rudder cannot be checked: {error}")
+                done.reasons.append(f"the side of the rudder cannot be checked: {error}")
                 continue
             for fault in faults:
-                said = Fault(SIDES.format(side, np.sqrt(fault.statistic)), RUDDERS)
-                found += [replace(of_fault(entry, said, records[own[0]]), records=tuple(records[i].name for i in own))]
+                said = replace(_of_column(fault, SIDES.format(side, np.sqrt(fault.statistic))), channels=RUDDERS)
+                names = tuple(given[i].name for i in own)
+                done.findings.append(replace(of_fault(entry, said, given[own[0]]), records=names))
             for i, record in zip(own, fixed, strict=True):
-                out[i] = record
-    return found, out, reasons
+                done.records[i] = record
 
 
-def _outlying(record: Record) -> tuple[list[CheckFinding], Record]:
-    faults, record = without_outliers(record)
-    return [of_fault(check_of("outliers"), fault, record) for fault in faults], record
+def _steers(record: Record, done: Examined) -> bool:
+    """Whether a record has a rudder, and no doubt stands about it."""
+    return any(map(record.has, RUDDERS)) and not any(f.standing and record.name in f.records for f in done.findings)
 
 
-def check_sensors(records: Sequence[Record], derived: dict[str, set[str]]) -> tuple[list[CheckFinding], list[str]]:
+def check_sensors(
+    records: Sequence[Record], reasons: list[str], derived: dict[str, set[str]]
+) -> tuple[list[CheckFinding], list[str]]:
     """Sensor errors of records that are free of gross faults, and why some could not be compared.
 
     derived : record name -> columns that are made from each other: they are not compared.
     """
     found: list[CheckFinding] = []
-    reasons: list[str] = []
     current = list(records)
     for chain in (heading_chain(), track_chain()):
         use, skipped = _split(chain, current, derived)

@@ -25,6 +25,8 @@ class Fault:
     channels : columns that are concerned.  sizes : numbers of the fault with their intervals.  material : whether it
     would falsify what the record gives; else it is a remark.  blanks : samples (column, start, stop) that are
     no measurements.  factors : column -> what its values are to be multiplied by.
+    corrects : the check itself returned the record corrected.  standing : it cannot be corrected, and while it stands
+    nothing that a model says of the hull can be trusted.
     """
 
     evidence: str
@@ -33,6 +35,8 @@ class Fault:
     material: bool = True
     blanks: tuple[tuple[str, int, int], ...] = ()
     factors: Mapping[str, float] = field(default_factory=dict)
+    standing: bool = False
+    corrects: bool = False
 
 
 def exact(parameter: str, value: float, unit: str) -> Size:
@@ -41,9 +45,9 @@ def exact(parameter: str, value: float, unit: str) -> Size:
 
 
 def cleaned(record: Record, faults: Sequence[Fault]) -> Record:
-    """The record with blanked samples as gaps and wrong factors corrected."""
+    """The record with blanked samples as gaps and wrong factors corrected, for faults that matter."""
     channels = {name: values.copy() for name, values in record.channels.items()}
-    for fault in faults:
+    for fault in (f for f in faults if f.material):
         for name, factor in fault.factors.items():
             channels[name] = channels[name] * factor
         for name, start, stop in fault.blanks:

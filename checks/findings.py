@@ -34,6 +34,9 @@ def of_fault(entry: Check, fault: Fault, record: Record) -> CheckFinding:
         fault.evidence,
         separate_by=entry.separate_by,
         material=fault.material,
+        corrected=fault.material and (fault.corrects or bool(fault.blanks or fault.factors)),
+        standing=fault.standing and fault.material,
+        blanked=sum(stop - max(start, 0) for _, start, stop in fault.blanks),
     )
 
 
@@ -59,6 +62,9 @@ def _together(group: Sequence[CheckFinding]) -> CheckFinding:
         "; ".join(said[:SHOWN]) + more,
         separate_by=first.separate_by,
         material=any(f.material for f in group),
+        corrected=any(f.corrected for f in group),
+        standing=any(f.standing for f in group),
+        blanked=sum(f.blanked for f in group),
     )
 
 

@@ -45,9 +45,9 @@ def check_of(name: str) -> Check:
     return known[name]
 
 
-def file_checks() -> dict[str, FileCheck]:
-    """Identifier -> every check of one record's file."""
-    return {name: entry for name, entry in checks().items() if isinstance(entry, FileCheck)}
+def file_checks() -> list[FileCheck]:
+    """Checks of one record's file, in the order in which they are looked for."""
+    return sorted((c for c in checks().values() if isinstance(c, FileCheck)), key=lambda c: (c.rank, c.id))
 
 
 def column_checks() -> list[ColumnCheck]:

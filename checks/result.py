@@ -32,6 +32,8 @@ class CheckFinding:
     concerns.  sizes : with 90 % intervals, over all records and by record.  material : whether the size matters; else
     it is detectable only.  z : of the estimate, p_equal : probability that records have the same size (None: one
     record, or nothing to compare).
+    corrected : the records can be corrected for it, and a diagnosis does.  standing : they cannot, and while it stands
+    nothing that a model says of the hull can be trusted.  blanked : samples that a correction leaves out.
     """
 
     cause: str
@@ -45,6 +47,9 @@ class CheckFinding:
     material: bool = True
     z: float | None = None
     p_equal: float | None = None
+    corrected: bool = False
+    standing: bool = False
+    blanked: int = 0
 
 
 @dataclass(frozen=True)

@@ -38,4 +38,4 @@ def bridged(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 def integral(rates: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Integrals (..., T) of rates (..., T), 0 at the start."""
     steps = np.diff(time) * (rates[..., 1:] + rates[..., :-1]) / 2.0
-    return np.concatenate([np.zeros((*rates.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
+    return np.concatenate([np.zeros((*rates.shape[:-1], 1), rates.dtype), np.cumsum(steps, axis=-1)], axis=-1)

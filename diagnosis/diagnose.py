@@ -12,6 +12,7 @@ from ..models.errors import BadInput
 from ..models.memory import require_memory
 from . import verdict
 from .by_residuals import concluded, selected
+from .checked import with_checks
 from .discrepancy.diagnosed import behind_sensors, of_uncertain_base
 from .imperfect_base import by_free_runs, refused_by_free_runs
 from .kinematics.stage import sensors_of
@@ -81,7 +82,7 @@ def _diagnosed(
         given = behind_sensors(given, sensors_of(given.train, given.held_out, options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
-    found = _followed(_found(model, given, options, watch))
+    found = with_checks(_followed(_found(model, given, options, watch)), given)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
     return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)

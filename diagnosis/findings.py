@@ -10,10 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..checks.base import Check
-from ..checks.integrity.outlying import MOST
-from ..checks.result import NORMAL_90, Size
 from ..checks.statistics.tails import log_tail
-from ..datasets.spikes import LIMIT
 from ..estimation.filters.innovations.vector import SYMBOLS
 from ..models.model import CHANNELS as COLUMNS
 from .causes.base import Cause
@@ -45,7 +42,7 @@ def all_findings(
     immaterial : causes (ids) that are not told.
     """
     own = [_left_out(f, barred) for f in _of_selection(state, rng) if f.cause not in immaterial]
-    return [*(of_fault(f) for f in faults), *tracks.findings, *of_outliers(state.est), *own]
+    return [*(of_fault(f) for f in faults), *tracks.findings, *own]
 
 
 def of_fault(fault: ColumnFault) -> Finding:
@@ -53,18 +50,6 @@ def of_fault(fault: ColumnFault) -> Finding:
     p = float(np.exp(max(log_tail(fault.statistic, 1), -700.0)))
     details = dict(fault.details)
     return Finding(fault.check.id, (), "kinematics", fault.statistic, p, (), details=details, evidence=fault.evidence)
-
-
-def of_outliers(est: Estimator) -> list[Finding]:
-    """Outliers if there are more than sensors' noise gives, and more than near misses (a heavy tail)."""
-    spikes, count = sum(d.spikes for d in est.segments), est.n_values
-    if spikes <= MOST or spikes <= sum(d.near_spikes for d in est.segments):
-        return []
-    share = spikes / max(count + spikes, 1)
-    half = NORMAL_90 * float(np.sqrt(share * (1.0 - share) / max(count, 1)))
-    size = Size("share", share, max(share - half, 0.0), share + half, "1")
-    said = f"{spikes} of {count + spikes} samples stand more than {LIMIT} standard deviations off their neighbours"
-    return [Finding("outliers", (), "kinematics", float(spikes), 1e-6, (size,), evidence=said)]
 
 
 def _left_out(f: Finding, barred: Mapping[str, str]) -> Finding:

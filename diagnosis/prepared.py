@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
-from .kinematics import gross_errors, tracks
+from .checked import examined
+from .kinematics import tracks
 
 if TYPE_CHECKING:
     from ..checks.columns._base import ColumnFault
+    from ..checks.result import CheckFinding
     from ..datasets.record import Record
     from ..models.model import Model
     from .causes.base import Cause
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 class Prepared:
     """Records in the model's rudder sign with what was corrected: gross faults, and sensors by the tracks.
 
+    checked : what the checks of the files found, corrected where they can be.
     decided : causes that the sensors' channels have decided on without a model.
     """
 
@@ -30,6 +33,7 @@ class Prepared:
     held_out: list[Record]
     faults: list[ColumnFault]
     tracks: Tracks
+    checked: tuple[CheckFinding, ...] = ()
     decided: frozenset[Cause] = frozenset()
 
     @property
@@ -42,12 +46,12 @@ class Prepared:
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
     """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
     corrected."""
-    records, faults = gross_errors.corrected_for(prepared([*train, *held_out], model, options), model)
+    records, checked, faults = examined(prepared([*train, *held_out], model, options), model)
     found = tracks.Tracks()
     if not {"v", "x", "y"} <= set(model.states):
         found = tracks.compare(records[: len(train)], options.alpha, options.causes())
         records = [corrected(r, dict(found.instruments)) for r in records]
-    return Prepared(records[: len(train)], records[len(train) :], faults, found)
+    return Prepared(records[: len(train)], records[len(train) :], faults, found, checked)
 
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:

@@ -10,7 +10,7 @@ import numpy as np
 from ..models.plain import plain
 
 if TYPE_CHECKING:
-    from ..checks.result import Size
+    from ..checks.result import CheckFinding, Size
     from ..models.model import Model
     from .calibration.result import Calibration
 
@@ -118,6 +118,8 @@ class Diagnosis:
     """The base model with all its numbers moved under their priors; None where its numbers were not uncertain."""
     calibrated_gain: dict[str, Gain] = field(default_factory=dict)
     """Gain of the calibrated model by channel."""
+    checks: tuple[CheckFinding, ...] = ()
+    """What the records show of their files by themselves: corrected, or standing in the way of a diagnosis."""
 
     def to_json(self) -> dict[str, Any]:
         """The document of schema version 2 (diagnosis.json), plain numbers only."""
@@ -141,6 +143,7 @@ class Diagnosis:
             "where": plain(self.where),
             "next_manoeuvre": self.next_manoeuvre,
             "doubts": list(self.doubts),
+            "checks": plain(self.checks),
             "wall_s": self.wall_s,
             "cpu_s": self.cpu_s,
         }

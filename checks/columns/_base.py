@@ -28,11 +28,14 @@ class ColumnFault:
 class ColumnCheck(Check):
     """Base class of checks that show that whole columns mean something else.
 
-    rank : checks of lower rank are looked for first.
+    rank : checks of lower rank are looked for first.  joint : whether the records of one side of a positive rudder are
+    looked at together, and then each by itself; else each by itself.
     """
 
     stage = "looked for in the records themselves, before all else"
     rank = 0
+    joint = False
+    named = True
 
     @abstractmethod
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:

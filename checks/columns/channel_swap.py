@@ -25,7 +25,7 @@ class ChannelSwap(ColumnCheck):
     and heading against the yaw rate, the two velocities or the two positions against each other."""
 
     id = "channel_swap"
-    rank = 1
+    rank = 55
     separate_by = "the logger's list of channels"
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
@@ -33,7 +33,7 @@ class ChannelSwap(ColumnCheck):
         of_rudder, fixed = self._of_rudder(fixed)
         faults += of_rudder
         better = better_reading(fixed)
-        if better is not None and better.reading.columns:
+        if better is not None and better.reading.check == self.id:
             said = (
                 f"the track disagrees with the velocities by {better.present:.3f} of the way made, by {better.own:.3f} "
                 "with the columns exchanged"

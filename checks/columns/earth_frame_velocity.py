@@ -16,12 +16,12 @@ class EarthFrameVelocity(ColumnCheck):
     """The surge and sway columns hold velocities along north and east."""
 
     id = "earth_frame_velocity"
-    rank = 2
+    rank = 56
     separate_by = "the logger's list of channels"
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
         better = better_reading(records)
-        if better is None or better.reading.columns:
+        if better is None or better.reading.check != self.id:
             return [], list(records)
         said = (
             f"the track disagrees with the velocities by {better.present:.3f} of the way made, by {better.own:.3f} "

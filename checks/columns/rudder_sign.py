@@ -22,7 +22,8 @@ class RudderSign(ColumnCheck):
     """The rudder column's sign contradicts the vessel: b in r_dot = a r + b delta + c has the other sign."""
 
     id = "rudder_sign"
-    rank = 3
+    rank = 58
+    joint = True
     separate_by = "one rudder order and the side to which the ship turns"
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
@@ -47,7 +48,7 @@ def rudder_response(records: Sequence[Record]) -> float:
             rate = np.gradient(record.heading_unwrapped(), time)
         rudder = record.rudder()
         known = np.isfinite(rate) & np.isfinite(rudder)
-        if known.sum() < 20:
+        if known.sum() < 20 or np.ptp(rudder[known]) == 0.0:
             continue
         step = max(1, round(time[-1] / 200.0 / np.median(np.diff(time))))
         n = time.size // step

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ...datasets.axes import track_of
 from ..base import FileCheck
-from ..fault import Fault, exact
+from ..fault import Fault, cleaned, exact
 from ..integrity.ratios import AGREE, heading_ratio
 from ..integrity.readings import BETTER, LEAST, TRACK, better_reading, track_error
 
@@ -19,20 +19,36 @@ class ChannelSign(FileCheck):
     the heading's."""
 
     id = "channel_sign"
+    rank = 50
+    ends = True
     separate_by = "the logger's list of channels and its axes"
 
     def find(self, record: Record) -> list[Fault]:
+        rate = self._of_rate(record)
+        if rate is not None:
+            record = cleaned(record, [rate])
+            better = better_reading([record])
+            if rate.channels == ("yaw_rate_rad_s",) and better is not None and better.reading.check == "heading_zero":
+                said = "the yaw rate turns against the heading, and the ship goes astern: time runs backwards"
+                return [Fault(said, ("time_s",), rate.sizes, standing=True)]
         track = self._of_track(record)
-        if track is None and better_reading([record]) is None:  # which another cause names
+        unread = better_reading([record]) is None  # which another check names
+        if track is None and unread and not (rate and rate.standing):
             track = self._of_course(record)
-        return [f for f in (self._of_rate(record), track) if f]
+        return [f for f in (rate, track) if f]
 
     def _of_rate(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
         if ratio is None or ratio.correlation > -AGREE:
             return None
         said = f"yaw_rate_rad_s turns against the heading (correlation {ratio.correlation:.3f})"
-        return Fault(said, ("yaw_rate_rad_s",), (exact("ratio", ratio.slope, "1"),), factors={"yaw_rate_rad_s": -1.0})
+        size, track = (exact("ratio", ratio.slope, "1"),), track_of(record)
+        if track is None:
+            said += "; without positions nothing tells which of the two is wrong"
+            return Fault(said, ("heading_rad", "yaw_rate_rad_s"), size, standing=True)
+        wrong = "heading_rad" if track.mirrored else "yaw_rate_rad_s"
+        said += f"; the track turns with {'the yaw rate' if track.mirrored else 'the heading'}"
+        return Fault(said, (wrong,), size, factors={wrong: -1.0})
 
     def _of_track(self, record: Record) -> Fault | None:
         if not record.has(*TRACK):
@@ -41,6 +57,9 @@ class ChannelSign(FileCheck):
         errors = {name: track_error(record.with_channels(**{name: -record.column(name)})) for name in TRACK[1:]}
         best = min(errors, key=lambda name: errors[name])
         if not errors[best] < BETTER * present > BETTER * LEAST:
+            return None
+        better = better_reading([record])
+        if better is not None and better.own < errors[best]:  # which another check names
             return None
         said = (
             f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} with "
@@ -54,4 +73,4 @@ class ChannelSign(FileCheck):
         if found is None or not found.mirrored:
             return None
         said = f"the track turns against the heading, as if {found.reading}; or the heading counts anticlockwise"
-        return Fault(said, ("north_m", "east_m"))
+        return Fault(said, ("north_m", "east_m"), standing=True)

@@ -23,6 +23,7 @@ class CoarseChannel(FileCheck):
     """A channel that is stored in coarse steps: rounded, or of a sensor with few digits."""
 
     id = "coarse_channel"
+    rank = 30
     separate_by = "the sensor's data sheet, or an export with more digits"
 
     def find(self, record: Record) -> list[Fault]:

@@ -19,6 +19,7 @@ class ConstantChannel(FileCheck):
     """A channel that never changes, or never has a value: a dead sensor, or one that was not connected."""
 
     id = "constant_channel"
+    rank = 0
     separate_by = "a record in which the quantity surely changes"
 
     def find(self, record: Record) -> list[Fault]:

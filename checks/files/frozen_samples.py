@@ -16,6 +16,7 @@ class FrozenSamples(FileCheck):
     """A channel repeats its last value while the ship moves on: the sensor or the link to it stood still."""
 
     id = "frozen_samples"
+    rank = 20
     unit = "s"
     separate_by = "the sensor's own time stamps"
 

@@ -18,6 +18,7 @@ class RudderFromSensor(FileCheck):
     autopilot's order), so that no rudder cause can be named."""
 
     id = "rudder_from_sensor"
+    rank = 80
     separate_by = "a rudder angle feedback, or a rudder order that does not depend on the sensors"
 
     def find(self, record: Record) -> list[Fault]:

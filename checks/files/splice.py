@@ -12,6 +12,8 @@ from ..integrity.jumps import jumps
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
+JOINED = 0.17
+"""Jump of the heading, rad, from which it is no sensor that catches up, but two runs in one."""
 UNITS = {"heading_rad": "rad", "north_m": "m", "east_m": "m"}
 
 
@@ -19,6 +21,7 @@ class Splice(FileCheck):
     """A jump of heading or position beyond what yaw rate and speed allow: pieces joined, or a sensor that was reset."""
 
     id = "splice"
+    rank = 60
     unit = "m, rad"
     separate_by = "the original files, piece by piece"
 
@@ -36,5 +39,7 @@ class Splice(FileCheck):
             )
             half = LONGEST_GAP // 2 + 1
             blanks = tuple((name, j.k - half, j.k + half + 1) for j in own)
-            found.append(Fault(said, (name,), (exact("largest jump", worst.change, unit),), blanks=blanks))
+            size = (exact("largest jump", worst.change, unit),)
+            joined = name == "heading_rad" and abs(worst.change) > JOINED
+            found.append(Fault(said, (name,), size, blanks=blanks, standing=joined))
         return found

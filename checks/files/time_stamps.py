@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..base import FileCheck
 from ..fault import Fault, exact
 from ..integrity.stamps import stamps
@@ -13,12 +15,17 @@ if TYPE_CHECKING:
 
 UNEVEN_SHARE = 0.02
 MISSING_SHARE = 0.02
+TOO_MANY, TOO_LONG = 0.1, 0.2
+"""Share of the rows that may be missing, and share of the record that one gap may take, for a motion to be followed."""
+LONG = 20
+"""Steps below which no gap is too long."""
 
 
 class TimeStamps(FileCheck):
     """Time stamps that repeat, go back, come late or irregularly, or rows that are missing."""
 
     id = "time_stamps"
+    rank = 10
     unit = "s"
     separate_by = "the logger's own sample counter"
 
@@ -29,7 +36,10 @@ class TimeStamps(FileCheck):
         if s.missing:
             said = f"{s.missing} rows are missing in {s.gaps} gaps of up to {s.longest_s:.4g} s (step {s.step_s:.4g} s)"
             much = s.missing > MISSING_SHARE * record.n
-            found.append(Fault(said, ("time_s",), (exact("longest gap", s.longest_s, "s"),), much))
+            share = s.missing / (record.n + s.missing)
+            torn = s.longest_s > max(TOO_LONG * float(np.ptp(record.time_s)), LONG * s.step_s)
+            size = (exact("longest gap", s.longest_s, "s"),)
+            found.append(Fault(said, ("time_s",), size, much or torn, standing=share > TOO_MANY or torn))
         if s.late.size:
             at = ", ".join(f"{record.time_s[k]:.6g}" for k in s.late[:3])
             said = f"{s.late.size} stamps come early or late between their neighbours, at {at} s"

@@ -9,12 +9,16 @@ import numpy as np
 from ...datasets.record import RUDDERS
 from ..base import FileCheck
 from ..fault import Fault, exact
-from ..integrity.ratios import AGREE, ANGLES, SPEEDS, heading_ratio, speed_ratio, unit_of
+from ..integrity.ratios import AGREE, ANGLES, SPEEDS, course_ratio, heading_ratio, speed_ratio, unit_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
 DEGREE = np.pi / 180.0
+TOGETHER = 0.7
+"""Correlation of course and heading from which their ratio is believed."""
+ALL_ANGLES = 20.0
+"""Times that the course turns as far as the heading, from which no drift explains it."""
 LARGEST_RUDDER = 1.6
 """Rudder angle (rad) above which the column must hold degrees."""
 SPEED_COLUMNS = ("surge_m_s", "sway_m_s")
@@ -24,10 +28,14 @@ class WrongUnit(FileCheck):
     """A column in another unit than its name says: degrees for radians, knots for metres per second."""
 
     id = "wrong_unit"
+    rank = 40
+    ends = True
     separate_by = "the logger's list of channels"
 
     def find(self, record: Record) -> list[Fault]:
-        return [f for f in (self._angle(record), self._speed(record), *self._rudders(record)) if f]
+        return [
+            f for f in (self._angle(record), self._course(record), self._speed(record), *self._rudders(record)) if f
+        ]
 
     def _angle(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
@@ -37,6 +45,14 @@ class WrongUnit(FileCheck):
         times = max(abs(ratio.slope), 1.0 / abs(ratio.slope))
         said = f"{name} holds degrees: its changes are {times:.4g} times what {other} gives"
         return Fault(said, (name,), (exact("ratio", ratio.slope, "1"),), factors={name: DEGREE})
+
+    def _course(self, record: Record) -> Fault | None:
+        """Heading and yaw rate together in another unit, which the track's course shows."""
+        ratio = course_ratio(record)
+        if ratio is None or abs(ratio.correlation) < TOGETHER or not ALL_ANGLES < abs(ratio.slope) < 5.0 * ALL_ANGLES:
+            return None
+        said = f"the course of the positions turns {abs(ratio.slope):.3g} times as far as heading_rad: another unit"
+        return Fault(said, ("heading_rad", "yaw_rate_rad_s"), (exact("ratio", ratio.slope, "1"),), standing=True)
 
     def _speed(self, record: Record) -> Fault | None:
         ratio = speed_ratio(record)

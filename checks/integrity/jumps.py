@@ -33,7 +33,7 @@ def jumps(record: Record) -> list[Jump]:
     found = []
     if record.has("heading_rad", "yaw_rate_rad_s"):
         found += _jumps(record, "heading_rad", record.heading_unwrapped(), record.column("yaw_rate_rad_s"))
-    if record.has("surge_m_s", "north_m", "east_m"):
+    if record.has("surge_m_s", "north_m", "east_m") and _changes(record.column("surge_m_s")):
         speed = np.abs(record.column("surge_m_s"))
         if record.has("sway_m_s"):
             speed = np.hypot(speed, record.column("sway_m_s"))
@@ -41,6 +41,11 @@ def jumps(record: Record) -> list[Jump]:
             rate = _toward(record, name)
             found += _jumps(record, name, record.column(name), rate, np.nan_to_num(speed))
     return found
+
+
+def _changes(values: np.ndarray) -> bool:
+    known = values[np.isfinite(values)]
+    return known.size > 1 and bool(np.ptp(known) > 0.0)
 
 
 def _toward(record: Record, name: str) -> np.ndarray:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 WINDOW_S = 8.0
 FEWEST = 30
+MOVES = 0.2
+"""Share of the usual way made in a window from which it has a course."""
 AGREE = 0.95
 """Correlation from which a ratio is believed."""
 NEAR = 0.06
@@ -45,6 +47,28 @@ def heading_ratio(record: Record) -> Ratio | None:
         period = 360.0
     turned = np.unwrap(heading, period=period) if np.ptp(heading) < 1.2 * period else heading
     return _ratio(record.time_s[known], turned, record.column("yaw_rate_rad_s")[known])
+
+
+def course_ratio(record: Record) -> Ratio | None:
+    """Changes of the track's course over those of the heading, over windows; None where they cannot be compared."""
+    if not record.has("heading_rad", "north_m", "east_m"):
+        return None
+    place = record.column("north_m") + 1j * record.column("east_m")
+    known = np.isfinite(place) & np.isfinite(record.column("heading_rad"))
+    if known.sum() < FEWEST:
+        return None
+    place, heading = place[known], record.heading_unwrapped()[known]
+    w = max(_window(record.time_s[known]), 2)
+    way = place[w:] - place[:-w]
+    course, turned = np.angle(way[w:] * np.conj(way[:-w])), heading[w + w // 2 :] - heading[w // 2 : -w]
+    turned = turned[: course.size]
+    fast = np.minimum(np.abs(way[w:]), np.abs(way[:-w])) > MOVES * np.median(np.abs(way))
+    course, turned = course[fast], turned[fast]
+    spread = float(np.sqrt(np.mean(course**2) * np.mean(turned**2))) if course.size > FEWEST else 0.0
+    if not spread > 0.0:
+        return None
+    both = float(np.mean(course * turned))
+    return Ratio(both / float(np.mean(turned**2)), both / spread)
 
 
 def speed_ratio(record: Record) -> float | None:

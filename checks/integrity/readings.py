@@ -20,6 +20,12 @@ FEWEST = 20
 """Samples with all channels below which nothing is compared."""
 LEAST = 0.02
 """Disagreement, as a share of the way made, from which another reading is looked for."""
+WHOLE = 1.5
+"""Times its usual duration beyond which a window holds a gap."""
+ASKEW = float(np.deg2rad(17.0))
+"""Angle, rad, beyond which the heading has another zero."""
+MOST = 0.35
+"""Disagreement from which no reading is the right one."""
 TRACK = ("heading_rad", "surge_m_s", "sway_m_s", "north_m", "east_m")
 Reread = Callable[["Record"], "Record"]
 
@@ -40,10 +46,19 @@ def to_body(record: Record) -> Record:
     return record.with_channels(surge_m_s=surge, sway_m_s=sway)
 
 
-class Reading(NamedTuple):
-    """Another reading of velocities and positions: the columns that are exchanged (none: velocities in the earth
-    frame), and the record read so."""
+def about_track(record: Record) -> Record:
+    """The heading turned by the mean angle between the way made and the way that heading and velocities give, where
+    that is beyond what a compass may err."""
+    given, moved = _ways(record)
+    angle = float(np.angle(np.sum(given * np.conj(moved)))) if given.size else 0.0
+    return record if abs(angle) < ASKEW else record.with_channels(heading_rad=record.heading_unwrapped() - angle)
 
+
+class Reading(NamedTuple):
+    """Another reading of heading, velocities and positions: the check that names it, the columns that it concerns, and
+    the record read so."""
+
+    check: str
     columns: tuple[str, ...]
     read: Reread
 
@@ -57,7 +72,11 @@ class Better(NamedTuple):
 
 
 PAIRS = (("surge_m_s", "sway_m_s"), ("north_m", "east_m"))
-READINGS = (Reading((), to_body), *(Reading(pair, exchanged(*pair)) for pair in PAIRS))
+READINGS = (
+    Reading("earth_frame_velocity", PAIRS[0], to_body),
+    Reading("heading_zero", ("heading_rad",), about_track),
+    *(Reading("channel_swap", pair, exchanged(*pair)) for pair in PAIRS),
+)
 
 
 def better_reading(records: Sequence[Record]) -> Better | None:
@@ -68,7 +87,8 @@ def better_reading(records: Sequence[Record]) -> Better | None:
     present = float(np.mean([track_error(r) for r in usable]))
     errors = [float(np.mean([track_error(reading.read(r)) for r in usable])) for reading in READINGS]
     best = int(np.argmin(errors))
-    return Better(READINGS[best], present, errors[best]) if errors[best] < BETTER * present > BETTER * LEAST else None
+    sure = errors[best] < min(BETTER * present, MOST) and present > LEAST
+    return Better(READINGS[best], present, errors[best]) if sure else None
 
 
 def read_as(records: Sequence[Record], reading: Reading) -> list[Record]:
@@ -93,18 +113,23 @@ def rate_error(record: Record, name: str) -> float:
 def track_error(record: Record) -> float:
     """Error of the displacement over windows that heading and velocities give, as a share of the way made; nan for too
     few samples."""
+    given, moved = _ways(record)
+    if not given.size:
+        return float("nan")
+    return float(np.sqrt(np.mean(np.abs(moved - given) ** 2) / max(np.mean(np.abs(moved) ** 2), 1e-300)))
+
+
+def _ways(record: Record) -> tuple[np.ndarray, np.ndarray]:
+    """Ways (M,) north + i east over windows, as heading and velocities give them and as positions show them; empty for
+    too few samples."""
     psi, u, v = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
     x, y, time = record.column("north_m"), record.column("east_m"), record.time_s
     known = np.all(np.isfinite([psi, u, v, x, y]), axis=0)
     if known.sum() < FEWEST:
-        return float("nan")
-    psi, u, v, x, y, time = (a[known] for a in (psi, u, v, x, y, time))
+        return np.zeros(0, complex), np.zeros(0, complex)
+    time, place = time[known], x[known] + 1j * y[known]
     step = int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, time.size // 2))
-    north, east = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
-    errors, way = [], []
-    for place, rate in ((x, north), (y, east)):
-        given = integral(rate, time)
-        moved = place[step:] - place[:-step]
-        errors.append(moved - (given[step:] - given[:-step]))
-        way.append(moved)
-    return float(np.sqrt(np.mean(np.square(errors)) / max(np.mean(np.square(way)), 1e-300)))
+    way = integral(((u + 1j * v) * np.exp(1j * psi))[known], time)
+    span = time[step:] - time[:-step]
+    whole = span < WHOLE * np.median(span)  # no gap inside
+    return (way[step:] - way[:-step])[whole], (place[step:] - place[:-step])[whole]

@@ -8,7 +8,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ...checks.base import Check
-from ...checks.columns._base import ColumnCheck
 from ...checks.registry import checks, classes_in, installed
 from ...models.errors import BadInput
 from ...models.families.extensions import is_term
@@ -40,7 +39,7 @@ def all_causes() -> dict[str, Check]:
 
 def causes() -> dict[str, Check]:
     """Identifier -> every cause that a diagnosis tests, sorted; BadInput as `all_causes`."""
-    return {name: entry for name, entry in all_causes().items() if isinstance(entry, Cause | ColumnCheck)}
+    return {name: entry for name, entry in all_causes().items() if isinstance(entry, Cause) or entry.named}
 
 
 def cause(name: str) -> Check:

@@ -6,12 +6,12 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ..models.errors import BadInput
+
 if TYPE_CHECKING:
+    from ..checks.result import CheckFinding
     from ..datasets.record import Record
     from ..models.model import Model
-
-FILE_FAULTS = ("frozen_samples", "splice")
-"""Faults of a file, as `check` finds them, that every command tells: a channel stands still, or jumps."""
 
 
 def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
@@ -26,7 +26,7 @@ def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
 
     return (
         *check_plausible(records, model),
-        *(told for record in records for told in _file_doubts(record)),
+        *(f"{', '.join(f.records)}: {f.evidence}" for f in _faults(records, model) if f.standing or f.blanked),
     )
 
 
@@ -38,8 +38,22 @@ def warn_of(doubts: Sequence[str]) -> None:
         warnings.warn(doubt, PlausibilityWarning, stacklevel=3)
 
 
-def _file_doubts(record: Record) -> list[str]:
-    from ..checks.check import file_faults
+def require_trustworthy(records: Sequence[Record], model: Model) -> None:
+    """Refuse records that no statement about the hull can be made from.
 
-    found, _, _, _ = file_faults(record, FILE_FAULTS)
-    return [f"{record.name}: {f.evidence}" for f in found if f.material]
+    Raises
+    ------
+    BadInput : naming the record, what is wrong with it and what to do.
+    """
+    for found in _faults(records, model):
+        if found.standing:
+            hint = "nothing can be said of the hull while that stands: correct the record, or leave it out"
+            raise BadInput(found.evidence, file=", ".join(found.records), column=found.channels[0], hint=hint)
+
+
+def _faults(records: Sequence[Record], model: Model) -> tuple[CheckFinding, ...]:
+    """What is wrong with the files and matters."""
+    from ..datasets.instruments import corrected
+    from ..diagnosis.checked import examined
+
+    return examined([corrected(r.turned(model.positive_rudder), model.instruments) for r in records], model).findings

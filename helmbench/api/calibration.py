@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnosis.calibration import result
+from .admission import require_trustworthy
 from .diagnosis import training_and_held_out
 from .documents import write_result
 from .identification import as_model, labels
@@ -117,6 +118,7 @@ def calibrate(
 
     base = as_model(model)
     records, others, doubts = training_and_held_out(base, train, held_out, positive_rudder)
+    require_trustworthy([*records, *others], base)
     found = engine(base, records, others)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)

@@ -127,7 +127,7 @@ def _of_repairs(record: Record, repairs: Repairs) -> list[CheckFinding]:
     """Findings about rows that were left out or moved on reading."""
     from ..checks.fault import Fault
     from ..checks.findings import of_fault
-    from ..checks.registry import file_checks
+    from ..checks.registry import check_of
 
     said = {
         "have no time": repairs.timeless,
@@ -136,4 +136,4 @@ def _of_repairs(record: Record, repairs: Repairs) -> list[CheckFinding]:
     }
     faults = [Fault(f"{n} of {repairs.rows} rows {what}", ("time_s",)) for what, n in said.items() if n]
     faults += [Fault(f"{name} has {n} infinite values", (name,)) for name, n in repairs.infinite]
-    return [of_fault(file_checks()["time_stamps"], fault, record) for fault in faults]
+    return [of_fault(check_of("time_stamps"), fault, record) for fault in faults]

@@ -35,7 +35,7 @@ class Segment:
     record : index of the record that it belongs to.  offset_s : time of its first sample in the record, s.
     time (T,) from zero, rudder (T,), quiet (T,) the rudder without its sensor's noise, other (T, no) further inputs,
     environment (T, 4) recorded current and wind (m/s, north and east, towards), measured (T, 6) with nan gaps; start,
-    variance (n,) of the first state; number of gross errors that became gaps, and of those that nearly did.
+    variance (n,) of the first state.
     """
 
     name: str
@@ -49,8 +49,6 @@ class Segment:
     measured: np.ndarray
     start: np.ndarray
     variance: np.ndarray
-    spikes: int
-    near_spikes: int
 
     @property
     def step_s(self) -> float:
@@ -103,12 +101,10 @@ def rudder_sd(segments: Sequence[Segment]) -> float:
 def _segment(part: Record, record: Record, index: int, model: Model, kernels: Kernels) -> Segment | None:
     """A stretch of a record; None where it has neither heading nor yaw rate."""
     measured = np.full((part.n, CHANNELS), np.nan)
-    spikes, near = 0, 0
     for c, symbol in enumerate(SYMBOLS):
         values = samples(part, symbol)
         if values is not None and state_of(symbol, kernels.STATES) is not None:
-            measured[:, c], found, close = without_spikes_in_time(values, part.time_s)
-            spikes, near = spikes + found, near + close
+            measured[:, c], _, _ = without_spikes_in_time(values, part.time_s)
     if not np.isfinite(measured[:, :2]).any():
         return None
     given = inputs_of(part, model)
@@ -128,8 +124,6 @@ def _segment(part: Record, record: Record, index: int, model: Model, kernels: Ke
         measured=measured,
         start=start,
         variance=spread**2,
-        spikes=spikes,
-        near_spikes=near,
     )
 
 

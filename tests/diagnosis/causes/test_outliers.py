@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, inject
-from helmbench.checks.columns.outliers import Outliers
+from helmbench.checks.fault import cleaned
+from helmbench.checks.files.impossible_samples import ImpossibleSamples
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
@@ -21,9 +22,10 @@ def spoiled(record, rng, value):
 @pytest.mark.parametrize("value", [1e9, -1e300])
 def test_single_huge_samples_become_gaps_and_are_told(value, rng):
     records = [spoiled(r, rng, value) for r in inject(Case("response-1", ()), rng).train]
-    (fault,), cleaned = Outliers().find(records, 1.0)
-    assert fault.details == {"samples": 2 * len(records)}
-    for before, after in zip(records, cleaned, strict=True):
+    for before in records:
+        faults = ImpossibleSamples().find(before)
+        after = cleaned(before, faults)
+        assert sorted(f.channels for f in faults) == [("heading_rad",), ("yaw_rate_rad_s",)]
         for name in ("heading_rad", "yaw_rate_rad_s"):
             kept = np.isfinite(after.column(name))
             assert kept.sum() == before.n - 1
@@ -34,10 +36,9 @@ def test_no_scale_is_named_for_a_single_huge_sample(rng):
     records = [spoiled(r, rng, 1e9) for r in inject(Case("response-1", ()), rng).train]
     found = diagnose(resolve("response-1"), records)
     print(found.verdict, found.causes)
-    assert {f.cause for f in found.causes if f.stage == "kinematics"} == {"outliers"}
+    assert {f.cause for f in found.causes if f.stage == "kinematics"} == {"impossible_samples"}
 
 
 def test_clean_records_are_left_as_they_are(rng):
     records = list(inject(Case("response-1", ()), rng).train)
-    faults, cleaned = Outliers().find(records, 1.0)
-    assert faults == [] and all(a is b for a, b in zip(cleaned, records, strict=True))
+    assert [f for r in records for f in ImpossibleSamples().find(r)] == []

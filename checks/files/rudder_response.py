@@ -1,0 +1,77 @@
+"""Check `rudder_response`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..base import FileCheck
+from ..fault import Fault, exact
+from ..integrity.steering import motion_shows, response
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+CLEAR = 8.0
+"""Standard deviations by which the rudder must act at the lag that fits best."""
+BETTER, UNLIKE = 0.5, 0.5
+"""Share of what is left at lag zero that may be left at the best lag, and the most that the rudder explains at zero."""
+STEPS = 3
+"""Steps of the means by which the motion must come before its order."""
+FAINT, NONE = 5.0, 0.1
+"""Standard deviations, and share of the yaw acceleration, below which the rudder does nothing at any lag."""
+SMALL = float(np.deg2rad(1.2))
+"""Rudder angle, rad, that makes no manoeuvre."""
+TURN = 20.0
+"""Times the rudder's angle by which the heading swings, from which the rudder cannot have been so small."""
+
+
+class RudderResponse(FileCheck):
+    """The yaw rate does not answer the rudder, or answers before it: r' = a r + c r |r| + b delta(t - lag) + d has no
+    b, or a negative lag; or the ship turns by far more than so small an angle makes it."""
+
+    id = "rudder_response"
+    where = "rudder"
+    rank = 110
+    unit = "s"
+    separate_by = "the clocks of the steering gear and of the yaw-rate sensor, and the list of channels"
+
+    def find(self, record: Record) -> list[Fault]:
+        if not (record.has("rudder_rad") or record.has("rudder_command_rad")):
+            return []
+        rudder = record.rudder()
+        known = rudder[np.isfinite(rudder)]
+        swing = float(np.max(np.abs(known))) if known.size else 0.0
+        name = "rudder_rad" if record.has("rudder_rad") else "rudder_command_rad"
+        if swing < SMALL:
+            return [self._small(record, name, swing)]
+        return self._answer(record, name) if np.ptp(known) > 0.0 else []
+
+    def _small(self, record: Record, name: str, swing: float) -> Fault:
+        """An angle that makes no manoeuvre: radians under a name in degrees, where the ship turns all the same."""
+        heading = record.heading_unwrapped() if record.has("heading_rad") else np.zeros(1)
+        turned = float(np.nanmax(heading) - np.nanmin(heading)) if np.isfinite(heading).any() else 0.0
+        said = f"{name} never exceeds {np.rad2deg(swing):.2g} deg: no manoeuvre"
+        much = turned > max(TURN * swing, SMALL)
+        if much:
+            said += f", though the heading swings by {np.rad2deg(turned):.3g} deg; radians under a name in degrees?"
+        return Fault(said, (name,), (exact("largest", swing, "rad"),), much, standing=much)
+
+    def _answer(self, record: Record, name: str) -> list[Fault]:
+        found = response([record])
+        if found is None or not motion_shows(record):
+            return []
+        late = found.lag_s < -STEPS * found.step_s and abs(found.z_best) > CLEAR
+        if late and found.share < UNLIKE and 1.0 - found.share_best < BETTER * (1.0 - found.share):
+            said = (
+                f"the yaw rate comes {-found.lag_s:.3g} s before {name}, of which it explains "
+                f"{100.0 * found.share_best:.0f} % there and {100.0 * found.share:.0f} % at its own time: a late clock"
+            )
+            size = exact("lag", found.lag_s, "s")
+            return [Fault(said, (name, "yaw_rate_rad_s"), (size,), standing=True)]
+        if abs(found.z_best) < FAINT and found.share_best < NONE:
+            share = found.share_best
+            said = f"{name} explains {100.0 * share:.1f} % of the yaw acceleration: it is not what turns the ship"
+            return [Fault(said, (name,), (exact("share", share, "1"),), standing=True)]
+        return []

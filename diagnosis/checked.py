@@ -1,0 +1,125 @@
+"""What the checks of the files say in a diagnosis: they are told, and while one stands nothing is said of the hull."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..checks.check import Examined, check_file, distinct, of_one_record
+from ..checks.fault import SENSED
+from ..checks.findings import merged
+from ..checks.registry import check_of, column_checks
+from ..checks.result import NORMAL_90, CheckFinding, Size
+from ..estimation.rudder_scale import rudder_doubt
+from .result import Diagnosis, Finding
+from .verdict import motion_explained
+
+if TYPE_CHECKING:
+    from ..checks.columns._base import ColumnFault
+    from ..datasets.record import Record
+    from ..models.model import Model
+    from .prepared import Prepared
+
+HALF = 0.5
+"""Share of the yaw motion that free runs must hold for a number of the hull to be named."""
+FAINT = 1e-6
+"""Probability that stands for a fault of a file, which is counted and not tested."""
+
+
+class Checked(NamedTuple):
+    """Records with faults of their files corrected as far as possible, what matters of them, and the faults of whole
+    columns."""
+
+    records: list[Record]
+    findings: tuple[CheckFinding, ...]
+    faults: list[ColumnFault]
+
+
+def examined(records: Sequence[Record], model: Model) -> Checked:
+    """Check the files of records behind a model's instruments, in its sign of the rudder."""
+    done, entries = Examined([]), of_one_record()
+    with np.errstate(all="ignore"):
+        done.records = [check_file(record, entries, done) for record in distinct(records)]
+        findings = tuple(f for f in merged(done.findings) if f.material)
+        faults: dict[str, ColumnFault] = {}
+        for fault in sorted(done.faults, key=lambda f: f.statistic):
+            faults[fault.check.id] = fault
+        found, current = list(faults.values()), done.records
+        for entry in (c for c in column_checks() if c.joint and not any(f.standing for f in findings)):
+            joint, current = entry.find(current, model.starboard)
+            found += joint
+    doubt = None if any(f.standing for f in findings) else rudder_doubt(current, model)
+    return Checked(current, findings if doubt is None else (*findings, doubt), found)
+
+
+def with_checks(found: Diagnosis, given: Prepared) -> Diagnosis:
+    """The diagnosis with what the files showed: named where it is a cause of the bank; and without a word of the model
+    while records stand in doubt."""
+    found = replace(found, checks=given.checked)
+    for name in dict.fromkeys(f.cause for f in given.checked if check_of(f.cause).named and f.blanked):
+        found = _named(found, _finding(name, given))
+    standing = [f"{', '.join(f.records)}: {f.evidence}" for f in given.checked if f.standing]
+    if standing:
+        reason = f"nothing can be said of the model while the records are in doubt: {standing[0]}"
+        return _withheld(found, "inconclusive", reason, "the records are in doubt")
+    share = motion_explained([t for t in found.traces if t.role == "train"])
+    if share is not None and share < HALF and any(f.stage != "kinematics" for f in found.causes):
+        said = "free runs with all that fits do not follow even half of the yaw motion"
+        return _withheld(found, "unexplained", f"{said}: no number of the hull is named", said)
+    return found
+
+
+def _finding(name: str, given: Prepared) -> Finding:
+    """Samples that were left out, as one share over all channels."""
+    own = [f for f in given.checked if f.cause == name]
+    lost = sum(f.blanked for f in own)
+    kept = sum(int(np.isfinite(r.column(c)).sum()) for r in (*given.train, *given.held_out) for c in SENSED if r.has(c))
+    share = lost / max(kept + lost, 1)
+    half = NORMAL_90 * float(np.sqrt(share * (1.0 - share) / max(kept + lost, 1)))
+    size = Size("share", share, max(share - half, 0.0), share + half, "1")
+    said = "; ".join(f.evidence for f in own)
+    return Finding(name, (), "kinematics", float(lost), FAINT, (size,), evidence=said)
+
+
+def _named(found: Diagnosis, finding: Finding) -> Diagnosis:
+    """The diagnosis with one cause more, first of all."""
+    causes = (finding, *(f for f in found.causes if f.cause != finding.cause))
+    bank = tuple(
+        replace(e, status="named", statistic=finding.statistic, p_adjusted=finding.p_adjusted, why=finding.evidence)
+        if e.cause == finding.cause
+        else e
+        for e in found.bank
+    )
+    if found.verdict == "adequate":
+        found = replace(found, verdict="named", reason=f"{finding.cause}: {finding.evidence}")
+    return replace(found, causes=causes, bank=bank)
+
+
+def _withheld(found: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:
+    """The diagnosis without what it takes the records' word for: no cause of the model, no numbers, no extension."""
+    kept = tuple(f for f in found.causes if f.stage == "kinematics")
+    names = {f.cause for f in kept}
+    bank = tuple(
+        replace(e, status="not_testable", why=why)
+        if e.status in ("named", "tied", "explained_by") and e.cause not in names
+        else e
+        for e in found.bank
+    )
+    return replace(
+        found,
+        verdict=verdict,
+        reason=reason,
+        causes=kept,
+        bank=bank,
+        extended=found.model,
+        gain={},
+        hypothesis=None,
+        where=(),
+        traces=tuple(replace(t, after=t.before) for t in found.traces),
+        calibration=None,
+        calibrated=None,
+        calibrated_gain={},
+    )
