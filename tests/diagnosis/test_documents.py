@@ -18,7 +18,7 @@ def document(**changes) -> dict:
         "threads": 2, "verdict": "adequate", "reason": "nothing shows", "causes": [], "gain": {}, "calibrated_gain": {},
         "bank": [],
         "hypothesis": None, "noise": noise, "base_coefficients": None, "where": [], "next_manoeuvre": None,
-        "doubts": [], "wall_s": 1.0, "cpu_s": 1.0,
+        "doubts": [], "checks": [], "wall_s": 1.0, "cpu_s": 1.0,
     }  # fmt: skip
     return made | changes
 
