@@ -286,10 +286,10 @@ def _ratios(ladder: Ladder, final: Attempt, model: Model, records: Sequence[Reco
         if "heading_rad" not in run.predicted or "heading_rad" not in measured.channels or len(run.starts_s) > 1:
             continue
         error = run.predicted["heading_rad"] - measured.channels["heading_rad"]
-        since = measured.time_s - run.starts_s[0]
+        since = measured.time_s - float(np.ravel(run.starts_s)[0])
         for place in np.linspace(0, since.size - 1, 9).astype(int)[1:].tolist():
             if np.isfinite(error[place]):
-                found.append(abs(error[place]) / _spread(ladder, final, float(since[place])))
+                found.append(float(abs(error[place]) / _spread(ladder, final, float(since[place]))))
     return np.array(found)
 
 

@@ -30,7 +30,7 @@ def check_seed(seed: object) -> None:
 
 def _is_finite(value: object) -> bool:
     try:
-        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+        return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
     except OverflowError:  # a whole number of hundreds of digits
         return False
 

@@ -11,9 +11,9 @@ import numpy as np
 from ....models.errors import BadInput
 from ..raw import RawColumn, RawTable, Rejected
 
-UNITS: dict[str, str] = dict.fromkeys(("bsp", "aws", "tws", "sog"), "kn") | dict.fromkeys(
-    ("awa", "twa", "twd", "cog", "hdg", "heel", "trim", "rudder", "lat", "lon", "leeway"), "deg"
-)
+KNOTS = ("bsp", "aws", "tws", "sog")
+DEGREES = ("awa", "twa", "twd", "cog", "hdg", "heel", "trim", "rudder", "lat", "lon", "leeway")
+UNITS = {**{name: "kn" for name in KNOTS}, **{name: "deg" for name in DEGREES}}
 KNOWN = {"lat": "latitude", "lon": "longitude", "sog": "speed_over_ground", "cog": "course_over_ground",
          "tws": "wind_speed", "twd": "wind_direction"}  # fmt: skip
 """Channels whose meaning and sign the program states; those of rudder and heel are told otherwise."""
