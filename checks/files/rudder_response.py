@@ -15,11 +15,13 @@ if TYPE_CHECKING:
 
 CLEAR = 8.0
 """Standard deviations by which the rudder must act at the lag that fits best."""
-BETTER, UNLIKE = 0.5, 0.5
+BETTER, UNLIKE = 0.5, 0.75
 """Share of what is left at lag zero that may be left at the best lag, and the most that the rudder explains at zero."""
+EARLY = 0.035
+"""Share of the record by which the motion may come after its order."""
 STEPS = 3
 """Steps of the means by which the motion must come before its order."""
-FAINT, NONE = 5.0, 0.1
+FAINT, NONE = 6.0, 0.25
 """Standard deviations, and share of the yaw acceleration, below which the rudder does nothing at any lag."""
 SMALL = float(np.deg2rad(1.2))
 """Rudder angle, rad, that makes no manoeuvre."""
@@ -62,8 +64,20 @@ class RudderResponse(FileCheck):
         found = response([record])
         if found is None or not motion_shows(record):
             return []
+        better = found.share < UNLIKE and 1.0 - found.share_best < BETTER * (1.0 - found.share)
+        if (
+            better
+            and found.z * found.z_best > 0.0
+            and abs(found.z_best) > CLEAR
+            and found.lag_s > EARLY * float(np.ptp(record.time_s))
+        ):
+            said = (
+                f"the yaw rate answers {name} only {found.lag_s:.3g} s later, of which it then explains "
+                f"{100.0 * found.share_best:.0f} %: a late clock, or orders that were not carried out"
+            )
+            return [Fault(said, (name, "yaw_rate_rad_s"), (exact("lag", found.lag_s, "s"),), standing=True)]
         late = found.lag_s < -STEPS * found.step_s and abs(found.z_best) > CLEAR
-        if late and found.share < UNLIKE and 1.0 - found.share_best < BETTER * (1.0 - found.share):
+        if late and better:
             said = (
                 f"the yaw rate comes {-found.lag_s:.3g} s before {name}, of which it explains "
                 f"{100.0 * found.share_best:.0f} % there and {100.0 * found.share:.0f} % at its own time: a late clock"

@@ -21,7 +21,7 @@ MEANS = 200
 """Means over equal stretches of a record, of which slopes are taken."""
 FEWEST = 20
 """Samples with yaw rate and rudder below which a record is not used."""
-SHOWN = 4.0
+SHOWN = 3.0
 """Times its noise that the slope of the yaw rate must be for it to say anything of a rudder that does nothing."""
 FARTHEST = 0.1
 """Share of a record's duration up to which lags are tried, to each side."""
@@ -84,8 +84,8 @@ def _grid(record: Record) -> _Grid | None:
         np.interp(even, t, a).reshape(count, -1).mean(axis=1) for t, a in ((time, rate), (time[known], rudder[known]))
     ]
     step = float((time[-1] - time[0]) / count)
-    middle = [0.5 * (a[1:] + a[:-1]) for a in means]
-    return _Grid(np.diff(means[0]) / step, *middle, step)
+    of_rate, of_rudder = (0.5 * (a[1:] + a[:-1]) for a in means)
+    return _Grid(np.diff(means[0]) / step, of_rate, of_rudder, step)
 
 
 def median_of_three(values: np.ndarray) -> np.ndarray:
@@ -118,7 +118,7 @@ def _fitted(grids: Sequence[_Grid], shift: int) -> tuple[float, float, float]:
 
 
 def motion_shows(record: Record) -> bool:
-    """Whether the slopes of the yaw rate stand far above what the noise of its sensor makes them."""
+    """Whether what the yaw rate leaves of its own slopes stands far above what the noise of its sensor makes them."""
     grid = _grid(record)
     if grid is None:
         return False
@@ -129,4 +129,7 @@ def motion_shows(record: Record) -> bool:
     )
     samples = max(record.n // (grid.slope.size + 1), 1)
     noise = sensor_sd(rate) * np.sqrt(2.0 / samples) / grid.step_s
-    return float(np.std(grid.slope)) > SHOWN * noise
+    r = grid.rate / max(float(np.max(np.abs(grid.rate))), 1e-300)
+    phi = np.column_stack([r, r * np.abs(r), np.ones(r.size)])
+    left = grid.slope - phi @ np.linalg.lstsq(finite(phi), grid.slope, rcond=None)[0]
+    return float(np.std(left)) > SHOWN * noise

@@ -22,9 +22,9 @@ MEASURED = {
 }
 REFUSED = (BadInput, CannotFit, FitFailed)
 INVENTED = {
-    "dropouts": {"derived_channel", "earth_frame_velocity", "current", "speed_scale", "compass_deviation"},
-    "gap": {"derived_channel", "earth_frame_velocity", "current", "speed_scale", "compass_deviation"},
-    "rows lost": {"derived_channel", "earth_frame_velocity", "current", "speed_scale", "compass_deviation"},
+    "dropouts": {"derived_channel", "earth_frame_velocity", "current", "speed_scale"},
+    "gap": {"derived_channel", "earth_frame_velocity", "current", "speed_scale"},
+    "rows lost": {"derived_channel", "earth_frame_velocity", "current", "speed_scale"},
     "constant speed": {"derived_channel", "earth_frame_velocity", "current", "speed_scale", "splice"},
     "heading + 180": {"derived_channel", "earth_frame_velocity", "current", "speed_scale", "channel_sign"},
     "radians in all degrees": {"earth_frame_velocity", "current", "speed_scale", "heading_offset"},
@@ -113,10 +113,11 @@ def test_a_diagnosis_names_no_number_of_the_hull(change, fleet, rng):
     assert not {f.cause for f in found.causes if f.stage != "kinematics"} - HARMLESS
 
 
-HARMLESS = {"rudder_delay"}
-"""Named for a rudder that is early: it is late on its way to the ship."""
+HARMLESS = {"rudder_delay", "wave_motion"}
+"""No numbers of a hull: an early rudder is late on its way to the ship; outliers that are left look like waves."""
 
 
+@pytest.mark.filterwarnings("ignore::helmbench.datasets.rudder_sign.RudderSignWarning")
 @pytest.mark.parametrize("change", ["rudder shuffled", "rudder doubled", "rudder late", "gap"])
 def test_calibrate_refuses_and_validate_tells_what_stands(change, fleet, rng):
     records = changed(fleet("mariner")[:2], change, rng)
