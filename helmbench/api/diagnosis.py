@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from .identification import Path as FilePath
 
 FILES = ("diagnosis.json", "diagnosis.html", "extended_model.json")
+CALIBRATED = "calibrated_model.json"
+"""Written beside FILES where the base model's numbers were uncertain."""
 READING = "reading the model and the records"
 SHORT_CHANNELS = {"heading": "psi", "yaw_rate": "r", "surge": "u", "sway": "v", "north": "x", "east": "y"}
 """Short names of channels -> states."""
@@ -35,7 +37,8 @@ class Diagnosis(result.Diagnosis):
 
     `causes` are the causes that are named, `bank` all that were tested, `gain` the free-run errors on the held-out
     records before and after the extension, `extended` the extended model, which `simulate`, `identify` and `diagnose`
-    take like any other.
+    take like any other.  `calibrated` is the base model with all its numbers moved under their priors, where these were
+    uncertain, and `calibrated_gain` its errors: naming is sparse, predicting is not.
     """
 
     @classmethod
@@ -76,17 +79,19 @@ class Diagnosis(result.Diagnosis):
         return trace_figure(trace, runs, f"{self.model.id}, {self.verdict}")
 
     def write(self, folder: FilePath) -> tuple[Path, ...]:
-        """Write diagnosis.json, diagnosis.html and extended_model.json into a folder: all of them or none.
+        """Write diagnosis.json, diagnosis.html and extended_model.json into a folder, and calibrated_model.json where
+        the numbers of the base model were uncertain: all of them or none.
 
         Returns
         -------
-        The paths of the three files.
+        The paths of the files.
 
         Raises
         ------
         BadInput : the folder cannot be written to.
         """
-        return write_result(Path(folder), FILES, self.to_json(), self.to_html(), self.extended)
+        further = {} if self.calibrated is None else {CALIBRATED: self.calibrated}
+        return write_result(Path(folder), FILES, self.to_json(), self.to_html(), self.extended, further)
 
     def __repr__(self) -> str:
         causes = ", ".join(finding.cause for finding in self.causes)

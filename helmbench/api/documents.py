@@ -80,18 +80,27 @@ def text_writer(text: str) -> Callable[[Path], object]:
 
 
 def write_result(
-    folder: Path, names: Sequence[str], document: Mapping[str, Any], page: str, model: Model
+    folder: Path,
+    names: Sequence[str],
+    document: Mapping[str, Any],
+    page: str,
+    model: Model,
+    further: Mapping[str, Model] | None = None,
 ) -> tuple[Path, ...]:
-    """Write a JSON document, a page and a model under three names: all of them or none; BadInput where they cannot be.
+    """Write a JSON document, a page and a model under three names, and further models under names of their own: all of
+    them or none; BadInput where they cannot be.
 
-    The model is written under the stem of its file as identifier.
+    Each model is written under the stem of its file as identifier.
     """
-    from ..models.model import model_to_json
+    models = {names[2]: model, **(further or {})}
+    writers = {names[0]: text_writer(json_text(document) + "\n"), names[1]: text_writer(page)}
+    return write_together(folder, writers | {name: _model_writer(name, one) for name, one in models.items()})
 
-    named = replace(model, id=Path(names[2]).stem)
 
-    def write_model(place: Path) -> None:
-        model_to_json(named, place)
+def _model_writer(name: str, model: Model) -> Callable[[Path], None]:
+    def write(place: Path) -> None:
+        from ..models.model import model_to_json
 
-    writers = (text_writer(json_text(document) + "\n"), text_writer(page), write_model)
-    return write_together(folder, dict(zip(names, writers, strict=True)))
+        model_to_json(replace(model, id=Path(name).stem), place)
+
+    return write

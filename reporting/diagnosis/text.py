@@ -89,7 +89,7 @@ def detail(value: object) -> str:
 def verdict(found: Diagnosis) -> str:
     """The first sentences: what the records show by themselves, what the simulation lacks, and what including it does
     to the free-run error."""
-    return " ".join(part for part in (*_findings(found), gain_sentence(found)) if part)
+    return " ".join(part for part in (*_findings(found), gain_sentence(found), calibrated_sentence(found)) if part)
 
 
 def _findings(found: Diagnosis) -> tuple[str, str]:
@@ -168,6 +168,15 @@ def gain_sentence(found: Diagnosis) -> str:
         told = f"{opening} {', '.join(_error(found, name) for name in shown[:2])}."
     lost = [name for name in shown if found.gain[name].rmse_after > WORSE * found.gain[name].rmse_before]
     return f"{told} {worse(lost, 'extended')}" if lost else told
+
+
+def calibrated_sentence(found: Diagnosis) -> str:
+    """What moving all numbers of the base model under their priors would reach; empty where none was uncertain."""
+    shown = [n for n in ("yaw_rate_rad_s", "heading_rad") if n in found.calibrated_gain and n in found.gain]
+    if found.calibrated is None or not shown:
+        return ""
+    errors = [f"{number(channel(n)[2] * found.calibrated_gain[n].rmse_after)} {channel(n)[1]}" for n in shown]
+    return f"With all its numbers moved under their priors the errors are {_in_line(errors)} (calibrated model)."
 
 
 def _before_and_after(found: Diagnosis, name: str) -> tuple[str, str]:

@@ -8,8 +8,8 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
-from helmbench.estimation.mixed_effects.fit import Number, fit
-from helmbench.estimation.mixed_effects.left_out import jackknife, leave_one_out, score_difference
+from helmbench.estimation.mixed_effects.fit import Number, expansions_of, fit
+from helmbench.estimation.mixed_effects.left_out import jackknife, leave_one_out, predicted, score_difference
 from helmbench.estimation.mixed_effects.problem import LARGEST, THRUST, pooled, problem, squares
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
@@ -72,6 +72,21 @@ def test_leaving_a_record_out_agrees_with_a_fit_to_the_others(ship, rng):
         others = problem(ship, [r for j, r in enumerate(records) if j != i])
         exact = fit(others, numbers, ship.theta).values
         assert parts[i].values == pytest.approx(exact, abs=2e-3 * abs(exact[1]))
+
+
+def test_what_a_fit_would_leave_is_predicted_without_a_run(ship, rng):
+    true = changed(ship, R_0=0.0205)
+    records = [record(true, text, trim, rng) for text, trim in zip(MANOEUVRES, TRIM, strict=True)]
+    p = problem(ship, records)
+    base = fit(p, [], ship.theta)
+    numbers = [number(p, "R_0", 0.004), number(p, "N_v", 0.03)]
+    expansions = expansions_of(p, numbers, base.theta, base.own)
+    told = predicted(base, expansions, numbers, np.array([0]))
+    made = leave_one_out(fit(p, numbers[:1], ship.theta))
+    for one, other in zip(told, made, strict=True):
+        assert one.values == pytest.approx(other.values, abs=1e-4)
+    exact, quick = (score_difference(p, leave_one_out(base), parts).gain for parts in (made, told))
+    assert quick == pytest.approx(exact, rel=0.2)
 
 
 def test_a_score_falls_where_a_number_is_needed_and_not_where_it_is_not(ship, rng):

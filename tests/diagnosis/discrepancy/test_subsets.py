@@ -1,0 +1,77 @@
+"""The best small sets of numbers by a quadratic likelihood, and the diagnosis that follows from them."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from helmbench.bench.faults import Case, inject
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.discrepancy import subsets
+from helmbench.models.coefficient_groups import GROSS, groups_of, parts_of
+from helmbench.models.model import resolve
+
+
+@pytest.fixture
+def profile(rng):
+    """A likelihood of 12 correlated numbers of which the places 3 and 8 are wrong."""
+    columns = rng.normal(size=(400, 12)) + rng.normal(size=(400, 1))
+    truth = np.zeros(12)
+    truth[[3, 8]] = 2.0, -1.5
+    error = columns @ truth + 0.1 * rng.normal(size=400)
+    names = tuple(f"n{i}" for i in range(12))
+    return subsets._Profile(names, columns.T @ columns, columns.T @ error, 1.0)
+
+
+def test_the_best_set_of_a_size_is_the_best_of_all(profile):
+    best = profile.best(2)
+    gains = [profile.gain(pair) for pair in combinations(range(12), 2)]
+    assert set(best) == {3, 8}
+    assert profile.gain(best) == pytest.approx(max(gains))
+
+
+def test_exchanges_lead_from_wrong_numbers_to_the_right_ones(profile):
+    assert set(subsets._exchanged(profile, [0, 1])) == {3, 8}
+
+
+def test_what_would_do_as_well_is_what_is_nearly_the_same(profile):
+    twin = subsets._Profile(
+        (*profile.names, "twin"),
+        np.block([[profile.matrix, profile.matrix[:, [3]]], [profile.matrix[[3]], profile.matrix[3, 3] * (1 + 1e-9)]]),
+        np.append(profile.slope, profile.slope[3]),
+        1.0,
+    )
+    assert subsets._rivals(twin, [3, 8], 0) == ("twin",)
+    assert subsets._rivals(profile, [3, 8], 1) == ()
+
+
+@pytest.mark.parametrize("vessel", ["kvlcc2-l7", "mariner", "s175"])
+def test_numbers_of_drawings_stand_alone(vessel):
+    groups = groups_of(resolve(vessel))
+    for group in groups:
+        parts = {part.id.rpartition(".")[2]: part for part in parts_of(group)}
+        assert set(parts) == set(group.every) - (set(group.sd) if len(group.sd) == 1 else set())
+        assert all(part.of == group.id and part.sd[name] == GROSS * group.every[name] for name, part in parts.items())
+    assert [g.id for g in groups if g.slips] == {"mariner": ["inertia"]}.get(vessel, ["propeller_thrust", "inertia"])
+
+
+def test_two_wrong_numbers_are_named_and_no_other(rng):
+    """Neither is the one that alone explains most: step by step another number would go first."""
+    base = resolve("mariner")
+    names = (*base.coordinates, *base.constant_names)
+    wrong = base.theta.copy()
+    wrong[names.index("Nd")] *= 1.15
+    wrong[names.index("m33")] *= 1.3
+    count = len(base.coordinates)
+    base = replace(base, coefficients=wrong[:count], constants=wrong[count:])
+    manoeuvres = ("zigzag:10/10", "zigzag:20/20:port", "turn:30", "zigzag:25/5", "turn:15:port")
+    made = inject(Case("mariner", train=manoeuvres, held_out=("zigzag:15/15",), duration_s=400.0, dt_s=1.0), rng)
+    found = diagnose(base, made.train, made.held_out)
+    print(found.verdict, found.causes)
+    true = dict(zip(names, resolve("mariner").theta.tolist(), strict=True))
+    sizes = {size.parameter: size.value for f in found.causes for size in f.sizes}
+    assert found.verdict == "named" and [f.cause for f in found.causes] == ["base_coefficients"]
+    assert sizes == pytest.approx({"Nd": true["Nd"], "m33": true["m33"]}, rel=0.05)
+    assert found.gain["yaw_rate_rad_s"].rmse_after < 0.6 * found.gain["yaw_rate_rad_s"].rmse_before
+    assert found.calibrated is not None and set(found.calibrated_gain) >= {"yaw_rate_rad_s", "heading_rad"}
