@@ -10,9 +10,11 @@ from ..peer import TRAIN, records
 
 
 def test_the_rudder_area_of_another_code_is_found():
-    """The area stands in the rudder's force as the slope does; the other wake law moves the size by a few percent."""
+    """The area stands in the rudder's force as the slope does; the other wake law moves the size by a few percent, and is
+    named where the records show it."""
     found = calibrate(ship_of_shipmmg(), records({"A_R": 1.213}, TRAIN[:4], np.random.default_rng(1)))
     print(found.moved, found.steps)
-    assert found.verdict == "named" and {step.group.partition(".")[0] for step in found.steps} == {"rudder_force"}
-    (moved,) = found.moved
+    assert found.verdict == "named"
+    assert {step.group for step in found.steps} <= {"rudder_force", "wake_in_turns"}
+    (moved,) = (m for m in found.moved if m.group == "rudder_force")
     assert moved.name in ("f_alpha", "A_R") and moved.after / moved.before == pytest.approx(1.213, abs=0.08)

@@ -32,7 +32,7 @@ def test_it_shows_itself(found):
     page, told = found.to_html(), found.summary()
     for number in found.moved:
         assert number.name in page and number.name in told
-    assert "<pre>" in found._repr_html_()
+    assert "<table" in found._repr_html_() and "<img" in found._repr_html_()
 
 
 def test_the_figure_has_the_channels_of_the_held_out_run(found):

@@ -50,4 +50,4 @@ def test_the_script_calls_the_program(shell, capsys):
 def test_every_command_prints_json():
     without = {name for name, command in cli.commands.items()
                if "--json" not in {option for parameter in command.params for option in parameter.opts}}  # fmt: skip
-    assert without == {"completion"}
+    assert without == {"completion", "open"}

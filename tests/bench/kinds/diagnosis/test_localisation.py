@@ -20,7 +20,7 @@ ANGLE = 0.24
 @pytest.fixture(scope="module")
 def case():
     """A rudder that loses half its force beyond an angle."""
-    effect = Effect("rudder_stall", {"loss": 0.5, "angle": ANGLE})
+    effect = Effect("rudder_force_loss", {"loss": 0.5, "angle": ANGLE})
     facts = {"duration_s": 80.0, "train": ("zigzag:20/20", "steps:30deg/8s"), "held_out": ("turn:20",)}
     return inject(Case("kvlcc2-l7", effects=(effect,), **facts), np.random.default_rng(1))
 

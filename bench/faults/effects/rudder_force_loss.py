@@ -12,10 +12,10 @@ from ._regime import RegimeKind
 from .base import Setting
 
 
-class RudderStall(RegimeKind):
+class RudderForceLoss(RegimeKind):
     """The rudder loses a share of its force beyond an angle."""
 
-    id = "rudder_stall"
+    id = "rudder_force_loss"
     rank = 60
     units: ClassVar = {"loss": "1", "angle": "rad"}
     sized = ("loss",)
