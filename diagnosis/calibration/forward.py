@@ -142,8 +142,8 @@ def select(
         steps += grown
         if proposed is not None and _better(problem, now, proposed[0]):
             now = proposed[0]
-    if _worse(problem, base, now):
-        now = next((s.attempt for s in reversed(steps) if not _worse(problem, base, s.attempt)), base)
+    sound = (a for a in (now, *(s.attempt for s in reversed(steps))) if _likely(problem, start, a))
+    now = next((a for a in sound if not _worse(problem, base, a)), base)
     idle = free is not None and not _enters(problem, score_difference(problem, base.left_out, now.left_out))
     if not now.groups or idle:
         return Selection(base, (), base, refused)
@@ -220,7 +220,7 @@ def _exchanged(problem: Problem, final: Attempt, groups: Sequence[Group], always
         fewer = [g for g in groups if len(g.sd) <= len(group.sd) and g.id != group.id]
         for trial, _ in _tried(problem, rest, fewer):
             fall = score_difference(problem, final.left_out, trial.left_out)
-            if fall.gain > max(fall.error, LEAST):
+            if fall.gain > max(fall.error, LEAST) and _likely(problem, rest, trial):
                 final = attempt(problem, trial.groups, trial.fitted, LONG)
                 break
     return final

@@ -10,8 +10,8 @@ from ..peer import TRAIN, records
 
 
 def test_the_rudder_area_of_another_code_is_found():
-    """The area stands in the rudder's force as the slope does; the other wake law moves the size by a few percent, and is
-    named where the records show it."""
+    """The area stands in the rudder's force as the slope does; the other wake law moves the size by a few percent,
+    and is named where the records show it."""
     found = calibrate(ship_of_shipmmg(), records({"A_R": 1.213}, TRAIN[:4], np.random.default_rng(1)))
     print(found.moved, found.steps)
     assert found.verdict == "named"
