@@ -26,7 +26,7 @@ def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
 
     return (
         *check_plausible(records, model),
-        *(f"{', '.join(f.records)}: {f.evidence}" for f in _faults(records, model) if f.standing or f.blanked),
+        *(f"{', '.join(f.records)}: {f.evidence}" for f in _faults(records, model) if f.standing),
     )
 
 
