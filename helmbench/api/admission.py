@@ -26,8 +26,13 @@ def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
 
     return (
         *check_plausible(records, model),
-        *(f"{', '.join(f.records)}: {f.evidence}" for f in _faults(records, model) if f.standing),
+        *(f"{', '.join(f.records)}: {f.evidence}" for f in _faults(records, model) if f.standing or _blanks(f)),
     )
+
+
+def _blanks(found: CheckFinding) -> bool:
+    """Whether whole stretches of a channel say nothing; single samples off their neighbours are for `check` to tell."""
+    return found.blanked > 0 and found.cause != "outliers"
 
 
 def warn_of(doubts: Sequence[str]) -> None:
