@@ -21,8 +21,10 @@ EARLY = 0.035
 """Share of the record by which the motion may come after its order."""
 STEPS = 3
 """Steps of the means by which the motion must come before its order."""
-FAINT, NONE = 6.0, 0.25
+FAINT, NONE = 5.0, 0.25
 """Standard deviations, and share of the yaw acceleration, below which the rudder does nothing at any lag."""
+FOLLOWED = 0.22
+"""Correlation of the yaw rate with an earlier rudder from which it follows it, whatever waves do to its rate."""
 SMALL = float(np.deg2rad(1.2))
 """Rudder angle, rad, that makes no manoeuvre."""
 TURN = 20.0
@@ -84,8 +86,20 @@ class RudderResponse(FileCheck):
             )
             size = exact("lag", found.lag_s, "s")
             return [Fault(said, (name, "yaw_rate_rad_s"), (size,), standing=True)]
-        if abs(found.z_best) < FAINT and found.share_best < NONE:
+        if abs(found.z_best) < FAINT and found.share_best < NONE and not _followed(record):
             share = found.share_best
             said = f"{name} explains {100.0 * share:.1f} % of the yaw acceleration: it is not what turns the ship"
             return [Fault(said, (name,), (exact("share", share, "1"),), standing=True)]
         return []
+
+
+def _followed(record: Record) -> bool:
+    """Whether the yaw rate goes with the rudder some time before, by up to a quarter of the record."""
+    if not record.has("yaw_rate_rad_s"):
+        return False
+    x, y = record.rudder(), record.column("yaw_rate_rad_s")
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = x[known] - np.mean(x[known]), y[known] - np.mean(y[known])
+    lags = range(0, max(x.size // 4, 1), max(x.size // 200, 1))
+    size = max(float(np.std(x) * np.std(y)) * x.size, 1e-300)
+    return any(abs(float(x[: x.size - k] @ y[k:])) > FOLLOWED * size for k in lags)
