@@ -15,7 +15,7 @@ from ..checks.registry import check_of, column_checks
 from ..checks.result import NORMAL_90, CheckFinding, Size
 from ..estimation.rudder_scale import rudder_doubt
 from .result import Diagnosis, Finding
-from .verdict import motion_explained
+from .verdict import without_motion
 
 if TYPE_CHECKING:
     from ..checks.columns._base import ColumnFault
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .prepared import Prepared
 
-HALF = 0.5
-"""Share of the yaw motion that free runs must hold for a number of the hull to be named."""
 FAINT = 1e-6
 """Probability that stands for a fault of a file, which is counted and not tested."""
 
@@ -57,16 +55,17 @@ def examined(records: Sequence[Record], model: Model) -> Checked:
 
 def with_checks(found: Diagnosis, given: Prepared) -> Diagnosis:
     """The diagnosis with what the files showed: named where it is a cause of the bank; and without a word of the model
-    while records stand in doubt."""
-    found = replace(found, checks=given.checked)
+    while records stand in doubt, or where free runs do not follow the motion."""
+    found, lost = replace(found, checks=given.checked), without_motion(found.traces)
+    if lost is not None and found.verdict in ("named", "tied"):
+        found = replace(found, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in given.checked if check_of(f.cause).named and f.blanked):
         found = _named(found, _finding(name, given))
     standing = [f"{', '.join(f.records)}: {f.evidence}" for f in given.checked if f.standing]
     if standing:
         reason = f"nothing can be said of the model while the records are in doubt: {standing[0]}"
         return _withheld(found, "inconclusive", reason, "the records are in doubt")
-    share = motion_explained([t for t in found.traces if t.role == "train"])
-    if share is not None and share < HALF and any(f.stage != "kinematics" for f in found.causes):
+    if lost is not None and any(f.stage != "kinematics" for f in found.causes):
         said = "free runs with all that fits do not follow even half of the yaw motion"
         return _withheld(found, "unexplained", f"{said}: no number of the hull is named", said)
     return found

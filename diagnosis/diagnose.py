@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from ..estimation.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput
 from ..models.memory import require_memory
-from . import verdict
 from .by_residuals import concluded, selected
 from .checked import with_checks
 from .discrepancy.diagnosed import behind_sensors, of_uncertain_base
@@ -82,7 +81,7 @@ def _diagnosed(
         given = behind_sensors(given, sensors_of(given.train, given.held_out, options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
-    found = with_checks(_followed(_found(model, given, options, watch)), given)
+    found = with_checks(_found(model, given, options, watch), given)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
     return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
@@ -120,12 +119,6 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
     if told.verdict != "unexplained" or not refused & {f.cause for f in found.causes}:
         return told
     return replace(concluded(model, given, options, shown, refused), calibration=told.calibration)
-
-
-def _followed(found: Diagnosis) -> Diagnosis:
-    """The diagnosis, unexplained where free runs with all that is named do not follow the motion."""
-    why = verdict.without_motion(found.traces) if found.verdict in ("named", "tied") else None
-    return found if why is None else replace(found, verdict="unexplained", reason=why)
 
 
 def _require_room(model: Model, given: Prepared) -> None:

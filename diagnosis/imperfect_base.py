@@ -44,10 +44,10 @@ def by_free_runs(
     subsets : the best small sets of numbers by the likelihood.
     identified : the model's numbers come from these records.
     """
-    first = [group for group, c in causes_of(found.model).items() if c in {f.cause for f in found.causes}]
+    told = {f.cause for f in found.causes}
     try:
         with arithmetic_guard():
-            base = calibrate_on(found.model, given, felt, identified, found.threads, first, subsets)
+            base = calibrate_on(found.model, given, felt, identified, found.threads, told, subsets)
     except (BadInput, CannotFit, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base):

@@ -124,8 +124,8 @@ def simulate(
     from . import drivers
 
     u, start = _array(inputs, 2), _array(x0, 1)
-    if u.shape[1] > len(model.inputs):
-        model.environment(wind=bool(np.any(u[:, -5:-3])))
+    if u.shape[1] > len(model.inputs) and model.windage is None:
+        model.environment(wind=bool(np.any(u[:, -5:-3])))  # refuses wind
     states = np.empty((len(u), start.size))
     kernels, theta = variant(model, u.shape[1], model.theta)
     if integrator == "euler":

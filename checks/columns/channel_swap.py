@@ -34,11 +34,8 @@ class ChannelSwap(ColumnCheck):
         faults += of_rudder
         better = better_reading(fixed)
         if better is not None and better.reading.check == self.id:
-            said = (
-                f"the track disagrees with the velocities by {better.present:.3f} of the way made, by {better.own:.3f} "
-                "with the columns exchanged"
-            )
-            faults.append(self._fault(better.reading.columns, said, (better.present / max(better.own, 1e-6)) ** 2))
+            said = better.evidence("with the columns exchanged")
+            faults.append(self._fault(better.reading.columns, said, better.statistic))
             fixed = read_as(fixed, better.reading)
         return faults, fixed
 

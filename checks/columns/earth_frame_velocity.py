@@ -23,9 +23,6 @@ class EarthFrameVelocity(ColumnCheck):
         better = better_reading(records)
         if better is None or better.reading.check != self.id:
             return [], list(records)
-        said = (
-            f"the track disagrees with the velocities by {better.present:.3f} of the way made, by {better.own:.3f} "
-            "when they are read as north and east"
-        )
-        statistic = (better.present / max(better.own, 1e-6)) ** 2
-        return [ColumnFault(self, {}, said, statistic, {"earth_frame_velocity": 1.0})], read_as(records, better.reading)
+        said = better.evidence("when they are read as north and east")
+        fault = ColumnFault(self, {}, said, better.statistic, {"earth_frame_velocity": 1.0})
+        return [fault], read_as(records, better.reading)

@@ -26,11 +26,6 @@ class HeadingZero(ColumnCheck):
         better = better_reading(records)
         if better is None or better.reading.check != self.id:
             return [], list(records)
-        said = (
-            f"the track disagrees with the velocities by {better.present:.3f} of the way made, by {better.own:.3f} "
-            "with the heading turned by 180 deg"
-        )
-        statistic = (better.present / max(better.own, 1e-6)) ** 2
-        return [ColumnFault(self, {}, said, statistic, {"heading_bias": float(np.pi)})], read_as(
-            records, better.reading
-        )
+        said = better.evidence("with the heading turned by 180 deg")
+        fault = ColumnFault(self, {}, said, better.statistic, {"heading_bias": float(np.pi)})
+        return [fault], read_as(records, better.reading)

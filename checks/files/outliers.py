@@ -30,6 +30,7 @@ class Outliers(FileCheck):
     id = "outliers"
     rank = 100
     named = True
+    single = True
     separate_by = "the sensor's own quality flag"
 
     def find(self, record: Record) -> list[Fault]:

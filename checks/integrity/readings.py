@@ -70,6 +70,15 @@ class Better(NamedTuple):
     present: float
     own: float
 
+    @property
+    def statistic(self) -> float:
+        """Square of the ratio of both disagreements."""
+        return (self.present / max(self.own, 1e-6)) ** 2
+
+    def evidence(self, how: str) -> str:
+        """What agrees better: how the columns are read, in words."""
+        return f"the track disagrees with the velocities by {self.present:.3f} of the way made, by {self.own:.3f} {how}"
+
 
 PAIRS = (("surge_m_s", "sway_m_s"), ("north_m", "east_m"))
 READINGS = (

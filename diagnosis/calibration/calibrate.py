@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -72,10 +72,9 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
     options = Options().checked(model)
     beside = of_uncertain_base(model, corrected_records(model, train, held_out, options), options)
-    found = () if beside.found is None else [f.cause for f in beside.found.causes]
-    first = [group for group, cause in causes_of(model).items() if cause in found]
+    named = () if beside.found is None else [f.cause for f in beside.found.causes]
     return calibrate_on(
-        model, beside.cleaned, beside.felt, threads=options.threads, first=first, subsets=beside.subsets
+        model, beside.cleaned, beside.felt, threads=options.threads, causes=named, subsets=beside.subsets
     )
 
 
@@ -98,7 +97,7 @@ def calibrate_on(
     felt: Records | Prepared | None = None,
     identified: bool = False,
     threads: int = THREADS,
-    first: Sequence[str] = (),
+    causes: Collection[str] = (),
     subsets: Sequence[Subset] = (),
 ) -> Calibration:
     """`calibrate` on true motions.
@@ -107,7 +106,7 @@ def calibrate_on(
     identified : the model's own numbers come from such records: they are free in every fit, and what counts is what
     the model lacks.
     threads : threads that run the fits; the results do not depend on them.
-    first : ids of groups that enter before all others, since other evidence names them.
+    causes : ids of causes that other evidence names: the groups of their extensions enter before all others.
     subsets : the best small sets of numbers by the likelihood of the innovations.
     """
     started, train = time.perf_counter(), given.train
@@ -123,7 +122,8 @@ def calibrate_on(
         own, lacking = every_own_number(groups), [g for g in groups if g.extension is not None]
         found, groups = select(inside.train, lacking, own), [*lacking, own]
     else:
-        found = select(inside.train, groups, first=[g for g in groups if g.id in first], subsets=subsets)
+        known = causes_of(model)
+        found = select(inside.train, groups, first=[g for g in groups if known.get(g.id) in causes], subsets=subsets)
     base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
     shares = _shares(inside.train, base, found)
     verdict, reason = _verdict(inside.train, base, found, shares)

@@ -214,8 +214,6 @@ def _exchanged(problem: Problem, final: Attempt, groups: Sequence[Group], always
     if not problem.model.is_3dof:
         return final
     for group in final.groups[always:] if len(final.groups) > always + 1 else ():
-        if group not in final.groups:
-            continue
         rest = attempt(problem, tuple(g for g in final.groups if g.id != group.id), final.fitted, SHORT)
         fewer = [g for g in groups if len(g.sd) <= len(group.sd) and g.id != group.id]
         for trial, _ in _tried(problem, rest, fewer):
@@ -268,7 +266,7 @@ def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step
     new = _new(now, best)
     rivals = [_new(now, a) for a, _ in tried if a is not best and _tied(problem, best, a)]
     ties = tuple({g.of: g for g in rivals if g.of != new.of and len(g.sd) <= len(new.sd)}.values())
-    return [Step(_new(now, best), attempt(problem, best.groups, best.fitted, LONG), fall, ties)]
+    return [Step(new, attempt(problem, best.groups, best.fitted, LONG), fall, ties)]
 
 
 def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:

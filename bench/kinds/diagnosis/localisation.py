@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....models.errors import BadInput
-
 if TYPE_CHECKING:
     from ....diagnosis.result import Diagnosis
     from ....models.model import Model
@@ -62,18 +60,18 @@ def healthy_bias(diagnosis: Diagnosis, true: Model, wrong: frozenset[str]) -> fl
     true : the model of the ship; wrong : numbers, and groups of numbers, that are left out.  None where the family
     states no priors.
     """
-    from ....models.coefficient_groups import groups_of
+    from ....models.coefficient_groups import stated_groups
 
-    try:
-        groups = groups_of(true)
-    except BadInput:
-        return None
     now, then = (
         dict(zip((*m.coordinates, *m.constant_names), m.theta.tolist(), strict=True))
         for m in (diagnosis.extended, true)
     )
     own = {
-        n: sd for g in groups if g.extension is None and g.id not in wrong for n, sd in g.sd.items() if n not in wrong
+        n: sd
+        for g in stated_groups(true)
+        if g.extension is None and g.id not in wrong
+        for n, sd in g.sd.items()
+        if n not in wrong
     }
     errors = [(now[name] - then[name]) / sd for name, sd in own.items() if name in now]
     return float(np.sqrt(np.mean(np.square(errors)))) if errors else None

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ....models.errors import BadInput
-
 if TYPE_CHECKING:
     from ....diagnosis.result import Diagnosis, Finding
     from ....models.model import Model
@@ -28,12 +26,9 @@ def named(diagnosis: Diagnosis) -> list[frozenset[str]]:
 
 def group_names(model: Model) -> dict[str, str]:
     """Number, or title of a group in small letters -> id of the group; empty where the family states no groups."""
-    from ....models.coefficient_groups import groups_of
+    from ....models.coefficient_groups import stated_groups
 
-    try:
-        groups = groups_of(model)
-    except BadInput:
-        return {}
+    groups = stated_groups(model)
     return {name: g.id for g in groups for name in g.every} | {g.title.lower(): g.id for g in groups}
 
 
