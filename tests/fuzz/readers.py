@@ -54,11 +54,14 @@ suite: {dt_s: 0.5, duration_s: 300, execute_s: 10, train: ["zigzag:20/20"], held
 
 @dataclass(frozen=True)
 class Reader:
-    """seeds : valid files.  name : of the file.  read : takes the path; `PLAIN` errors of it are refusals."""
+    """seeds : valid files.  name : of the file.  read : takes the path; `BadInput` and `CannotFit` of it are refusals.
+    whole : the same call as a user makes it, which reads in a process of its own: tried where `read` ends its process.
+    """
 
     seeds: tuple[bytes, ...]
     name: str
     read: Callable[[Path], object]
+    whole: Callable[[Path], object] | None = None
 
 
 def _model_files(scratch: Path) -> tuple[bytes, ...]:
@@ -248,16 +251,22 @@ def _raw_readers(scratch: Path) -> dict[str, Reader]:
         folder = scratch / name
         folder.mkdir()
         path = {**TEXT_CASES, **OTHER_CASES}[log].write(run, folder)[0]
-        found[name] = Reader((path.read_bytes(),), path.name, _raw)
+        found[name] = Reader((path.read_bytes(),), path.name, _raw, _drafted)
     return found
+
+
+def _drafted(path: Path) -> None:
+    """As an import does."""
+    from helmbench.datasets.importing import sources
+    from helmbench.datasets.importing.importer import Options, draft_tables
+
+    draft_tables(sources.read_raw(path), None, Options(), {})
 
 
 def _raw(path: Path) -> None:
     """As an import does, but in this process: what a library raises on a binary file is a refusal there."""
     from helmbench.datasets.importing import sources
     from helmbench.datasets.importing.contained import READERS
-    from helmbench.datasets.importing.importer import Options, draft_tables
-    from helmbench.models.errors import BadInput
 
     def contained(kind, data, place):
         try:
@@ -268,7 +277,7 @@ def _raw(path: Path) -> None:
             raise BadInput(type(error).__name__) from None
 
     sources.read_contained = contained
-    draft_tables(sources.read_raw(path), None, Options(), {})
+    _drafted(path)
 
 
 def readers(scratch: Path) -> dict[str, Reader]:

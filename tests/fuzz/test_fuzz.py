@@ -1,6 +1,8 @@
 """Inputs that a reader once failed on, and some new ones: each ends in a value or in one line, and runs no code."""
 
+import os
 import random
+import signal
 from dataclasses import replace
 
 import pytest
@@ -49,11 +51,16 @@ def test_the_watch_sees_code_crashes_and_memory(tmp_path):
             bytearray(3 * 2**30)
         if text == "crash":
             raise KeyError("x")
+        if text == "end":
+            os.kill(os.getpid(), signal.SIGSEGV)
 
     worker = Worker(replace(reader, read=read), tmp_path / "folder")
     try:
         for text in ("code", "memory", "crash"):
             assert worker.outcome(text.encode()).state == text
         assert worker.outcome(b"fine").state == "accepted"
+        assert worker.outcome(b"end").state == "crash"
+        worker.reader = replace(worker.reader, whole=lambda path: path.read_bytes())
+        assert worker.outcome(b"end").state == "accepted"
     finally:
         worker.close()

@@ -7,6 +7,7 @@ import sys
 import time
 import traceback
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -62,7 +63,15 @@ class Worker:
             self._process.join()
             code = self._process.exitcode
             self.close()
+            if self.reader.whole is not None:
+                return self._whole(self.reader.whole)
             return Outcome("crash", f"the process ended with status {code}")
+
+    def _whole(self, read: Callable[[Path], object]) -> Outcome:
+        """What the call comes to that reads in processes of its own; the input ended this one."""
+        started = time.perf_counter()
+        found = _called(read, self.folder / self.reader.name)
+        return Outcome(found.state, found.said, time.perf_counter() - started)
 
     def close(self) -> None:
         if self._process is not None:
@@ -88,7 +97,7 @@ def _serve(pipe: Connection, reader: Reader, folder: Path) -> None:
     path, ran = folder / reader.name, []
     for seed in reader.seeds:  # compiled and imported before limits and watch begin
         path.write_bytes(seed)
-        _called(reader, path)
+        _called(reader.read, path)
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
     sys.addaudithook(lambda event, given: ran.append(event) if _is_code(event, given, folder) else None)
@@ -104,7 +113,7 @@ def _serve(pipe: Connection, reader: Reader, folder: Path) -> None:
         started = time.perf_counter()
         signal.setitimer(signal.ITIMER_PROF, CPU_S)
         try:
-            found = _called(reader, path)
+            found = _called(reader.read, path)
         except _Hang:
             found = Outcome("hang", f"more than {CPU_S:.0f} s")
         signal.setitimer(signal.ITIMER_PROF, 0.0)
@@ -114,9 +123,9 @@ def _serve(pipe: Connection, reader: Reader, folder: Path) -> None:
         pipe.send(Outcome(found.state, found.said, time.perf_counter() - started))
 
 
-def _called(reader: Reader, path: Path) -> Outcome:
+def _called(read: Callable[[Path], object], path: Path) -> Outcome:
     try:
-        reader.read(path)
+        read(path)
     except (BadInput, CannotFit) as refused:
         said = str(refused)
         if not said.isprintable() or len(said) > LONGEST_LINE:
