@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,9 +15,10 @@ from ...models.data_file import load
 from ...models.errors import BadInput
 from ..columns import ACCEPTED, QUANTITIES
 from ..sidecar_file import SidecarFile
+from .cell_texts import Texts
 from .cells import GAPS, side_of
-from .names import joined
-from .quantities import quantities
+from .names import joined, words
+from .quantities import quantities, side_words
 from .raw import RawColumn, RawTable
 from .units import UNITS, unit_of
 
@@ -55,26 +57,47 @@ def with_sides(columns: Sequence[RawColumn]) -> list[RawColumn]:
     out = list(columns)
     for i in range(1, len(out)):
         before, letters = out[i - 1], out[i]
-        if isinstance(letters.values, np.ndarray) or isinstance(before.values, np.ndarray) or letters.known:
+        if letters.texts is None or before.texts is None or letters.known or not _sides(letters.texts, before):
             continue
-        sides = _sides(letters, before)
-        if sides is None or not before.numeric or (before.numbers[np.isfinite(before.numbers)] < 0.0).any():
+        if not before.numeric or (before.numbers[np.isfinite(before.numbers)] < 0.0).any():
             continue
-        texts = tuple(
-            f"{value.strip()} {side}" if value.strip() else "" for value, side in zip(before.values, sides, strict=True)
-        )
-        out[i - 1] = replace(before, values=texts)
+        out[i - 1] = replace(before, values=_joined(before.texts, letters.texts))
         out[i] = replace(letters, known="not used", source=f"the side of column {before.name}")
     return out
 
 
-def _sides(letters: RawColumn, before: RawColumn) -> list[str] | None:
-    """The sides that a column of texts names; None where it is none."""
-    texts = [str(value).strip().lower() for value in letters.values]
-    named = {text: side_of(text, before.name) for text in set(texts) - GAPS}
-    if not named or not all(named.values()) or len(named) > 3:
-        return None
-    return ["" if text in GAPS else text.upper() for text in texts]
+def with_halves(columns: Sequence[RawColumn]) -> list[RawColumn]:
+    """Columns of the angle to one side and to the other, one of them zero at any time, as one signed column."""
+    out = list(columns)
+    for i, j in itertools.combinations(range(len(out)), 2):
+        one, other = out[i], out[j]
+        words_i, words_j = set(words(one.name)), set(words(other.name))
+        to = [side_words()[side] for side in ("starboard", "port")]
+        if words_i & to[1] and words_j & to[0]:
+            i, j, one, other, words_i, words_j = j, i, other, one, words_j, words_i
+        if not (words_i & to[0] and words_j & to[1] and words_i - to[0] == words_j - to[1]) or one.unit != other.unit:
+            continue
+        a, b = np.nan_to_num(one.numbers), np.nan_to_num(other.numbers)
+        if (a >= 0.0).all() and (b >= 0.0).all() and a.any() and b.any() and np.mean((a > 0.0) & (b > 0.0)) < 0.05:
+            out[i] = replace(one, values=one.numbers - other.numbers, said=(*one.said, "positive to starboard"))
+            out[j] = replace(other, known="not used", source=f"the other side of column {one.name}, taken off it")
+    return out
+
+
+def _sides(letters: Texts, before: RawColumn) -> bool:
+    """Whether a column of texts names sides."""
+    kinds = {text.lower() for text in letters.unique()} - GAPS
+    return 0 < len(kinds) <= 3 and all(side_of(kind, before.name) for kind in kinds)
+
+
+def _joined(numbers: Texts, letters: Texts) -> Texts:
+    """Numbers with the letters beside them; nothing where there is no number."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    sides = pc.if_else(pa.array(letters.among(GAPS)), "", pc.utf8_upper(letters.trimmed))
+    both = pc.binary_join_element_wise(numbers.trimmed, sides, pa.scalar(" ", pa.large_string()))
+    return Texts(pc.if_else(pc.equal(numbers.trimmed, ""), "", both))
 
 
 # ------------------------------------------------------------------------------------------------ a file beside the log
@@ -146,5 +169,5 @@ def _with_statements(table: RawTable, said: Mapping[str, Sequence[str]], name: s
     columns = tuple(
         replace(c, said=(*c.said, *said[joined(c.name)])) if said.get(joined(c.name)) else c for c in table.columns
     )
-    told = columns != table.columns if not any(isinstance(c.values, np.ndarray) for c in columns) else bool(said)
+    told = any(new is not old for new, old in zip(columns, table.columns, strict=True))
     return replace(table, columns=columns, done=(*table.done, *((f"units and signs by {name}",) if told else ())))

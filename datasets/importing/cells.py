@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from .cell_texts import Texts
 from .units import unit_of, words_of
 
 Style: TypeAlias = Literal["point", "comma", "open"]
@@ -21,6 +22,10 @@ GAPS = words_of(
 NARROW = str.maketrans("", "", "\u00a0\u202f\u2009'\u2019`")
 MINUS = str.maketrans({"\u2212": "-", "\u2013": "-", "\ufe63": "-", "\uff0d": "-"})
 PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+WIDE = str.maketrans({0xFF10 + digit: str(digit) for digit in range(10)} | {0xFF0E: ".", 0xFF0C: ",", 0xFF0B: "+"})
+NUMBER_LIKE = r"^[\s\d.,eE+\-'`\x{2019}\x{a0}\x{202f}\x{2009}\x{2212}\x{2013}\x{fe63}\x{ff0b}-\x{ff19}]+$"
+"""Texts of nothing but digits and signs, for Arrow's regular expressions."""
+GROUPED_COMMAS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?")
 GROUPED_SPACES = re.compile(r"[+-]?\d{1,3}( \d{3})+([.,]\d+)?")
 POINT_SURE = re.compile(
     r"[+-]?(\d{1,3}(,\d{3})+\.\d+|\d{1,3}(,\d{3}){2,}|0\.\d+|\d{4,}\.\d+|\d*\.(\d{1,2}|\d{4,})|\.\d+)([eE][+-]?\d+)?"
@@ -43,13 +48,21 @@ SIDES = {
     for letters in known.split()
 }
 """Letters at a number -> the side that they mean; of latitudes and longitudes s is south."""
+SENTINELS = frozenset(
+    [float(f"{'9' * whole}.{'9' * digits}" if digits else "9" * whole) for whole in range(3, 8) for digits in range(4)]
+    + [32767.0, 32768.0, 65535.0, 2147483647.0, 2147483648.0, 1e10, 1e20, 1e30]
+)
+"""Sizes of numbers by which loggers mark a missing value."""
 POSITIVE_SIDES = ("starboard", "north", "east")
 SAMPLE = 2000
 
 
 def is_number(text: str) -> bool:
     """Whether a cell is a number, with a decimal point or comma, with or without thousands."""
-    text = text.strip().translate(NARROW).translate(MINUS)
+    text = text.strip()
+    if PLAIN.fullmatch(text):
+        return True
+    text = text.translate(NARROW).translate(MINUS)
     return bool(PLAIN.fullmatch(text) or POINT_SURE.fullmatch(text) or COMMA_SURE.fullmatch(text)) or (
         bool(EITHER.fullmatch(text) or GROUPED_SPACES.fullmatch(text))
         or text.lower() in ("inf", "-inf", "+inf", "infinity")
@@ -82,41 +95,74 @@ def table_style(columns: Sequence[Sequence[str]]) -> Style:
     return "open" if commas else "point"
 
 
-def numbers_of(texts: Sequence[str], style: Style = "point") -> np.ndarray:
+def numbers_of(texts: Texts, style: Style = "point") -> np.ndarray:
     """Texts (N) as numbers (N,), nan where a text is none.
 
     style : the decimal sign of the table, for a column that does not show its own.
     """
-    plain = _floats(texts)
-    missing = np.flatnonzero(np.isnan(plain)).tolist()
-    own = style_of(texts)
+    own = style_of(texts[:SAMPLE])
     decimal = own if own in ("point", "comma") else style
-    if decimal == "comma" or any("," in texts[i] for i in missing) or _any_spaces(texts, missing):
-        return _floats([_with_point(text, decimal) for text in texts])
-    return plain
+    numbers = _floats(_with_points(texts.trimmed, decimal))
+    missing = np.flatnonzero(np.isnan(numbers))
+    if missing.size:
+        missing = missing[texts.take(missing).like(NUMBER_LIKE)]
+    if missing.size:
+        numbers[missing] = texts.take(missing).mapped(lambda text: _number(text, decimal))
+    return numbers
 
 
-def _any_spaces(texts: Sequence[str], missing: Sequence[int]) -> bool:
-    return any(not texts[i].isascii() or "'" in texts[i] or " " in texts[i].strip() for i in missing[:SAMPLE])
+def _with_points(cells: Any, decimal: Style) -> Any:
+    """An Arrow array of texts, numbers among them with a decimal point and without thousands."""
+    import pyarrow.compute as pc
+
+    if decimal == "comma":
+        numbers = pc.match_substring_regex(cells, f"^(?:{COMMA_SURE.pattern}|{EITHER.pattern})$")
+        pointed = pc.replace_substring(pc.replace_substring(cells, ".", ""), ",", ".")
+        return pc.if_else(numbers, pointed, cells)
+    grouped = pc.match_substring(cells, ",")
+    if not pc.any(grouped).as_py():
+        return cells
+    numbers = pc.match_substring_regex(cells, f"^{GROUPED_COMMAS.pattern}$")
+    return pc.if_else(numbers, pc.replace_substring(cells, ",", ""), cells)
 
 
-def _with_point(text: str, style: Style) -> str:
-    """A number with a decimal point and without thousands, other texts as they are."""
-    tidy = text.strip().translate(NARROW).translate(MINUS)
+def _floats(cells: Any) -> np.ndarray:
+    """The numbers (N,) of an Arrow array of texts; nan where a text is no plain number."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    try:
+        read = pc.if_else(pc.equal(cells, ""), None, cells).cast(pa.float64())
+    except pa.ArrowInvalid:
+        plain = pc.match_substring_regex(cells, f"^(?:{PLAIN.pattern}|[+-]?(?i:inf|infinity))$")
+        read = pc.if_else(plain, cells, None).cast(pa.float64())
+    return np.array(read.fill_null(np.nan).to_numpy(zero_copy_only=False))
+
+
+def _number(text: str, decimal: Style) -> float:
+    """The number of a text with signs of other alphabets, grouped by spaces, or with its minus behind it."""
+    tidy = text.translate(NARROW).translate(MINUS).translate(WIDE)
     tidy = tidy.replace(" ", "") if GROUPED_SPACES.fullmatch(tidy) else tidy
-    if style == "comma":
-        return tidy.replace(".", "").replace(",", ".") if COMMA_SURE.fullmatch(tidy) or EITHER.fullmatch(tidy) else tidy
-    return tidy.replace(",", "") if re.fullmatch(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?", tidy) else tidy
+    if decimal == "comma" and (COMMA_SURE.fullmatch(tidy) or EITHER.fullmatch(tidy)):
+        tidy = tidy.replace(".", "").replace(",", ".")
+    elif decimal != "comma" and GROUPED_COMMAS.fullmatch(tidy):
+        tidy = tidy.replace(",", "")
+    if tidy.endswith("-") and not tidy.startswith(("-", "+")):
+        tidy = f"-{tidy[:-1]}" if decimal != "comma" else f"-{tidy[:-1].replace('.', '').replace(',', '.')}"
+    return float(tidy) if PLAIN.fullmatch(tidy) else np.nan
 
 
-def _floats(texts: Sequence[str]) -> np.ndarray:
-    out = np.full(len(texts), np.nan)
-    for i, text in enumerate(texts):
-        try:
-            out[i] = float(text) if "_" not in text else np.nan
-        except ValueError:
-            continue
-    return out
+def missing_value(numbers: np.ndarray) -> float | None:
+    """The number that stands for a missing value: one of `SENTINELS`, farther from all others than these are wide."""
+    known = numbers[np.isfinite(numbers)]
+    if known.size < 3:
+        return None
+    for extreme in (float(known.max()), float(known.min())):
+        rest = known[known != extreme]
+        apart = float(np.abs(rest - extreme).min()) if rest.size else 0.0
+        if abs(extreme) in SENTINELS and apart > max(float(np.ptp(rest)), 0.5 * abs(extreme)):
+            return extreme
+    return None
 
 
 @dataclass(frozen=True)
@@ -128,11 +174,14 @@ class Decorated:
     positive: str
 
 
-def decorated(texts: Sequence[str], name: str, style: Style) -> Decorated | None:
+def decorated(texts: Texts, name: str, style: Style) -> Decorated | None:
     """The numbers of cells such as `12.5 P`, `54.42N`, `12.3 kn`; None where most cells are of no such form."""
-    matches = [DECORATED.fullmatch(text.strip().translate(MINUS)) for text in texts]
-    told = [text.strip().lower() not in GAPS for text in texts]
-    if sum(told) == 0 or sum(m is not None for m, t in zip(matches, told, strict=True) if t) < 0.9 * sum(told):
+    kinds_of, codes = texts.coded()
+    counts = np.bincount(codes, minlength=len(kinds_of))
+    matches = [DECORATED.fullmatch(text.translate(MINUS)) for text in kinds_of]
+    told = np.array([text.lower() not in GAPS for text in kinds_of])
+    fits = np.array([match is not None for match in matches])
+    if not told.any() or counts[told & fits].sum() < 0.9 * counts[told].sum():
         return None
     letters = [_letters(match) for match in matches]
     kinds = {kind for kind, t in zip(letters, told, strict=True) if t and kind}
@@ -140,10 +189,10 @@ def decorated(texts: Sequence[str], name: str, style: Style) -> Decorated | None
     units = {kind for kind in kinds if kind not in sides}
     if len(units) > 1 or not kinds or any(unit_of(kind) is None and kind != "%" for kind in units):
         return None
-    plain = numbers_of([match["number"] if match else "" for match in matches], style)
+    plain = numbers_of(Texts([match["number"] if match else "" for match in matches]), style)
     signs = np.array([-1.0 if sides.get(kind) and sides[kind] not in POSITIVE_SIDES else 1.0 for kind in letters])
     positive = "" if not sides else "east" if set(sides.values()) <= {"north", "south", "east", "west"} else "starboard"
-    return Decorated(plain * signs, units.pop() if units else "", positive)
+    return Decorated((plain * signs)[codes], units.pop() if units else "", positive)
 
 
 def _letters(match: re.Match[str] | None) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from .clock import DATED, rows_as_seconds, seconds, spread
 from .draft import NOT_USED
+from .finding import WITH_SIDE, either_side
 from .mapping import ColumnMap, TableMap
 from .raw import RawColumn, RawTable
 from .report import Fault
@@ -141,6 +142,7 @@ def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np
     unit = UNITS[str(entry.unit)].factor
     numbers = np.where(np.isfinite(numbers), numbers, np.nan)
     values = numbers * (unit * entry.factor * int(entry.sign)) + entry.offset * unit
+    values = either_side(values) if entry.to in WITH_SIDE else values
     empty = not np.isfinite(values).any()
     if empty:
         hint = "check its cells, or leave it out of the mapping"
@@ -158,7 +160,7 @@ def _degrees_minutes(column: RawColumn) -> np.ndarray:
     if column.numeric:
         size = np.abs(column.numbers)
         return np.sign(column.numbers) * (size // 100.0 + (size % 100.0) / 60.0)
-    return np.array([_one_angle(column.text(i)) for i in range(len(column.values))])
+    return np.full(len(column.values), np.nan) if column.texts is None else column.texts.mapped(_one_angle)
 
 
 def _one_angle(text: str) -> float:

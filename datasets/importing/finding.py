@@ -81,7 +81,8 @@ class Finding:
         """(N,) in SI units and radians, with another unit if one is given."""
         used = unit or self.unit
         assert used is not None
-        return self.sign * used.factor * self.factor * self.column.numbers + self.offset * used.factor
+        found = self.sign * used.factor * self.factor * self.column.numbers + self.offset * used.factor
+        return either_side(found) if self.quantity in WITH_SIDE else found
 
     def told(self, sure: Sure, why: str, **changes: object) -> Finding:
         """The finding with more that is known: as sure as the least sure of it."""
@@ -109,6 +110,21 @@ class Finding:
         if self.offset and quantity == "heading" and self.sign < 0:
             return "counterclockwise from east"
         return TURNED.get(quantity, "turned round") if self.sign < 0 else CONVENTIONS.get(quantity, "")
+
+
+def either_side(angles: np.ndarray) -> np.ndarray:
+    """Rudder angles (N,), rad: of a pod that counts round the full circle those beyond a half turn are negative."""
+    turned = np.nan_to_num(np.abs(angles)) > np.pi
+    return np.where(turned, (angles + np.pi) % (2.0 * np.pi) - np.pi, angles) if turned.any() else angles
+
+
+def is_full_circle(finding: Finding) -> bool:
+    """Whether angles go from zero to a full turn, in degrees or radians, and lie at both ends of it."""
+    known = finding.column.numbers[np.isfinite(finding.column.numbers)]
+    turn = 360.0 if known.size and known.max() > 7.0 else 2.0 * np.pi
+    return bool(
+        known.size and known.min() >= 0.0 and 0.9 * turn < known.max() <= turn and np.mean(known < turn / 4.0) > 0.02
+    )
 
 
 def identifier(finding: Finding, about: About) -> str:

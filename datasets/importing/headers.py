@@ -17,8 +17,10 @@ TAIL = re.compile(r"(?:,|;|\s/|:|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
 """A unit behind a comma, a colon or `in`, `en`, `i`."""
 JOINT = (
     r"[\s_]*(?:=|:|\bto\b|\btowards?\b|\bis\b|\bist\b|\bnach\b|\bzu\b|\bvers\b|\ba\b|\bhacia\b|\btil\b|\bmot\b|\bfor\b"
-    r"|が|は|为|を)*[\s_]*"
+    r"|が|は|为|を|\bside\b|\bdown\b|\bup\b)*[\s_]*"
 )
+RAISED = re.compile(r"[\s_]*(?:side|hand)?[\s_]*(?:goes|is|side)?[\s_]*(?:up|rises|hoch|oben|haut|arriba|opp)(?![a-z])")
+"""Words behind a side that say it is the upper one: of a roll angle the other side goes down."""
 PERCENT = ("%", "percent", "pct", "prozent", "‰", "porcentaje", "prosent", "パーセント")
 WEST_SOUTH = re.compile(
     r"(west|south|\bw\b|\bs\b|ouest|sud|oeste|sur)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?"
@@ -30,11 +32,14 @@ EAST_NORTH = re.compile(
 SCALED = re.compile(r"(?:x|\*|×)?\s*([0-9]*[.,]?[0-9]+(?:e[-+]?\d+)?)\s*(?:x|\*|×)?\s*([^\d].*)")
 
 
+TIMES = re.compile(r"(?<![a-zA-Z0-9])[x×*]\s?(10+)(?![\d.])")
+
+
 @dataclass(frozen=True)
 class Header:
     """words : of the name, without unit and sign.  units : texts that state a unit.  suffixes : other ways to cut the
     words, each with the unit that its last words spell.  positive : side of a positive number, '' where none is stated.
-    foreign : a unit that is stated and says no size.
+    foreign : a unit that is stated and says no size.  times : of `x10`, how many times the value the numbers are.
     """
 
     words: tuple[str, ...]
@@ -42,6 +47,7 @@ class Header:
     suffixes: tuple[tuple[tuple[str, ...], str], ...]
     positive: str
     foreign: str
+    times: float = 1.0
 
     def unit(self, dimension: str) -> tuple[Unit | None, float]:
         """(the unit of that dimension that is stated, what its numbers are multiplied with); None where none is."""
@@ -56,6 +62,8 @@ def read_header(name: str, unit: str = "") -> Header:
     """The parts of a header; `unit` is what a row of units says."""
     name, unit = (unicodedata.normalize("NFKC", text).replace("\u2212", "-") for text in (name, unit))
     positive, name, unit = _sign(name, unit)
+    times = TIMES.search(name)
+    name = TIMES.sub(" ", name)
     pieces = [part.strip() for found in BRACKETS.findall(name) for part in re.split(r"[;,|]", found)]
     rest = BRACKETS.sub(" ", name)
     tail = TAIL.search(rest)
@@ -68,7 +76,8 @@ def read_header(name: str, unit: str = "") -> Header:
     known = words(" ".join([rest, *other]))
     sized = [text for text in units if _sized(text)]
     foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
-    return Header(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign)
+    return Header(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign,
+                  float(times[1]) if times else 1.0)  # fmt: skip
 
 
 def _sized(text: str) -> bool:
@@ -139,7 +148,9 @@ def sign_stated(text: str) -> tuple[str, tuple[int, int]]:
             word, sign = match["side"], match["sign"].strip()
             side = next(side for side, known in side_words().items() if word in known)
             negative = sign == "-" or sign.rstrip(".") in word_list("negative")
-            return (_other(side) if negative else side), match.span()
+            raised = RAISED.match(plain, match.end("side"))
+            stop = max(match.end(), raised.end() if raised else 0)
+            return (_other(side) if negative != bool(raised) else side), (match.start(), stop)
     turning = re.search(r"(?<![a-z])(ccw|counter-?clockwise|anti-?clockwise|cw|clockwise)(?![a-z])", plain)
     if turning:
         return ("starboard" if turning[1] in ("cw", "clockwise") else "port"), turning.span()
@@ -152,7 +163,8 @@ def _other(side: str) -> str:
 
 def _same_length(text: str) -> str:
     """The text in lower case and without accents, every letter at its place."""
-    letters = (unicodedata.normalize("NFD", letter)[0].lower() for letter in text)
+    latin = (letter if letter > "\u2fff" else unicodedata.normalize("NFD", letter)[0] for letter in text)
+    letters = (letter.lower() for letter in latin)
     return "".join(letter if letter != "ø" else "o" for letter in letters)
 
 

@@ -497,8 +497,8 @@ def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], used: Sequ
             rest = [column for column in table.columns if column.name not in channels]
             if any(column.name not in times for column in rest):
                 time = stream.time + run.shift_s - merged.time[0]
-                own: dict[str, list[object]] = {c.name: [c.values[i] for i in stream.kept] for c in rest}
-                out[table.label] = {"time_s": time.tolist(), **own}
+                own: dict[str, Any] = {c.name: c.at(stream.kept) for c in rest}
+                out[table.label] = {"time_s": time, **own}
     for _, table in tables:
         if table.faults:
             lines, wrong, texts = map(list, zip(*table.faults, strict=True))

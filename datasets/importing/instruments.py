@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from .cells import GAPS
-from .names import is_time, joined
+from .clock import guess_form
+from .names import is_date, is_time, joined, words
 from .raw import RawColumn, RawTable
 
 TALKERS = frozenset(map(joined, ("talker", "source", "sensor", "device", "instrument", "sender", "geber", "talker id")))
@@ -26,25 +28,63 @@ def by_instrument(table: RawTable) -> list[RawTable]:
     if name is not None and value is not None and value.numeric:
         return _long(table, name, value)
     talker = _texts(table, TALKERS)
-    return [table] if talker is None else _parts(table, talker)
+    return _by_time(table) if talker is None else _parts(table, talker)
 
 
 def _texts(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:
     """The first column of that name that holds a few different texts."""
     for column in table.columns:
-        if joined(column.name) in wanted and not isinstance(column.values, np.ndarray) and not column.numeric:
-            kinds = {value.strip() for value in column.values if value.strip().lower() not in GAPS}
+        if joined(column.name) in wanted and column.texts is not None and not column.numeric:
+            kinds = [value for value in column.texts.unique() if value.lower() not in GAPS]
             if 1 < len(kinds) <= MOST:
                 return column
     return None
 
 
+def _by_time(table: RawTable) -> list[RawTable]:
+    """A table for every column of a time, with the columns behind it, where they are sampled at other times."""
+    places = [i for i, c in enumerate(table.columns) if is_time(c.name) and not is_date(c.name) and _rises(c)]
+    blocks = [table.columns[i:j] for i, j in itertools.pairwise([*places, len(table.columns)])]
+    if len(blocks) < 2 or places[0] != 0 or min(map(len, blocks)) < 2 or not _apart([b[0] for b in blocks], blocks):
+        return [table]
+    out = []
+    for own in blocks:
+        rows = np.flatnonzero(~np.isnan(own[0].numbers))
+        columns = tuple(replace(c, values=c.at(rows)) for c in own)
+        done = (*table.done, f"timed by its own column {own[0].name}")
+        faults = table.faults if not out else ()
+        out.append(replace(table, columns=columns, rows=table.rows[rows], sheet=own[0].name, done=done, faults=faults))
+    return out
+
+
+def _rises(column: RawColumn) -> bool:
+    guess = guess_form(column, "")
+    return guess is not None and not (column.numeric and np.mean(np.diff(column.numbers) < 0.0) > 0.02)
+
+
+def _apart(times: Sequence[RawColumn], blocks: Sequence[Sequence[RawColumn]]) -> bool:
+    """Whether times of one table are those of other samples: each is named as a column behind it or all alike, and they
+    differ; or what is between them is not constant."""
+    if not all(column.numeric for column in times):
+        return False
+    between = [column.numbers - times[0].numbers for column in times[1:]]
+    if all(np.nanmax(np.abs(gap)) == 0.0 for gap in between):
+        return False
+    told = [set(words(c.name)) - set(words("time zeit t s ms")) for c in times]
+    named = all(own & {w for c in block[1:] for w in words(c.name)} for own, block in zip(told, blocks, strict=True))
+    alike = len({c.name.split(" (")[0] for c in times}) == 1
+    step = float(np.nanmedian(np.abs(np.diff(times[0].numbers))))
+    return named or alike or any(np.nanmax(gap) - np.nanmin(gap) > 0.5 * step for gap in between)
+
+
 def _parts(table: RawTable, talker: RawColumn) -> list[RawTable]:
     """A table for every talker, of the columns that it fills."""
     out = []
-    for kind in dict.fromkeys(str(value).strip() for value in talker.values):
-        rows = [i for i, value in enumerate(talker.values) if str(value).strip() == kind]
-        columns = [replace(c, values=_at(c, rows)) for c in table.columns if c is not talker]
+    assert talker.texts is not None
+    kinds, codes = talker.texts.coded()
+    for number, kind in enumerate(kinds):
+        rows = np.flatnonzero(codes == number)
+        columns = [replace(c, values=c.at(rows)) for c in table.columns if c is not talker]
         filled = tuple(c for c in columns if c.first(1))
         if len(filled) > 1:
             out.append(
@@ -59,15 +99,13 @@ def _long(table: RawTable, name: RawColumn, value: RawColumn) -> list[RawTable]:
     """A table for every named value (of every talker) of a table in long form."""
     unit, talker = _one(table, UNITS), _one(table, TALKERS)
     times = [c for c in table.columns if is_time(c.name) or c.known == "time"] or list(table.columns[:1])
-    keys = [(str(name.values[i]).strip(), str(talker.values[i]).strip() if talker else "") for i in range(table.n)]
     out = []
-    for key in dict.fromkeys(keys):
-        rows = [i for i, own in enumerate(keys) if own == key]
+    for key, rows in _rows_of(name, talker):
         if len(rows) < 3 or not key[0]:
             continue
-        said = str(unit.values[rows[0]]).strip() if unit is not None else ""
-        columns = [replace(c, values=_at(c, rows)) for c in times]
-        columns.append(replace(value, name=key[0], unit=said or value.unit, values=_at(value, rows)))
+        said = unit.text(int(rows[0])) if unit is not None else ""
+        columns = [replace(c, values=c.at(rows)) for c in times]
+        columns.append(replace(value, name=key[0], unit=said or value.unit, values=value.at(rows)))
         sheet = " ".join(part for part in (*key[1:], key[0]) if part)
         out.append(
             replace(
@@ -82,9 +120,15 @@ def _long(table: RawTable, name: RawColumn, value: RawColumn) -> list[RawTable]:
 
 
 def _one(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:
-    return next((c for c in table.columns if joined(c.name) in wanted and not isinstance(c.values, np.ndarray)), None)
+    return next((c for c in table.columns if joined(c.name) in wanted and c.texts is not None), None)
 
 
-def _at(column: RawColumn, rows: Sequence[int]) -> tuple[str, ...] | np.ndarray:
-    values = column.values
-    return values[list(rows)] if isinstance(values, np.ndarray) else tuple(values[i] for i in rows)
+def _rows_of(name: RawColumn, talker: RawColumn | None) -> Iterator[tuple[tuple[str, str], np.ndarray]]:
+    """((named value, talker), its rows) in the order of their first rows."""
+    assert name.texts is not None
+    names, codes = name.texts.coded()
+    talkers, other = talker.texts.coded() if talker is not None and talker.texts is not None else ([""], 0 * codes)
+    pairs, first = np.unique(codes * len(talkers) + other, return_index=True)
+    for pair in pairs[np.argsort(first)].tolist():
+        one, two = divmod(pair, len(talkers))
+        yield (names[one], talkers[two]), np.flatnonzero((codes == one) & (other == two))

@@ -5,13 +5,16 @@ from __future__ import annotations
 import itertools
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from .beside import with_notes, with_sides
-from .cells import GAPS, is_number, table_style
+from .beside import with_halves, with_notes, with_sides
+from .cell_texts import CHUNK, Texts
+from .cells import GAPS, PLAIN, is_number, table_style
+from .cells import SAMPLE as STYLE_SAMPLE
 from .headers import says_unit, sign_stated
 from .raw import RawColumn, RawTable, Rejected
 from .units import tidy
@@ -33,7 +36,7 @@ SAMPLE = 400
 """Rows that are looked at to find the layout."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Line:
     """A row of cells: its line number in the file, and whether it is marked as a comment."""
 
@@ -225,46 +228,90 @@ def _distinct(names: Sequence[str]) -> list[str]:
     return out
 
 
-def table_of(lines: Sequence[Line], file: str, sheet: str, done: Sequence[str]) -> RawTable | None:
-    """The raw table of lines of cells; None where they hold no data."""
-    layout = find_layout(lines)
+def table_of(
+    lines: Iterable[Line], sample: Sequence[Line], file: str, sheet: str, done: Sequence[str]
+) -> RawTable | None:
+    """The raw table of lines of cells; None where they hold no data.
+
+    sample : the first and the last of the lines, by which the layout is found.
+    """
+    layout = find_layout(sample)
     if layout is None:
         return None
-    body = [line for line in lines[layout.start :] if any(cell.strip() for cell in line.cells)]
-    kept, faults, notes = _sorted_out(body, layout)
-    cells = list(zip(*(line.cells for line in kept), strict=True)) if kept else [()] * layout.width
-    style, header = table_style(cells), layout.header
+    start = sample[layout.start].number
+    body = _Body(layout)
+    for line in lines:
+        if line.number >= start:
+            body.add(line)
+    body.store()
+    cells = body.columns()
+    style, header = table_style([texts[:STYLE_SAMPLE] for texts in cells]), layout.header
     columns = [
-        RawColumn(name, unit, tuple(values), below=below, style=style)
-        for name, unit, below, values in zip(header.names, header.units, header.below, cells, strict=True)
-        if not (name.startswith("column ") and not any(value.strip() for value in values))
+        RawColumn(name, unit, texts, below=below, style=style)
+        for name, unit, below, texts in zip(header.names, header.units, header.below, cells, strict=True)
+        if not (name.startswith("column ") and texts.unique() in ([], [""]))
     ]
-    rows = np.array([line.number for line in kept], dtype=int)
-    columns = with_sides(with_notes(columns, header.notes))
-    said = (*done, *header.done, *notes)
-    return RawTable(file, tuple(columns), rows, sheet, file, header.notes, said, tuple(faults))
+    columns = with_halves(with_sides(with_notes(columns, header.notes)))
+    rows = np.concatenate([np.zeros(0, dtype=int), *body.numbers])
+    said = (*done, *header.done, *body.done())
+    return RawTable(file, tuple(columns), rows, sheet, file, header.notes, said, tuple(body.faults))
 
 
-def _sorted_out(body: Sequence[Line], layout: Layout) -> tuple[list[Line], list[Rejected], list[str]]:
-    """(rows of data, rows that are not, what was left out without harm)."""
-    kept: list[Line] = []
-    faults: list[Rejected] = []
-    comments = headers = 0
-    for line in body:
+class _Body:
+    """The rows of data of a table, stored column by column, and what is left out."""
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+        self.faults: list[Rejected] = []
+        self.numbers: list[np.ndarray] = []
+        self._kept: list[Line] = []
+        self._stored: list[list[Any]] = [[] for _ in range(layout.width)]
+        self._comments = self._headers = 0
+
+    def add(self, line: Line) -> None:
+        """Keep a line, or count it among what is left out."""
+        cells, width = line.cells, self.layout.width
+        if not any(cells) or not any(cell.strip() for cell in cells):
+            return
         if line.comment:
-            comments += 1
-        elif len(line.cells) == layout.width and _is_header_again(line.cells, layout):
-            headers += 1
-        elif len(line.cells) == layout.width:
-            kept.append(line)
+            self._comments += 1
+        elif len(cells) != width:
+            self.faults.append((line.number, f"{len(cells)} cells under {width} columns", ",".join(cells)))
+        elif _is_header_again(cells, self.layout):
+            self._headers += 1
         else:
-            faults.append((line.number, f"{len(line.cells)} cells under {layout.width} columns", ",".join(line.cells)))
-    done = [f"{comments} comment lines between the data left out"] if comments else []
-    return kept, faults, done + ([f"{headers} repeated header lines left out"] if headers else [])
+            self._kept.append(line)
+            if len(self._kept) == CHUNK:
+                self.store()
+
+    def store(self) -> None:
+        """Put the kept lines away as columns."""
+        import pyarrow as pa
+
+        if self._kept:
+            self.numbers.append(np.array([line.number for line in self._kept], dtype=int))
+            for stored, cells in zip(self._stored, zip(*(line.cells for line in self._kept), strict=True), strict=True):
+                stored.append(pa.array(cells, pa.large_string()))
+        self._kept = []
+
+    def columns(self) -> list[Texts]:
+        """The columns; what was stored is given away."""
+        import pyarrow as pa
+
+        made = []
+        for stored in self._stored:
+            made.append(Texts(pa.chunked_array(stored, pa.large_string())))
+            stored.clear()
+        return made
+
+    def done(self) -> list[str]:
+        """What was left out without harm."""
+        done = [f"{self._comments} comment lines between the data left out"] if self._comments else []
+        return done + ([f"{self._headers} repeated header lines left out"] if self._headers else [])
 
 
 def _is_header_again(cells: Sequence[str], layout: Layout) -> bool:
-    if any(map(is_number, cells)):
+    if any(map(PLAIN.fullmatch, cells)) or any(map(is_number, cells)):
         return False
     names = [_name_and_unit(cell)[0] for cell in cells]
     same = sum(a == b for a, b in zip(names, layout.header.names, strict=True)) > 0.5 * layout.width

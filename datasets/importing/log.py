@@ -22,6 +22,7 @@ class Log:
     findings: list[Finding]
     times: dict[str, TableTime]
     _seconds: dict[str, np.ndarray | None] = field(default_factory=dict)
+    _velocities: dict[tuple[object, ...], tuple[Series, Series] | None] = field(default_factory=dict)
 
     def seconds(self, finding: Finding) -> np.ndarray | None:
         """(N,) times of the finding's table, s; None where no time is known."""
@@ -60,12 +61,7 @@ class Log:
         """(name, velocity to north, velocity to east) of all positions and velocities over ground that are known."""
         yield from self._pairs("velocity_north", "velocity_east")
         for (first, north), (second, east) in self.beside("latitude", "longitude"):
-            shared = together(north, east)
-            if shared is None or np.abs(shared[1]).max() > 1.58:
-                continue
-            time, latitude, longitude = shared
-            n, e, _ = on_plane(latitude, longitude)
-            velocity = track_velocity(*(Series(time, x, north.clock, north.dated) for x in (n, e)))
+            velocity = self._velocity_of_degrees(first, second, north, east)
             if velocity is not None:
                 yield f"{first.column.name}, {second.column.name}", *velocity
         for (first, north), (second, east) in self.beside("north", "east"):
@@ -73,6 +69,21 @@ class Log:
             if velocity is not None:
                 yield f"{first.column.name}, {second.column.name}", *velocity
         yield from self._courses()
+
+    def _velocity_of_degrees(
+        self, first: Finding, second: Finding, latitude: Series, longitude: Series
+    ) -> tuple[Series, Series] | None:
+        """The velocity of latitudes and longitudes, computed once for equal units, signs and times."""
+        key = (id(first.column), id(second.column), first.unit, second.unit, first.sign, second.sign, id(latitude.time))
+        if key not in self._velocities:
+            shared = together(latitude, longitude)
+            if shared is None or np.abs(shared[1]).max() > 1.58:
+                self._velocities[key] = None
+            else:
+                north, east, _ = on_plane(*shared[1:])
+                parts = (Series(shared[0], x, latitude.clock, latitude.dated) for x in (north, east))
+                self._velocities[key] = track_velocity(*parts)
+        return self._velocities[key]
 
     def _pairs(self, one: str, other: str) -> Iterator[tuple[str, Series, Series]]:
         for (first, north), (second, east) in self.beside(one, other):

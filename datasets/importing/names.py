@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
-from .quantities import date_names, quantities, side_words, time_names, vague_names, word_list
+from .quantities import date_names, quantities, side_words, time_names, time_parts, vague_names, word_list
 
 LETTERS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
@@ -123,6 +123,11 @@ def is_time(name: str) -> bool:
 def is_date(name: str) -> bool:
     """Whether a name is that of a date."""
     return _is_one(name, _dates())
+
+
+def part_of_time(name: str) -> str:
+    """The part of a time, year to second, that a column of this name holds; '' where it is none."""
+    return next((part for part, names in time_parts().items() if joined(name) in map(joined, names)), "")
 
 
 def _is_one(name: str, known: frozenset[str]) -> bool:

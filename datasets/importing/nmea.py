@@ -1,12 +1,13 @@
-"""NMEA 0183 logs: sentences by kind and talker, read by pynmeagps."""
+"""NMEA 0183 logs: sentences by kind and talker, read by pynmeagps; only numbers are kept of them."""
 
 from __future__ import annotations
 
 import datetime
 import re
-from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from array import array
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...models.errors import BadInput
+from .nmea_fields import KINDS, TIMED, VOID, Read
 from .raw import RawColumn, RawTable, Rejected
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
@@ -23,131 +25,56 @@ CELLS = re.compile(
 )
 TAG = re.compile(r"\\([^\\]*)\\")
 TAG_TIME = re.compile(r"(?:^|,)c:(\d+(?:\.\d+)?)")
-Read = Callable[[Any], Any]
+DATED = 1e8
+"""Seconds above which a time holds a date."""
 
 
-@dataclass(frozen=True)
-class Field:
-    """A column of a sentence: its name, the quantity that it is ('' : the name tells), unit, and how it is read."""
+@dataclass
+class Group:
+    """Sentences of a kind of one talker: lines, places in the log, stamps beside them, and numbers field by field."""
 
-    name: str
-    quantity: str
-    unit: str
-    read: Read
-
-
-def _plain(name: str) -> Read:
-    return lambda m: getattr(m, name)
-
-
-def _if(name: str, status: str, good: str = "A") -> Read:
-    """A field that counts where its status does."""
-    return lambda m: getattr(m, name) if getattr(m, status, "") in (*good, "") else None
-
-
-def _west(name: str, side: str) -> Read:
-    """A field with its letter of direction as a number that is positive to east."""
-
-    def read(m: Any) -> Any:
-        number = getattr(m, name)
-        return None if number in (None, "") else float(number) * (-1.0 if getattr(m, side) == "W" else 1.0)
-
-    return read
-
-
-def _revolutions(source: str) -> Read:
-    return lambda m: m.rpm if m.source == source and m.status in ("A", "") else None
-
-
-def _wind(name: str) -> Read:
-    return lambda m: getattr(m, name) if m.reference == "T" and m.status in ("A", "") else None
-
-
-def _wind_speed(m: Any) -> Any:
-    factor = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0}.get(m.speedu)
-    return None if m.reference != "T" or m.status not in ("A", "") or factor is None else float(m.speed) * factor
-
-
-NOT = "not used"
-POSITION = (Field("latitude", "latitude", "deg", _plain("lat")), Field("longitude", "longitude", "deg", _plain("lon")))
-FIX = (
-    Field("latitude", "latitude", "deg", lambda m: m.lat if m.quality else None),
-    Field("longitude", "longitude", "deg", lambda m: m.lon if m.quality else None),
-)
-KINDS: dict[str, tuple[Field, ...]] = {
-    "RMC": (
-        *POSITION,
-        Field("speed over ground", "speed_over_ground", "kn", _plain("spd")),
-        Field("course over ground", "course_over_ground", "deg", _plain("cog")),
-        Field("magnetic variation", "magnetic_variation", "deg", _west("mv", "mvEW")),
-    ),
-    "GGA": FIX,
-    "GLL": POSITION,
-    "GNS": POSITION,
-    "VTG": (
-        Field("course over ground", "course_over_ground", "deg", _plain("cogt")),
-        Field("speed over ground", "speed_over_ground", "kn", _plain("sogn")),
-    ),
-    "HDT": (Field("true heading", "heading", "deg", _plain("headingT")),),
-    "THS": (Field("true heading", "heading", "deg", _if("headt", "mi", "AE")),),
-    "HDM": (Field("magnetic heading", "heading_magnetic", "deg", _plain("headingM")),),
-    "HDG": (
-        Field("magnetic heading", "heading_magnetic", "deg", _plain("headingM")),
-        Field("magnetic deviation", "magnetic_deviation", "deg", _west("deviation", "deviationEW")),
-        Field("magnetic variation", "magnetic_variation", "deg", _west("variation", "variationEW")),
-    ),
-    "ROT": (Field("rate of turn", "yaw_rate", "deg/min", _if("rot", "valid")),),
-    "RSA": (
-        Field("rudder, starboard or single", "rudder", "deg", _if("stbdangle", "stbdstatus")),
-        Field("rudder, port", "rudder", "deg", _if("portangle", "portstatus")),
-    ),
-    "RPM": (
-        Field("shaft revolutions", "propeller", "rpm", _revolutions("S")),
-        Field("engine revolutions", NOT, "rpm", _revolutions("E")),
-        Field("propeller pitch", NOT, "%", _plain("pitch")),
-    ),
-    "VHW": (
-        Field("true heading", "heading", "deg", _plain("hdgT")),
-        Field("magnetic heading", "heading_magnetic", "deg", _plain("hdgM")),
-        Field("speed through water", "speed_through_water", "kn", _plain("spdN")),
-    ),
-    "VBW": (
-        Field("longitudinal ground speed", "surge", "kn", _if("longgroundspd", "groundspdstatus")),
-        Field("transverse ground speed", "sway", "kn", _if("transgroundspd", "groundspdstatus")),
-        Field("longitudinal water speed", NOT, "kn", _if("longwaterspd", "waterspdstatus")),
-        Field("transverse water speed", NOT, "kn", _if("transwaterspd", "waterspdstatus")),
-    ),
-    "MWD": (
-        Field("true wind direction", "wind_direction", "deg", _plain("dirT")),
-        Field("wind speed", "wind_speed", "m/s", _plain("speedM")),
-    ),
-    "MWV": (
-        Field("true wind speed", "wind_speed", "m/s", _wind_speed),
-        Field("true wind angle from the bow", NOT, "deg", _wind("angle")),
-    ),
-    "PASHR": (Field("true heading", "heading", "deg", _plain("trueHdg")), Field("roll", "", "deg", _plain("roll"))),
-    "ZDA": (),
-}  # fmt: skip
-"""Sentence -> its columns.  The standard states units and signs: turns, rudder and sway positive to starboard."""
-TIMED, DATED = ("RMC", "GGA", "GLL", "GNS", "ZDA", "PASHR"), 1e8
-"""Sentences that state the time, and seconds above which a time holds a date."""
-VOID = {"RMC": "status", "GLL": "status"}
-
-
-@dataclass(frozen=True)
-class Parsed:
-    """A sentence: line, stamp before it, kind, talker, and its fields."""
-
-    line: int
-    stamp: str
     kind: str
     talker: str
-    message: Any
+    lines: array[int] = field(default_factory=lambda: array("q"))
+    places: array[int] = field(default_factory=lambda: array("q"))
+    stamps: list[str] = field(default_factory=list)
+    numbers: list[array[float]] = field(default_factory=list)
 
-    @property
-    def group(self) -> str:
-        """Kind with its talker."""
-        return self.kind if self.kind == "PASHR" else self.talker + self.kind
+    def add(self, line: int, place: int, stamp: str, message: Any) -> None:
+        """Keep the numbers of a sentence; `message` None: its data are void."""
+        self.lines.append(line)
+        self.places.append(place)
+        self.stamps.append(stamp)
+        for numbers, entry in zip(self.numbers, KINDS[self.kind], strict=True):
+            numbers.append(_number(entry.read, message) if message is not None else np.nan)
+
+
+@dataclass
+class Sentences:
+    """The sentences of a log by group, the times that they state, and what is not used.
+
+    clocks, days : of every sentence that is kept the time of day, s, and the day in seconds since 1970; nan where it
+    states none.
+    """
+
+    groups: dict[str, Group] = field(default_factory=dict)
+    clocks: array[float] = field(default_factory=lambda: array("d"))
+    days: array[float] = field(default_factory=lambda: array("d"))
+    faults: list[Rejected] = field(default_factory=list)
+    others: Counter[str] = field(default_factory=Counter)
+    stamped: int = 0
+
+    def add(self, line: int, stamp: str, kind: str, talker: str, message: Any) -> None:
+        """Keep a sentence."""
+        name = kind if kind == "PASHR" else talker + kind
+        if name not in self.groups:
+            self.groups[name] = Group(kind, talker, numbers=[array("d") for _ in KINDS[kind]])
+        void = kind in VOID and getattr(message, VOID[kind], "A") == "V"
+        self.others[f"{kind} with status V"] += void
+        self.stamped += bool(stamp)
+        self.groups[name].add(line, len(self.clocks), stamp, None if void else message)
+        self.clocks.append(_clock(kind, message))
+        self.days.append(_day(kind, message))
 
 
 def looks_like_nmea(text: str) -> bool:
@@ -184,50 +111,49 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     ------
     BadInput : no known sentence, or no time in the log.
     """
-    parsed, faults, others = _parsed(text)
-    if not any(KINDS[p.kind] for p in parsed):
+    found = _parsed(text)
+    if not any(KINDS[group.kind] for group in found.groups.values()):
         raise BadInput("no NMEA sentence that can be used", file=path, hint=f"read are {', '.join(KINDS)}")
-    stamped = sum(bool(p.stamp) for p in parsed) > 0.9 * len(parsed)
-    times = [p.stamp for p in parsed] if stamped else _times(parsed, path)
+    stamped = found.stamped > 0.9 * len(found.clocks)
+    times = None if stamped else _times(found, path)
     done = "timed by the stamps beside the sentences" if stamped else (
         "timed by RMC, GGA, GLL or ZDA; other sentences evenly between, to about one of their periods"
     )  # fmt: skip
+    others = +found.others
     skipped = ", ".join(f"{kind} ({n})" for kind, n in others.most_common())
     notes = ("NMEA 0183", done, *((f"sentences not used: {skipped}",) if skipped else ()))
-    groups: dict[str, list[int]] = defaultdict(list)
-    for i, p in enumerate(parsed):
-        groups[p.group].append(i)
-    tables = [_table(path, kind, own, parsed, times) for kind, own in groups.items() if KINDS[parsed[own[0]].kind]]
-    total = len(parsed) + len(faults) + others.total()
-    return [replace(tables[0], faults=tuple(faults), done=(*tables[0].done, *notes), lines=total), *tables[1:]]
+    tables = [_table(path, name, group, times) for name, group in found.groups.items() if KINDS[group.kind]]
+    total = len(found.clocks) + len(found.faults) + others.total()
+    faults = tuple(found.faults)
+    return [replace(tables[0], faults=faults, done=(*tables[0].done, *notes), lines=total), *tables[1:]]
 
 
-def _parsed(text: str) -> tuple[list[Parsed], list[Rejected], Counter[str]]:
-    """Sentences, lines that hold no sound one, and kinds that are not used; AIS is only checked."""
-    good: list[Parsed] = []
-    faults: list[Rejected] = []
-    others: Counter[str] = Counter()
-    for number, line in enumerate(text.splitlines(), start=1):
+def _parsed(text: str) -> Sentences:
+    """Sentences, lines that hold no sound one, and kinds that are not used; of AIS only the checksums are read."""
+    out = Sentences()
+    for number, line in _lines(text):
         found = _sentence(line)
         if found is None:
-            faults += [(number, "no NMEA sentence", line)] if line.strip() and not line.lstrip().startswith("#") else []
+            out.faults += [(number, "no NMEA sentence", line)] if not line.lstrip().startswith("#") else []
             continue
         stamp, sentence = found
-        if not _sound(sentence):
-            faults.append((number, "the checksum of the sentence is wrong", line))
-            continue
         kind = _kind(sentence)
-        if kind not in KINDS:
-            others[kind] += 1
-            continue
-        message = _message(sentence)
-        if message is None:
-            faults.append((number, "the form of the sentence is wrong", line))
-        elif kind in VOID and getattr(message, VOID[kind], "A") == "V":
-            others[f"{kind} with status V"] += 1
+        if not _sound(sentence):
+            out.faults.append((number, "the checksum of the sentence is wrong", line))
+        elif kind not in KINDS:
+            out.others[kind] += 1
+        elif (message := _message(sentence)) is None:
+            out.faults.append((number, "the form of the sentence is wrong", line))
         else:
-            good.append(Parsed(number, stamp, kind, sentence[1:3], message))
-    return good, faults, others
+            out.add(number, stamp, kind, sentence[1:3], message)
+    return out
+
+
+def _lines(text: str) -> Iterator[tuple[int, str]]:
+    """(number, line) of lines that are not blank, without a copy of the text."""
+    for number, match in enumerate(re.finditer(r"[^\r\n]*(?:\r\n|\r|\n|$)", text), start=1):
+        if line := match[0].strip():
+            yield number, line
 
 
 def _kind(sentence: str) -> str:
@@ -247,9 +173,8 @@ def _message(sentence: str) -> Any:
     from pynmeagps import NMEAMessageError, NMEAParseError, NMEAReader, NMEATypeError
 
     body = sentence[1:].split("*")[0]
-    check = reduce(lambda a, b: a ^ b, body.encode(errors="replace"), 0)
     try:
-        return NMEAReader.parse(f"${body}*{check:02X}\r\n".encode(), validate=1)
+        return NMEAReader.parse(f"${body}*00\r\n".encode(), validate=0)
     except (
         NMEAMessageError,
         NMEAParseError,
@@ -266,25 +191,41 @@ def _message(sentence: str) -> Any:
 # ------------------------------------------------------------------------------------------------ times
 
 
-def _stamps(parsed: Sequence[Parsed], path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """(indices of the messages that state a new time, their epoch seconds; seconds of the first day without a date)."""
-    known: dict[int, float] = {}
-    day, last = 0.0, -1.0
-    for i, p in enumerate(parsed):
-        clock = getattr(p.message, "utctime" if p.kind == "PASHR" else "time", None)
-        if not isinstance(clock, datetime.time):
-            continue
-        seconds = clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + clock.microsecond * 1e-6
-        date = _date(p)
-        if date is not None:
-            day = datetime.datetime(date.year, date.month, date.day, tzinfo=datetime.UTC).timestamp()
+def _clock(kind: str, message: Any) -> float:
+    """The time of day that a sentence states, s; nan where it states none."""
+    clock = getattr(message, "utctime" if kind == "PASHR" else "time", None)
+    if not isinstance(clock, datetime.time):
+        return np.nan
+    return clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + clock.microsecond * 1e-6
+
+
+def _day(kind: str, message: Any) -> float:
+    """The day that a sentence states, seconds since 1970; nan where it states none."""
+    date = getattr(message, "date", None)
+    if kind == "ZDA":
+        try:
+            date = datetime.date(int(message.year), int(message.month), int(message.day))
+        except (TypeError, ValueError):
+            return np.nan
+    if not isinstance(date, datetime.date):
+        return np.nan
+    return datetime.datetime(date.year, date.month, date.day, tzinfo=datetime.UTC).timestamp()
+
+
+def _stamps(found: Sentences, path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """(places of the sentences that state a new time, their epoch seconds; seconds of the first day without a date)."""
+    clocks, days = np.array(found.clocks), np.array(found.days)
+    index = np.flatnonzero(np.isfinite(clocks))
+    value, day, last = np.empty(index.size), 0.0, -1.0
+    for k, (seconds, date) in enumerate(zip(clocks[index].tolist(), days[index].tolist(), strict=True)):
+        if date == date:
+            day = date
         elif seconds < last - 43200.0:
             day += 86400.0
         last = seconds
-        known[i] = day + seconds
-    dated = {i: value for i, value in known.items() if value > DATED}
-    index = np.array(list(dated or known), dtype=int)
-    value = np.array(list((dated or known).values()))
+        value[k] = day + seconds
+    dated = value > DATED
+    index, value = (index[dated], value[dated]) if dated.any() else (index, value)
     new = (
         np.concatenate([[True], np.diff(np.maximum.accumulate(value)) > 0.0]) if value.size else np.zeros(0, dtype=bool)
     )
@@ -294,45 +235,34 @@ def _stamps(parsed: Sequence[Parsed], path: Path) -> tuple[np.ndarray, np.ndarra
     return index[new], value[new]
 
 
-def _date(p: Parsed) -> datetime.date | None:
-    if p.kind == "ZDA":
-        try:
-            return datetime.date(int(p.message.year), int(p.message.month), int(p.message.day))
-        except (TypeError, ValueError):
-            return None
-    date = getattr(p.message, "date", None)
-    return date if isinstance(date, datetime.date) else None
-
-
-def _times(parsed: Sequence[Parsed], path: Path) -> np.ndarray:
+def _times(found: Sentences, path: Path) -> np.ndarray:
     """(N,) seconds: sentences of a kind that follow a stated time are spread evenly until the next stated time."""
-    index, value = _stamps(parsed, path)
+    index, value = _stamps(found, path)
     usual = float(np.median(np.diff(value)))
-    kinds = np.array([p.group for p in parsed])
-    timed = np.array([p.kind in TIMED for p in parsed])
-    out = np.full(len(parsed), np.nan)
-    edges = [*index.tolist(), len(parsed)]
-    for start, stop, at, after in zip(edges[:-1], edges[1:], value, [*value[1:], value[-1] + usual], strict=True):
-        after = min(after, at + 3.0 * usual)
-        for kind in np.unique(kinds[start:stop]):
-            own = start + np.flatnonzero(kinds[start:stop] == kind)
-            out[own] = at if timed[own[0]] else at + np.arange(own.size) / own.size * (after - at)
+    after = np.minimum(np.append(value[1:], value[-1] + usual), value + 3.0 * usual)
+    out = np.full(len(found.clocks), np.nan)
+    for group in found.groups.values():
+        places = np.array(group.places)
+        spans = np.searchsorted(index, places, side="right") - 1
+        places, spans = places[spans >= 0], spans[spans >= 0]
+        _, first, count = np.unique(spans, return_index=True, return_counts=True)
+        order = np.arange(spans.size) - np.repeat(first, count)
+        share = 0.0 if group.kind in TIMED else order / np.repeat(count, count)
+        out[places] = value[spans] + share * (after[spans] - value[spans])
     return out
 
 
-def _table(path: Path, group: str, own: list[int], parsed: Sequence[Parsed], times: Any) -> RawTable:
-    stamps = [times[i] for i in own]
-    values: Any = tuple(stamps) if isinstance(stamps[0], str) else np.array(stamps, dtype=float)
-    first = parsed[own[0]]
-    by = f"NMEA 0183 states it: {first.kind}" + (f" of talker {first.talker}" if first.kind != "PASHR" else "")
-    columns = [RawColumn("time", "", values, "" if isinstance(stamps[0], str) else "time", by)]
-    for entry in KINDS[first.kind]:
-        numbers = np.array([_number(entry.read, parsed[i].message) for i in own])
+def _table(path: Path, name: str, group: Group, times: np.ndarray | None) -> RawTable:
+    by = f"NMEA 0183 states it: {group.kind}" + (f" of talker {group.talker}" if group.kind != "PASHR" else "")
+    values: Any = tuple(group.stamps) if times is None else times[np.array(group.places)]
+    columns = [RawColumn("time", "", values, "" if times is None else "time", by)]
+    for entry, series in zip(KINDS[group.kind], group.numbers, strict=True):
+        numbers = np.array(series)
         if np.isfinite(numbers).any():
             side = "starboard" if entry.quantity == "rudder" else ""
             columns.append(RawColumn(entry.name, entry.unit, numbers, entry.quantity, by, side=side))
-    rows = np.array([parsed[i].line for i in own])
-    return RawTable(path.name, tuple(columns), rows, group, path.name, done=(f"{len(own)} sentences {group}",))
+    done = (f"{len(group.lines)} sentences {name}",)
+    return RawTable(path.name, tuple(columns), np.array(group.lines), name, path.name, done=done)
 
 
 def _number(read: Read, message: Any) -> float:

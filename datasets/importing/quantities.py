@@ -67,6 +67,12 @@ def date_names() -> tuple[str, ...]:
 
 
 @cache
+def time_parts() -> dict[str, tuple[str, ...]]:
+    """Part of a time, from the year to the second -> names of its column."""
+    return {part: _names(text) for part, text in _words()["time_parts"].items()}
+
+
+@cache
 def word_list(kind: str) -> frozenset[str]:
     """The words of a list: command, not_measured, harmless, positive, negative."""
     return frozenset(_words()[kind].split())

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from .cells import GAPS, Decorated, Style, decorated, numbers_of
+from .cell_texts import Texts
+from .cells import GAPS, Decorated, Style, decorated, missing_value, numbers_of
 
 Rejected: TypeAlias = tuple[int, str, str]
 """A line that is left out: its number, what is wrong, its text."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RawColumn:
     """A column: its name, the unit that the file states ('' if none), and its texts (N) or numbers (N,).
 
@@ -27,7 +29,7 @@ class RawColumn:
 
     name: str
     unit: str
-    values: tuple[str, ...] | np.ndarray
+    values: Sequence[str] | np.ndarray
     known: str = ""
     source: str = ""
     said: tuple[str, ...] = ()
@@ -36,44 +38,60 @@ class RawColumn:
     below: str = ""
     style: Style = "point"
 
+    def __getstate__(self) -> dict[str, Any]:
+        state = {field.name: getattr(self, field.name) for field in fields(self)}
+        return state | ({"values": tuple(self.values)} if isinstance(self.values, Texts) else {})
+
+    @cached_property
+    def texts(self) -> Texts | None:
+        """The cells as texts; None where they are numbers."""
+        if isinstance(self.values, np.ndarray):
+            return None
+        return self.values if isinstance(self.values, Texts) else Texts(self.values)
+
     @cached_property
     def numbers(self) -> np.ndarray:
-        """(N,) float64; nan where a cell holds no number."""
-        if isinstance(self.values, np.ndarray):
-            return np.asarray(self.values, dtype=np.float64)
-        return self.cells.numbers
+        """(N,) float64; nan where a cell holds no number, or one that stands for a missing value."""
+        found = self.cells.numbers
+        return np.where(found == self.missing, np.nan, found) if self.missing is not None else found
+
+    @cached_property
+    def missing(self) -> float | None:
+        """The number that stands for a missing value, such as -9999; None where there is none."""
+        return missing_value(self.cells.numbers)
 
     @cached_property
     def cells(self) -> Decorated:
-        """The numbers of the texts, with the unit and side that letters in the cells state."""
-        assert not isinstance(self.values, np.ndarray)
-        plain = numbers_of(self.values, self.style)
-        unread = [i for i in np.flatnonzero(np.isnan(plain)).tolist() if self.values[i].strip().lower() not in GAPS]
-        found = decorated(self.values, self.name, self.style) if len(unread) > 0.02 * plain.size else None
+        """The numbers of the cells, with the unit and side that letters in them state."""
+        if self.texts is None:
+            return Decorated(np.asarray(self.values, dtype=np.float64), "", "")
+        plain = numbers_of(self.texts, self.style)
+        unread = int((np.isnan(plain) & ~self.texts.among(GAPS)).sum())
+        found = decorated(self.texts, self.name, self.style) if unread > 0.02 * plain.size else None
         return found or Decorated(plain, "", "")
 
     @property
     def lettered(self) -> Decorated | None:
         """What letters in the cells state; None where there are none."""
-        found = self.cells if not isinstance(self.values, np.ndarray) else None
-        return found if found is not None and (found.unit or found.positive) else None
+        return self.cells if self.cells.unit or self.cells.positive else None
 
     @cached_property
     def bad(self) -> np.ndarray:
         """Indices of cells that hold neither a number nor one of the texts that mean a gap."""
-        if isinstance(self.values, np.ndarray):
-            return np.flatnonzero(np.isinf(self.values))
-        texts, numbers = self.values, self.numbers
-        return np.array(
-            [i for i in np.flatnonzero(~np.isfinite(numbers)).tolist() if texts[i].strip().lower() not in GAPS],
-            dtype=int,
-        )
+        if self.texts is None:
+            return np.flatnonzero(np.isinf(self.cells.numbers))
+        return np.flatnonzero(~np.isfinite(self.cells.numbers) & ~self.texts.among(GAPS))
 
     @property
     def numeric(self) -> bool:
         """Whether most cells that are no gaps are numbers."""
         known = int(np.isfinite(self.numbers).sum())
         return known > 0 and known >= 4 * self.bad.size
+
+    @cached_property
+    def times(self) -> dict[str, np.ndarray]:
+        """Form of a time -> the cells in seconds, as far as they have been computed."""
+        return {}
 
     def text(self, index: int) -> str:
         """The cell as it stands, or the number in short form."""
@@ -82,9 +100,12 @@ class RawColumn:
 
     def first(self, count: int = 3) -> tuple[str, ...]:
         """The first cells that are no gaps."""
-        n = len(self.values)
-        known = (i for i in range(n) if self.text(i).lower() not in GAPS)
-        return tuple(self.text(i) for _, i in zip(range(count), known, strict=False))
+        gaps = np.isnan(self.cells.numbers) if self.texts is None else self.texts.among(GAPS)
+        return tuple(self.text(i) for i in np.flatnonzero(~gaps)[:count].tolist())
+
+    def at(self, rows: Sequence[int] | np.ndarray) -> Texts | np.ndarray:
+        """The cells of some rows."""
+        return np.asarray(self.values)[rows] if self.texts is None else self.texts.take(rows)
 
 
 def _short(value: float) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from .cells import EITHER, GAPS
 from .draft import NOT_USED
-from .finding import WITH_SIDE, Finding, ask_numbers, ask_quantity, ask_scale
+from .finding import WITH_SIDE, Finding, ask_numbers, ask_quantity, ask_scale, is_full_circle
 from .headers import PERCENT, Header, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
 from .names import Named, named
@@ -33,6 +33,20 @@ UNSIGNED = frozenset(
 def stated(table: RawTable, column: RawColumn, given: ColumnMap | None, mapped: bool) -> Finding:
     """The finding of a column from what is said of it; `mapped`: there is a map, and it need not name the column."""
     base = Finding(table, column)
+    return _with_missing(_stated(base, given, mapped))
+
+
+def _with_missing(found: Finding) -> Finding:
+    """The finding, with the number that stands for missing values."""
+    missing = found.column.missing
+    if not found.may_be or missing is None:
+        return found
+    count = int((found.column.cells.numbers == missing).sum())
+    return replace(found, why=(*found.why, f"{missing:g} stands for a missing value ({count} cells)"))
+
+
+def _stated(base: Finding, given: ColumnMap | None, mapped: bool) -> Finding:
+    column = base.column
     if given is not None:
         return _from_map(base, given)
     if mapped:
@@ -91,13 +105,13 @@ def _from_header(base: Finding) -> Finding:
     found = _with_unit(found, header, suffix, said)
     found = _with_sign(found, positive)
     found = _doubted(found, name) if name.extra else found
+    found = _with_times(found, header.times) if header.times != 1.0 and found.unit is not None else found
     return ask_numbers(found) if column.style == "open" and _either(column) else found
 
 
 def _either(column: RawColumn) -> bool:
     """Whether every number of a column has a comma that may stand for thousands or for decimals."""
-    known = [] if isinstance(column.values, np.ndarray) else [text.strip() for text in column.values]
-    told = [text for text in known if text.lower() not in GAPS]
+    told = [] if column.texts is None else [text for text in column.texts.unique() if text.lower() not in GAPS]
     return bool(told) and all(EITHER.fullmatch(text) and "," in text for text in told)
 
 
@@ -117,6 +131,13 @@ def _doubted(found: Finding, name: Named) -> Finding:
     shown = " ".join(name.extra)
     text = f"Is {found.column.name!r} a column of {' or '.join(found.may_be)}? {shown!r} in its name is not known."
     return ask_quantity(found, text, found.may_be)
+
+
+def _with_times(found: Finding, times: float) -> Finding:
+    """A finding whose header says `x10`, with the question whether the numbers are ten times the value."""
+    assert found.unit is not None
+    text = f"{found.column.name!r} says x{times:g}: is one of the file {1.0 / times:g} {found.unit.name}, or 1?"
+    return ask_scale(found, text, found.unit.name, found.unit.name, (1.0 / times, 1.0), 1.0)
 
 
 def _with_unit(found: Finding, header: Header, suffix: str, said: list[Header]) -> Finding:
@@ -176,13 +197,18 @@ def _with_sign(found: Finding, positive: str) -> Finding:
         turned = west_or_south(found.column.name, found.column.unit)
         return replace(found, signed=True, sign=-1 if turned else 1)
     if quantity in WITH_SIDE:
+        why = "angles count round the full circle: those beyond a half turn are the other side"
+        found = replace(found, why=(*found.why, why)) if is_full_circle(found) else found
         return replace(found, signed=quantity == "rudder", side=positive)
     if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
+    compass = quantity in ("heading", "heading_magnetic", "course_over_ground")
     mathematical = mathematical_words() & set(read_header(found.column.called or found.column.name).words)
     if quantity == "heading" and (mathematical or (found.unit is not None and found.unit.name != "deg")):
         return _with_sense(found)
+    if compass and positive == "port":
+        return found.told("stated", "positive to port stated", signed=True, sign=-1)
     return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or _goes_ahead(found))
 
 

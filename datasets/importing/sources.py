@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
@@ -19,6 +21,7 @@ from .instruments import by_instrument
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
 from .text import decoded, read_text
+from .times import find_time
 
 TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]], ...] = (
     (looks_like_gpx, read_gpx),
@@ -43,6 +46,8 @@ BINARY = {
 }
 """First bytes of a file -> its kind, read in a process of its own."""
 BAGS = (b"#ROSBAG", b"SQLite format 3\0", b"\x89MCAP")
+HEAD = 200
+"""Rows that tell whether the newest one stands first."""
 METADATA = "metadata.yaml"
 """The file in the folder of a ROS 2 bag."""
 
@@ -65,7 +70,20 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
     for magic, (what, hint) in REFUSED.items():
         if data.startswith(magic):
             raise BadInput(what, file=path, hint=hint)
-    return with_sidecar([replace(table, clock=str(path)) for table in _tables(data, path)], path)
+    return with_sidecar([_oldest_first(replace(table, clock=str(path))) for table in _tables(data, path)], path)
+
+
+def _oldest_first(table: RawTable) -> RawTable:
+    """A table whose newest row stands first, turned round."""
+    rows = np.arange(min(table.n, HEAD))
+    head = replace(table, columns=tuple(replace(c, values=c.at(rows)) for c in table.columns), rows=table.rows[rows])
+    time = find_time(head, None, {}).seconds(head) if rows.size > 2 else None
+    if time is None or not np.mean(np.diff(time[0]) < 0.0) > 0.9:
+        return table
+    back = np.arange(table.n)[::-1]
+    columns = tuple(replace(c, values=c.at(back)) for c in table.columns)
+    done = (*table.done, "the newest row stands first: turned round")
+    return replace(table, columns=columns, rows=table.rows[back], done=done)
 
 
 def _tables(data: bytes, path: Path) -> list[RawTable]:

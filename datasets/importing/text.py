@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ...models.errors import BadInput
@@ -19,6 +20,8 @@ COMMENT = re.compile(r"^\s*(#|%|//|!|\*|;(?=\s*[A-Za-z#]))+\s?")
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
 SPACES = 0.8
 """Weight of spaces: dates with times of day hold some, too."""
+FIRST_LINES, HEAD, MOST_BREAKS = 5000, 100_000, 5
+"""Lines that are looked at; characters within which quoted cells may hold line breaks, and how many."""
 UNQUOTED = re.compile(r"-?\d+,\d+(,-?\d+,\d+)+")
 
 
@@ -64,19 +67,58 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
     ------
     BadInput : no line holds data, or decimal commas stand between commas.
     """
-    raw = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    if not raw:
+    sample = _sample(text)
+    if not sample:
         raise BadInput("the file is empty", file=path)
-    sample = [line for _, line in raw if not COMMENT.match(line)][: 2 * SAMPLE]
-    _refuse_two_commas(sample, path)
-    separator = find_separator(sample)
-    lines = [_line(number, line, separator) for number, line in raw]
+    plain = [line for _, line in sample if not COMMENT.match(line)]
+    _refuse_two_commas(plain[: 2 * SAMPLE], path)
+    separator = find_separator(plain[: 2 * SAMPLE])
+    rows = [_line(number, line, separator) for number, line in sample]
+    width = _width_without_trailing(rows)
+    lines = (_untrailed(_line(number, line, separator), width) for number, line in numbered_lines(text))
     done = [f"{encoding} text, separated by {SEPARATORS[separator]}"]
-    table = table_of(_without_trailing(lines), path.name, "", done)
+    table = table_of(lines, [_untrailed(row, width) for row in rows], path.name, "", done)
     if table is None:
         hint = "a log needs a header and rows of numbers"
         raise BadInput("no rows of numbers found", file=path, hint=hint)
     return table
+
+
+def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
+    """(number, line) of the lines that are not blank, one at a time: the text is not copied.
+
+    Cells in quotes may hold line breaks near the begin of the text, where headers are.
+    """
+    end = "\n" if "\n" in text[:HEAD] or "\r" not in text[:HEAD] else "\r"
+    start, number, size = 0, 0, len(text)
+    while start < size:
+        number, first = number + 1, number + 1
+        stop = _end_of(text, end, start, size)
+        line = text[start:stop]
+        while start < HEAD and '"' in line and line.count('"') % 2 and number - first < MOST_BREAKS and stop < size:
+            number, stop = number + 1, _end_of(text, end, stop + 1, size)
+            line = text[start:stop]
+        if line.count('"') % 2 and number > first:
+            number, stop = first, _end_of(text, end, start, size)
+            line = text[start:stop]
+        if line and not line.isspace():
+            yield first, line.rstrip("\r")
+        start = stop + 1
+
+
+def _end_of(text: str, end: str, start: int, size: int) -> int:
+    found = text.find(end, start)
+    return found if found >= 0 else size
+
+
+def _sample(text: str) -> list[tuple[int, str]]:
+    """The first lines and some of the last ones, by which separator and layout are found."""
+    first = list(itertools.islice(numbered_lines(text), FIRST_LINES + 1))
+    if len(first) <= FIRST_LINES:
+        return first
+    tail = text[max(len(text) - HEAD, sum(len(line) + 1 for _, line in first)) :].splitlines()[1:]
+    last = [line for line in tail if line.strip()][-SAMPLE:]
+    return [*first[:-1], *((number, line) for number, line in enumerate(last, start=10**12))]
 
 
 def find_separator(lines: Sequence[str]) -> str:
@@ -112,15 +154,20 @@ def _line(number: int, text: str, separator: str) -> Line:
     return Line(number, tuple(_cells(text[mark.end() :] if mark else text, separator)), mark is not None)
 
 
-def _without_trailing(lines: Sequence[Line]) -> list[Line]:
-    """The lines without the empty cell that a separator at the end of every line makes."""
+def _width_without_trailing(lines: Sequence[Line]) -> int | None:
+    """The number of cells of lines that end with an empty one, which a separator at every line's end makes."""
     plain = [line for line in lines if not line.comment and len(line.cells) > 2]
     if not plain or sum(not line.cells[-1].strip() for line in plain) < 0.9 * len(plain):
-        return list(lines)
+        return None
     width = Counter(len(line.cells) for line in plain).most_common(1)[0][0]
-    if any(line.cells[-1].strip() for line in plain if len(line.cells) == width):
-        return list(lines)
-    return [Line(x.number, x.cells[:-1], x.comment) if len(x.cells) == width else x for x in lines]
+    return None if any(line.cells[-1].strip() for line in plain if len(line.cells) == width) else width
+
+
+def _untrailed(line: Line, width: int | None) -> Line:
+    """A line without the empty cell at its end, where all lines of that width have one."""
+    if width is None or len(line.cells) != width or line.cells[-1].strip():
+        return line
+    return Line(line.number, line.cells[:-1], line.comment)
 
 
 def _refuse_two_commas(lines: Sequence[str], path: Path) -> None:

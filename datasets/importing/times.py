@@ -11,7 +11,7 @@ import numpy as np
 from .clock import DATED, UNITS_OF_TIME, Form, TimeGuess, guess_form, rows_as_seconds, seconds, spread
 from .draft import Answer, Question, Sure
 from .mapping import TimeMap, scalar
-from .names import is_date, is_time, words
+from .names import is_date, is_time, part_of_time, words
 from .raw import RawColumn, RawTable
 
 ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
@@ -80,6 +80,9 @@ def find_time(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -
 
 def _told(table: RawTable) -> TableTime | None:
     """The time that the table tells; None where no column looks like one."""
+    parts = _parts(table)
+    if parts is not None:
+        return parts
     stated = next((column for column in table.columns if column.known == "time"), None)
     scored = []
     for place, column in enumerate(table.columns):
@@ -94,6 +97,17 @@ def _told(table: RawTable) -> TableTime | None:
     *_, column, guess = max(scored, key=lambda entry: entry[:6])
     names, guess = _with_date(table, column, guess)
     return _asked(table, names, guess)
+
+
+def _parts(table: RawTable) -> TableTime | None:
+    """The time of a table that holds its hours, minutes and seconds (and year, month and day) in columns each."""
+    held = {part: c for c in table.columns if c.numeric and (part := part_of_time(c.name))}
+    clock, date = (("hour", "minute", "second"), ("year", "month", "day"))
+    if not all(part in held for part in clock) or np.nanmax(held["minute"].numbers) >= 60.0:
+        return None
+    form: Form = "date parts" if all(part in held for part in date) else "clock parts"
+    names = tuple(held[part].name for part in ((*date, *clock) if form == "date parts" else clock))
+    return TableTime(names, form, form, why=f"columns {', '.join(names)}")
 
 
 def _first(place: int, column: RawColumn, guess: TimeGuess) -> bool:

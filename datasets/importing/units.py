@@ -59,6 +59,7 @@ _ALL = (
             "°(t)",
         ),
     ),
+    Unit("gon", "angle", math.pi / 200.0, ("gon", "gons", "gradian", "gradians", "grads", "neugrad")),
     Unit("mrad", "angle", 1e-3, ("mrad", "milliradian", "milliradians")),
     Unit("cdeg", "angle", 0.01 * DEGREE, ("cdeg", "centideg", "centidegrees")),
     Unit("1e-7 deg", "angle", 1e-7 * DEGREE, ("dege7", "deg1e7", "1e-7deg", "dege-7")),
@@ -270,7 +271,7 @@ TIME_WORDS = frozenset(
 )
 NO_UNIT = words_of(
     "- -- none n/a 1 [-] % bool v a ma mv hpa mbar bar c °c degc l/h kw nm knm counts raw us µs pwm steps volt volts "
-    "percent pct prozent hz m/s2 g kg t gon bits text ‰ adc lsb"
+    "percent pct prozent hz m/s2 g kg t bits text ‰ adc lsb"
 )
 """Units of columns that are no channel, or that say no size; a row of units holds them beside those above."""
 SUPERSCRIPTS = str.maketrans("⁻⁰¹²³", "-0123")

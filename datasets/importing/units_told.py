@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from .evidence import Series, nearest, rate_ratio, size_ratio, slope
-from .finding import Finding, ask_scale, ask_unit
+from .finding import WITH_SIDE, Finding, ask_scale, ask_unit, is_full_circle
 from .log import Log, speeds
 from .quantities import quantities
 from .reading import ask_foreign
@@ -125,6 +125,9 @@ def _rudder_scale(log: Log, found: Finding, raw: Series) -> Finding:
 def size_of(found: Finding) -> float:
     """The 99 % quantile of the sizes of the numbers."""
     numbers = found.factor * found.column.numbers
+    if found.may_be[:1] and found.may_be[0] in WITH_SIDE and is_full_circle(found):
+        turn = 360.0 if np.nanmax(numbers) > 7.0 else 2.0 * math.pi
+        numbers = (numbers + turn / 2.0) % turn - turn / 2.0
     known = np.abs(numbers[np.isfinite(numbers)])
     return float(np.quantile(known, 0.99)) if known.size else 0.0
 

@@ -34,7 +34,7 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
     except Exception as error:  # whatever openpyxl raises on damaged workbooks
         hint = "open it in the spreadsheet program and save it as xlsx again"
         raise BadInput(f"not a workbook that can be read ({type(error).__name__})", file=path, hint=hint) from None
-    tables = [(name, table_of(lines, path.name, name, ())) for name, lines in sheets.items() if lines]
+    tables = [(name, table_of(lines, lines, path.name, name, ())) for name, lines in sheets.items() if lines]
     empty = [name for name, table in tables if table is None]
     found = [table for _, table in tables if table is not None]
     if not found:

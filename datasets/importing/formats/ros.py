@@ -76,7 +76,7 @@ def _frame(columns: Sequence[RawColumn], paths: Sequence[str]) -> str:
     """The frame of the message; that of the child where there is one."""
     for wanted in ("child_frame_id", "frame_id"):
         for column, path in zip(columns, paths, strict=True):
-            if path.lower().endswith(wanted) and not isinstance(column.values, np.ndarray) and column.first(1):
+            if path.lower().endswith(wanted) and column.texts is not None and column.first(1):
                 return column.first(1)[0]
     return ""
 

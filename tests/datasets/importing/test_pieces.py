@@ -8,6 +8,7 @@ import pytest
 import helmbench
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.geometry import body_velocities
+from helmbench.datasets.importing.cell_texts import Texts
 from helmbench.datasets.importing.cells import decorated, numbers_of, table_style
 from helmbench.datasets.importing.clock import guess_form, seconds, spread
 from helmbench.datasets.importing.convert import Stream
@@ -60,23 +61,23 @@ def test_stamps_of_full_seconds_are_spread_and_others_are_not():
 
 
 def test_numbers_with_commas_and_thousands():
-    assert numbers_of(["1,5", "-2,25", "3"]).tolist() == [1.5, -2.25, 3.0]
-    assert numbers_of(["1.234,5", "-2,25", "0,0"]).tolist() == [1234.5, -2.25, 0.0]
-    assert numbers_of(["1.5", "2.5", "1,234,567"]).tolist() == [1.5, 2.5, 1234567.0]
-    assert numbers_of(["612.345", "612.346"], "comma").tolist() == [612345.0, 612346.0]
-    assert numbers_of(["5\u202f998\u202f123,5", "1'234,5", "\u22122,5"]).tolist() == [5998123.5, 1234.5, -2.5]
+    assert numbers_of(Texts(["1,5", "-2,25", "3"])).tolist() == [1.5, -2.25, 3.0]
+    assert numbers_of(Texts(["1.234,5", "-2,25", "0,0"])).tolist() == [1234.5, -2.25, 0.0]
+    assert numbers_of(Texts(["1.5", "2.5", "1,234,567"])).tolist() == [1.5, 2.5, 1234567.0]
+    assert numbers_of(Texts(["612.345", "612.346"]), "comma").tolist() == [612345.0, 612346.0]
+    assert numbers_of(Texts(["5\u202f998\u202f123,5", "1'234,5", "\u22122,5"])).tolist() == [5998123.5, 1234.5, -2.5]
     assert table_style([["612,345"], ["1.5"]]) == "point" and table_style([["612,345"], ["1,5"]]) == "comma"
     assert table_style([["612,345"], ["7"]]) == "open" and table_style([["12.345"], ["7"]]) == "point"
 
 
 def test_letters_at_numbers():
-    rudder = decorated(["12.5 P", "S 3", "0", "Stb 4"], "Rudder", "point")
+    rudder = decorated(Texts(["12.5 P", "S 3", "0", "Stb 4"]), "Rudder", "point")
     assert rudder is not None and rudder.numbers.tolist() == [-12.5, 3.0, 0.0, 4.0] and rudder.positive == "starboard"
-    place = decorated(["54.5S", "54.6 S"], "Latitude", "point")
+    place = decorated(Texts(["54.5S", "54.6 S"]), "Latitude", "point")
     assert place is not None and place.numbers.tolist() == [-54.5, -54.6] and place.positive == "east"
-    speed = decorated(["12.5 kn", "3 kn"], "SOG", "point")
+    speed = decorated(Texts(["12.5 kn", "3 kn"]), "SOG", "point")
     assert speed is not None and speed.unit == "kn"
-    assert decorated(["12.5 apples", "3 apples"], "SOG", "point") is None
+    assert decorated(Texts(["12.5 apples", "3 apples"]), "SOG", "point") is None
 
 
 @pytest.mark.parametrize(

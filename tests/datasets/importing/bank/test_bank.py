@@ -6,11 +6,13 @@ import pytest
 import helmbench
 
 from .case import Case, Outcome, answer, truth_of
+from .hostile_cases import HOSTILE_CASES
 from .other_cases import OTHER_CASES
+from .sentence_cases import SENTENCE_CASES
 from .text_cases import TEXT_CASES
 from .truth import sail
 
-CASES = {**TEXT_CASES, **OTHER_CASES}
+CASES = {**TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES}
 ROUNDS = 12
 """Questions in a row after which a log counts as not imported."""
 
