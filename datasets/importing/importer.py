@@ -79,8 +79,8 @@ class Drafted:
 
 def draft_tables(
     tables: Sequence[RawTable], mapping: Mapping | None, options: Options, answers: Dict[str, str]
-) -> Drafted:
-    """What every column of a log is taken for, and the questions that are open.
+) -> tuple[Drafted, Imported | None]:
+    """What every column of a log is taken for with the questions that are open, and the import where none is.
 
     Parameters
     ----------
@@ -89,9 +89,9 @@ def draft_tables(
     answers : id of a question -> key of its answer.
     """
     try:
-        return _imported(tables, mapping, options, answers)[0]
+        return _imported(tables, mapping, options, answers)
     except ImportFault as error:
-        return Drafted(error.columns, error.questions, error.draft, error.faults)
+        return Drafted(error.columns, error.questions, error.draft, error.faults), None
 
 
 def raw_series(tables: Sequence[RawTable], drafted: Drafted, label: str, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..datasets.importing.draft import DraftColumn, Question
-    from ..datasets.importing.importer import Aside, Drafted, Options
+    from ..datasets.importing.importer import Aside, Drafted, Imported, Options
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
     from ..datasets.importing.report import Fault, ImportReport
@@ -128,6 +128,7 @@ class ImportDraft:
     """
 
     _drafted: Drafted
+    _imported: Imported | None
     _tables: tuple[RawTable, ...]
     _given: _Given
 
@@ -158,6 +159,8 @@ class ImportDraft:
         ------
         BadInput : an answer is none of its question.
         """
+        if not answers:
+            return self
         return _drafted(self._tables, self._given.with_answers(answers))
 
     def with_columns(self, said: Mapping[tuple[str, str], Mapping[str, Any]]) -> ImportDraft:
@@ -197,7 +200,9 @@ class ImportDraft:
 
     def import_log(self) -> Import:
         """The log as records; BadInput where questions are open or the log cannot be records."""
-        return _imported(self._tables, self._given)
+        if self._imported is None:
+            return _imported(self._tables, self._given)
+        return _outcome(self._imported, self._given)
 
     def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
         """Write the mapping, to be changed by hand; BadInput where there is none or the file cannot be written."""
@@ -326,14 +331,19 @@ def _given(
 def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
     from ..datasets.importing.importer import draft_tables
 
-    return ImportDraft(draft_tables(tables, given.mapping, given.options, given.answers), tuple(tables), given)
+    made = draft_tables(tables, given.mapping, given.options, given.answers)
+    return ImportDraft(*made, tuple(tables), given)
 
 
 def _imported(tables: Sequence[RawTable], given: _Given) -> Import:
     from ..datasets.importing.importer import import_tables
+
+    return _outcome(import_tables(tables, given.mapping, given.options, given.answers), given)
+
+
+def _outcome(found: Imported, given: _Given) -> Import:
     from ..datasets.importing.segments import cut
 
-    found = import_tables(tables, given.mapping, given.options, given.answers)
     records = found.records
     if given.segment:
         records = tuple(part for record in records for _, part in cut(record)) or records
