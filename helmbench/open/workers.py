@@ -109,7 +109,11 @@ class Workers:
 
     def _run(self, job: Job, finished: Callable[[Job, Any], object]) -> None:
         with self._places:
-            worker = self._taken(job)
+            try:
+                worker = self._taken(job)
+            except OSError as error:  # the system gives no further process
+                job.finish(FAILED, f"no process could be started ({error.strerror or error})")
+                return
             if worker is None:
                 return
             try:
