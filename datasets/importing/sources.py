@@ -64,13 +64,20 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
         if not (path / METADATA).is_file():
             raise BadInput("is a directory", file=path, hint="name the log files in it")
         return [replace(table, clock=str(path)) for table in read_contained("a ROS bag", b"", path)]
+    return with_sidecar(
+        [_oldest_first(replace(table, clock=str(path))) for table in _tables(_content(path), path)], path
+    )
+
+
+def _content(path: Path) -> bytes:
+    """The bytes of a file; BadInput where it is empty, or of a kind that is not read."""
     data = read_bytes(path)
-    if not data.strip():
+    if not data[:4096].strip() and not data.strip():
         raise BadInput("the file is empty", file=path)
     for magic, (what, hint) in REFUSED.items():
         if data.startswith(magic):
             raise BadInput(what, file=path, hint=hint)
-    return with_sidecar([_oldest_first(replace(table, clock=str(path))) for table in _tables(data, path)], path)
+    return data
 
 
 def _oldest_first(table: RawTable) -> RawTable:
@@ -93,6 +100,7 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
     if kind is not None:
         return [with_ros(table) for table in read_contained(kind, data, path)]
     text, encoding = decoded(data, path)
+    del data  # of a large file both would fill the memory
     known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
     if known is not None:
         return known(text, path)
