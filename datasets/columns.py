@@ -20,6 +20,8 @@ CANONICAL: dict[str, str] = {
     "rudder_rad": "rad",
     "propeller_rps": "1/s",
     "propeller_thrust_N": "N",
+    "thrust_port_N": "N",
+    "thrust_starboard_N": "N",
     "heading_rad": "rad",
     "yaw_rate_rad_s": "rad/s",
     "surge_m_s": "m/s",
@@ -34,8 +36,10 @@ CANONICAL: dict[str, str] = {
     "current_direction_rad": "rad",
 }
 RUDDERS = ("rudder_rad", "rudder_command_rad")
+TWIN = ("thrust_port_N", "thrust_starboard_N")
+"""Thrust of two fixed propellers or its command: without a rudder their difference, N, is the steering command."""
 SURROUNDINGS = ("wind_speed_m_s", "wind_direction_rad", "current_speed_m_s", "current_direction_rad")
-INPUTS = (*RUDDERS, "propeller_rps", *SURROUNDINGS)
+INPUTS = (*RUDDERS, "propeller_rps", *TWIN, *SURROUNDINGS)
 """Columns of what acts on the craft."""
 
 # unit -> {suffix of an accepted name: factor}, the canonical suffix first
@@ -69,9 +73,14 @@ def in_order(names: Iterable[str]) -> list[str]:
 
 
 def to_canonical(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Columns (N,) under accepted names as columns in SI units and radians under canonical names, in their order."""
+    """Columns (N,) under accepted names as columns in SI units and radians under canonical names, in their order.
+
+    The thrusts of two propellers alone give the steering command, port less starboard, N.
+    """
     found = {ACCEPTED[name][0]: (values, ACCEPTED[name][1]) for name, values in columns.items()}
     converted = {name: values if factor == 1.0 else values * factor for name, (values, factor) in found.items()}
+    if not set(RUDDERS) & set(converted) and set(TWIN) <= set(converted):
+        converted[RUDDERS[1]] = converted[TWIN[0]] - converted[TWIN[1]]
     return {name: converted[name] for name in in_order(converted)}
 
 
@@ -94,8 +103,8 @@ def check_header(names: Sequence[str], file: object, row: int | None = None) -> 
             raise BadInput(message, file=file, row=row, column=names[index], hint="keep one of them")
     if "time_s" not in channels:
         raise BadInput("missing column", file=file, row=row, column="time_s", hint="every record needs its time")
-    if not set(RUDDERS) & set(channels):
-        hint = f"every record needs {' or '.join(RUDDERS)}"
+    if not set(RUDDERS) & set(channels) and not set(TWIN) <= set(channels):
+        hint = f"every record needs {' or '.join(RUDDERS)}, or both {' and '.join(TWIN)}"
         raise BadInput("missing column", file=file, row=row, column=RUDDERS[0], hint=hint)
 
 

@@ -36,7 +36,7 @@ import numpy as np
 from ..models.errors import BadInput
 from ..models.files import read_bytes, read_utf8, replace_together
 from ..models.memory import bounded_memory, require_memory
-from .columns import ACCEPTED, NUMBER, RUDDERS, SURROUNDINGS, check_header, in_order, to_canonical
+from .columns import ACCEPTED, NUMBER, RUDDERS, SURROUNDINGS, TWIN, check_header, in_order, to_canonical
 from .record import Record, is_side
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
 from .time_faults import time_fault
@@ -52,7 +52,7 @@ CELL_BYTES, LEAST_PARQUET_BYTES = 32, 2**28
 """Memory of a cell of a Parquet file while it is read and converted, and of the reader itself."""
 MOST_PACKED = 2**22
 """Cells of a Parquet file that may take less than a byte each."""
-MAY_BE_CONSTANT = ("propeller_rps", *SURROUNDINGS)
+MAY_BE_CONSTANT = ("propeller_rps", *TWIN, *SURROUNDINGS)
 GAP = re.compile(r"[+-]?nan", re.IGNORECASE)
 
 

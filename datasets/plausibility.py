@@ -15,7 +15,7 @@ import numpy as np
 from ..models.errors import BadInput
 from .axes import ACROSS, lever_arm, track_of
 from .changes import NEAR, changes, integral_over_gaps, median_ratio
-from .columns import RUDDERS
+from .columns import RUDDERS, TWIN
 from .copies import check_no_copies
 from .geometry import unwrapped
 from .record import Record
@@ -121,7 +121,7 @@ def doubts(record: Record, model: Model | None = None) -> list[Doubt]:
 
 def _rudder(record: Record) -> Iterator[Doubt]:
     for name in RUDDERS:
-        if not record.has(name):
+        if not record.has(name) or record.has(*TWIN):
             continue
         angle = np.nan_to_num(np.abs(record.column(name)))
         largest = float(angle.max())

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.errors import BadInput
-from .columns import CANONICAL, RUDDERS, check_header, in_order, to_canonical
+from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
 from .geometry import unwrapped
 from .time_faults import refuse_time_fault
 
@@ -259,13 +259,13 @@ class Record:
     def turned(self, to: str) -> Record:
         """The record with the rudder's sign such that positive steers to `to`.
 
-        Rudder and rudder command change sign where the metadata say the other side; where they say nothing the
-        samples stay as they are. BadInput if `to` is not a side.
+        Rudder and rudder command change sign where the metadata say the other side; where they say nothing, or where
+        the command is that of two propellers, the samples stay as they are. BadInput if `to` is not a side.
         """
         if self.meta.positive_rudder == to:
             return self
         meta = replace(self.meta, positive_rudder=to)
-        if self.meta.positive_rudder is None:
+        if self.meta.positive_rudder is None or self.has(*TWIN):
             return beside(self, meta=meta)
         flipped = {name: 0.0 - self.channels[name] for name in RUDDERS if name in self.channels}
         return beside(self, channels={**self.channels, **flipped}, meta=meta)

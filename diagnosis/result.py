@@ -11,6 +11,7 @@ from ..models.plain import plain
 
 if TYPE_CHECKING:
     from ..checks.result import CheckFinding, Size
+    from ..estimation.validation.result import Validation
     from ..models.model import Model
     from .calibration.result import Calibration
 
@@ -118,6 +119,8 @@ class Diagnosis:
     """The base model with all its numbers moved under their priors; None where its numbers were not uncertain."""
     calibrated_gain: dict[str, Gain] = field(default_factory=dict)
     """Gain of the calibrated model by channel."""
+    ahead: Validation | None = None
+    """Errors some time ahead on held-out records, or else on those of training; None where none were computed."""
     checks: tuple[CheckFinding, ...] = ()
     """What the records show of their files by themselves: corrected, or standing in the way of a diagnosis."""
 
@@ -136,6 +139,7 @@ class Diagnosis:
             "causes": plain(self.causes),
             "gain": plain(self.gain),
             "calibrated_gain": plain(self.calibrated_gain),
+            "ahead": None if self.ahead is None else plain(self.ahead.told_ahead()),
             "bank": plain(self.bank),
             "hypothesis": plain(self.hypothesis),
             "noise": plain(self.noise),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..datasets.columns import RUDDERS
+from ..datasets.columns import RUDDERS, TWIN
 from ..datasets.instruments import hull_record, observed
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def as_shown(model: Model, record: Record, runs: Mapping[str, np.ndarray]) -> Re
 
     The record has the model's rudder sign.  Predictions are nan where they are not finite.
     """
-    inputs = {name: record.column(name) for name in (*RUDDERS, "propeller_rps") if record.has(name)}
+    inputs = {name: record.column(name) for name in (*RUDDERS, "propeller_rps", *TWIN) if record.has(name)}
     channels = {name: np.where(np.isfinite(values), values, np.nan) for name, values in runs.items()}
     return observed(replace(record, channels={**inputs, **channels}), model.instruments)
 

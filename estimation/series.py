@@ -14,8 +14,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..datasets.columns import TWIN
 from ..datasets.signals import bridged, sensor_sd
 from ..models.errors import CannotFit
+from .weather import CURRENT, flow_of
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -72,24 +74,43 @@ def inputs_of(record: Record, model: Model) -> dict[str, np.ndarray]:
         found["n"] = np.full(record.n, model.n0_rps) if turns is None else turns
     if "speed" in model.inputs:
         found["speed"] = speed_of(record)
+    if "thrust_sum" in model.inputs:
+        port, starboard = (record.column(name) for name in TWIN)
+        found["thrust_sum"] = port + starboard
     if "wind_north" in model.inputs:
         found |= dict(zip(("wind_north", "wind_east"), wind_of(record), strict=True))
     return found
 
 
 def speed_of(record: Record) -> np.ndarray:
-    """Speed (N,), m/s: from surge and, where it is measured, sway; else from the positions.
+    """Speed through the water (N,), m/s: from surge and, where it is measured, sway; else from the positions.
+
+    Both are over ground; a measured current is taken off.
 
     Raises
     ------
     CannotFit : the record has neither.
     """
     u, v = samples(record, "u"), samples(record, "v")
+    north, east = _current(record)
     if u is not None and np.isfinite(u).any():
-        return np.abs(u) if v is None or not np.isfinite(v).any() else np.hypot(u, v)
+        psi = samples(record, "psi") if np.any(north) or np.any(east) else None
+        c, s = (np.cos(psi), np.sin(psi)) if psi is not None else (0.0, 0.0)
+        ahead = u - north * c - east * s
+        return np.abs(ahead) if v is None or not np.isfinite(v).any() else np.hypot(ahead, v + north * s - east * c)
     if samples(record, "x") is None or samples(record, "y") is None:
         raise CannotFit(f"record {record.name} has no column surge_m_s and no positions")
-    return np.hypot(*(_slope(record.time_s, require(record, symbol)) for symbol in ("x", "y")))
+    x, y = (_slope(record.time_s, require(record, symbol)) for symbol in ("x", "y"))
+    return np.hypot(x - north, y - east)
+
+
+def _current(record: Record) -> tuple[np.ndarray | float, np.ndarray | float]:
+    """Measured velocity of the water towards north and east (N,), m/s; zero where none was measured."""
+    flow = flow_of(record, CURRENT)
+    if flow is None:
+        return 0.0, 0.0
+    time, velocity = flow
+    return np.interp(record.time_s, time, velocity[:, 0]), np.interp(record.time_s, time, velocity[:, 1])
 
 
 def wind_of(record: Record) -> tuple[np.ndarray, np.ndarray]:

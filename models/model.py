@@ -240,7 +240,7 @@ def list_vessels() -> dict[str, str]:
 
 
 def resolve(name: str | os.PathLike[str]) -> Model:
-    """The model that a vessel id, a family id or the path of a model.json stands for.
+    """The model that a vessel id, a family id, the path of a model.json or of a YAML file of particulars stands for.
 
     Raises
     ------
@@ -249,6 +249,10 @@ def resolve(name: str | os.PathLike[str]) -> Model:
     text = os.fspath(name)
     if text in vessel_files():
         return _from_vessel(text)
+    if text.endswith((".yaml", ".yml")):
+        from .particulars import read_particulars
+
+        return read_particulars(Path(text))
     if text.endswith(".json") or os.sep in text:
         return model_from_json(text)
     if is_family_name(text) and kernel_store.is_family(text):

@@ -91,6 +91,7 @@ def inputs_of(
         "delta": rudder,
         "n": model.n0_rps if propeller is None else propeller,
         "speed": model.speed_m_s if speed is None else speed,
+        "thrust_sum": 0.0,
         "wind_north": 0.0,
         "wind_east": 0.0,
     }

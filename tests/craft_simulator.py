@@ -5,6 +5,8 @@ A craft of length L sails at U, which follows the revolutions n with a lag.  Law
     flow      r' = -U/(T' L) r + (U/L)^2 K'/T' d
     race      r' = -U/(T' L) r + (k U^2 + (1 - k) (U0 n)^2) K'/(T' L^2) d
     thruster  r' = -(a0 + U/(T' L)) r + (U0/L)^2 K'/T' d
+    twin      as thruster, by two propellers whose thrusts are recorded, port 1.25 times as strong as starboard
+    azimuth   as thruster, d = n^2 sin of the recorded angle, which is turned up to 70 degrees
 
 Every record has a neutral angle and a current of its own, and slow gusts act on the yaw moment.
 """
@@ -14,11 +16,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from helmbench.datasets.record import Record
 
 LAWS = ("flow", "race", "thruster")
-SUBSTEPS = 4
+ALLOCATED = ("twin", "azimuth")
+STRONGER, FULL = 1.25, 400.0
+"""Effect of the port propeller over that of starboard, and thrust, N, of a command of one."""
+SUBSTEPS = 16
 
 
 @dataclass(frozen=True)
@@ -49,7 +55,7 @@ def draw(rng: np.random.Generator, law: str, *extras: str) -> Truth:
     clock = length / speed
     return Truth(
         law, length, speed, float(rng.uniform(0.6, 1.6)), float(rng.uniform(0.9, 1.8)),
-        still=0.3 / clock if law == "thruster" else 0.0,
+        still=0.0 if law in ("flow", "race") else 0.3 / clock,
         offset=float(rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.09)) if "offset" in extras else 0.0,
         delay=float(rng.uniform(0.35, 0.6) * clock) if "delay" in extras else 0.0,
         quadratic=float(rng.uniform(1.5, 2.5)) if "quadratic" in extras else 0.0,
@@ -60,11 +66,12 @@ def sailed(rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0
     """A record of about `length` L/U0 with steps of the command and of the revolutions, from rest."""
     dt = craft.clock / 15.0
     count = int(length * rng.uniform(0.85, 1.15) * 15)
-    command = _steps(rng, count, int(15 * rng.uniform(2.0, 4.0)), 0.35)
+    command = _steps(rng, count, int(15 * rng.uniform(2.0, 4.0)), 1.2 if craft.law == "azimuth" else 0.35)
     turns = 0.95 + _steps(rng, count, int(15 * rng.uniform(9.0, 14.0)), 0.5)
     own = craft.offset + rng.normal(0.0, 0.006)
     late = round(craft.delay / dt * SUBSTEPS)
-    fine = np.interp(np.arange(count * SUBSTEPS) / SUBSTEPS, np.arange(count), command)
+    acting, recorded = _acting(craft, command, turns)
+    fine = np.interp(np.arange(count * SUBSTEPS) / SUBSTEPS, np.arange(count), acting)
     felt = np.concatenate([np.full(late, fine[0]), fine[: fine.size - late]]) + own
     gust, h = 0.0, dt / SUBSTEPS
     moment = craft.gain / craft.time / craft.clock**2
@@ -84,22 +91,34 @@ def sailed(rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0
     size = noise * np.array([0.01 / craft.clock, 0.004, 0.01 * craft.speed, 0.01 * craft.length, 0.01 * craft.length])
     seen = rows + size * rng.standard_normal(rows.shape)
     channels = {
-        "rudder_command_rad": command,
+        **recorded,
         "heading_rad": np.mod(seen[:, 1] + np.pi, 2.0 * np.pi) - np.pi,
         "yaw_rate_rad_s": seen[:, 0],
         "surge_m_s": seen[:, 2],
         "north_m": seen[:, 3],
         "east_m": seen[:, 4],
     }
-    channels |= {"propeller_rps": 10.0 * turns} if craft.law == "race" else {}
-    return Record(dt * np.arange(count), channels, name)
+    channels |= {"propeller_rps": 10.0 * turns} if craft.law in ("race", "azimuth") else {}
+    return Record.from_dataframe(pd.DataFrame({"time_s": dt * np.arange(count), **channels}), name)
 
 
 def _acceleration(craft: Truth, r: float, u: float, n: float, d: float, moment: float) -> float:
     flow = (u / craft.speed) ** 2
     damping = -(craft.still + u / (craft.time * craft.length)) * r - craft.quadratic * abs(r) * r
-    force = {"flow": flow, "race": craft.share * flow + (1.0 - craft.share) * n**2, "thruster": 1.0}[craft.law]
+    force = {"flow": flow, "race": craft.share * flow + (1.0 - craft.share) * n**2}.get(craft.law, 1.0)
     return damping + force * moment * d
+
+
+def _acting(craft: Truth, command: np.ndarray, turns: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """What turns the hull (count,), in commands of one, and the columns that a record shows of it."""
+    if craft.law == "azimuth":
+        return 0.35 * turns**2 * np.sin(command), {"rudder_rad": command}
+    if craft.law == "twin":
+        port, starboard = (FULL * (0.5 * turns + side * 0.5 * command) for side in (1.0, -1.0))
+        weak = 2.0 / (1.0 + STRONGER)
+        acting = weak * (STRONGER * port - starboard) / FULL
+        return acting, {"thrust_port_N": port, "thrust_starboard_N": starboard}
+    return command, {"rudder_command_rad": command}
 
 
 def _steps(rng: np.random.Generator, count: int, hold: int, size: float) -> np.ndarray:

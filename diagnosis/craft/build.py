@@ -14,7 +14,7 @@ from ...estimation.fit import arithmetic_guard, blas_limited
 from ...estimation.naming import named
 from ...estimation.validation.horizons import STRAIGHT, mean_ratio
 from ...estimation.validation.validate import validate
-from ...estimation.windows.fit import Fitted
+from ...estimation.windows.fit import Fitted, covariance_of
 from ...estimation.windows.problem import mean_of_known, pieces_of, scales_of
 from ...models.errors import BadInput
 from ...models.instruments import INSTRUMENTS
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from ...models.model import Model
 
 FIRST, BUILT = "first", "built"
-SLACK = 0.02
+SLACK = 0.05
 """Rise of the errors of left-out records that a step may bring and still stand."""
 NORMAL_68, INFLATION, FEWEST = 0.683, (1.0, 4.0), 8
 """Share of errors within one standard deviation, limits of a factor on the heading band, and errors that it needs."""
@@ -84,18 +84,18 @@ def _built(train: Sequence[Record], held_out: Sequence[Record], spikes: Sequence
     kept = _guarded(ladder, found, [*train, *held_out])
     first, model = (model_of(ladder, s.attempt) for s in (kept[0], kept[-1]))
     judged = list(held_out) or list(train)
-    ahead = validate({BUILT: model, FIRST: first}, named(judged))
+    ahead = validate({BUILT: model, FIRST: first}, named(judged), own_s=scales.time_s)
     notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps))]
     if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST) > WORSE:
         notes.append("Held-out records are predicted worse with all that entered: the steering law alone is the model.")
         kept, model = kept[:1], first
-        ahead = validate({BUILT: model, FIRST: first}, named(judged))
+        ahead = validate({BUILT: model, FIRST: first}, named(judged), own_s=scales.time_s)
     if mean_ratio([*ahead.scores, *ahead.simple], BUILT, STRAIGHT) > 1.0:
         notes.append("No better than a craft that goes straight: the steering of the model is set to zero.")
         model = _unsteered(model)
-        ahead = validate({BUILT: model, FIRST: first}, named(judged))
+        ahead = validate({BUILT: model, FIRST: first}, named(judged), own_s=scales.time_s)
     final = kept[-1].attempt
-    covariance = _covariance(final, model)
+    covariance = _covariance(ladder, final, model)
     copied = copied_input(pieces)
     verdict, reason = _verdict(final, kept, ahead, copied, weak_motion(pieces))
     if verdict in (UNEXPLAINED, PARTLY) and max(r2(final)) >= GOOD and any(outside(train, r) for r in held_out):
@@ -140,17 +140,20 @@ def _guarded(ladder: Ladder, found: Climb, records: Sequence[Record]) -> list[St
     records stay within bounds."""
     scores = [_left_out_records(ladder, step.attempt) for step in found.steps]
     for last in reversed(range(len(found.steps))):
-        steady = last == 0 or scores[last] <= min(scores[:last]) + SLACK
+        steady = all(_rise_of(scores[last], before) <= SLACK for before in scores[:last])
         if last == 0 or (steady and _bounded(model_of(ladder, found.steps[last].attempt), records)):
             return list(found.steps[: last + 1])
     return list(found.steps[:1])
 
 
-def _left_out_records(ladder: Ladder, a: Attempt) -> float:
-    """Mean log root mean square error of whole records, each predicted by a fit to the others; of one record none."""
+def _rise_of(new: np.ndarray, old: np.ndarray) -> float:
+    """Mean rise of the logarithms (R, 2) of errors; no record counts with more than a factor of two."""
+    return float(np.nan_to_num(mean_of_known(np.clip(new - old, -np.log(2.0), np.log(2.0)), (0, 1))))
+
+
+def _left_out_records(ladder: Ladder, a: Attempt) -> np.ndarray:
+    """Log root mean square errors (R, 2) of whole records, each predicted by a fit to the others; of one none."""
     w, total = a.fitted.windows, []
-    if w.n_records < 2:
-        return 0.0
     for record in range(w.n_records):
         mine = w.record == record
         if not mine.any() or mine.all():
@@ -158,7 +161,7 @@ def _left_out_records(ladder: Ladder, a: Attempt) -> float:
         others = _fit_to(ladder, a, ~mine)
         error = w.of(mine).errors(others.coefficients[None], np.zeros((1, int(mine.sum()))))
         total.append(0.5 * np.log(mean_of_known(error**2, (0, 1)) + (1e-3 * w.motion) ** 2))
-    return float(mean_of_known(np.array(total), (0, 1))) if total else 0.0
+    return np.array(total).reshape(-1, 2)
 
 
 def _bounded(model: Model, records: Sequence[Record]) -> bool:
@@ -199,15 +202,22 @@ def _numbers(model: Model, covariance: np.ndarray) -> tuple[NumberTold, ...]:
     slopes = model.parameters_jacobian(model.coefficients)
     spread = NORMAL_90 * np.sqrt(np.abs(np.einsum("ij,jk,ik->i", slopes, covariance, slopes)))
     values = zip(model.parameters.items(), model.parameter_units, spread.tolist(), strict=True)
-    own = [NumberTold(name, unit, value, value - half, value + half) for (name, value), unit, half in values]
+    own = [
+        NumberTold(name, "N" if _by_thrust(model, name) else unit, value, value - half, value + half)
+        for (name, value), unit, half in values
+    ]
     units = {name: INSTRUMENTS[name] for name in model.instruments}
     return (*own, *(NumberTold(n, units[n], v, v / 1.1, v * 1.1) for n, v in model.instruments.items()))
 
 
-def _covariance(final: Attempt, model: Model) -> np.ndarray:
+def _by_thrust(model: Model, name: str) -> bool:
+    """Whether a number is an order that is told in N."""
+    return name == "rudder_offset" and model.family.startswith("twin-thrusters")
+
+
+def _covariance(ladder: Ladder, final: Attempt, model: Model) -> np.ndarray:
     """(p, p) of the model's coefficients, zero for those that were not free."""
-    count = len(final.fitted.numbers)
-    every = np.linalg.pinv(final.fitted.normal)[:count, :count]
+    every = covariance_of(final.fitted, OWN_ANGLE * ladder.craft.scales.rudder)
     places = [model.coordinates.index(n.name) for n in final.fitted.numbers]
     out = np.zeros((len(model.coordinates),) * 2)
     out[np.ix_(places, places)] = every
@@ -268,7 +278,7 @@ def _turning(ladder: Ladder, final: Attempt) -> float:
     shifts = final.fitted.shifts
     own = OWN_ANGLE * ladder.craft.scales.rudder
     n = shifts.size
-    sd = float(np.sqrt(np.mean(shifts**2) * (1.0 + 1.0 / n))) if n > 1 else own
+    sd = float(np.sqrt(np.sum(shifts**2) / (n - 1.0) * (1.0 + 1.0 / n))) if n > 1 else own
     moved = np.stack([np.full(len(w.inputs), side * sd) for side in (0.0, 1.0)])
     both = w.errors(np.stack([final.fitted.coefficients] * 2), moved).reshape(2, len(w.inputs), -1, 2)
     return float(mean_of_known(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0]), 0))

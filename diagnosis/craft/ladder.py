@@ -25,8 +25,11 @@ if TYPE_CHECKING:
 
 LEAST = 0.03
 """Fall of the left-out errors below which a rung does not matter: 3 %."""
-ERRORS = 2.5
-"""Standard errors over blocks by which the errors must fall."""
+ERRORS, LIKELY = 2.5, 1.0
+"""Standard errors over blocks by which the errors must fall: alone, and where the criterion falls by SURE as well."""
+KNOWN, CHANCE, SURE = 2.0, 4.0, 6.0
+"""Fall of the criterion, half a likelihood-ratio statistic, that each number must bring where a measured input acts,
+where something is supposed, and where LIKELY is enough."""
 SMALL = 0.05
 """Share of the motion below which an error is no matter."""
 MOST = 6
@@ -96,8 +99,10 @@ class Ladder:
     kept: dict[tuple[str, tuple[tuple[str, float], ...]], Windows] = field(default_factory=dict)
 
     def laws(self) -> list[Law]:
-        """The laws whose inputs the records measure."""
-        return [law for law in LAWS if law.needs <= self.given]
+        """The laws whose inputs the records measure; of two that are the same on them, the one with more rungs."""
+        found = [law for law in LAWS if law.needs <= self.given]
+        instead = {law.instead for law in found}
+        return [law for law in found if law.id not in instead]
 
     def rungs(self, law: Law) -> list[Rung]:
         """The rungs of a law on these records."""
@@ -187,7 +192,7 @@ class Ladder:
         if rung.instrument is None:
             return self._best(now, rung, [now.linkage])
         best, tried = None, list(rung.trials(self.craft))
-        for finer in (1.5, 1.25, 1.1):
+        for finer in (1.5, 1.25, 1.1, 1.04):
             linkages = [{**now.linkage, rung.instrument: value} for value in tried]
             best = min(filter(None, (best, self._best(now, rung, linkages))), key=_cost, default=None)
             if best is None:
@@ -230,9 +235,16 @@ def better(old: Attempt, new: Attempt) -> tuple[float, float]:
     return fall(old.errors, new.errors, old.fitted.windows, old.fitted.sizes)
 
 
-def enters(gain: float, error: float) -> bool:
-    """Whether a rung is taken."""
-    return gain > max(LEAST, ERRORS * error)
+def enters(old: Attempt, new: Attempt, gain: float, error: float) -> bool:
+    """Whether a rung is taken: errors of left-out blocks fall, and the criterion by more than chance would do.
+
+    That a measured input acts is known beforehand: only its size is asked.
+    """
+    each = (old.fitted.criterion - new.fitted.criterion) / (new.count - old.count)
+    added = set(new.rungs) - set(old.rungs)
+    known = all(r.needs for r in added)
+    likely = known or (each > SURE and not any(r.doubtful for r in added))
+    return each > (KNOWN if known else CHANCE) and gain > max(LEAST, (LIKELY if likely else ERRORS) * error)
 
 
 def climb(ladder: Ladder) -> Climb:
@@ -248,7 +260,7 @@ def climb(ladder: Ladder) -> Climb:
             if r not in now.rungs and not _excluded(r, now) and (a := ladder.with_rung(now, r))
         ]
         falls = [(r, a, *better(now, a)) for r, a in tried]
-        entering = [t for t in falls if enters(*t[2:])]
+        entering = [t for t in falls if enters(now, *t[1:])]
         if not entering:
             refused = tuple((r.id, gain, error) for r, _, gain, error in falls)
             break
@@ -269,11 +281,12 @@ def _needed(now: Attempt) -> bool:
 
 
 def _law(laws: Sequence[Attempt]) -> tuple[Attempt, tuple[tuple[Attempt, float, float], ...]]:
-    """The law of the fewest numbers among those that are within LEAST and a standard error of the best."""
+    """The law of the fewest numbers among those that are within LEAST and a standard error of the best, or the one
+    that the records' own columns speak for."""
     best = max(laws, key=lambda a: better(laws[0], a)[0])
     told = tuple((a, *better(best, a)) for a in laws)
     equal = [a for a, gain, error in told if a is best or gain > -min(error, LEAST)]
-    return min(equal, key=lambda a: (a.count, -better(best, a)[0])), told
+    return min(equal, key=lambda a: (not a.law.seen, a.count, -better(best, a)[0])), told
 
 
 def _excluded(rung: Rung, now: Attempt) -> bool:
@@ -311,7 +324,7 @@ def _pruned(ladder: Ladder, steps: Sequence[Step]) -> list[Step]:
             start[names.index(name)] = blank[names.index(name)]
         without = ladder.attempt(now.law, rest, now.sign, linkage, start, now.fitted.shifts, LONG)
         gain, error = better(without, now)
-        if not enters(gain, error):
+        if not enters(without, now, gain, error):
             now = without
             out.append(Step(rung.id, f"no longer needed: {rung.title}", now, -gain, error))
     return out

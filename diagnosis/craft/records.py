@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import median_filter
 
+from ...datasets.columns import TWIN
 from ...estimation.series import samples, speed_of, yaw_rate_of
 from ...models.errors import CannotFit
-from .rungs import SPEED, TURNS, WIND, Craft
+from .rungs import PAIR, SPEED, TURNS, WIDE, WIND, Craft
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.windows.problem import Piece, Scales
 
-SPIKED, WIDE, SPIKE = ("yaw_rate_rad_s", "heading_rad", "surge_m_s"), 7, 12.0
+SPIKED, NEAR, SPIKE = ("yaw_rate_rad_s", "heading_rad", "surge_m_s"), 7, 12.0
 """Channels freed of spikes, samples of the median, and usual distances from it that a spike exceeds."""
 COPIED = 0.97
 """Share of a rudder's or command's variation that heading and yaw rate of the same moment explain: it is computed."""
@@ -24,6 +25,8 @@ MARGIN = 1.25
 """What held-out records may exceed the training records by and still count as inside."""
 OUTSIDE = 0.1
 """Share of a held-out record outside the training envelope that is told."""
+WIDEST_RUDDER = 1.0
+"""Angle, rad, that 95 % of the samples of a rudder stay below: what is turned further is an azimuth thruster."""
 EXCITED = 1.0
 """Smooth yaw rate over what smoothing took away, averaged, below which no manoeuvre stands out."""
 
@@ -31,7 +34,7 @@ EXCITED = 1.0
 def without_spikes(record: Record) -> tuple[Record, int]:
     """The record with samples of yaw rate, heading and surge as gaps that stand out of their neighbours, and how many.
 
-    A sample stands out where it is further from the median of WIDE samples than SPIKE times the usual distance, and
+    A sample stands out where it is further from the median of NEAR samples than SPIKE times the usual distance, and
     than half the range of nine tenths of the channel.
     """
     found, count = {}, 0
@@ -40,10 +43,10 @@ def without_spikes(record: Record) -> tuple[Record, int]:
             continue
         values = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
         known = np.flatnonzero(np.isfinite(values))
-        if known.size < 4 * WIDE:
+        if known.size < 4 * NEAR:
             continue
         y = values[known]
-        away = np.abs(y - median_filter(y, WIDE, mode="mirror"))
+        away = np.abs(y - median_filter(y, NEAR, mode="mirror"))
         low, high = np.quantile(y, (0.05, 0.95))
         spikes = away > max(SPIKE * float(np.median(away)), 0.5 * float(high - low))
         if spikes.any() and spikes.mean() < 0.1:
@@ -63,7 +66,11 @@ def craft_of(records: Sequence[Record], scales: Scales) -> tuple[Craft, frozense
     winds = [r.column("wind_speed_m_s") for r in records if r.has("wind_speed_m_s") and r.has("wind_direction_rad")]
     square = float(np.nanmean(np.concatenate(winds) ** 2)) if len(winds) == len(records) else 0.0
     given |= {WIND} if square > 0.0 else set()
-    return Craft(scales, float(np.median([r.dt for r in records])), max(square, 1e-6)), frozenset(given)
+    pairs = [r.column(TWIN[0]) + r.column(TWIN[1]) for r in records if r.has(*TWIN)]
+    thrust = float(np.nanquantile(np.abs(np.concatenate(pairs)), 0.95)) if len(pairs) == len(records) else 0.0
+    given |= {PAIR} if thrust > 0.0 else {WIDE} if scales.rudder > WIDEST_RUDDER else set()
+    step_s = float(np.median([r.dt for r in records]))
+    return Craft(scales, step_s, max(square, 1e-6), max(thrust, 1e-6)), frozenset(given)
 
 
 def _has_speed(record: Record) -> bool:

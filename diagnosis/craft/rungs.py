@@ -27,11 +27,13 @@ class Prior(NamedTuple):
 
 
 class Craft(NamedTuple):
-    """Units of the craft, the records' sampling step, s, and the mean square of the measured wind, m2/s2."""
+    """Units of the craft, the records' sampling step, s, the mean square of the measured wind, m2/s2, and a large
+    sum of two thrusts, N."""
 
     scales: Scales
     step_s: float
     wind2: float
+    thrust: float
 
     @property
     def gain(self) -> float:
@@ -50,13 +52,16 @@ Priors = Callable[[Craft, float], dict[str, Prior]]
 
 @dataclass(frozen=True)
 class Law:
-    """What steers the craft.  needs : inputs of the records;  means : start values in units of the prior."""
+    """What steers the craft.  needs : inputs of the records;  instead : a law that it replaces where they are there;
+    seen : whether these inputs themselves say what steers the craft."""
 
     id: str
     family: str
     title: str
     priors: Priors
     needs: frozenset[str] = frozenset()
+    instead: str | None = None
+    seen: bool = False
 
 
 @dataclass(frozen=True)
@@ -64,7 +69,8 @@ class Rung:
     """One thing that a simpler model lacks.
 
     extension : of the family;  starts : of the new numbers, in prior standard deviations;  instrument, trials : a
-    number of the linkage between order and hull, tried at these multiples of its unit;  only, needs : laws and inputs.
+    number of the linkage between order and hull, tried at these multiples of its unit;  only, needs : laws and inputs;
+    doubtful : slow disturbances look like it, so that left-out errors alone decide.
     """
 
     id: str
@@ -78,6 +84,7 @@ class Rung:
     needs: frozenset[str] = frozenset()
     commands_only: bool = False
     nonlinear_damping: bool = False
+    doubtful: bool = False
 
 
 def _damping(c: Craft, by_speed: bool) -> Prior:
@@ -116,7 +123,12 @@ def _steady_race(c: Craft, sign: float) -> dict[str, Prior]:
     return {**_flow(c, sign), "b": _steering(c, sign, 1.0)}
 
 
-SPEED, TURNS, WIND = "speed", "n", "wind"
+def _azimuth(c: Craft, sign: float) -> dict[str, Prior]:
+    damping = {name: prior for name, prior in _thruster(c, sign).items() if name != "b"}
+    return damping | {"bn": _steering(c, sign, c.scales.turns**2)}
+
+
+SPEED, TURNS, WIND, WIDE, PAIR = "speed", "n", "wind", "wide angles", "two thrusts"
 LAWS = (
     Law("constant", "nomoto-1", "moment and damping that do not depend on the speed (K, T)", _constant),
     Law(
@@ -135,6 +147,15 @@ LAWS = (
         "rudder_in_steady_race", "rudder-in-steady-race",
         "a rudder in the race of a propeller at constant revolutions: a moment beside that ~ U², damping ~ U",
         _steady_race, frozenset({SPEED}),
+    ),
+    Law(
+        "azimuth", "azimuth-thruster", "an azimuth thruster: moment ~ n² sin of its angle", _azimuth,
+        frozenset({SPEED, TURNS, WIDE}), seen=True,
+    ),
+    Law(
+        "twin_thrusters", "twin-thrusters",
+        "two thrusters: the moment goes with the difference of the two, the damping with the speed", _thruster,
+        frozenset({SPEED, PAIR}), "thruster", seen=True,
     ),
 )  # fmt: skip
 
@@ -192,7 +213,12 @@ RUNGS = (
     ),
     Rung(
         "hull_asymmetry", "a yaw moment ~ U² on a straight course",
-        lambda c, s: {"c": Prior(0.0, 0.2 * c.moment / c.scales.speed**2)}, only=frozenset({"thruster"}),
+        lambda c, s: {"c": Prior(0.0, 0.2 * c.moment / c.scales.speed**2)},
+        only=frozenset({"thruster", "twin_thrusters"}),
+    ),
+    Rung(
+        "unequal_thrusters", "one thruster that turns the craft more than the other",
+        lambda c, s: {"bs": Prior(0.0, 0.2 * c.moment / c.thrust)}, only=frozenset({"twin_thrusters"}),
     ),
     Rung(
         "measured_wind", "the measured wind",
@@ -202,7 +228,7 @@ RUNGS = (
     Rung(
         "heading_moment", "a moment that goes with the heading, as of wind or of a current",
         lambda c, s: dict.fromkeys(("heading_moment_cos", "heading_moment_sin"), Prior(0.0, 0.1 * c.moment)),
-        "heading_moment", ((0.0, 0.0),),
+        "heading_moment", ((0.0, 0.0),), doubtful=True,
     ),
 )  # fmt: skip
 

@@ -39,10 +39,11 @@ class Horizons(NamedTuple):
     clock: float
 
 
-def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
+def horizons_of(models: Iterable[Model], records: Sequence[Record], own_s: float = np.nan) -> Horizons:
     """Horizons for all models alike: of the first one that knows its length; its speed may come from the records.
 
-    Where none does, the time of a response model's gain and time constant takes the place of L/U.
+    Where none does, `own_s`, .6 over the yaw rate of a hard turn, s, takes the place of L/U, or else the time of a
+    response model's gain and time constant.
     """
     models, longest = list(models), max(float(record.time_s[-1] - record.time_s[0]) for record in records)
     for model in models:
@@ -52,6 +53,8 @@ def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
             source = "the model" if np.isfinite(model.speed_m_s) else "the records"
             basis = f"ship lengths at L/U = {length:.4g} m / {speed:.3g} m/s = {own:.3g} s (speed of {source})"
             return _in_lengths(own, basis, longest)
+    if np.isfinite(own_s):
+        return _in_lengths(own_s, f"times .6 / yaw rate of a hard turn = {own_s:.3g} s, which is about L/U", longest)
     for model in models:
         own = _response_time_s(model)
         if np.isfinite(own):

@@ -129,6 +129,18 @@ class Validation:
         wanted = (next(iter(self.models)) if model is None else model, record, channel, horizon)
         return next((s for s in self.scores if (s.model, s.record, s.channel, s.horizon) == wanted), None)
 
+    def told_ahead(self) -> dict[str, Any]:
+        """Plain values of what is told of errors some time ahead, over all records."""
+        pooled = [s for s in self.scores if s.record is None and s.channel is not None and s.horizon_s is not None]
+        return {
+            "horizons_s": list(self.horizons_s),
+            "horizon_basis": self.horizon_basis,
+            "scores": [{name: value for name, value in vars(s).items() if name != "record"} for s in pooled],
+            "simple": [{name: value for name, value in vars(s).items() if name != "record"} for s in self.simple],
+            "noise": dict(self.noise),
+            "trusted_s": dict(self.trusted_s),
+        }
+
     def to_json(self) -> dict[str, Any]:
         """Plain values for validation.json, without the series."""
         return {

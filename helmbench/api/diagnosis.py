@@ -152,6 +152,7 @@ def diagnose(
     with _shown_stages(progress) as watch, FIRST_USE.told_to(watch):
         watch(READING)
         from ..diagnosis import diagnose as engine
+        from ..diagnosis.ahead import with_errors_ahead
         from ..diagnosis.options import Options
 
         base = as_model(model)
@@ -161,6 +162,7 @@ def diagnose(
         *given, doubts = training_and_held_out(base, train, held_out, positive_rudder)
         records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
         found = engine.diagnose(base, records, others, options, watch)
+        found = with_errors_ahead(found, others or records)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
     return Diagnosis.of(replace(found, records=tuple(names), doubts=(*doubts, *found.doubts)))

@@ -78,6 +78,35 @@ def in_steady_race() -> Definition:
     )
 
 
+def twin_thrusters() -> Definition:
+    """r_dot = (a + a1 U) r + b (P - S) + bs (P + S) + c U^2, P and S the thrusts of port and starboard: a propeller's
+    moment is b + bs or b - bs times its thrust, so that bs tells how unequal the two are."""
+    r, delta, total, speed = symbols("r delta thrust_sum speed")
+    a, a1, b, bs, c = coefficients = symbols("a a1 b bs c")
+    return _law(
+        "twin-thrusters",
+        "two thrusters that turn a hull in the flow",
+        coefficients,
+        (a + a1 * speed) * r + b * delta + bs * total + c * speed**2,
+        {"a": "1/s", "a1": "1/m", "b": "1/s2", "bs": "1/s2", "c": "1/m2"},
+        [total, speed],
+    )
+
+
+def azimuth() -> Definition:
+    """r_dot = (a + a1 U) r + bn n |n| sin(delta): a thruster of revolutions n that is turned by the angle delta."""
+    r, delta, turns, speed = symbols("r delta n speed")
+    a, a1, bn = coefficients = symbols("a a1 bn")
+    return _law(
+        "azimuth-thruster",
+        "azimuth thruster",
+        coefficients,
+        (a + a1 * speed) * r + bn * turns * absv(turns) * sp.sin(delta),
+        {"a": "1/s", "a1": "1/m", "bn": "1"},
+        [turns, speed],
+    )
+
+
 def _law(name, title, coefficients, force, units, inputs, public=None, inverse=None) -> Definition:
     """A first-order response model; inverse takes the published parameters in their order."""
     r, psi, delta = symbols("r psi delta")
@@ -104,4 +133,6 @@ DEFINITIONS = {
     "rudder-in-flow": in_flow,
     "rudder-in-race": in_race,
     "rudder-in-steady-race": in_steady_race,
+    "twin-thrusters": twin_thrusters,
+    "azimuth-thruster": azimuth,
 }

@@ -67,8 +67,14 @@ def _neutral(found: CraftDiagnosis) -> list[str]:
     offset = next((n for n in found.numbers if n.name == "rudder_offset" and n.low * n.high > 0.0), None)
     if offset is None:
         return []
-    half = number(DEG * (offset.high - offset.value), 2)
-    return [f"A rudder or command of {number(-DEG * offset.value, 2)} ± {half} deg (90 %) holds a straight course."]
+    unit, factor = _steering_unit(found)
+    value, half = number(-factor * offset.value, 2), number(factor * (offset.high - offset.value), 2)
+    return [f"A rudder or command of {value} ± {half} {unit} (90 %) holds a straight course."]
+
+
+def _steering_unit(found: CraftDiagnosis) -> tuple[str, float]:
+    """Unit in which the steering is shown, and how many of it a unit of the record is."""
+    return ("N", 1.0) if found.model.family.startswith("twin-thrusters") else ("deg", DEG)
 
 
 def _remaining(found: CraftDiagnosis) -> list[str]:
@@ -141,9 +147,10 @@ def band_table(found: CraftDiagnosis) -> Table:
 
 def angles_table(found: CraftDiagnosis) -> Table:
     """The neutral angle of every training record beside the common one."""
+    unit, factor = _steering_unit(found)
     columns = [
         Column("record", lambda row: row[0]),
-        Column("own neutral angle, deg", lambda row: number(DEG * row[1], 2), lambda row: DEG * row[1]),
+        Column(f"own neutral angle, {unit}", lambda row: number(factor * row[1], 2), lambda row: factor * row[1]),
     ]
     return make_table(columns, found.own_angles)
 

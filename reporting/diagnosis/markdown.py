@@ -3,7 +3,7 @@ statistics of the errors."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ from .. import tables
 from ..calibration import text as calibration
 from ..numbers import p_value, percent, with_unit
 from ..report import listed
+from ..validation.tables import horizon_table, trusted_lines
 from . import text as words
 from .figures import figures
 from .panels import CHANNELS
@@ -64,8 +65,23 @@ def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) 
     parts += [
         _figure(files, f"spectrum-{name}", f"Spectrum of the {words.channel(name)[0]} errors") for name in CHANNELS
     ]
+    parts += _ahead(found)
     parts += ["## Made with", listed([row for row in words.facts(found) if row[0] != "time"])]
     return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _ahead(found: Diagnosis) -> list[str]:
+    """Errors some time ahead beside predictions without a model; nothing where none were computed."""
+    if found.ahead is None:
+        return []
+    said = f"Root mean square errors ahead; {found.ahead.horizon_basis}."
+    told = _listed_lines(trusted_lines(found.ahead))
+    return ["## 6. How far ahead", said, tables.markdown(horizon_table(found.ahead)), told]
+
+
+def _listed_lines(lines: Sequence[str]) -> str:
+    """Sentences as a Markdown list."""
+    return "\n".join(f"- {line}." for line in lines)
 
 
 STATISTICS = (

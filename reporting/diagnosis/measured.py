@@ -141,6 +141,7 @@ REPORTS = {
 def diagnosed(report: Report) -> Diagnosis:
     """The diagnosis of a report; BadInput where the measured set is missing on this machine."""
     from ...datasets.measured import load
+    from ...diagnosis.ahead import with_errors_ahead
     from ...diagnosis.diagnose import diagnose
     from ...diagnosis.options import Options
 
@@ -150,7 +151,8 @@ def diagnosed(report: Report) -> Diagnosis:
     records = [load(*run).thinned(EVERY.get(run[0], 1)).turned(model.positive_rudder) for run in runs]
     records = [report.prepare(record) if report.prepare else record for record in records]
     count = len(report.train)
-    return diagnose(model, records[:count], records[count:], Options(**report.options))
+    found = diagnose(model, records[:count], records[count:], Options(**report.options))
+    return with_errors_ahead(found, records[count:])
 
 
 def write_reports(folder: Path = FOLDER) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from ..calibration import text as calibration
 from ..equations import equations
 from ..templating import render
+from ..validation.tables import horizon_table, trusted_lines
 from . import text as words
 from .charts import AFTER, BEFORE, MEASURED
 from .panels import panel
@@ -36,6 +37,8 @@ def html(found: Diagnosis) -> str:
         added=added_table(model, instrument_rows(found)) if model else None,
         base=_base_tables(found),
         gain=gain_table(found),
+        horizons=None if found.ahead is None else horizon_table(found.ahead),
+        trusted=[] if found.ahead is None else trusted_lines(found.ahead),
         facts=words.facts(found),
         colours={"measured": MEASURED, "before": BEFORE, "after": AFTER},
     )

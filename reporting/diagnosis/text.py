@@ -10,6 +10,7 @@ from ...diagnosis.causes.registry import causes
 from ...diagnosis.gain.guard import WORSE
 from ..numbers import DEG, interval_digits, number, p_value, with_unit
 from ..tables import console, html
+from ..validation.tables import trusted_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -279,6 +280,7 @@ def terminal(found: Diagnosis) -> str:
 
         lines += ["free-run errors, step by step:", console(steps_table(found.calibration), indent="  ")]
         lines += ["shares of the base model's squared error:", console(shares_table(found.calibration), indent="  ")]
+    lines += [] if found.ahead is None else trusted_lines(found.ahead)
     lines += [f"next manoeuvre: {found.next_manoeuvre}"] if found.next_manoeuvre else []
     return "\n".join(lines)
 

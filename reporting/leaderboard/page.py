@@ -13,6 +13,7 @@ from .. import tables
 from ..report import Report, environment_rows, listed, unfinished, write_files
 from ..templating import render
 from . import standings
+from .ahead import ahead_table
 from .answer import answer
 from .compact import read_compact
 from .contest import contest
@@ -89,7 +90,7 @@ def markdown(
     unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
     details = detail_tables(standings.details(board.cells[unknown], board.estimates))
     tail = [failure_table(board.failures), timing_table(timings)]
-    for table in [overall_table(board), choice_table(board), *matrices(board), *details, *tail]:
+    for table in [overall_table(board), choice_table(board), ahead_table(results), *matrices(board), *details, *tail]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
     made_with = listed(environment_rows(manifest))
@@ -125,6 +126,7 @@ def html(
         sensitivity=found.sensitivity_table(),
         overall=overall_table(board),
         choice=choice_table(board),
+        ahead=ahead_table(results),
         matrices=matrices(board),
         failures=failure_table(board.failures),
         timings=timing_table(timings),

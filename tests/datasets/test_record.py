@@ -21,9 +21,9 @@ def record() -> Record:
 
 def test_canonical_names_are_those_of_the_interface():
     interface = (
-        "time_s, rudder_command_rad, rudder_rad, propeller_rps, propeller_thrust_N, heading_rad, yaw_rate_rad_s, "
-        "surge_m_s, sway_m_s, north_m, east_m, roll_rad, roll_rate_rad_s, wind_speed_m_s, wind_direction_rad, "
-        "current_speed_m_s, current_direction_rad"
+        "time_s, rudder_command_rad, rudder_rad, propeller_rps, propeller_thrust_N, thrust_port_N, "
+        "thrust_starboard_N, heading_rad, yaw_rate_rad_s, surge_m_s, sway_m_s, north_m, east_m, roll_rad, "
+        "roll_rate_rad_s, wind_speed_m_s, wind_direction_rad, current_speed_m_s, current_direction_rad"
     )
     assert ", ".join(CANONICAL) == interface
 

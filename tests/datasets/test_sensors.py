@@ -11,7 +11,7 @@ import math
 import numpy as np
 import pytest
 
-from helmbench.datasets.columns import CANONICAL
+from helmbench.datasets.columns import CANONICAL, TWIN
 from helmbench.datasets.randomness import gauss_markov, stream
 from helmbench.datasets.record import Record
 from helmbench.datasets.sensors import CHANNELS, NOISE, ChannelSensor, Sensors, apply, parse_noise, runs
@@ -165,7 +165,7 @@ def test_levels_order_channels_and_cover_them():
         assert set(NOISE[level]) == measured_channels
     for name in measured_channels:
         assert 0.0 < NOISE["low"][name] < NOISE["medium"][name] < NOISE["high"][name]
-    without_sensor = {"time_s", "propeller_thrust_N", "current_speed_m_s", "current_direction_rad"}
+    without_sensor = {"time_s", "propeller_thrust_N", *TWIN, "current_speed_m_s", "current_direction_rad"}
     assert {column for column, _ in CHANNELS.values()} == set(CANONICAL) - without_sensor
 
 

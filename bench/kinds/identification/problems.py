@@ -86,12 +86,13 @@ class Truth:
 
 @dataclass(frozen=True)
 class Problem:
-    """Records and blank model of a task; `model` carries no coefficients."""
+    """Records and blank model of a task; `model` carries no coefficients; measured: the records are no simulations."""
 
     model: Model
     train: tuple[Record, ...]
     held_out: tuple[Record, ...]
     truth: Truth
+    measured: bool = False
 
     @property
     def n_samples(self) -> int:
@@ -112,7 +113,7 @@ def problem(task: Task) -> Problem:
     else:
         train = _records(task, task.train, task.noise, task.disturbance)
         held_out, known = tuple(_held_out(task, manoeuvre) for manoeuvre in task.held_out), truth(task, model)
-    return Problem(model, _corrected(train, model), _corrected(held_out, model), known)
+    return Problem(model, _corrected(train, model), _corrected(held_out, model), known, task.measured)
 
 
 def _corrected(records: tuple[Record, ...], model: Model) -> tuple[Record, ...]:

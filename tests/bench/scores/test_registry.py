@@ -15,11 +15,11 @@ def row(estimate, true, crb_sd, identifiable=True, kind="given"):
 
 
 def outcome(*rows, **prediction):
-    return Outcome(types.SimpleNamespace(), types.SimpleNamespace(), rows, prediction)
+    return Outcome(types.SimpleNamespace(measured=False), types.SimpleNamespace(), rows, prediction)
 
 
 def test_scores_stand_in_the_order_of_their_columns():
-    assert list(scores()) == ["parameter_error", "efficiency", "prediction_error"]
+    assert list(scores()) == ["parameter_error", "efficiency", "prediction_error", "errors_ahead"]
     columns = list(result_columns())
     first = columns.index("rel_error_median")
     assert columns[first : first + len(score_columns())] == list(score_columns())

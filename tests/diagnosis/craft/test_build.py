@@ -5,9 +5,10 @@ import pytest
 
 from helmbench.diagnosis.craft.build import BUILT, build
 from helmbench.diagnosis.craft.records import outside
+from helmbench.estimation.series import speed_of
 from helmbench.models.errors import CannotFit
 
-from ...craft_simulator import LAWS, draw, sailed
+from ...craft_simulator import ALLOCATED, FULL, LAWS, STRONGER, draw, sailed
 
 OF = {"flow": "rudder-in-flow", "race": "rudder-in-race", "thruster": "thruster-in-flow"}
 WITHOUT = {
@@ -34,6 +35,41 @@ def test_a_delay_and_what_steers_the_craft_are_found(law, rng):
     laws = {told.id: told for told in found.laws}
     assert all(laws[wrong].gain < -0.05 for wrong in WITHOUT[law])
     assert found.trusted_s > craft.clock
+
+
+@pytest.mark.parametrize("law", ALLOCATED)
+def test_two_thrusters_and_an_azimuth_thruster_are_named_with_their_own_effects(law, rng):
+    craft = draw(rng, law)
+    records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(3)]
+    found = build(records[:2], records[2:])
+    values = {n.name: n.value for n in found.numbers}
+    assert at_three_lengths(found) > 0.9
+    if law == "azimuth":
+        assert found.model.family.startswith("azimuth-thruster")
+        assert values["bn"] == pytest.approx(0.35 * craft.gain / craft.time / craft.clock**2 / 100.0, rel=0.15)
+    else:
+        assert found.model.family.startswith("twin-thrusters")
+        moment = 2.0 * craft.gain / craft.time / craft.clock**2 / FULL / (1.0 + STRONGER)
+        port, starboard = values["b"] + values["bs"], values["b"] - values["bs"]
+        assert port == pytest.approx(STRONGER * moment, rel=0.15) and starboard == pytest.approx(moment, rel=0.15)
+
+
+def test_a_measured_current_is_taken_off_the_speed_and_the_track(rng):
+    craft = draw(rng, "flow")
+    record = sailed(rng, craft, "run", noise=0.0, length=20.0)
+    psi = record.heading_unwrapped()
+    current, towards = 0.3 * craft.speed, rng.uniform(-3.0, 3.0)
+    along = current * np.cos(towards - psi)
+    known = {"current_speed_m_s": np.full(record.n, current), "current_direction_rad": np.full(record.n, towards)}
+    drifting = record.with_channels(surge_m_s=record.column("surge_m_s") + along, **known)
+    assert speed_of(drifting) == pytest.approx(speed_of(record), abs=1e-9)
+    seconds = record.time_s - record.time_s[0]
+    track = {
+        "north_m": record.column("north_m") + current * np.cos(towards) * seconds,
+        "east_m": record.column("east_m") + current * np.sin(towards) * seconds,
+    }
+    carried = record.with_channels(surge_m_s=None, **track, **known)
+    assert speed_of(carried) == pytest.approx(speed_of(record.with_channels(surge_m_s=None)), abs=1e-6 * craft.speed)
 
 
 def test_a_command_that_does_not_act_gives_no_model_that_is_worse_than_going_straight(rng):
