@@ -119,10 +119,10 @@ class Diagnosis:
     """The base model with all its numbers moved under their priors; None where its numbers were not uncertain."""
     calibrated_gain: dict[str, Gain] = field(default_factory=dict)
     """Gain of the calibrated model by channel."""
-    ahead: Validation | None = None
-    """Errors some time ahead on held-out records, or else on those of training; None where none were computed."""
     checks: tuple[CheckFinding, ...] = ()
     """What the records show of their files by themselves: corrected, or standing in the way of a diagnosis."""
+    ahead: Validation | None = None
+    """Errors some time ahead on held-out records, or else on those of training; None where none were computed."""
 
     def to_json(self) -> dict[str, Any]:
         """The document of schema version 2 (diagnosis.json), plain numbers only."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import import_module
@@ -71,6 +71,11 @@ def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("processor", f"{manifest.get('cpu')}, {manifest.get('cpus')} usable"),
         ("packages", packages),
     ]
+
+
+def sentences(lines: Iterable[str]) -> str:
+    """Sentences as a Markdown list."""
+    return "\n".join(f"- {in_markdown(line)}" for line in lines)
 
 
 def listed(rows: Sequence[tuple[str, str]]) -> str:

@@ -13,7 +13,7 @@ from ...datasets.columns import RUDDERS
 from ...estimation.fit import arithmetic_guard, blas_limited
 from ...estimation.naming import named
 from ...estimation.validation.horizons import STRAIGHT, mean_ratio
-from ...estimation.validation.validate import validate
+from ...estimation.validation.validate import label, validate
 from ...estimation.windows.fit import Fitted, covariance_of
 from ...estimation.windows.problem import mean_of_known, pieces_of, scales_of
 from ...models.errors import BadInput
@@ -48,8 +48,9 @@ SLACK = 0.05
 """Rise of the errors of left-out records that a step may bring and still stand."""
 NORMAL_68, INFLATION, FEWEST = 0.683, (1.0, 4.0), 8
 """Share of errors within one standard deviation, limits of a factor on the heading band, and errors that it needs."""
-GOOD, ACTS = 0.7, 0.3
-"""R2 over left-out windows of an adequate model, and below which the recorded input is not what acts."""
+GOOD, FAIR, ACTS = 0.7, 0.6, 0.3
+"""R2 of an adequate model over left-out windows, and along records three lengths ahead; and over left-out windows below
+which the recorded input is not what acts."""
 
 
 def build(train: Sequence[Record], held_out: Sequence[Record] = ()) -> CraftDiagnosis:
@@ -243,9 +244,19 @@ def _verdict(final: Attempt, kept: Sequence[Step], ahead: Validation, copied: fl
     trusted = ahead.trusted_s[BUILT]
     if not trusted > 0.0:
         return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
-    if min(rate, heading) >= GOOD:
+    along = _along(ahead)
+    if min(rate, heading) >= GOOD and not along < FAIR:
         return ADEQUATE, f"{said}; trust it for {trusted:.3g} s"
+    if along < FAIR:
+        said += f", but along the records that it is judged by {_percent(along)} of the yaw rate three lengths ahead"
     return PARTLY, f"{said}; up to {trusted:.3g} s ahead it is better than going on turning, or straight"
+
+
+def _along(ahead: Validation) -> float:
+    """R2 of the yaw rate three lengths ahead, or as far as was tried; nan where it was not measured."""
+    times = ahead.horizons_s[:3]
+    score = ahead.score("yaw_rate_rad_s", BUILT, horizon=label(times[-1])) if times else None
+    return np.nan if score is None else score.r2
 
 
 def _percent(share: float) -> str:

@@ -23,6 +23,7 @@ def html(found: CraftDiagnosis) -> str:
         laws=words.laws_table(found),
         steps=words.steps_table(found),
         numbers=words.numbers_table(found),
+        shares=words.r2_table(found),
         horizons=horizon_table(found.ahead),
         trusted=trusted_lines(found.ahead),
         band=words.band_table(found),

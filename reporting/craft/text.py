@@ -6,7 +6,10 @@ import math
 from html import escape
 from typing import TYPE_CHECKING
 
+from ...datasets.display import shown_name
 from ...diagnosis.craft.result import ADEQUATE, FOLLOWS, INCONCLUSIVE, NO_EFFECT, OUTSIDE, PARTLY, UNEXPLAINED
+from ...estimation.validation.horizons import TRUSTED
+from ...estimation.validation.validate import label
 from ..numbers import DEG, number, r_squared
 from ..tables import Column, Table, console, html, make_table
 from ..validation.tables import horizon_table, trusted_lines
@@ -37,6 +40,13 @@ def statement(found: CraftDiagnosis) -> list[str]:
     lines = [f"{found.reason[:1].upper()}{found.reason[1:]}.", _steers(found), *_lacks(found)]
     lines += [*_neutral(found), *_remaining(found)]
     return [*lines, _heading(found), *found.notes, f"To record next: {found.next_runs}."]
+
+
+def told_in_a_line(found: CraftDiagnosis) -> str:
+    """The outcome in a line: verdict, what steers it, and what was added."""
+    chosen = next(law for law in found.laws if law.chosen)
+    added = "; ".join(step.title for step in found.steps[1:] if step.gain > 0.0)
+    return f"{headline(found)}. {chosen.title[:1].upper()}{chosen.title[1:]}{f'; {added}' if added else ''}."
 
 
 def _steers(found: CraftDiagnosis) -> str:
@@ -123,6 +133,25 @@ def steps_table(found: CraftDiagnosis) -> Table:
         Column("R² heading", lambda step: r_squared(step.r2_heading), lambda step: step.r2_heading),
     ]  # fmt: skip
     return make_table(columns, found.steps)
+
+
+def r2_table(found: CraftDiagnosis) -> Table:
+    """R² of heading and yaw rate by time ahead, of the built model and of the law alone: a row a channel and model."""
+    rows = [(channel, name) for channel in TRUSTED for name in found.ahead.models if found.ahead.score(channel, name)]
+    columns = [
+        Column("channel", lambda row: shown_name(row[0])),
+        Column("model", lambda row: row[1]),
+        *(_r2_column(found, label(time)) for time in found.ahead.horizons_s),
+    ]
+    return make_table(columns, rows)
+
+
+def _r2_column(found: CraftDiagnosis, horizon: str) -> Column:
+    def value(row: tuple[str, str]) -> float | None:
+        score = found.ahead.score(*row, horizon=horizon)
+        return None if score is None else score.r2
+
+    return Column(f"after {horizon}", lambda row: r_squared(value(row)), value)
 
 
 def numbers_table(found: CraftDiagnosis) -> Table:

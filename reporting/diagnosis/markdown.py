@@ -3,14 +3,14 @@ statistics of the errors."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import tables
 from ..calibration import text as calibration
 from ..numbers import p_value, percent, with_unit
-from ..report import listed
+from ..report import listed, sentences
 from ..validation.tables import horizon_table, trusted_lines
 from . import text as words
 from .figures import figures
@@ -75,13 +75,8 @@ def _ahead(found: Diagnosis) -> list[str]:
     if found.ahead is None:
         return []
     said = f"Root mean square errors ahead; {found.ahead.horizon_basis}."
-    told = _listed_lines(trusted_lines(found.ahead))
+    told = sentences(f"{line}." for line in trusted_lines(found.ahead))
     return ["## 6. How far ahead", said, tables.markdown(horizon_table(found.ahead)), told]
-
-
-def _listed_lines(lines: Sequence[str]) -> str:
-    """Sentences as a Markdown list."""
-    return "\n".join(f"- {line}." for line in lines)
 
 
 STATISTICS = (
