@@ -24,6 +24,7 @@ class Check(ABC):
     unit : of its sizes.  separate_by : what would tell it from its rivals.
     stage : where it is looked for, as a reason why a model's residuals are not asked for it.
     named : whether a diagnosis names it as a cause of its bank, beside telling what was checked.
+    beyond : variable of a regime (`models.regimes`) beyond whose threshold it acts, and the size that the threshold is.
     """
 
     id: ClassVar[str]
@@ -32,6 +33,7 @@ class Check(ABC):
     separate_by: ClassVar[str | None] = None
     stage: ClassVar[str] = "looked for in the records themselves, without a model"
     named: ClassVar[bool] = False
+    beyond: ClassVar[tuple[str, str] | None] = None
 
     @property
     def physics(self) -> str:

@@ -79,8 +79,13 @@ def _finding(name: str, given: Prepared) -> Finding:
     share = lost / max(kept + lost, 1)
     half = NORMAL_90 * float(np.sqrt(share * (1.0 - share) / max(kept + lost, 1)))
     size = Size("share", share, max(share - half, 0.0), share + half, "1")
-    said = "; ".join(f.evidence for f in own)
-    return Finding(name, (), "kinematics", float(lost), FAINT, (size,), evidence=said)
+    said, beyond, details = "; ".join(f.evidence for f in own), check_of(name).beyond, {}
+    limits = [s for f in own for s in f.sizes if beyond is not None and s.parameter == beyond[1]]
+    if beyond is not None and limits:
+        low, middle, high = np.quantile([s.value for s in limits], (0.0, 0.5, 1.0)).tolist()
+        details = {"regime": {"variable": beyond[0], "side": "above", "threshold": middle, "low": low, "high": high}}
+        limits = [Size(beyond[1], middle, low, high, limits[0].unit)]
+    return Finding(name, (), "kinematics", float(lost), FAINT, (*limits, size), details=details, evidence=said)
 
 
 def _named(found: Diagnosis, finding: Finding) -> Diagnosis:

@@ -29,7 +29,7 @@ from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Setting
 from ..estimation.filters.innovations.vector import SYMBOLS
 from ..estimation.series import series_of
-from ..models.families.extensions import extension_of, is_term
+from ..models.families.extensions import extension_of, is_made_up
 from ..models.model import CHANNELS, Model, model_to_json, resolve
 from ..models.simulate import simulate
 from .causes._stage import StageCause
@@ -81,7 +81,7 @@ def carried(cls: type[Cause]) -> Iterator[Carried]:
     A product term needs a filter of its own, which has to be compiled: one 3-DOF model is enough.
     """
     cause = cls()
-    terms = (cause.extension,) if cause.extension is not None and is_term(cause.extension) else ()
+    terms = (cause.extension,) if cause.extension is not None and is_made_up(cause.extension) else ()
     vessels = [name for name in VESSELS if name != SECOND] if terms else VESSELS
     for commanded in (False, True):
         for vessel in vessels:
@@ -139,7 +139,7 @@ def check_some_model_carries_it(cls: type[Cause]) -> None:
             except NotTestable as reason:
                 assert len(str(reason).split()) >= 3, f"the reason {str(reason)!r} says too little"
             except KeyError:
-                assert cls.extension is not None and is_term(cls.extension), "an entry of the vector does not exist"
+                assert cls.extension is not None and is_made_up(cls.extension), "an entry of the vector does not exist"
 
 
 def check_parameters_are_zero_where_it_is_absent(cls: type[Cause]) -> None:

@@ -95,7 +95,7 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
     """
     if options.base_parameters == "file" and options.coefficient_sd is None:
         watch(CAUSES_BESIDE)
-        beside, cleaned, felt, subsets = of_uncertain_base(model, given, options)
+        beside, cleaned, felt, subsets, regimes = of_uncertain_base(model, given, options)
         if beside is None:
             watch(CAUSES)
             beside = concluded(model, given, options, selected(model, given, options))
@@ -104,7 +104,7 @@ def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str
             if cleaned.decided:
                 beside = concluded(model, cleaned, options, selected(model, cleaned, options))
         watch(FREE_RUNS)
-        told = by_free_runs(beside, cleaned, felt, subsets)
+        told = by_free_runs(beside, cleaned, felt, subsets, regimes())
         if told.verdict != "unexplained" or model.is_3dof:
             return told
         return by_free_runs(told, cleaned, felt, identified=True)

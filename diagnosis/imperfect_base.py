@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extend import extended
 from ..models.families.extensions import extension_of
 from ..models.instruments import combined
+from ..models.plain import plain
 from . import verdict
 from .calibration.calibrate import calibrate_on, causes_of
 from .causes.base_coefficients import BaseCoefficients
@@ -25,7 +26,8 @@ from .result import Entry, Finding
 
 if TYPE_CHECKING:
     from ..models.model import Model
-    from .calibration.result import Calibration, Moved, StepTold
+    from .calibration.result import Calibration, Moved, StatedRegime, StepTold
+    from .discrepancy.regimes import Local
     from .discrepancy.subsets import Subset
     from .prepared import Prepared
     from .result import Diagnosis
@@ -35,19 +37,24 @@ UNITS = {"rudder_offset": "rad"}
 
 
 def by_free_runs(
-    found: Diagnosis, given: Prepared, felt: Prepared, subsets: Sequence[Subset] = (), identified: bool = False
+    found: Diagnosis,
+    given: Prepared,
+    felt: Prepared,
+    subsets: Sequence[Subset] = (),
+    regimes: Sequence[Local] = (),
+    identified: bool = False,
 ) -> Diagnosis:
     """The diagnosis with the smallest set of the base model's numbers, or of terms that it lacks, that predicts records
     which were left out; as it was where no set does, or where the family states no groups.
 
     given : records behind the sensors.  felt : also without what the named causes explain.
-    subsets : the best small sets of numbers by the likelihood.
+    subsets, regimes : the best small sets of numbers, and numbers in a regime, by the likelihood.
     identified : the model's numbers come from these records.
     """
     told = {f.cause for f in found.causes}
     try:
         with arithmetic_guard():
-            base = calibrate_on(found.model, given, felt, identified, found.threads, told, subsets)
+            base = calibrate_on(found.model, given, felt, identified, found.threads, told, subsets, regimes)
     except (BadInput, CannotFit, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base):
@@ -55,6 +62,9 @@ def by_free_runs(
     # What describes the hull beside the numbers gives way to the numbers that free runs name.
     described = (f for f in found.causes if BaseCoefficients.id not in (f.cause, *f.tied_with))
     before = [f for f in described if f.stage != "dynamics"]
+    regime = base.regime
+    if regime is not None:  # it was a part of what is wrong in the regime only
+        before = [f for f in before if f.cause != causes_of(found.model).get(regime.group)]
     before += [f for f in given.tracks.findings if f.cause not in {b.cause for b in before}]
     named = {f.cause for f in before}
     if found.base_parameters == "identify":  # the records have decided on the model's own numbers already
@@ -99,6 +109,7 @@ def _worse(base: Calibration) -> bool:
 def _findings(base: Calibration) -> list[Finding]:
     """One finding for each group that is a cause of the bank, one for all others."""
     clear = {m.group for m in base.moved if m.low > 0.0 or m.high < 0.0}
+    clear -= set() if base.regime is None else {base.regime.group}
     causes = {group: cause for group, cause in causes_of(base.model).items() if group in clear}
     groups = list(dict.fromkeys(step.group for step in base.steps))
     own = [_finding(base, causes[group], {group}) for group in groups if group in causes]
@@ -116,12 +127,16 @@ def _finding(base: Calibration, cause: str, groups: set[str]) -> Finding:
     steps = [step for step in base.steps if step.group in groups]
     strongest = max(step.gain / max(step.standard_error, 1e-12) for step in steps)
     p = min(1.0, len(base.steps) * student_tail(strongest, max(len(base.runs) - 1, 1)))
-    details = {"groups": list(dict.fromkeys(step.title for step in steps))}
+    said = "; ".join(map(_evidence, steps))
+    details: dict[str, Any] = {"groups": list(dict.fromkeys(step.title for step in steps))}
     ties = sorted({name.replace("_", " ") for step in steps for name in step.tied_with})
     if ties:
         details["would do as well"] = ties
     sizes = tuple(_size(m) for m in base.moved if m.group in groups)
-    return Finding(cause, (), STAGE, strongest, p, sizes, details=details, evidence="; ".join(map(_evidence, steps)))
+    if base.regime is not None and base.regime.group in groups:
+        details["regime"] = plain(base.regime)
+        p, said = min(p, float(np.exp(-base.regime.lead))), f"{said}; {_of_regime(base.regime)}"
+    return Finding(cause, (), STAGE, strongest, p, sizes, details=details, evidence=said)
 
 
 def _evidence(step: StepTold) -> str:
@@ -130,8 +145,19 @@ def _evidence(step: StepTold) -> str:
     )
 
 
+def _of_regime(regime: StatedRegime) -> str:
+    return (
+        f"in its regime the log likelihood, less the price of its parameters, is {regime.lead:.1f} nats above that of "
+        f"any numbers that are wrong everywhere; takes off {100.0 * regime.share_of_error:.0f} % of the squared "
+        "free-run error of left-out records"
+    )
+
+
 def _size(m: Moved) -> Size:
-    return Size(m.name, m.after, m.low, m.high, UNITS.get(m.name, "1"))
+    if m.where and m.percent is not None:
+        value, low, high = (x / m.before - 1.0 for x in (m.after, m.low, m.high))
+        return Size(m.parameter, value, min(low, high), max(low, high), "1")
+    return Size(m.parameter, m.after, m.low, m.high, UNITS.get(m.name, "1"))
 
 
 def _entry(entry: Entry, causes: Sequence[Finding]) -> Entry:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -64,6 +64,40 @@ class Group:
         return {**self.sd, **self.slips}
 
 
+@dataclass(frozen=True)
+class LocalNumber:
+    """A number, or numbers in proportion, that may be wrong in a part of the runs only.
+
+    group, title : of the group that it belongs to.  change : name -> change of the number in a regime of size one: its
+    value, and one rad for the neutral rudder angle.  sd : prior standard deviation of the size.
+    """
+
+    name: str
+    group: str
+    title: str
+    change: dict[str, float]
+    sd: float
+
+
+def local_numbers(model: Model) -> tuple[LocalNumber, ...]:
+    """What of a model may be wrong in a part of the runs only: numbers that are not zero, the rudder's whole force, the
+    neutral rudder angle; not the mass."""
+    values = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
+    entries, found = _stated(model.family.partition("+")[0]), []
+    for group in stated_groups(model):
+        stated = entries[group.id].get("local", True)
+        if stated is True and group.extension is None:
+            known = {name: sd for name, sd in group.sd.items() if values[name] != 0.0}
+            found += [
+                LocalNumber(name, group.id, group.title, {name: values[name]}, GROSS * sd / abs(values[name]))
+                for name, sd in known.items()
+            ]
+        for name, pattern in stated.items() if isinstance(stated, dict) else ():
+            change = {n: v for n, v in values.items() if re.fullmatch(pattern, n) and v != 0.0} or {pattern: 1.0}
+            found.append(LocalNumber(name, group.id, group.title, change, GROSS * min(group.sd.values(), default=0.1)))
+    return tuple(found)
+
+
 def parts_of(group: Group) -> tuple[Group, ...]:
     """Every number of a group as a group of its own, which may be wrong by GROSS times as much."""
     if len(group.every) < 2 and group.sd:
@@ -92,7 +126,9 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     """
     values = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
     found = []
-    for name, (title, extension, numbers, slips) in _stated(model.family.partition("+")[0]).items():
+    for name, entry in _stated(model.family.partition("+")[0]).items():
+        title, extension = entry["title"], entry.get("extension")
+        numbers, slips = entry.get("numbers", {}), entry.get("slips", {})
         known = values
         if extension is not None and extension not in model.family.split("+"):
             if not kernel_store.carries(model.family, extension):
@@ -169,15 +205,12 @@ def _group(
 
 
 @lru_cache(maxsize=16)
-def _stated(family: str) -> dict[str, tuple[str, str | None, dict[str, Stated], dict[str, Stated]]]:
+def _stated(family: str) -> dict[str, dict[str, Any]]:
     from .yaml_file import read_yaml
 
     for path in sorted(FOLDER.glob("*.yaml")):
         content = read_yaml(path, "a file of coefficient groups")
         if family in content["families"]:
-            return {
-                name: (entry["title"], entry.get("extension"), entry.get("numbers", {}), entry.get("slips", {}))
-                for name, entry in content["groups"].items()
-            }
+            return content["groups"]
     hint = f"a file in models/families/coefficient_groups; there are {', '.join(p.stem for p in FOLDER.glob('*.yaml'))}"
     raise BadInput(f"family {family} states no groups of coefficients", hint=hint)

@@ -53,6 +53,57 @@ def rk4_sample(rhs, x, u0, u1, theta, dt, substeps, work):
             x[i] = total[i]
 
 
+@njit(inline="always")
+def share_inside(gate, x, u, place, time):
+    """Smooth indicator of a regime: see `regimes.Regime.inside`.
+
+    gate = place of the variable in `regimes.VARIABLES`, sign, threshold, width; place (3,) of u, v, r in x.
+    """
+    kind = gate[0]
+    if kind == 0.0:
+        value = abs(u[0])
+    elif kind == 1.0:
+        value = abs(x[place[2]])
+    elif kind == 2.0:
+        value = abs(np.arctan2(x[place[1]], x[place[0]]))
+    elif kind == 3.0:
+        value = np.sqrt(x[place[0]] ** 2 + x[place[1]] ** 2)
+    else:
+        value = x[place[2]] if kind == 4.0 else time
+    z = gate[1] * (value - gate[2]) / gate[3]
+    return 0.5 * (1.0 + z / np.sqrt(1.0 + z * z))
+
+
+@njit(types.void(RHS, A1, A2, A1, A1, A1, I1, f8, i8, A2), **JIT)
+def in_regime(rhs, x0, inputs, theta, inside, gate, place, step, substeps, states):
+    """RK4 with numbers `inside` in a regime and `theta` outside; inputs linear; states (N+1, n) is filled."""
+    n, nu = x0.size, inputs.shape[1]
+    x, rate, other, total = x0.copy(), np.empty(n), np.empty(n), np.empty(n)
+    probe, u = np.empty(n), np.empty(nu)
+    states[0] = x
+    for k in range(inputs.shape[0] - 1):
+        for s in range(substeps):
+            for stage in range(4):
+                moved = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+                part = (s + moved) / substeps
+                for i in range(nu):
+                    u[i] = inputs[k, i] + part * (inputs[k + 1, i] - inputs[k, i])
+                for i in range(n):
+                    probe[i] = x[i] if stage == 0 else x[i] + moved * step * rate[i]
+                rhs(probe, u, theta, rate)
+                share = share_inside(gate, probe, u, place, (k * substeps + s + moved) * step)
+                if share > 1e-6:
+                    rhs(probe, u, inside, other)
+                    for i in range(n):
+                        rate[i] += share * (other[i] - rate[i])
+                weight = step / 6.0 if (stage == 0 or stage == 3) else step / 3.0
+                for i in range(n):
+                    total[i] = x[i] + weight * rate[i] if stage == 0 else total[i] + weight * rate[i]
+            for i in range(n):
+                x[i] = total[i]
+        states[k + 1] = x
+
+
 @njit(types.void(RHS, A2, A1, f8, i8, A1, A2), **JIT, **BORROWED)
 def _row_by_row(rhs, inputs, theta, dt, substeps, work, ahead):
     """Advance every row of ahead (N, n) by one sample."""

@@ -76,7 +76,7 @@ def definition_of(name: str) -> Definition:
     ------
     BadInput : if there is no such family or extension, or the family cannot carry it.
     """
-    from .families.extensions import EXTENSIONS, carries, extended, is_term
+    from .families.extensions import EXTENSIONS, carries, extended, is_made_up
 
     base, *extras = name.split("+")
     builders = definitions()
@@ -84,7 +84,7 @@ def definition_of(name: str) -> Definition:
         raise BadInput(f"unknown model family {base!r}", hint=f"known: {', '.join(sorted(builders))}")
     definition = builders[base]()
     for extra in extras:
-        if extra not in EXTENSIONS and not is_term(extra):
+        if extra not in EXTENSIONS and not is_made_up(extra):
             raise BadInput(f"unknown extension {extra!r} of {base}", hint=f"known: {', '.join(sorted(EXTENSIONS))}")
         if not carries(definition, extra):
             raise BadInput(f"family {definition.name!r} cannot carry the extension {extra!r}")
@@ -200,7 +200,8 @@ def carries(family: str, extension: str) -> bool:
     from .families.extensions import fits
 
     own = load(family)
-    return fits(extension, own.COEFFICIENTS, own.REGRESSION_STATES, own.HELPERS, three_dof=own.ENVIRONMENT)
+    numbers = (*own.COEFFICIENTS, *own.CONSTANTS)
+    return fits(extension, numbers, own.REGRESSION_STATES, own.HELPERS, three_dof=own.ENVIRONMENT)
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,7 +41,7 @@ def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequenc
     out = []
     for text in CANDIDATES:
         record = record_run(calibrated, parse_manoeuvre(text), duration_s=DURATION * p.length_s, dt_s=0.03 * p.length_s)
-        one = problem(whole, [record.with_channels(**unmeasured)])
+        one = replace(problem(whole, [record.with_channels(**unmeasured)]), local=p.local)
         shared = [p.channels.index(c) for c in one.channels]
         still = np.zeros((1, one.own_sd.size))
         added = normal_equations(one, numbers, fitted.theta, still, fitted.sd[shared])[0] * np.outer(scale, scale)

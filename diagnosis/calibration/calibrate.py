@@ -14,7 +14,7 @@ from ...checks.result import NORMAL_90
 from ...estimation.fit import arithmetic_guard, blas_limited
 from ...estimation.gaps import unbroken
 from ...estimation.mixed_effects.left_out import jackknife
-from ...estimation.mixed_effects.problem import THRUST, Problem, pooled, problem, squares
+from ...estimation.mixed_effects.problem import THRUST, LocalChange, Problem, pooled, problem, squares
 from ...models.coefficient_groups import every_own_number, groups_of, grown, stated_groups
 from ...models.errors import BadInput, CannotFit
 from ...models.linear_algebra import finite
@@ -28,6 +28,7 @@ from ..options import THREADS, Options
 from ..prepared import corrected_records
 from .advice import next_runs
 from .forward import ADEQUATE, LONG, Attempt, Selection, attempt, select
+from .regimes import best_in_regime
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
 from .traces import held_out_traces, left_out_traces
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.coefficient_groups import Group
     from ...models.model import Model
+    from ..discrepancy.regimes import Local
     from ..discrepancy.subsets import Subset
     from ..prepared import Prepared
 
@@ -74,7 +76,13 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     beside = of_uncertain_base(model, corrected_records(model, train, held_out, options), options)
     named = () if beside.found is None else [f.cause for f in beside.found.causes]
     return calibrate_on(
-        model, beside.cleaned, beside.felt, threads=options.threads, causes=named, subsets=beside.subsets
+        model,
+        beside.cleaned,
+        beside.felt,
+        threads=options.threads,
+        causes=named,
+        subsets=beside.subsets,
+        regimes=beside.regimes(),
     )
 
 
@@ -99,6 +107,7 @@ def calibrate_on(
     threads: int = THREADS,
     causes: Collection[str] = (),
     subsets: Sequence[Subset] = (),
+    regimes: Sequence[Local] = (),
 ) -> Calibration:
     """`calibrate` on true motions.
 
@@ -107,7 +116,7 @@ def calibrate_on(
     the model lacks.
     threads : threads that run the fits; the results do not depend on them.
     causes : ids of causes that other evidence names: the groups of their extensions enter before all others.
-    subsets : the best small sets of numbers by the likelihood of the innovations.
+    subsets, regimes : the best small sets of numbers, and numbers in a regime, by the likelihood of the innovations.
     """
     started, train = time.perf_counter(), given.train
     groups: Sequence[Group] = groups_of(model)
@@ -125,9 +134,19 @@ def calibrate_on(
         known = causes_of(model)
         found = select(inside.train, groups, first=[g for g in groups if known.get(g.id) in causes], subsets=subsets)
     base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
+    local = best_in_regime(inside.train, found, groups, regimes)
+    if local is not None:
+        found, groups = local.selection, [*groups, local.group]
+        inside = inside.with_change(local.problem.local)
     shares = _shares(inside.train, base, found)
     verdict, reason = _verdict(inside.train, base, found, shares)
-    calibrated = _calibrated(model, whole, found.final)
+    if local is not None:
+        verdict, reason = local.verdict(verdict, reason)
+    calibrated = _calibrated(model, found.final)
+    moved = _moved(found.final, groups)
+    moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
+    advised = next_runs(calibrated, whole, found, groups)
+    calibrated = calibrated if local is None else local.extended(calibrated)
     before, after = _errors(outside, base), _errors(inside, found.final)
     return Calibration(
         model=model,
@@ -135,7 +154,7 @@ def calibrate_on(
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
-        moved=_moved(found.final, groups),
+        moved=moved,
         steps=tuple(
             StepTold(
                 s.group.of,
@@ -160,9 +179,10 @@ def calibrate_on(
             *left_out_traces(outside.train, inside.train, found),
             *held_out_traces(outside.held_out, inside.held_out, found),
         ),
-        next_runs=next_runs(calibrated, whole, found, groups),
+        next_runs=advised,
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
+        regime=None if local is None else local.stated,
     )
 
 
@@ -192,6 +212,11 @@ class _Problems(NamedTuple):
 
     train: Problem
     held_out: Problem | None
+
+    def with_change(self, local: LocalChange | None) -> _Problems:
+        """The same with what differs in a regime."""
+        held_out = None if self.held_out is None else replace(self.held_out, local=local)
+        return _Problems(replace(self.train, local=local), held_out)
 
     @property
     def runs(self) -> list[str]:
@@ -224,10 +249,10 @@ def _columns(p: Problem) -> list[str]:
     return [c if c == THRUST else CHANNELS[c] for c in p.channels]
 
 
-def _calibrated(model: Model, whole: Model, final: Attempt) -> Model:
+def _calibrated(model: Model, final: Attempt) -> Model:
     """The base model with the extensions of the chosen groups only, and all numbers where the fit put them."""
     smallest = grown(model, final.groups)
-    known = dict(zip((*whole.coordinates, *whole.constant_names), final.fitted.theta.tolist(), strict=True))
+    known = dict(zip(final.fitted.problem.names, final.fitted.theta.tolist(), strict=True))
     coefficients = np.array([known[name] for name in smallest.coordinates])
     constants = np.array([known[name] for name in smallest.constant_names])
     name = f"{model.id}+calibrated" if final.groups else model.id

@@ -84,8 +84,7 @@ Tried = tuple[Attempt, Fall]
 
 def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
     """The numbers of groups with their priors about the model's own values."""
-    names = [*problem.model.coordinates, *problem.model.constant_names]
-    theta = problem.model.theta
+    names, theta = problem.names, problem.theta
     places = [(group, name, names.index(name)) for group in groups for name in group.sd]
     return tuple(
         Number(name, place, float(theta[place]), group.sd[name], group.low.get(name, -np.inf))
@@ -95,7 +94,7 @@ def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
 
 def attempt(problem: Problem, groups: Sequence[Group], start: Fitted | None, most: int) -> Attempt:
     """A fit of the groups from another one's values of their numbers; all others are the model's own."""
-    numbers, theta = numbers_of(problem, groups), problem.model.theta.copy()
+    numbers, theta = numbers_of(problem, groups), problem.theta.copy()
     own = None if start is None else start.own
     places = [n.place for n in numbers]
     theta[places] = theta[places] if start is None else start.theta[places]

@@ -23,7 +23,7 @@ VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 @dataclass(frozen=True)
 class Moved:
     """One number of the model: before and after, 90 % interval, change in percent (None from zero) and in prior
-    standard deviations."""
+    standard deviations; where it differs, in words (empty: everywhere)."""
 
     name: str
     group: str
@@ -33,6 +33,33 @@ class Moved:
     high: float
     percent: float | None
     prior_sds: float
+    where: str = ""
+
+    @property
+    def parameter(self) -> str:
+        """Its name as a size: that of a number in a regime is told as its change."""
+        return f"change: {self.name} {self.where}" if self.where else self.name
+
+
+@dataclass(frozen=True)
+class StatedRegime:
+    """Where a number is wrong: on one side of a threshold (SI) with its 90 % interval.
+
+    number, group : what is wrong there.  share_of_error : share of the squared free-run error of left-out records that
+    it takes off, mean over the states.  lead : nats of log likelihood, less what its parameters cost, by which it is
+    ahead of all sets of numbers that are wrong everywhere.
+    """
+
+    number: str
+    group: str
+    variable: str
+    side: str
+    threshold: float
+    low: float
+    high: float
+    unit: str
+    share_of_error: float
+    lead: float
 
 
 @dataclass(frozen=True)
@@ -112,6 +139,7 @@ class Calibration:
     before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
         second is None without held-out records.
     traces : measured against free runs before and after; after of a training record is by a fit without it.
+    regime : where one of the numbers is wrong; None where all are wrong everywhere.
     doubts : what is doubtful about the records, a sentence each.
     worse : columns in which held-out records are predicted worse than 1.05 times the base model's error.
     """
@@ -133,6 +161,7 @@ class Calibration:
     next_runs: tuple[NextRun, ...]
     worse: tuple[str, ...]
     wall_s: float
+    regime: StatedRegime | None = None
     doubts: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ...checks.base import Check
 from ...checks.registry import checks, classes_in, installed
 from ...models.errors import BadInput
-from ...models.families.extensions import is_term
+from ...models.families.extensions import is_made_up
 from ...models.suggestions import suggestion
 from ._stage import StageCause
 from .base import Cause, NotTestable
@@ -60,7 +60,7 @@ def terms_for(model: Model) -> tuple[str, ...]:
     if not model.is_3dof:
         return ()
     own = model.family.split("+")
-    found = {c.extension for c in bank() if c.extension is not None and is_term(c.extension)}
+    found = {c.extension for c in bank() if c.extension is not None and is_made_up(c.extension)}
     return tuple(sorted(found - set(own)))
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,10 +30,12 @@ from ..starting import starting_state, thinned
 from ..state import Candidate, State
 from .entering import entering
 from .fit import Base, Fitted
+from .projection import number_of, projected
 from .quadratic import MOST, mode
+from .regimes import Local, local_errors
 from .search import Accepted, Found, search
 from .shares import Shares, shares, simulating_variances
-from .subsets import Subset, best_subsets, number_of
+from .subsets import Subset, best_subsets
 from .terms import NUMBERS, terms_of
 from .told import STAGE, Sized, finding, sized
 
@@ -82,13 +85,15 @@ class BesideNumbers(NamedTuple):
 
     found : the diagnosis; None where the likelihood shows no error of the numbers beside causes and gusts, or the
     records cannot decide.  cleaned : the records with the sensors' errors removed.  felt : also without what the causes
-    that entered explain, so that what is left is the hull's.  subsets : the best small sets of the numbers.
+    that entered explain, so that what is left is the hull's.  subsets : the best small sets of the numbers.  regimes :
+    looks for numbers that are wrong in a part of the runs only.
     """
 
     found: Diagnosis | None
     cleaned: Prepared
     felt: Prepared
     subsets: tuple[Subset, ...] = ()
+    regimes: Callable[[], tuple[Local, ...]] = tuple
 
 
 def of_uncertain_base(model: Model, given: Prepared, options: Options) -> BesideNumbers:
@@ -112,7 +117,7 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> Beside
     found = search(state, base, bank, options.max_effects, rng)
     if _exact(found):
         cleaned = behind_sensors(given, sensors)
-        return BesideNumbers(None, cleaned, cleaned)
+        return BesideNumbers(None, cleaned, cleaned, (), partial(_regimes, found))
     done = _concluded(found, bank, rng)
     raw = state if sensors.train is given.train else starting_state(_estimator(model, given.train, options), options)[0]
     return _told(done, raw, sensors, given, options, cannot, rng)
@@ -216,7 +221,16 @@ def _told(
     bank = _bank(done, every, cannot)
     told = diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, predicted, noise=noise)
     behind_causes = replace(cleaned, train=behind[0], held_out=behind[1])
-    return BesideNumbers(told, cleaned, behind_causes, best_subsets(done.found.final, _beside_hull(done.found)))
+    projection = projected(done.found.final, _beside_hull(done.found))
+    subsets = best_subsets(projection.profile)
+    regimes = partial(local_errors, done.found.final, projection, subsets)
+    return BesideNumbers(told, cleaned, behind_causes, subsets, regimes)
+
+
+def _regimes(found: Found) -> tuple[Local, ...]:
+    """Numbers that are wrong in a part of the runs only, beside the causes that a search accepted."""
+    projection = projected(found.final, _beside_hull(found))
+    return local_errors(found.final, projection, best_subsets(projection.profile))
 
 
 def _beside_hull(found: Found) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import CannotFit
+from ...models.regimes import Regime, simulate_in_regime
 from ...models.time_scale import time_scale_s
 from ..series import MEASURED, Series, samples, series_of
 from ..weather import with_weather
@@ -52,6 +53,26 @@ class Run:
         return self.series.name
 
 
+@dataclass(frozen=True)
+class LocalChange:
+    """Numbers that differ in a regime: place in `Model.theta` and change in a regime of size one, of each.
+
+    size : what is expected.
+    """
+
+    name: str
+    regime: Regime
+    changes: tuple[tuple[int, float], ...]
+    size: float
+
+    def inside(self, theta: np.ndarray, size: float) -> np.ndarray:
+        """Theta (m,) inside the regime."""
+        out = theta.copy()
+        for place, change in self.changes:
+            out[place] += size * change
+        return out
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """A model and the records that it is fitted to.
@@ -59,6 +80,7 @@ class Problem:
     channels : symbols of the states that count, and THRUST where a record measures it.
     thrust : thrust [N] from states (N, n), inputs (N, nu) and theta; None where the family has none.
     threads : threads that records, and choices between several fits, may take.
+    local : what differs in a regime; its size is then the last element of theta, after the model's own.
     """
 
     model: Model
@@ -67,6 +89,18 @@ class Problem:
     length_s: float
     thrust: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray] | None
     threads: int = 1
+    local: LocalChange | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the elements of theta."""
+        own = (*self.model.coordinates, *self.model.constant_names)
+        return own if self.local is None else (*own, self.local.name)
+
+    @property
+    def theta(self) -> np.ndarray:
+        """The model's own numbers, and the expected size of what differs in a regime."""
+        return self.model.theta if self.local is None else np.append(self.model.theta, self.local.size)
 
     @cached_property
     def unit(self) -> np.ndarray:
@@ -139,8 +173,13 @@ class Problem:
         for value, symbol in zip(own[1:], self.states, strict=True):
             start[model.states.index(symbol)] += value
         states, count = np.empty((len(inputs), start.size)), substeps(model, series.dt)
-        kernels, numbers = variant(model, inputs.shape[1], theta)
-        kernels.simulate(start, inputs, numbers, series.dt / count, count, False, states)
+        everywhere, size = (theta, 0.0) if self.local is None else (theta[:-1], float(theta[-1]))
+        kernels, numbers = variant(model, inputs.shape[1], everywhere)
+        if self.local is None or size == 0.0:
+            kernels.simulate(start, inputs, numbers, series.dt / count, count, False, states)
+        else:
+            both = numbers, self.local.inside(numbers, size)
+            simulate_in_regime(kernels, self.local.regime, start, inputs, both, (series.dt / count, count), states)
         found = [series.observe(states[:, series.columns])]
         if THRUST in self.channels:
             found.append(self._thrust_of(run, states, inputs, theta))

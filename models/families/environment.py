@@ -30,7 +30,7 @@ def with_environment(definition: Definition, wind: bool = True) -> Definition:
     """
     if definition.force_scale is None:
         raise ValueError(f"{definition.name} has no environment variant")
-    u, v, r, _, _, psi = definition.states
+    u, v, r, _, _, psi = definition.states[:6]
     inputs = symbols(INPUTS)
     known = {symbol.name for symbol in definition.parameters}
     constants = [symbol for symbol in symbols(CONSTANTS) if symbol.name not in known]

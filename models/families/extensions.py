@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, cast
 
 from ..definition import Definition, symbols
 from ..later import Later
+from ..regimes import EXTENSION, VARIABLES
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -379,22 +380,85 @@ TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+")
 """Identifier of an added force or moment that is a product: N_r_absv is N' r' |v'|, d the rudder angle (rad)."""
 
 
-def is_term(name: str) -> bool:
-    """Whether an extension's identifier is that of a product term."""
-    return TERM.fullmatch(name) is not None
+RUDDER_FORCE, OFFSET = "rudder_force", "rudder_offset"
+"""What may differ in a regime beside single numbers: all that the rudder adds to the forces, its neutral angle."""
+
+
+def is_made_up(name: str) -> bool:
+    """Whether an extension's identifier says all of it: a product term, or a number that differs in a regime."""
+    return TERM.fullmatch(name) is not None or EXTENSION.fullmatch(name) is not None
 
 
 def extension_of(name: str) -> Extension:
-    """The extension of an identifier: one of EXTENSIONS, or a product term of a 3-DOF model.
+    """The extension of an identifier: one of EXTENSIONS, a product term of a 3-DOF model, or a number in a regime.
 
     Raises
     ------
     KeyError : if there is none.
     """
-    if not is_term(name):
+    local = EXTENSION.fullmatch(name)
+    if local is not None:
+        names, unit = regime_parameters(name), VARIABLES[local["variable"]]
+        units = dict(zip(names, ("rad" if local["number"] == OFFSET else "1", unit, unit), strict=True))
+        return Extension(units, _in_regime(**local.groupdict()), held=names)
+    if TERM.fullmatch(name) is None:
         return EXTENSIONS[name]
     axis, *factors = name.split("_")
     return Extension({f"term_{name}": "1"}, _product("XYN".index(axis), factors), three_dof=True)
+
+
+def regime_parameters(name: str) -> tuple[str, str, str]:
+    """Parameters of the extension of a number in a regime: size, threshold and width."""
+    return f"{name}_size", f"{name}_threshold", f"{name}_width"
+
+
+def _in_regime(number: str, variable: str, side: str) -> Apply:
+    """A number times (1 + size) inside a regime; the neutral rudder angle is shifted by the size.
+
+    Eq. 35 of docs/mathematics/default-route.md.
+    """
+
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        size, threshold, width = parameters
+        share, z = symbols(f"{size.name}_inside {size.name}_z")
+        value, states, kinematics = _variable(definition, variable)
+        own = {z: (-1 if side in ("below", "port") else 1) * (value - threshold) / width}
+        own[share] = (1 + z / sp.sqrt(1 + z**2)) / 2
+        delta = definition.inputs[0]
+        if number == RUDDER_FORCE:
+            still = {delta: sp.S.Zero, **{s: sp.S.Zero for s in definition.inputs if s.name == "delta_rate"}}
+            forces = [f + size * share * (f - _swap(f, still)) for f in definition.forces]
+            changed = replace(definition, forces=forces)
+        elif number == OFFSET:
+            changed = _substitute(definition, {delta: delta + size * share})
+        else:
+            symbol = next(s for s in definition.parameters if s.name == number)
+            changed = _substitute(definition, {symbol: symbol * (1 + size * share)})
+        return replace(
+            changed,
+            helpers={**own, **changed.helpers},
+            states=[*definition.states, *states],
+            kinematics=[*changed.kinematics, *kinematics],
+        )
+
+    return apply
+
+
+def _variable(definition: Definition, variable: str) -> tuple[sp.Expr, Sequence[sp.Symbol], Sequence[sp.Expr]]:
+    """The variable of a regime, and the state with its rate that it needs: time has none in the model."""
+    known = {s.name: s for s in definition.states}
+    if variable == "time":
+        clock = sp.Symbol("regime_time", real=True)
+        return clock, [clock], [sp.S.One]
+    if variable == "speed":
+        return sp.sqrt(known["u"] ** 2 + known["v"] ** 2 + sp.Float(1e-12)), [], []
+    if variable == "side":
+        return known["r"], [], []
+    if variable == "drift":
+        value = primitives.atan2v(known["v"], known["u"])
+    else:
+        value = definition.inputs[0] if variable == "rudder" else known["r"]
+    return cast("sp.Expr", primitives.absv(value)), [], []
 
 
 def _product(row: int, factors: Sequence[str]) -> Apply:
@@ -449,16 +513,20 @@ def _unknown(definition: Definition, parameters: Sequence[sp.Symbol]) -> list[sp
 
 def carries(definition: Definition, name: str) -> bool:
     """Whether a family can carry an extension that it does not have yet."""
-    named = ([s.name for s in part] for part in (definition.coefficients, definition.states, definition.helpers))
+    parts = (definition.parameters, definition.states, definition.helpers)
+    named = ([s.name for s in part] for part in parts)
     return fits(name, *named, three_dof=definition.force_scale is not None)
 
 
-def fits(
-    name: str, coefficients: Sequence[str], states: Sequence[str], helpers: Sequence[str], three_dof: bool
-) -> bool:
-    """The same by the names of a definition's coefficients, states and intermediate quantities."""
+def fits(name: str, numbers: Sequence[str], states: Sequence[str], helpers: Sequence[str], three_dof: bool) -> bool:
+    """The same by the names of a definition's coefficients and constants, states and intermediate quantities."""
+    local = EXTENSION.fullmatch(name)
+    if local is not None:
+        lacking = {"drift": {"u", "v"}, "speed": {"u", "v"}}.get(local["variable"], {"r"}) - {*states}
+        known = local["number"] in {*numbers, RUDDER_FORCE, OFFSET}
+        return known and not lacking and regime_parameters(name)[0] not in numbers
     extension = extension_of(name)
     fitting = extension.three_dof is None or extension.three_dof == three_dof
     fitting &= extension.helper is None or extension.helper in helpers
     first_order = states[0] == "r" and "lead_state" not in states
-    return fitting and not set(coefficients) & set(extension.units) and (name != "second_order_lead" or first_order)
+    return fitting and not set(numbers) & set(extension.units) and (name != "second_order_lead" or first_order)

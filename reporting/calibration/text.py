@@ -62,6 +62,7 @@ def moved_table(found: Calibration) -> Table:
         Column("after, 90 % interval", _after, lambda m: m.after),
         Column("unit", lambda m: "deg" if m.name in DEGREES else ""),
         Column("change", lambda m: "" if m.percent is None else f"{m.percent:+.0f} %", lambda m: m.percent),
+        Column("where", lambda m: m.where or "everywhere"),
         Column("in prior standard deviations", lambda m: f"{m.prior_sds:+.1f}", lambda m: m.prior_sds),
     ]
     return make_table(columns, found.moved)

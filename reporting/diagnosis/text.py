@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Entry, Finding
 
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
-SHARES = ("e", "s", "share", "fraction")
+SHARES = ("e", "s", "share", "fraction", "change")
 """Parameters without unit that are given in per cent."""
 CHANNEL_WORDS = {
     "heading_rad": ("heading", "deg", DEG),
@@ -128,9 +128,10 @@ def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
     titles = {step.group: step.title.partition(" (")[0] for step in found.calibration.steps}
     groups: dict[str, list[str]] = {}
     for m in found.calibration.moved:
-        if m.name in names:
+        if m.parameter in names:
             change = number(m.after) if m.percent is None else f"{m.percent:+.0f} %"
-            groups.setdefault(titles.get(m.group, m.group), []).append(f"{m.name} {change}")
+            told = " ".join(filter(None, (m.name, change, m.where)))
+            groups.setdefault(titles.get(m.group, m.group), []).append(told)
     return _in_line([f"{group} ({', '.join(numbers)})" for group, numbers in groups.items()])
 
 

@@ -9,6 +9,7 @@ import pytest
 from helmbench.bench.faults import Case, inject
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.discrepancy import subsets
+from helmbench.diagnosis.discrepancy.projection import Profile
 from helmbench.models.coefficient_groups import GROSS, groups_of, parts_of
 from helmbench.models.model import resolve
 
@@ -21,7 +22,7 @@ def profile(rng):
     truth[[3, 8]] = 2.0, -1.5
     error = columns @ truth + 0.1 * rng.normal(size=400)
     names = tuple(f"n{i}" for i in range(12))
-    return subsets._Profile(names, columns.T @ columns, columns.T @ error, 1.0)
+    return Profile(names, columns.T @ columns, columns.T @ error, 1.0, 400)
 
 
 def test_the_best_set_of_a_size_is_the_best_of_all(profile):
@@ -36,11 +37,12 @@ def test_exchanges_lead_from_wrong_numbers_to_the_right_ones(profile):
 
 
 def test_what_would_do_as_well_is_what_is_nearly_the_same(profile):
-    twin = subsets._Profile(
+    twin = Profile(
         (*profile.names, "twin"),
         np.block([[profile.matrix, profile.matrix[:, [3]]], [profile.matrix[[3]], profile.matrix[3, 3] * (1 + 1e-9)]]),
         np.append(profile.slope, profile.slope[3]),
         1.0,
+        400,
     )
     assert subsets._rivals(twin, [3, 8], 0) == ("twin",)
     assert subsets._rivals(profile, [3, 8], 1) == ()

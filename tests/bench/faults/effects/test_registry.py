@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import TAXONOMY, UNFORESEEN, VESSELS, Effect, kind_of, kinds, names_of
+from helmbench.bench.faults import REGIME, TAXONOMY, UNFORESEEN, VESSELS, Effect, kind_of, kinds, names_of
 from helmbench.bench.faults import effects as folder
 from helmbench.bench.faults.effects import Setting
 from helmbench.bench.faults.effects.base import RecordEffect
@@ -30,8 +30,8 @@ def test_every_file_is_one_kind() -> None:
 
 
 def test_every_cause_of_the_diagnosis_has_an_effect_and_the_other_way_round() -> None:
-    of_the_base_model = {"base_coefficients"}  # no effect beside a base model: the base model itself is another
-    assert set(names_of(TAXONOMY)) == set(causes()) - of_the_base_model - {"heading_zero", "impossible_samples"}
+    others = {"base_coefficients", *names_of(REGIME)}  # the base model itself is another, or an effect acts in a regime
+    assert set(names_of(TAXONOMY)) == set(causes()) - others - {"heading_zero", "impossible_samples"}
     assert len(names_of(UNFORESEEN)) >= 8
 
 

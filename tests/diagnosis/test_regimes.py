@@ -1,0 +1,78 @@
+"""Numbers that are wrong in a part of the runs only, planted by the truth simulator."""
+
+import numpy as np
+import pytest
+
+from helmbench.bench.faults import Case, Effect, inject
+from helmbench.bench.faults.regimes import Regime, f1
+from helmbench.bench.kinds.diagnosis.localisation import healthy_bias, regime_scores
+from helmbench.bench.kinds.diagnosis.records import RECORDS
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.models.model import model_to_json, resolve
+from helmbench.models.simulate import initial_state, simulate
+from helmbench.reporting.diagnosis.text import verdict
+
+TRAIN = {"train": RECORDS["five-steps"]["train"][:4], "held_out": ("zigzag:15/15",), "duration_s": 400.0, "dt_s": 1.0}
+
+
+def diagnosed(vessel, effect, rng, base=None, **facts):
+    case = inject(Case(vessel, effects=(effect,) if effect else (), **(TRAIN | facts)), rng)
+    return case, diagnose(base or resolve(vessel), case.train, case.held_out)
+
+
+def stated(found):
+    """The regime that a diagnosis states, and the finding that does."""
+    ((finding, regime),) = [(f, f.details["regime"]) for f in found.causes if "regime" in f.details]
+    return finding, regime
+
+
+def test_a_rudder_that_loses_force_beyond_an_angle_is_located(rng, tmp_path):
+    effect = Effect("rudder_force_loss", {"loss": 0.2, "angle": float(rng.uniform(0.19, 0.28))})
+    case, found = diagnosed("cargo", effect, rng)
+    finding, regime = stated(found)
+    assert (regime["variable"], regime["side"], regime["group"]) == ("rudder", "above", "turning_gain")
+    assert regime["low"] < regime["threshold"] < regime["high"]
+    assert regime["threshold"] == pytest.approx(effect.parameters["angle"], abs=0.02)
+    (size,) = finding.sizes
+    assert size.value == pytest.approx(-0.2, abs=0.04) and size.low < size.value < size.high
+    assert regime_scores(found, case)["regime_f1"] > 0.9
+    assert found.gain["heading_rad"].rmse_after < 0.3 * found.gain["heading_rad"].rmse_before
+    assert f"{100 * size.value:+.0f} % beyond {np.rad2deg(regime['threshold']):.3g} deg of rudder" in verdict(found)
+    assert healthy_bias(found, resolve("cargo"), frozenset({"turning_gain"})) < 0.1
+    model_to_json(found.extended, tmp_path / "extended.json")
+    inputs, start = np.full((100, 1), 0.3), initial_state(found.extended)
+    runs = [simulate(m, inputs, 1.0, start) for m in (found.extended, resolve(tmp_path / "extended.json"))]
+    assert np.array_equal(*runs)
+
+
+def test_a_wake_that_is_wrong_in_turns_is_located(rng):
+    effect = Effect("wake_loss", {"loss": 0.25, "drift": 0.1})
+    case, found = diagnosed("kvlcc2-l7", effect, rng, duration_s=100.0, dt_s=0.25)
+    _, regime = stated(found)
+    assert (regime["variable"], regime["side"]) == ("drift", "above")
+    assert regime_scores(found, case)["regime_f1"] > 0.9
+
+
+def test_a_side_force_to_one_side_is_located(rng):
+    effect = Effect("propeller_side_force", {"constants": (1.0, -1.0, 0.0, 0.0, 0.0, 0.0), "size": 0.06})
+    case, found = diagnosed("response-1", effect, rng)
+    finding, regime = stated(found)
+    assert (regime["variable"], regime["side"]) == ("side", "port")
+    assert "in turns to port" in finding.sizes[0].parameter
+
+
+def test_a_number_that_is_wrong_everywhere_has_no_regime(rng):
+    base = resolve("cargo")
+    wrong = base.with_coefficients(base.coefficients * np.array([1.0, 1.0, 0.85, 1.0]))
+    _, found = diagnosed("cargo", None, rng, base=wrong)
+    assert found.causes and not any("regime" in f.details for f in found.causes)
+
+
+def test_a_sensor_that_is_cut_off_is_told_and_its_samples_left_out(rng):
+    effect = Effect("yaw_rate_saturation", {"limit": 0.008})
+    case, found = diagnosed("cargo", effect, rng)
+    finding, regime = stated(found)
+    assert finding.cause == "yaw_rate_saturation" and regime["threshold"] == 0.008
+    assert regime_scores(found, case)["regime_f1"] == 1.0
+    assert [f.cause for f in found.causes] == ["yaw_rate_saturation"]
+    assert f1(np.array([True]), np.array([True])) == 1.0 and Regime.of(regime).variable == "yaw_rate"
