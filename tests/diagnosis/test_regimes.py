@@ -55,7 +55,7 @@ def test_a_wake_that_is_wrong_in_turns_is_located(rng):
 
 def test_a_side_force_to_one_side_is_located(rng):
     effect = Effect("propeller_side_force", {"constants": (1.0, -1.0, 0.0, 0.0, 0.0, 0.0), "size": 0.06})
-    case, found = diagnosed("response-1", effect, rng)
+    _, found = diagnosed("response-1", effect, rng)
     finding, regime = stated(found)
     assert (regime["variable"], regime["side"]) == ("side", "port")
     assert "in turns to port" in finding.sizes[0].parameter
