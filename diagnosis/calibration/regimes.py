@@ -18,7 +18,6 @@ from ...models.coefficient_groups import Group, parts_of
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, regime_parameters
 from ...models.regimes import VARIABLES
-from ..discrepancy.subsets import ALIKE
 from .forward import LONG, Attempt, Selection, Step, attempt
 from .result import StatedRegime
 
@@ -94,14 +93,21 @@ def best_in_regime(
     sound = [(local, trial) for local, trial in trials if trial is not None]
     if not sound:
         return None
-    alike = [t for t in sound if t[0].lead > sound[0][0].lead - ALIKE]
-    local, best = max(alike, key=lambda t: score_difference(problem, found.base.left_out, t[1].left_out).gain)
+    local, best = _smallest(problem, found, sound)
     if not _good(problem, found, best):
         return None
     group, fall = best.groups[-1], score_difference(problem, found.base.left_out, best.left_out)
     steps = tuple(Step(g, best, fall) for g in best.groups)
     selection = Selection(found.base, steps, best, found.refused)
     return InRegime(local, best.fitted.problem, group, selection, _share(problem, found, best))
+
+
+def _smallest(problem: Problem, found: Selection, sound: Sequence[tuple[Local, Attempt]]) -> tuple[Local, Attempt]:
+    """Of those within one standard error of the best the one of the fewest numbers, and of these the likeliest."""
+    _, best = max(sound, key=lambda t: score_difference(problem, found.base.left_out, t[1].left_out).gain)
+    falls = [score_difference(problem, trial.left_out, best.left_out) for _, trial in sound]
+    alike = [t for t, fall in zip(sound, falls, strict=True) if fall.gain <= fall.error]
+    return min(alike, key=lambda t: (len(t[1].fitted.numbers), -t[0].lead))
 
 
 def _attempted(problem: Problem, groups: Sequence[Group], local: Local) -> Attempt | None:

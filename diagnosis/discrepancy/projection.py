@@ -135,6 +135,23 @@ class Projection:
         square = np.einsum("ij,ij->i", more, more) - np.einsum("ij,ji->i", own, np.linalg.solve(self.inner, own.T))
         return Added(products[:, :m] - own @ follow[:, :-1], square, products[:, -1] - own @ follow[:, -1])
 
+    def scatter(self, column: np.ndarray, numbers: Sequence[int], owner: np.ndarray) -> float:
+        """How much more than the likelihood says a column (N*6,) with numbers beside it scatters between records.
+
+        Eq. 11 of docs/mathematics/default-route.md, by records.
+
+        owner : (N,) record of each sample.
+        """
+        places = np.concatenate([self.beside, self.numbers[list(numbers)]])
+        rows, precision = self.rows[places], np.diag(self.precision[places])
+        known = np.column_stack([rows @ column, self.pull[places]])
+        follow = np.linalg.solve(self.whole[np.ix_(places, places)] + precision, known)
+        own, left = column - rows.T @ follow[:, 0], self.target - rows.T @ follow[:, 1]
+        square = float(own @ column)
+        parts = (own * (left - own * float(own @ left) / square)).reshape(owner.size, -1).sum(axis=1)
+        scores = np.bincount(owner, parts)
+        return float(scores @ scores) / square / max(1.0 - 1.0 / scores.size, 0.5)
+
     def with_number(self, place: int, name: str) -> Projection:
         """The same with a parameter as a number that was maximised over."""
         return replace(self, names={**self.names, place: name}, beside=self.beside[self.beside != place])

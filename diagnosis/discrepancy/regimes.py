@@ -33,7 +33,8 @@ LEADERS, MOST = 8, 4
 """Columns that are looked at with numbers beside them, and how many of these at most."""
 PROPOSED = 3
 OFFSET = "rudder_offset"
-LEVEL = 0.1
+LEVEL, CERTAIN = 0.1, 0.01
+"""Probabilities that an interval of a threshold leaves out, and below which records differ."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,8 @@ def local_errors(final: Fitted, projection: Projection, subsets: Sequence[Subset
     fit = _Screen(final, projection, values)
     refined = [fit.refined(c) for c in _leaders(found)]
     trials = sorted((_with_others(profile, c) for c in refined), key=lambda t: -t.worth)
-    return tuple(fit.profiled(t, without) for t in [t for t in trials if t.worth > without][:PROPOSED])
+    found = [fit.profiled(t, without) for t in [t for t in trials if t.worth > without][:PROPOSED]]
+    return tuple(local for local in found if local.lead > 0.0)
 
 
 def _leaders(found: Sequence[_Column]) -> list[_Column]:
@@ -213,7 +215,19 @@ class _Screen:
         assert best.regime is not None
         size, sd = profile.with_column(*best[2:]).last([*trial.beside, -1])
         names = tuple(profile.names[j] for j in trial.beside)
-        return Local(best.number, best.regime, low, high, size, sd, names, trial.worth - without)
+        lead = trial.worth - without - self._chance(trial, 0.5 * (size / sd) ** 2 * profile.inflation)
+        return Local(best.number, best.regime, low, high, size, sd, names, lead)
+
+    def _chance(self, trial: _Trial, gain: float) -> float:
+        """What of a column's gain is due to differences between records, where these are significant."""
+        own, est = trial.column.regime, self.final.base.est
+        assert own is not None
+        gates = [own.inside(self.values[own.variable])]
+        ((row,),) = gated(est, self.final.setting, [trial.column.number.change], gates)
+        scatter, freedom = self.projection.scatter(row, trial.beside, est.owner), est.n_records - 1
+        if freedom < 1 or freedom * scatter < chi2_quantile(CERTAIN, freedom):
+            return 0.0
+        return gain * (1.0 - 1.0 / max(scatter, 1.0))
 
     def _around(self, own: Regime) -> np.ndarray:
         """Thresholds over the range of the variable, closer about the regime's own."""
