@@ -127,7 +127,7 @@ def select(
     if free is not None:
         now = attempt(problem, (free,), None, LONG)
         fall = score_difference(problem, base.left_out, now.left_out)
-        steps += [Step(free, now, fall)] if _enters(problem, fall) else []
+        steps += [Step(free, now, fall)] if enters(problem, fall) else []
     for group in first:
         earlier, now = now, attempt(problem, (*now.groups, group), now.fitted, LONG)
         steps.append(Step(group, now, score_difference(problem, earlier.left_out, now.left_out)))
@@ -143,7 +143,7 @@ def select(
             now = proposed[0]
     sound = (a for a in (now, *(s.attempt for s in reversed(steps))) if _likely(problem, start, a))
     now = next((a for a in sound if not _worse(problem, base, a)), base)
-    idle = free is not None and not _enters(problem, score_difference(problem, base.left_out, now.left_out))
+    idle = free is not None and not enters(problem, score_difference(problem, base.left_out, now.left_out))
     if not now.groups or idle:
         return Selection(base, (), base, refused)
     ties = proposed[1] if proposed is not None and now is proposed[0] else {}
@@ -187,7 +187,7 @@ def _proposed(
         return None
     _, best = max(trials, key=lambda t: score_difference(problem, start.left_out, t[1].left_out).gain)
     subset, found = next(t for t in trials if t[1] is best or not _better(problem, t[1], best))
-    if not _enters(problem, score_difference(problem, start.left_out, found.left_out)):
+    if not enters(problem, score_difference(problem, start.left_out, found.left_out)):
         return None
     owner = {name: g for g in groups for name in g.sd}
     ties: dict[str, tuple[Group, ...]] = {}
@@ -258,7 +258,7 @@ def _likely(problem: Problem, now: Attempt, trial: Attempt) -> bool:
 
 def _single(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
     """The step of the group of the largest fall per number, none where no group enters."""
-    entering = [t for t in tried if _enters(problem, t[1]) and _likely(problem, now, t[0])]
+    entering = [t for t in tried if enters(problem, t[1]) and _likely(problem, now, t[0])]
     if not entering:
         return []
     best, fall = max(entering, key=lambda t: _per_number(_new(now, t[0]), t[1].gain))
@@ -282,7 +282,7 @@ def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
             continue
         falls = [score_difference(problem, alone.left_out, both.left_out) for alone in (other, one)]
         whole = score_difference(problem, now.left_out, both.left_out)
-        if all(_enters(problem, fall) for fall in (whole, *falls)):
+        if all(enters(problem, fall) for fall in (whole, *falls)):
             found.append((whole.gain, [Step(g, both, fall) for g, fall in zip(groups, falls, strict=True)]))
     return max(found, key=lambda item: item[0])[1] if found else []
 
@@ -331,7 +331,7 @@ def _per_number(group: Group, gain: float) -> float:
     return gain / len(group.sd)
 
 
-def _enters(problem: Problem, fall: Fall) -> bool:
+def enters(problem: Problem, fall: Fall) -> bool:
     """Whether both scores fall by more than chance, and the score by enough to matter.
 
     Eq. 30 of docs/mathematics/default-route.md.
@@ -361,7 +361,7 @@ def _without_idle(problem: Problem, final: Attempt, always: int) -> Attempt:
         without = partial(_without, problem, final)
         trials = in_threads(problem.threads, without, final.groups[always:])
         _, fall, trial = min(trials, key=lambda item: item[0])
-        if _enters(problem, fall):
+        if enters(problem, fall):
             return final
         final = trial
     return final

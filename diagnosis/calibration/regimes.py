@@ -18,7 +18,8 @@ from ...models.coefficient_groups import Group, parts_of
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, regime_parameters
 from ...models.regimes import VARIABLES
-from .forward import LONG, Attempt, Selection, Step, attempt
+from ..discrepancy.subsets import ALIKE
+from .forward import LEAST, LONG, Attempt, Selection, Step, attempt, enters
 from .result import StatedRegime
 
 if TYPE_CHECKING:
@@ -94,19 +95,23 @@ def best_in_regime(
     if not sound:
         return None
     local, best = _smallest(problem, found, sound)
-    if not _good(problem, found, best):
+    if not _good(problem, found, best, local.alike):
         return None
     group, fall = best.groups[-1], score_difference(problem, found.base.left_out, best.left_out)
-    steps = tuple(Step(g, best, fall) for g in best.groups)
+    rivals = [t.groups[-1] for other, t in sound if other.lead > local.lead - ALIKE and t is not best]
+    ties = {g.of: g for g in rivals if g.of != group.of}
+    steps = tuple(Step(g, best, fall, tuple(ties.values()) if g is group else ()) for g in best.groups)
     selection = Selection(found.base, steps, best, found.refused)
     return InRegime(local, best.fitted.problem, group, selection, _share(problem, found, best))
 
 
 def _smallest(problem: Problem, found: Selection, sound: Sequence[tuple[Local, Attempt]]) -> tuple[Local, Attempt]:
-    """Of those within one standard error of the best the one of the fewest numbers, and of these the likeliest."""
+    """Of those within one standard error of the best, or within LEAST of its score, the one of the fewest numbers, and
+    of these the likeliest."""
     _, best = max(sound, key=lambda t: score_difference(problem, found.base.left_out, t[1].left_out).gain)
     falls = [score_difference(problem, trial.left_out, best.left_out) for _, trial in sound]
-    alike = [t for t, fall in zip(sound, falls, strict=True) if fall.gain <= fall.error]
+    least = LEAST * len(problem.state_places)
+    alike = [t for t, fall in zip(sound, falls, strict=True) if fall.gain <= max(fall.error, least)]
     return min(alike, key=lambda t: (len(t[1].fitted.numbers), -t[0].lead))
 
 
@@ -127,10 +132,11 @@ def _attempted(problem: Problem, groups: Sequence[Group], local: Local) -> Attem
         return None
 
 
-def _good(problem: Problem, found: Selection, trial: Attempt) -> bool:
-    """Whether left-out records are predicted no worse than by the choice without a regime, but for chance."""
+def _good(problem: Problem, found: Selection, trial: Attempt, sure: bool) -> bool:
+    """Whether left-out records are predicted no worse than by the choice without a regime, but for chance; where the
+    likelihood is not sure, since records differ, whether they are predicted better by all means."""
     fall = score_difference(problem, found.final.left_out, trial.left_out)
-    return fall.gain > -fall.error
+    return fall.gain > -fall.error if sure else enters(problem, fall)
 
 
 def _share(problem: Problem, found: Selection, trial: Attempt) -> float:

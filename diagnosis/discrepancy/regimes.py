@@ -27,8 +27,11 @@ QUANTILES, ANGLES = (0.25, 0.45, 0.65, 0.8, 0.92), (0.25, 0.4, 0.5, 0.6, 0.7, 0.
 """Shares of the samples, and of the largest rudder angle, which dwells at few values, where thresholds are screened."""
 FINE, FINER = 24, 12
 """Thresholds of the profile of a leading regime: over the range of its variable, and about the best."""
-PRICE, LOCAL_PRICE = 6.0, 14.0
-"""Nats, times the inflation, that a number costs, and a number in a regime: what the best of all gains by chance."""
+PRICE, LOCAL = 6.0, 14.0 / 6.0
+"""Nats, times the inflation, that a number costs, and prices of a number in a regime: what the best of all gains by
+chance."""
+NEGLIGIBLE = 0.002
+"""Share of the largest gain that a number costs at least: to it the quadratic is not exact."""
 LEADERS, MOST = 8, 4
 """Columns that are looked at with numbers beside them, and how many of these at most."""
 PROPOSED = 3
@@ -44,7 +47,7 @@ class Local:
     low, high : 90 % interval of the threshold.  size, sd : its change, and the standard deviation of that.
     beside : numbers that are wrong everywhere, beside it.
     lead : by how much the log likelihood with it, less the price of its columns, is above that of the best set without
-    a regime; nats.
+    a regime; nats.  alike : whether all records say the same of it, so that this counts.
     """
 
     number: LocalNumber
@@ -55,6 +58,7 @@ class Local:
     sd: float
     beside: tuple[str, ...]
     lead: float
+    alike: bool
 
 
 class _Column(NamedTuple):
@@ -80,6 +84,11 @@ class _Trial(NamedTuple):
     beside: tuple[int, ...]
     worth: float
 
+    @property
+    def place(self) -> tuple[str, str]:
+        """Number and variable."""
+        return self.column.number.name, "" if self.column.regime is None else self.column.regime.variable
+
 
 def local_errors(final: Fitted, projection: Projection, subsets: Sequence[Subset]) -> tuple[Local, ...]:
     """Numbers in regimes that explain more than any set of numbers without one, the best first.
@@ -93,12 +102,21 @@ def local_errors(final: Fitted, projection: Projection, subsets: Sequence[Subset
     profile, values = projection.profile, _values(final)
     numbers = [n for n in local_numbers(final.base.est.model) if n.change.keys() <= final.base.est.index.keys()]
     found = list(_columns(final, projection, numbers, list(_screened(values)), values))
-    without = _worth_without(profile, subsets, [c.gain for c in found if c.regime is None])
     fit = _Screen(final, projection, values)
     refined = [fit.refined(c) for c in _leaders(found)]
-    trials = sorted((_with_others(profile, c) for c in refined), key=lambda t: -t.worth)
-    found = [fit.profiled(t, without) for t in [t for t in trials if t.worth > without][:PROPOSED]]
-    return tuple(local for local in found if local.lead > 0.0)
+    most = max([profile.gain(range(len(profile.names))), *(c.gain for c in refined)])
+    price = max(PRICE * profile.inflation, NEGLIGIBLE * most)
+    without = _worth_without(profile, subsets, [c.gain for c in found if c.regime is None], price)
+    trials = sorted((_with_others(profile, c, price) for c in refined), key=lambda t: -t.worth)
+    leading = [t for i, t in enumerate(trials) if t.worth > without and not _turned(t, trials[:i], profile.names)]
+    return tuple(fit.profiled(t, without) for t in leading[:PROPOSED])
+
+
+def _turned(trial: _Trial, better: Sequence[_Trial], names: Sequence[str]) -> bool:
+    """Whether a better trial says the same: a number everywhere, but not in the regime, is one in the opposite
+    regime."""
+    own = trial.column.number.name
+    return own in {names[j] for j in trial.beside} and any(t.place == trial.place for t in better)
 
 
 def _leaders(found: Sequence[_Column]) -> list[_Column]:
@@ -150,15 +168,15 @@ def _columns(
             yield _Column(number, r, cross, square, slope)
 
 
-def _worth_without(profile: Profile, subsets: Sequence[Subset], alone: Sequence[float]) -> float:
+def _worth_without(profile: Profile, subsets: Sequence[Subset], alone: Sequence[float], price: float) -> float:
     """Log likelihood less the prices of the best set without a regime; alone : gains of single numbers."""
     every = len(profile.names)
-    whole, price = profile.gain(range(every)), PRICE * profile.inflation
+    whole = profile.gain(range(every))
     sets = [(s.share * whole, len(s.names)) for s in subsets]
     return max(gain - price * size for gain, size in [(0.0, 0), (whole, every), (max(alone), 1), *sets])
 
 
-def _with_others(profile: Profile, column: _Column) -> _Trial:
+def _with_others(profile: Profile, column: _Column, price: float) -> _Trial:
     """The column with the numbers beside it that are worth their price.
 
     Eq. 36 of docs/mathematics/default-route.md.
@@ -166,7 +184,7 @@ def _with_others(profile: Profile, column: _Column) -> _Trial:
     whole, own = profile.with_column(*column[2:]), len(profile.names)
     chosen, best = [own], _Trial(column, (), -np.inf)
     for size in range(min(MOST, own) + 1):
-        worth = whole.gain(chosen) - (LOCAL_PRICE + PRICE * size) * profile.inflation
+        worth = whole.gain(chosen) - (LOCAL + size) * price
         if worth > best.worth:
             best = best._replace(beside=tuple(chosen[1:]), worth=worth)
         chosen = [*chosen, whole.best_addition(chosen)] if size < own else chosen
@@ -215,19 +233,17 @@ class _Screen:
         assert best.regime is not None
         size, sd = profile.with_column(*best[2:]).last([*trial.beside, -1])
         names = tuple(profile.names[j] for j in trial.beside)
-        lead = trial.worth - without - self._chance(trial, 0.5 * (size / sd) ** 2 * profile.inflation)
-        return Local(best.number, best.regime, low, high, size, sd, names, lead)
+        alike = self._alike(trial)
+        return Local(best.number, best.regime, low, high, size, sd, names, trial.worth - without, alike)
 
-    def _chance(self, trial: _Trial, gain: float) -> float:
-        """What of a column's gain is due to differences between records, where these are significant."""
+    def _alike(self, trial: _Trial) -> bool:
+        """Whether records do not differ significantly in what they say of a column."""
         own, est = trial.column.regime, self.final.base.est
         assert own is not None
         gates = [own.inside(self.values[own.variable])]
         ((row,),) = gated(est, self.final.setting, [trial.column.number.change], gates)
         scatter, freedom = self.projection.scatter(row, trial.beside, est.owner), est.n_records - 1
-        if freedom < 1 or freedom * scatter < chi2_quantile(CERTAIN, freedom):
-            return 0.0
-        return gain * (1.0 - 1.0 / max(scatter, 1.0))
+        return freedom < 1 or freedom * scatter < chi2_quantile(CERTAIN, freedom)
 
     def _around(self, own: Regime) -> np.ndarray:
         """Thresholds over the range of the variable, closer about the regime's own."""
