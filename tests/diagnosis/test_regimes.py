@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, Effect, inject
-from helmbench.bench.faults.regimes import Regime, f1
 from helmbench.bench.kinds.diagnosis.localisation import healthy_bias, regime_scores
 from helmbench.bench.kinds.diagnosis.records import RECORDS
 from helmbench.diagnosis.diagnose import diagnose
@@ -53,14 +52,6 @@ def test_a_wake_that_is_wrong_in_turns_is_located(rng):
     assert regime_scores(found, case)["regime_f1"] > 0.9
 
 
-def test_a_side_force_to_one_side_is_located(rng):
-    effect = Effect("propeller_side_force", {"constants": (1.0, -1.0, 0.0, 0.0, 0.0, 0.0), "size": 0.06})
-    _, found = diagnosed("response-1", effect, rng)
-    finding, regime = stated(found)
-    assert (regime["variable"], regime["side"]) == ("side", "port")
-    assert "in turns to port" in finding.sizes[0].parameter
-
-
 def test_a_number_that_is_wrong_everywhere_has_no_regime(rng):
     base = resolve("cargo")
     wrong = base.with_coefficients(base.coefficients * np.array([1.0, 1.0, 0.85, 1.0]))
@@ -75,4 +66,3 @@ def test_a_sensor_that_is_cut_off_is_told_and_its_samples_left_out(rng):
     assert finding.cause == "yaw_rate_saturation" and regime["threshold"] == 0.008
     assert regime_scores(found, case)["regime_f1"] == 1.0
     assert [f.cause for f in found.causes] == ["yaw_rate_saturation"]
-    assert f1(np.array([True]), np.array([True])) == 1.0 and Regime.of(regime).variable == "yaw_rate"
