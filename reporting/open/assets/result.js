@@ -72,11 +72,13 @@ export function showJob(state) {
     return;
   }
   const stages = now.stages;
+  const begins = !job.querySelector(".job");
   fill(job, el("div", { className: "job" },
     el("p", {}, el("b", {}, stages.length ? stages[stages.length - 1].text : "waiting for a free processor"), ` … ${Math.round(now.seconds)} s`),
     el("progress", { "aria-label": "progress" }),
     el("ol", { className: "sub" }, stages.slice(0, -1).map((stage, i) => el("li", {}, `${stage.text}: ${(stages[i + 1].at - stage.at).toFixed(1)} s`))),
     button("Cancel", () => post("/cancel").catch(failed), { id: "cancel" })));
+  if (begins) job.scrollIntoView({ block: "nearest" });
 }
 
 // ---- the answers

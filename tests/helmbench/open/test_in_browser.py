@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
@@ -130,3 +131,16 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
         again.emulate_media(color_scheme=scheme)
         assert again.evaluate("document.documentElement.scrollWidth") <= width
         assert serious(again) == []
+
+
+def test_a_long_log_is_read_and_drawn(opened, tmp_path):
+    time = 0.5 * np.arange(100_000)
+    swing = time / 20.0
+    columns = (time, 180.0 + 35.0 * np.sin(swing), 105.0 * np.cos(swing), 15.0 * np.cos(swing + 0.3))
+    head = "time [s],Heading [deg],ROT [deg/min],Rudder [deg]"
+    np.savetxt(tmp_path / "long.csv", np.column_stack(columns), "%.3f", ",", header=head, comments="")
+    tab = opened()
+    tab.set_input_files("#chooser", tmp_path / "long.csv")
+    tab.wait_for_selector("#start", timeout=LONG_MS)
+    assert tab.locator("li.column").count() == 4
+    assert float(tab.input_value("#range-to")) == pytest.approx(49999.5, abs=1.0)
