@@ -159,8 +159,9 @@ def missing_value(numbers: np.ndarray) -> float | None:
         return None
     for extreme in (float(known.max()), float(known.min())):
         rest = known[known != extreme]
-        apart = float(np.abs(rest - extreme).min()) if rest.size else 0.0
-        if abs(extreme) in SENTINELS and apart > max(float(np.ptp(rest)), 0.5 * abs(extreme)):
+        if abs(extreme) not in SENTINELS or not rest.size:
+            continue
+        if float(np.abs(rest - extreme).min()) > max(float(np.ptp(rest)), 0.5 * abs(extreme)):
             return extreme
     return None
 

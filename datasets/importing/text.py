@@ -67,6 +67,8 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
     ------
     BadInput : no line holds data, or decimal commas stand between commas.
     """
+    if text.count("\r") != text.count("\r\n"):  # lines that end as on old machines
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
     sample = _sample(text)
     if not sample:
         raise BadInput("the file is empty", file=path)
@@ -89,25 +91,24 @@ def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
 
     Cells in quotes may hold line breaks near the begin of the text, where headers are.
     """
-    end = "\n" if "\n" in text[:HEAD] or "\r" not in text[:HEAD] else "\r"
     start, number, size = 0, 0, len(text)
     while start < size:
         number, first = number + 1, number + 1
-        stop = _end_of(text, end, start, size)
+        stop = _end_of(text, start, size)
         line = text[start:stop]
         while start < HEAD and '"' in line and line.count('"') % 2 and number - first < MOST_BREAKS and stop < size:
-            number, stop = number + 1, _end_of(text, end, stop + 1, size)
+            number, stop = number + 1, _end_of(text, stop + 1, size)
             line = text[start:stop]
         if line.count('"') % 2 and number > first:
-            number, stop = first, _end_of(text, end, start, size)
+            number, stop = first, _end_of(text, start, size)
             line = text[start:stop]
         if line and not line.isspace():
             yield first, line.rstrip("\r")
         start = stop + 1
 
 
-def _end_of(text: str, end: str, start: int, size: int) -> int:
-    found = text.find(end, start)
+def _end_of(text: str, start: int, size: int) -> int:
+    found = text.find("\n", start)
     return found if found >= 0 else size
 
 
@@ -146,7 +147,10 @@ def _cells(line: str, separator: str) -> list[str]:
         return line.split()
     if '"' not in line:
         return line.split(separator)
-    return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    try:
+        return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    except csv.Error:  # a cell of more than 131072 characters
+        return line.split(separator)
 
 
 def _line(number: int, text: str, separator: str) -> Line:

@@ -11,8 +11,7 @@ from helmbench.bench.store import MANIFEST
 from helmbench.models.errors import BadInput
 from helmbench.models.model import model_to_json, resolve
 
-from ..datasets.importing.bank.other_cases import OTHER_CASES
-from ..datasets.importing.bank.text_cases import TEXT_CASES
+from ..datasets.importing.bank.test_bank import CASES
 from ..datasets.importing.bank.truth import sail
 
 CSV = "\n".join(
@@ -239,6 +238,13 @@ RAW = {
     "raw-ardupilot": "ArduPilot",
     "raw-ros": "ROS topics, frame unsaid",
     "raw-long": "long form",
+    "raw-bag": "ROS 1 bag",
+    "raw-ydvr": "YDVR",
+    "raw-pashr": "PASHR with roll",
+    "raw-times": "two time columns",
+    "raw-parts": "year, month, day, hour, minute, second",
+    "raw-halves": "columns to port and to starboard",
+    "raw-quoted": "header cells over two lines",
 }
 """Reader -> log of the bank whose first file is changed."""
 
@@ -250,7 +256,7 @@ def _raw_readers(scratch: Path) -> dict[str, Reader]:
     for name, log in RAW.items():
         folder = scratch / name
         folder.mkdir()
-        path = {**TEXT_CASES, **OTHER_CASES}[log].write(run, folder)[0]
+        path = CASES[log].write(run, folder)[0]
         found[name] = Reader((path.read_bytes(),), path.name, _raw, _drafted)
     return found
 
