@@ -20,6 +20,8 @@ CHANNEL = "yaw_rate_rad_s"
 FEWEST = 10
 """Samples at the largest value from which a sensor may have been cut off."""
 EQUAL = 1e-9
+BESIDE = 5
+"""Samples beside those that are cut off that are left out too: of noise about the limit only one side remains."""
 FASTER, CERTAIN = 1.01, 5.0
 """Times the largest yaw rate, and standard deviations beyond it, by which the heading must turn meanwhile."""
 
@@ -56,5 +58,6 @@ class YawRateSaturation(FileCheck):
             f"{CHANNEL} stands at its largest value, {np.rad2deg(limit):.4g} deg/s, in {int(cut.sum())} samples, while "
             f"the heading turns by {np.rad2deg(mean):.4g} deg/s in the mean: the sensor's range ends there"
         )
-        fault = fault_of(said, CHANNEL, rate, cut)
+        near = np.convolve(cut, np.ones(2 * BESIDE + 1), "same") > 0.0
+        fault = fault_of(said, CHANNEL, rate, near)
         return [replace(fault, sizes=(*fault.sizes, exact("limit", limit, "rad/s")))]

@@ -70,7 +70,8 @@ def _jumps(
     fastest = float(np.percentile(top, 99))
     error = np.diff(x) - given
     usual = 1.4826 * float(np.median(np.abs(error - np.median(error))))
-    allowed = np.maximum(LIMIT * usual, 2.0 * fastest * span)
+    seen = np.diff(np.cumsum(np.isfinite(values))[known]) > SIDE  # a gap of the rate alone says nothing of the change
+    allowed = np.where(seen, np.inf, np.maximum(LIMIT * usual, 2.0 * fastest * span))
     found = []
     for k in np.flatnonzero(np.abs(error) > allowed) + 1:
         if abs(error[k - 1]) < COARSE * _resolution(x, int(k)):
