@@ -1,0 +1,67 @@
+"""The records that are changed: three simulated ships and two measured sets, and what each command is given with them."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.measured import data_dir, load
+from helmbench.datasets.record import Record
+from helmbench.models.model import resolve
+
+MANOEUVRES = ("zigzag:20/20", "turn:25", "zigzag:10/10:port")
+
+
+@dataclass(frozen=True)
+class Ship:
+    """A simulated ship: seconds and step of its records."""
+
+    seconds: float
+    step_s: float
+    family: str = "nomoto-1"
+
+    def records(self, name: str) -> list[Record]:
+        """A record of each manoeuvre with low noise."""
+        cases = [Case(name, m, "low", seed=i, duration_s=self.seconds, dt_s=self.step_s) for i, m in enumerate(MANOEUVRES)]
+        return [generate(case) for case in cases]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured set: the model that is asked, the runs, and every which of their samples is kept."""
+
+    model: str
+    stems: tuple[str, ...]
+    every: int
+    folder: str
+    family: str = "nomoto-1"
+
+    def records(self, name: str) -> list[Record]:
+        """The runs, thinned."""
+        return [load(name, stem).thinned(self.every) for stem in self.stems]
+
+
+SHIPS = {"mariner": Ship(200.0, 1.0), "response-1": Ship(200.0, 1.0), "kvlcc2-l7": Ship(120.0, 0.5)}
+SETS = {
+    "kvlcc2-hsva": Measured("kvlcc2-l7", ("Z_20_10_S", "Z_10_05", "Z_10_10_P"), 8, "kvlcc2"),
+    "esso-osaka": Measured(
+        "esso-osaka-l3", ("zigzag_31-Jul-2020_13_42_53", "zigzag_31-Jul-2020_13_57_45"), 4, "esso_osaka"
+    ),
+}
+FLEET = SHIPS | SETS
+
+
+def at_hand(name: str) -> bool:
+    """Whether the records can be had on this machine."""
+    return name in SHIPS or (data_dir() / SETS[name].folder).exists()
+
+
+@lru_cache(maxsize=len(FLEET))
+def records_of(name: str) -> tuple[Record, ...]:
+    """The records of a ship or set, made or read once."""
+    return tuple(FLEET[name].records(name))
+
+
+@lru_cache(maxsize=len(FLEET))
+def model_of(name: str):
+    """The model that is asked about the records."""
+    return resolve(name if name in SHIPS else SETS[name].model)
