@@ -58,12 +58,10 @@ class FileCheck(Check):
 
     rank : checks of lower rank are looked for first; the others see what they corrected.
     ends : a fault of this kind that stands leaves the later checks nothing to compare.
-    single : it is one of single samples, not of stretches: for `check` to tell, no doubt about the record.
     """
 
     rank: ClassVar[int] = 50
     ends: ClassVar[bool] = False
-    single: ClassVar[bool] = False
 
     @abstractmethod
     def find(self, record: Record) -> list[Fault]:

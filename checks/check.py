@@ -132,7 +132,7 @@ def _found(entry: FileCheck | ColumnCheck, record: Record, done: Examined) -> tu
 
 
 def _of_column(fault: ColumnFault, said: str) -> Fault:
-    return Fault(said, tuple(fault.details.get("channels", ())), corrects=True)
+    return Fault(said, tuple(fault.details.get("channels", fault.check.columns)), corrects=True)
 
 
 def _check_sides(entry: ColumnCheck, done: Examined) -> None:
@@ -147,7 +147,7 @@ def _check_sides(entry: ColumnCheck, done: Examined) -> None:
                 done.reasons.append(f"the side of the rudder cannot be checked: {error}")
                 continue
             for fault in faults:
-                said = replace(_of_column(fault, SIDES.format(side, np.sqrt(fault.statistic))), channels=RUDDERS)
+                said = _of_column(fault, SIDES.format(side, np.sqrt(fault.statistic)))
                 names = tuple(given[i].name for i in own)
                 done.findings.append(replace(of_fault(entry, said, given[own[0]]), records=names))
             for i, record in zip(own, fixed, strict=True):

@@ -25,7 +25,8 @@ class Fault:
     channels : columns that are concerned.  sizes : numbers of the fault with their intervals.  material : whether it
     would falsify what the record gives; else it is a remark.  blanks : samples (column, start, stop) that are
     no measurements.  factors : column -> what its values are to be multiplied by.
-    corrects : the check itself returned the record corrected.  standing : it cannot be corrected, and while it stands
+    corrects : the check itself returned the record corrected.  biases : a fit to the record as it is would be wrong by
+    it (None: where it can be corrected).  standing : it cannot be corrected, and while it stands
     nothing that a model says of the hull can be trusted.
     """
 
@@ -37,6 +38,12 @@ class Fault:
     factors: Mapping[str, float] = field(default_factory=dict)
     standing: bool = False
     corrects: bool = False
+    biases: bool | None = None
+
+    @property
+    def corrected(self) -> bool:
+        """Whether the record can be corrected for it."""
+        return self.material and (self.corrects or bool(self.blanks or self.factors))
 
 
 def exact(parameter: str, value: float, unit: str) -> Size:

@@ -34,8 +34,9 @@ def of_fault(entry: Check, fault: Fault, record: Record) -> CheckFinding:
         fault.evidence,
         separate_by=entry.separate_by,
         material=fault.material,
-        corrected=fault.material and (fault.corrects or bool(fault.blanks or fault.factors)),
+        corrected=fault.corrected,
         standing=fault.standing and fault.material,
+        biases=fault.material and (fault.corrected if fault.biases is None else fault.biases),
         blanked=sum(stop - max(start, 0) for _, start, stop in fault.blanks),
     )
 
@@ -64,6 +65,7 @@ def _together(group: Sequence[CheckFinding]) -> CheckFinding:
         material=any(f.material for f in group),
         corrected=any(f.corrected for f in group),
         standing=any(f.standing for f in group),
+        biases=any(f.biases for f in group),
         blanked=sum(f.blanked for f in group),
     )
 

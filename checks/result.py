@@ -34,6 +34,7 @@ class CheckFinding:
     record, or nothing to compare).
     corrected : the records can be corrected for it, and a diagnosis does.  standing : they cannot, and while it stands
     nothing that a model says of the hull can be trusted.  blanked : samples that a correction leaves out.
+    biases : a fit to the records as they are would be wrong by it.
     """
 
     cause: str
@@ -50,6 +51,7 @@ class CheckFinding:
     corrected: bool = False
     standing: bool = False
     blanked: int = 0
+    biases: bool = False
 
 
 @dataclass(frozen=True)

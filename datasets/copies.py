@@ -9,10 +9,12 @@ import numpy as np
 
 from ..models.errors import BadInput
 from .record import Record
+from .same_run import same_run
 
 FEWEST, SHARE = 20, 2.0 / 3.0
 """Samples in turn, and their share of the shorter record, from which one record is a part of another: two noise-free
 runs may begin alike."""
+LIKE = "rounded, resampled, shifted or turned"
 FACTORS = np.random.default_rng(0).integers(1, 2**63, 64, dtype=np.uint64) * np.uint64(2) + np.uint64(1)
 """Odd numbers by which the bits of a row's channels are multiplied to make one number of the row."""
 
@@ -38,6 +40,15 @@ def check_no_copies(records: Sequence[Record], others: Sequence[Record] | None =
             training = "" if others is None else "the training record "
             said = f"shares {shared} of its {second.n} samples with {training}{first.name}"
         raise BadInput(said, file=second.name, hint=hint)
+    found = same_run(records, others)
+    if found is not None:
+        first, second, same = found
+        how = f"mirrored, {LIKE}" if same.mirrored else LIKE
+        said = (
+            f"is the run of {first.name} again, {how}: the noise of {' and '.join(same.channels)} is the same "
+            f"(correlation {same.correlation:.2f})"
+        )
+        raise BadInput(said, file=second.name, hint="give every run once; a held-out record takes no part in training")
 
 
 def _suspects(records: Sequence[Record], others: Sequence[Record] | None) -> Iterable[tuple[Record, Record]]:

@@ -47,7 +47,7 @@ def steering_side(record: Record) -> tuple[Side, float] | None:
     if known.sum() < FEWEST:
         return None
     time, rate, rudder = record.time_s[known] - record.time_s[known][0], _scaled(rate[known]), _scaled(rudder[known])
-    helm, turn = _one_sided(rudder), _one_sided(rate)
+    helm, turn = one_sided(rudder), one_sided(rate)
     if abs(helm) > ONE_SIDE:
         return (_side(helm * turn), abs(turn)) if abs(turn) > ONE_SIDE else None
     gain, share = _response(time, rate, rudder)
@@ -69,7 +69,7 @@ def _yaw_rate(record: Record) -> np.ndarray:
     return np.gradient(record.heading_unwrapped(), record.time_s)
 
 
-def _one_sided(values: np.ndarray) -> float:
+def one_sided(values: np.ndarray) -> float:
     """1 where all values (N,) are positive, -1 where all are negative, between where they change sign."""
     size = float(np.sum(np.abs(values)))
     return float(np.sum(values)) / size if size > 0.0 else 0.0

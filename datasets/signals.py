@@ -6,6 +6,9 @@ import numpy as np
 
 from ..models.errors import CannotFit
 
+WHITE = 0.6
+"""Least ratio of noise as seen in fifth and in third differences: a smooth motion has much less in the fifth."""
+
 
 def sensor_sd(values: np.ndarray) -> float:
     """Standard deviation of white noise on a smooth series (N,), from its third differences.
@@ -18,6 +21,18 @@ def sensor_sd(values: np.ndarray) -> float:
         return 0.0
     spread = 1.4826 * np.median(np.abs(third)) or np.std(third)  # coarsely quantised series have a median of 0
     return float(spread / np.sqrt(20.0))
+
+
+def white_noise(values: np.ndarray) -> float:
+    """Standard deviation of white noise on a series (N,); 0 where what is left of it is motion or rounding."""
+    third, fifth = _spread(values, 3, 20.0), _spread(values, 5, 252.0)
+    return third if third > 0.0 and fifth > WHITE * third else 0.0
+
+
+def _spread(values: np.ndarray, order: int, weight: float) -> float:
+    x = np.diff(values, order)
+    x = x[np.isfinite(x)]
+    return float(1.4826 * np.median(np.abs(x)) / np.sqrt(weight)) if x.size >= 20 else 0.0
 
 
 def bridged(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:

@@ -11,33 +11,39 @@ LIMIT, NEAR = 6.5, 4.5
 LEAST = 3e-4
 """Share of a channel's own spread that its noise is taken to have at least: corners of a noise-free motion are no
 gross errors."""
+ONE_SIDE = 0.3
+"""Share of its distance from the curve by which a gross error also departs from the lines through its neighbours of
+either side alone: a corner or a step of the motion goes on from one of them."""
 ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
 """Rounds of the search, samples that a neighbour may be away, the share of gross errors from which on two may stand
 side by side, and how many times those of the first round may become: more are the corners of a motion."""
 
 
-def without_spikes_in_time(values: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, int, int]:
+def without_spikes_in_time(values: np.ndarray, time_s: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, int, int]:
     """As `without_spikes`, where rows of the record may be missing: time_s (T,) says between which."""
     step = np.diff(time_s)
     rows = np.clip(np.round(step / np.median(step)), 1, REACH + 1).astype(int) if step.size else step.astype(int)
     place = np.concatenate([[0], np.cumsum(rows)])
     spread = np.full(place[-1] + 1, np.nan)
     spread[place] = values
-    cleaned, found, near = without_spikes(spread)
+    cleaned, found, near = without_spikes(spread, least)
     return cleaned[place], found, near
 
 
-def without_spikes(values: np.ndarray) -> tuple[np.ndarray, int, int]:
+def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, int, int]:
     """Series (T,) with single gross errors as gaps, their number, and the number of samples that nearly are.
 
     A gross error departs from the cubic through its two neighbours to each side by more than LIMIT robust standard
     deviations and, at first, more than they do, or it and the next one depart from the cubic through those beside
     both.  With those found left out of the cubics all are judged again, as gross errors make what is between them
-    look like one.  Near misses lie between NEAR and LIMIT (many of them: a heavy tail, not gross errors).
+    look like one.  A sample that goes on from its neighbours of one side is a corner of the motion, and none.  Near
+    misses lie between NEAR and LIMIT (many of them: a heavy tail, not gross errors).
+
+    least : standard deviation that the noise has at least, as that of a coarse channel.
     """
     spike, known = np.zeros(values.size, bool), np.isfinite(values)
     first = spike
-    least = LEAST * float(np.std(values[known])) if known.any() else 0.0
+    least = max(least, LEAST * float(np.std(values[known])) if known.any() else 0.0)
     if values.size < 12 or known.sum() < 12:
         return values.copy(), 0, 0
     for _ in range(ROUNDS):
@@ -56,8 +62,26 @@ def without_spikes(values: np.ndarray) -> tuple[np.ndarray, int, int]:
             spike = first
             break
         spike = found
+    spike &= ~_corners(values, known & ~spike)
     near = peak & ~spike & (departure > NEAR * spread)
     return np.where(spike, np.nan, values), int(spike.sum()), int(near.sum())
+
+
+def _corners(y: np.ndarray, good: np.ndarray) -> np.ndarray:
+    """(T,) samples that go on from the line through two good neighbours of one side, by a share of their distance from
+    the straight line between both sides."""
+    own, place = np.flatnonzero(good), np.arange(y.size)
+    after, before = np.searchsorted(own, place, side="right"), np.searchsorted(own, place)
+    inside = (before >= 2) & (after + 2 <= own.size)
+    k, before, after = place[inside], before[inside], after[inside]
+    a, b, c, d = (own[i] for i in (before - 2, before - 1, after, after + 1))
+
+    def off(i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        return np.abs(y[k] - y[i] - (y[j] - y[i]) * (k - i) / (j - i))
+
+    corner = np.zeros(y.size, bool)
+    corner[k] = np.minimum(off(a, b), off(c, d)) < ONE_SIDE * off(b, c)
+    return corner
 
 
 def _twins(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:

@@ -20,8 +20,9 @@ FACTORS = (0.25, 0.33, 0.4, 0.45, 0.5, 0.55, 0.62, 0.75, 1.0, 1.33, 1.6, 1.8, 2.
 """Factors on the rudder that are tried."""
 UNITS = {0.45: "twice", 0.5: "twice", 0.55: "twice", 1.8: "half", 2.0: "half", 2.2: "half"}
 """Factors that no hull's error explains: the column holds twice, or half, the angle."""
-FALL = 0.1
+FALL = 0.3
 """Share of the squared error of free runs that may be left with another factor."""
+RUDDERS = ("rudder_rad", "rudder_command_rad")
 
 
 def rudder_doubt(records: Sequence[Record], model: Model) -> CheckFinding | None:
@@ -32,7 +33,7 @@ def rudder_doubt(records: Sequence[Record], model: Model) -> CheckFinding | None
     if not model.known:
         return None
     with np.errstate(all="ignore"):
-        errors = {factor: _error(records, model, factor) for factor in FACTORS}
+        errors = {factor: yaw_error(records, model, factor) for factor in FACTORS}
     best = min(errors, key=lambda factor: errors[factor])
     if best not in UNITS or not errors[best] < FALL * errors[1.0]:
         return None
@@ -41,20 +42,28 @@ def rudder_doubt(records: Sequence[Record], model: Model) -> CheckFinding | None
         f"the rudder is {UNITS[best]} what the yaw rate shows: with {best:g} times the angle {left:.0f} % of the "
         f"squared error of free runs of {model.id} are left"
     )
+    return of_factor(records, best, said)
+
+
+def of_factor(records: Sequence[Record], factor: float, said: str) -> CheckFinding:
+    """The finding that stands: the rudder of records is to be multiplied by a factor."""
     names = tuple(r.name for r in records)
-    size = Size("factor", best, best, best, "1")
+    size = Size("factor", factor, factor, factor, "1")
     return CheckFinding("wrong_unit", "file", names, ("rudder_rad",), (size,), said, standing=True)
 
 
-def _error(records: Sequence[Record], model: Model, factor: float) -> float:
+def with_rudder(record: Record, factor: float) -> Record:
+    """The record with its rudder angles multiplied."""
+    return record.with_channels(**{n: factor * record.column(n) for n in RUDDERS if record.has(n)})
+
+
+def yaw_error(records: Sequence[Record], model: Model, factor: float) -> float:
     """Squared error of free runs, in units of the yaw motion, summed over the records."""
     total = 0.0
     for record in records:
-        names = [n for n in ("rudder_rad", "rudder_command_rad") if record.has(n)]
-        turned = record.with_channels(**{n: factor * record.column(n) for n in names})
         symbol = "r" if record.has("yaw_rate_rad_s") else "psi"
         try:
-            series = series_of(turned, model, (symbol,))
+            series = series_of(with_rudder(record, factor), model, (symbol,))
         except CannotFit:
             continue
         motion = float(np.nansum((series.outputs - np.nanmean(series.outputs)) ** 2))

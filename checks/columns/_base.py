@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..base import Check
 
@@ -29,12 +29,14 @@ class ColumnCheck(Check):
     """Base class of checks that show that whole columns mean something else.
 
     rank : checks of lower rank are looked for first.  joint : whether the records of one side of a positive rudder are
-    looked at together, and then each by itself; else each by itself.
+    looked at together, and then each by itself; else each by itself.  columns : those that it concerns, where a fault
+    does not say.
     """
 
     stage = "looked for in the records themselves, before all else"
     rank = 0
     joint = False
+    columns: ClassVar[tuple[str, ...]] = ()
     named = True
 
     @abstractmethod

@@ -17,6 +17,7 @@ class EarthFrameVelocity(ColumnCheck):
 
     id = "earth_frame_velocity"
     rank = 56
+    columns = ("surge_m_s", "sway_m_s")
     separate_by = "the logger's list of channels"
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:

@@ -20,6 +20,7 @@ class HeadingZero(ColumnCheck):
 
     id = "heading_zero"
     rank = 57
+    columns = ("heading_rad",)
     separate_by = "the mounting and the zero of the compass, and whether the ship went astern"
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:

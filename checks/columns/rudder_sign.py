@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.columns import RUDDERS
-from ...models.linear_algebra import finite
+from ...datasets.rudder_sign import ONE_SIDE, one_sided, steering_side
+from ..integrity.steering import response
 from ._base import ColumnCheck, ColumnFault
 
 if TYPE_CHECKING:
@@ -16,18 +17,23 @@ if TYPE_CHECKING:
 
 CLEAR = 6.0
 """Standard deviations by which the rudder must act to the other side."""
+TURNING = 10.0
+"""What a turn all of which goes to one side counts for, in standard deviations."""
 
 
 class RudderSign(ColumnCheck):
-    """The rudder column's sign contradicts the vessel: b in r_dot = a r + b delta + c has the other sign."""
+    """The rudder column's sign contradicts the vessel: b in r' = a r + c r |r| + b delta + d has the other sign,
+    as it is and at the lag that fits best (a late rudder looks turned, and is not); or all of a turn goes against its
+    rudder."""
 
     id = "rudder_sign"
     rank = 58
     joint = True
+    columns = RUDDERS
     separate_by = "one rudder order and the side to which the ship turns"
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
-        z = starboard * rudder_response(records)
+        z = starboard * _sign(records)
         if not z < -CLEAR:
             return [], list(records)
         said = (
@@ -36,42 +42,22 @@ class RudderSign(ColumnCheck):
         return [ColumnFault(self, {}, said, z * z, {"rudder_reversed": 1.0})], [_turned(r) for r in records]
 
 
-def rudder_response(records: Sequence[Record]) -> float:
-    """b in r_dot = a r + b delta + c, starboard positive, in its standard deviations; 0 without usable records."""
-    rows, target = [], []
-    for record in records:
-        rate = _rate_column(record)
-        if rate is None and not record.has("heading_rad"):
-            continue
-        time = record.time_s
-        if rate is None:
-            rate = np.gradient(record.heading_unwrapped(), time)
-        rudder = record.rudder()
-        known = np.isfinite(rate) & np.isfinite(rudder)
-        if known.sum() < 20 or np.ptp(rudder[known]) == 0.0:
-            continue
-        step = max(1, round(time[-1] / 200.0 / np.median(np.diff(time))))
-        n = time.size // step
-        fill = [
-            np.interp(time, time[known], a[known])[: n * step].reshape(n, step).mean(axis=1) for a in (rate, rudder)
-        ]
-        middle = time[: n * step].reshape(n, step).mean(axis=1)
-        slope = np.diff(fill[0]) / np.diff(middle)
-        mean = [0.5 * (a[1:] + a[:-1]) for a in fill]
-        rows.append(np.column_stack([mean[0], mean[1], np.ones(n - 1)]))
-        target.append(slope)
-    if not rows:
-        return 0.0
-    phi, y = np.vstack(rows), np.concatenate(target)
-    b, *_ = np.linalg.lstsq(finite(phi), y, rcond=None)
-    error = y - phi @ b
-    inverse = np.linalg.pinv(finite(phi.T @ phi))
-    sd = float(np.sqrt(max(inverse[1, 1], 0.0) * np.sum(error**2) / max(y.size - 3, 1)))
-    return float(b[1] / max(sd, 1e-300))
+def _sign(records: Sequence[Record]) -> float:
+    """Standard deviations by which a positive rudder turns the ship to starboard; in turns alone the share of the yaw
+    rate that goes to one side, counted as so many; 0 where nothing tells it."""
+    swung = [r for r in records if not _held(r)]
+    if not swung:
+        sides = [side for r in records if (side := steering_side(r)) is not None]
+        same = len({side for side, _ in sides}) == 1
+        return TURNING * min(sure for _, sure in sides) * (1.0 if sides[0][0] == "starboard" else -1.0) if same else 0.0
+    found = response(swung)
+    return found.z if found is not None and found.z * found.z_best > 0.0 else 0.0
 
 
-def _rate_column(record: Record) -> np.ndarray | None:
-    return record.column("yaw_rate_rad_s") if record.has("yaw_rate_rad_s") else None
+def _held(record: Record) -> bool:
+    """Whether the rudder is held to one side: then the yaw acceleration says little of it."""
+    rudder = record.rudder()
+    return abs(one_sided(rudder[np.isfinite(rudder)])) > ONE_SIDE
 
 
 def _turned(record: Record) -> Record:

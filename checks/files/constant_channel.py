@@ -14,6 +14,10 @@ from .frozen_samples import SENSED
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
+SPEEDS = ("surge_m_s", "sway_m_s")
+TURN = 0.5
+"""Range of headings, rad, over which every ship loses speed and drifts."""
+
 
 class ConstantChannel(FileCheck):
     """A channel that never changes, or never has a value: a dead sensor, or one that was not connected."""
@@ -30,5 +34,10 @@ class ConstantChannel(FileCheck):
                 found.append(Fault(f"{name} has no value at all", (name,)))
             elif known.size > 1 and np.ptp(known) == 0.0:
                 said = f"{name} is {known[0]:.6g} {CANONICAL[name]} in every row"
-                found.append(Fault(said, (name,), material=name in SENSED))
+                found.append(Fault(said, (name,), material=name in SENSED, biases=name in SPEEDS and _turns(record)))
         return found
+
+
+def _turns(record: Record) -> bool:
+    heading = record.heading_unwrapped() if record.has("heading_rad") else np.zeros(1)
+    return bool(np.isfinite(heading).any()) and float(np.nanmax(heading) - np.nanmin(heading)) > TURN

@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 FEW = 0.05
 """Share of the samples above which they are no isolated errors any more."""
 COARSE = 0.05
-"""Share of repeated samples from which a channel is not judged."""
+"""Share of repeated samples from which a channel's noise is at least its usual step."""
 MOST = 2
 """Gross errors of a channel that sensors' noise may give."""
+HEAVY = 0.02
+"""Share of a channel's variance that gross errors must have to bias a fit that does not leave them out."""
 CLEAR = 1.5
 """Times its usual step that gross errors of a channel depart by to matter: corners of a smooth motion do not."""
 
@@ -30,7 +32,6 @@ class Outliers(FileCheck):
     id = "outliers"
     rank = 100
     named = True
-    single = True
     separate_by = "the sensor's own quality flag"
 
     def find(self, record: Record) -> list[Fault]:
@@ -41,9 +42,7 @@ class Outliers(FileCheck):
         return found
 
     def _isolated(self, name: str, values: np.ndarray, time: np.ndarray) -> list[Fault]:
-        if _is_coarse(values):
-            return []
-        kept, spikes, near = without_spikes_in_time(values, time)
+        kept, spikes, near = without_spikes_in_time(values, time, _step_if_coarse(values))
         share = spikes / max(int(np.isfinite(values).sum()), 1)
         if not (spikes > MOST and spikes > near and share < FEW):
             return []
@@ -53,7 +52,8 @@ class Outliers(FileCheck):
         off = np.abs(values[wrong] - np.interp(np.flatnonzero(wrong), good, kept[good]))
         steps = np.diff(kept[good])
         clear = float(np.median(off)) > CLEAR * float(np.median(np.abs(steps - np.median(steps))))
-        return [replace(fault_of(said, name, values, wrong), material=clear)]
+        biases = float(np.sum(off**2)) > HEAVY * float(np.nanvar(kept)) * good.size
+        return [replace(fault_of(said, name, values, wrong), material=clear, biases=biases)]
 
 
 def fault_of(said: str, name: str, values: np.ndarray, wrong: np.ndarray) -> Fault:
@@ -63,7 +63,8 @@ def fault_of(said: str, name: str, values: np.ndarray, wrong: np.ndarray) -> Fau
     return Fault(said, (name,), (exact("share", share, "1"),), blanks=blanks)
 
 
-def _is_coarse(values: np.ndarray) -> bool:
-    """Whether samples repeat so often that the steps of a coarse channel look like errors."""
-    steps = np.diff(values[np.isfinite(values)])
-    return bool(steps.size == 0 or np.mean(steps == 0.0) > COARSE)
+def _step_if_coarse(values: np.ndarray) -> float:
+    """Usual step of a channel whose samples repeat so often that its steps look like errors; 0 of any other."""
+    steps = np.abs(np.diff(values[np.isfinite(values)]))
+    moving = steps[steps > 0.0]
+    return float(np.median(moving)) if moving.size < (1.0 - COARSE) * steps.size and moving.size else 0.0

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.signals import bridged, integral
+from ...datasets.signals import bridged, integral, white_noise
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
-WHITE = 0.6
-"""Least ratio of noise as seen in fifth and in third differences: a smooth motion has much less in the fifth."""
 SHARED = 0.3
 """Correlation from which noise is said to be shared."""
 CLEAR = 6.0
@@ -21,18 +19,6 @@ DEPENDENT = 2.31
 """Variance of the correlation of two white noises' third differences, times their number."""
 WANDER = 0.2
 """Share of the wander that independent noise would give, below which one channel is made from the other."""
-
-
-def white_noise(values: np.ndarray) -> float:
-    """Standard deviation of white noise on a series (N,); 0 where what is left of it is motion or rounding."""
-    third, fifth = _spread(values, 3, 20.0), _spread(values, 5, 252.0)
-    return third if third > 0.0 and fifth > WHITE * third else 0.0
-
-
-def _spread(values: np.ndarray, order: int, weight: float) -> float:
-    x = np.diff(values, order)
-    x = x[np.isfinite(x)]
-    return float(1.4826 * np.median(np.abs(x)) / np.sqrt(weight)) if x.size >= 20 else 0.0
 
 
 def shared_noise(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:

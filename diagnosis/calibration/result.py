@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 from ...models.plain import plain
 
 if TYPE_CHECKING:
+    from ...checks.result import CheckFinding
     from ...models.model import Model
     from ..result import Trace
 
 SCHEMA = 1
 EXPLAINABLE = 0.05
 """Least share of the squared error that counts as explainable by the model."""
-HIDDEN = ("model", "calibrated", "traces")
+HIDDEN = ("model", "calibrated", "traces", "standing")
 """Fields that are not written as plain data."""
 VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 
@@ -141,6 +142,7 @@ class Calibration:
     traces : measured against free runs before and after; after of a training record is by a fit without it.
     regime : where one of the numbers is wrong; None where all are wrong everywhere.
     doubts : what is doubtful about the records, a sentence each.
+    standing : what the records are in doubt for, so that no number of the hull is told; else None.
     worse : columns in which held-out records are predicted worse than 1.05 times the base model's error.
     """
 
@@ -163,6 +165,7 @@ class Calibration:
     wall_s: float
     regime: StatedRegime | None = None
     doubts: tuple[str, ...] = ()
+    standing: CheckFinding | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The calibration as plain data, without the models' equations."""

@@ -26,15 +26,17 @@ def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
 
     return (
         *check_plausible(records, model),
-        *(f"{', '.join(f.records)}: {f.evidence}" for f in _faults(records, model) if f.standing or _blanks(f)),
+        *(f"{', '.join(f.records)}: {f.evidence}" for f in _faults(records, model) if f.standing or _biases(f, model)),
     )
 
 
-def _blanks(found: CheckFinding) -> bool:
-    """Whether whole stretches of a channel say nothing; single samples off their neighbours are for `check` to tell."""
-    from ..checks.registry import file_checks
+def _biases(found: CheckFinding, model: Model) -> bool:
+    """Whether a model's fit to the records as they are would be wrong by a fault: what only a correction removes, in
+    columns that the model follows."""
+    from ..models.model import CHANNELS
 
-    return found.blanked > 0 and found.cause not in {c.id for c in file_checks() if c.single}
+    followed = {CHANNELS[s] for s in model.states if s in CHANNELS}
+    return found.biases and (found.cause == "time_stamps" or not followed.isdisjoint(found.channels))
 
 
 def warn_of(doubts: Sequence[str]) -> None:

@@ -122,4 +122,4 @@ def calibrate(
     found = engine(base, records, others)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    return Calibration.of(replace(found, records=tuple(names), doubts=doubts))
+    return Calibration.of(replace(found, records=tuple(names), doubts=(*doubts, *found.doubts)))

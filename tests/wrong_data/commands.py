@@ -6,7 +6,7 @@ Beside that the matrix counts names of the hull and of sensors that the unchange
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -18,7 +18,11 @@ from .fleet import FLEET, model_of, records_of
 
 REFUSED = (BadInput, CannotFit, FitFailed)
 LIKE = 1.25
-"""Times the error, or the coefficient, of the unchanged records up to which a change has done no harm."""
+"""Times the coefficient of the unchanged records up to which a change has done no harm."""
+MOTION = 0.05
+"""The same of an error, as a share of the motion."""
+UNKNOWABLE = {("identify", "rudder doubled")}
+"""What no command can know: a ship of which nothing is known may have twice or half the rudder."""
 NO_HULL = {
     "rudder early": {"rudder_delay"},
     "rudder late": {"rudder_delay"},
@@ -59,12 +63,13 @@ NAMED = {
 @dataclass(frozen=True)
 class Said:
     """What a command says: doubts, errors of sensors and files, numbers of the hull with intervals, and a figure that a
-    change without a word must leave as it is; `refused` holds the reason where it refuses."""
+    change without a word must leave as it is, within `slack` or by a factor; `refused` holds why it refuses."""
 
     doubts: frozenset[str] = frozenset()
     sensors: frozenset[str] = frozenset()
     hull: dict[str, tuple[float, float]] = field(default_factory=dict)
     figure: float | None = None
+    slack: float = 0.0
     refused: str = ""
 
 
@@ -85,10 +90,10 @@ def check(name: str, records: Sequence[Record]) -> Said:
 
 
 def validate(name: str, records: Sequence[Record]) -> Said:
-    """`validate`: doubts, and the error of the yaw rate in free runs."""
+    """`validate`: doubts, and the share of the yaw rate that free runs do not explain."""
     found = helmbench.validate(model_of(name), records)
     score = found.score("yaw_rate_rad_s")
-    return Said(frozenset(found.doubts), figure=None if score is None else score.rmse)
+    return Said(frozenset(found.doubts), figure=None if score is None else 1.0 - score.r2, slack=MOTION)
 
 
 def identify(name: str, records: Sequence[Record]) -> Said:
@@ -137,10 +142,10 @@ def said(command: str, name: str, records: Sequence[Record]) -> Said:
         except REFUSED as error:
             return Said(refused=str(error))
     doubts = found.doubts | {str(w.message) for w in told if issubclass(w.category, UserWarning)}
-    return Said(doubts, found.sensors, found.hull, found.figure)
+    return Said(doubts, found.sensors, found.hull, found.figure, found.slack)
 
 
-@lru_cache(maxsize=None)
+@cache
 def unchanged(command: str, name: str) -> Said:
     """What a command says of the records as they are."""
     return said(command, name, records_of(name))
@@ -158,7 +163,7 @@ def judged(command: str, name: str, change: str, records: Sequence[Record]) -> C
     if new & NAMED.get(change, set()) or after.doubts - before.doubts:
         words = sorted(new & NAMED.get(change, set())) or sorted(after.doubts - before.doubts)
         return Cell("told", hull, invented, "; ".join(words))
-    same = _alike(before.figure, after.figure)
+    same = _alike(before.figure, after.figure, after.slack)
     return Cell("harmless" if same else "silent", hull, invented, "" if same else f"{before.figure} -> {after.figure}")
 
 
@@ -166,8 +171,10 @@ def _overlaps(known: tuple[float, float] | None, low: float, high: float) -> boo
     return known is not None and known[0] <= high and low <= known[1]
 
 
-def _alike(before: float | None, after: float | None) -> bool:
+def _alike(before: float | None, after: float | None, slack: float) -> bool:
     if before is None or after is None:
         return before is after
+    if slack:
+        return abs(after - before) < slack
     ratio = after / before
     return 1.0 / LIKE < ratio < LIKE

@@ -1,4 +1,4 @@
-"""The records that are changed: three simulated ships and two measured sets, and what each command is given with them."""
+"""The records that are changed: three simulated ships and two measured sets, and the model that is asked."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -21,8 +21,8 @@ class Ship:
 
     def records(self, name: str) -> list[Record]:
         """A record of each manoeuvre with low noise."""
-        cases = [Case(name, m, "low", seed=i, duration_s=self.seconds, dt_s=self.step_s) for i, m in enumerate(MANOEUVRES)]
-        return [generate(case) for case in cases]
+        length = {"duration_s": self.seconds, "dt_s": self.step_s}
+        return [generate(Case(name, m, "low", seed=i, **length)) for i, m in enumerate(MANOEUVRES)]
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from collections import Counter
 import numpy as np
 
 from .changes import CHANGES
-from .commands import COMMANDS, Cell, judged
+from .commands import COMMANDS, UNKNOWABLE, Cell, judged
 from .fleet import FLEET, at_hand, records_of
 
-OUTCOMES = ("told", "refused", "harmless", "silent")
+OUTCOMES = ("told", "refused", "harmless", "unknowable", "silent")
 
 
 def cell(command: str, name: str, change: str, seed: int) -> Cell:
@@ -29,9 +29,11 @@ def row(command: str, name: str, seed: int) -> Counter[str]:
     counts: Counter[str] = Counter()
     for change in CHANGES:
         found = cell(command, name, change, seed)
-        counts.update([found.outcome, *(["hull"] * bool(found.hull)), *(["invented"] * bool(found.invented))])
-        if found.outcome == "silent" or found.hull or found.invented:
-            print(f"  {command} {name}, {change}: {found.outcome}, hull {found.hull}, invented {found.invented}: {found.why}")
+        unknowable = found.outcome == "silent" and (command, change) in UNKNOWABLE
+        outcome = "unknowable" if unknowable else found.outcome
+        counts.update([outcome, *(["hull"] * bool(found.hull)), *(["invented"] * bool(found.invented))])
+        if outcome == "silent" or found.hull or found.invented:
+            print(f"  {command} {name}, {change}: {outcome}, hull {found.hull}, invented {found.invented}: {found.why}")
     return counts
 
 

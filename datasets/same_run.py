@@ -1,0 +1,141 @@
+"""Records of one run that are no copies sample by sample: rounded, resampled, shifted, rotated, mirrored or jittered.
+
+Two runs never share the noise of their sensors.  What is left of a channel after its motion is taken out (third
+differences) is correlated between both records at all lags, each frequency weighted alike (the generalised
+cross-correlation with phase transform of Knapp and Carter 1976, doi 10.1109/TASSP.1976.1162830): of the same run it
+has one peak, at the same lag in every channel, of independent noise it is nowhere large.  The motion must go along with
+it: simulations of one seed share their noise in different manoeuvres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from .record import Record
+from .signals import white_noise
+
+CHANNELS = ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s")
+SHORTEST = 60
+"""Samples below which nothing is compared."""
+PEAK, CHANCE = 0.38, 5.0
+"""Least correlation of noise at the peak, and the same in standard deviations of independent noise."""
+ALONE = 0.5
+"""The same where one channel alone has noise."""
+NEAR = 2
+"""Samples by which the lags of two channels may differ."""
+MOTION, NOISY = 0.98, 0.7
+"""Correlations of the motions, shifted so, of one channel and at least of every other, from which they are one."""
+CLIP = 4.0
+"""Robust standard deviations to which differences are limited: a step of the rudder is in many runs."""
+
+
+class Same(NamedTuple):
+    """Two records of one run: channels whose noise they share, the least correlation of it, whether port and starboard
+    are exchanged in one, and by how many seconds the second one is later."""
+
+    channels: tuple[str, ...]
+    correlation: float
+    mirrored: bool
+    later_s: float
+
+
+class _Sampled(NamedTuple):
+    """A channel (N,) at even steps, and the spectrum of its noise, each frequency of size one."""
+
+    values: np.ndarray
+    spectrum: np.ndarray
+    noisy: bool
+
+
+class Comparison:
+    """Records at even steps, ready to be compared with each other."""
+
+    def __init__(self, records: Sequence[Record]) -> None:
+        self.records = [r for r in records if r.n >= SHORTEST]
+        self._sampled: dict[tuple[int, str, float, int], _Sampled | None] = {}
+
+    def same(self, first: Record, second: Record) -> Same | None:
+        """What two records share where they are of one run; else None."""
+        if min(first.n, second.n) < SHORTEST:
+            return None
+        step = max(float(np.median(np.diff(r.time_s))) for r in (first, second))
+        longest = max(float(np.ptp(r.time_s)) / step for r in (first, second))
+        if not np.isfinite(longest) or longest > 4 * max(first.n, second.n):  # a gap that no step bridges
+            return None
+        size = 1 << int(np.ceil(np.log2(2.0 * longest + 2.0)))
+        peaks = {}
+        for name in (n for n in CHANNELS if first.has(n) and second.has(n)):
+            one, other = (self._of(r, name, step, size) for r in (first, second))
+            if one is not None and other is not None and (one.noisy or other.noisy):
+                peaks[name] = _peak(one, other, size)
+        return _judged(peaks, step, lambda name, lag: self._motion(first, second, name, step, size, lag))
+
+    def _of(self, record: Record, name: str, step: float, size: int) -> _Sampled | None:
+        key = (id(record), name, step, size)
+        if key not in self._sampled:
+            self._sampled[key] = _sampled(record, name, step, size)
+        return self._sampled[key]
+
+    def _motion(self, first: Record, second: Record, name: str, step: float, size: int, lag: int) -> float:
+        """Correlation of the motions at a lag in samples."""
+        one, other = self._of(first, name, step, size), self._of(second, name, step, size)
+        assert one is not None and other is not None
+        a, b = one.values[max(lag, 0) :], other.values[max(-lag, 0) :]
+        n = min(a.size, b.size)
+        if n < SHORTEST // 2 or not (np.std(a[:n]) > 0.0 and np.std(b[:n]) > 0.0):
+            return 0.0
+        return float(np.corrcoef(a[:n], b[:n])[0, 1])
+
+
+def same_run(records: Sequence[Record], others: Sequence[Record] | None = None) -> tuple[Record, Record, Same] | None:
+    """The first two records that are of one run, of the records and the others; others None: of the records among each
+    other."""
+    compared = Comparison([*records, *(others or ())])
+    if others is None:
+        pairs = ((a, b) for i, a in enumerate(records) for b in records[i + 1 :])
+    else:
+        pairs = product(records, others)
+    return next(((a, b, found) for a, b in pairs if (found := compared.same(a, b)) is not None), None)
+
+
+def _sampled(record: Record, name: str, step: float, size: int) -> _Sampled | None:
+    values = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+    known = np.isfinite(values)
+    if known.sum() < SHORTEST:
+        return None
+    time = record.time_s
+    even = np.interp(np.arange(time[0], time[-1], step), time[known], values[known])
+    rough = np.diff(even, 3)
+    limit = CLIP * 1.4826 * float(np.median(np.abs(rough)))
+    rough = np.clip(rough, -limit, limit)
+    spectrum = np.fft.rfft(rough - np.mean(rough), size)
+    length = np.abs(spectrum)
+    if not (np.isfinite(length).all() and length.any()):
+        return None
+    return _Sampled(even, spectrum / np.maximum(length, 1e-300), white_noise(values) > 0.0)
+
+
+def _peak(one: _Sampled, other: _Sampled, size: int) -> tuple[float, int, float]:
+    """Largest correlation with its sign, the lag in samples, and the least that is not by chance."""
+    correlation = np.fft.irfft(one.spectrum * np.conj(other.spectrum), size)
+    k = int(np.argmax(np.abs(correlation)))
+    least = CHANCE / np.sqrt(min(one.values.size, other.values.size))
+    return float(correlation[k]), k if k < size // 2 else k - size, float(least)
+
+
+def _judged(peaks, step: float, motion) -> Same | None:
+    """One run, where two channels agree in their lags, or one alone has noise, and the motion goes along."""
+    for _, lag, _ in peaks.values():
+        agree = {n: c for n, (c, k, least) in peaks.items() if abs(k - lag) <= NEAR and abs(c) > max(PEAK, least)}
+        enough = len(agree) > 1 or (len(peaks) == 1 and all(abs(c) > ALONE for c in agree.values()))
+        if not (agree and enough):
+            continue
+        motions = [np.sign(c) * motion(n, lag) for n, c in agree.items()]
+        if max(motions) > MOTION and min(motions) > NOISY:
+            mirrored = any(c < 0.0 for c in agree.values())
+            return Same(tuple(agree), min(abs(c) for c in agree.values()), mirrored, lag * step)
+    return None
