@@ -38,7 +38,7 @@ def test_esso_osaka_velocities_and_heading_are_late():
     found = sensors(check(zigzags("esso-osaka", "zigzag")))
     size = found["velocity_delay"].sizes[0]
     print(found.keys(), size)
-    assert size.low < 0.93 < size.high and size.high - size.low < 0.1
+    assert size.low < 0.95 < size.high and size.high - size.low < 0.1
     assert "heading" in found["velocity_delay"].evidence
 
 

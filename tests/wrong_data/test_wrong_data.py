@@ -36,7 +36,7 @@ def cell(command, name, change, rng):
     return found
 
 
-@pytest.mark.parametrize("name", filter(at_hand, FLEET))
+@pytest.mark.parametrize("name", [name for name in FLEET if at_hand(name)])
 def test_check_tells_each_change_and_invents_nothing(name, rng):
     for change in CHANGES:
         if name == "response-1" and change in (*OF_TRACK, "knots", "constant speed"):
@@ -45,7 +45,7 @@ def test_check_tells_each_change_and_invents_nothing(name, rng):
 
 
 @pytest.mark.parametrize("command", ["validate", "identify"])
-@pytest.mark.parametrize("name", SHIPS)
+@pytest.mark.parametrize("name", list(SHIPS))
 def test_validate_and_identify_tell_what_harms_them(command, name, rng):
     for change in CHANGES:
         found = cell(command, name, change, rng)
@@ -59,7 +59,7 @@ def test_calibrate_refuses_what_stands(name, rng):
         assert change == "outliers" or found.outcome == "refused"
 
 
-@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("change", list(CHANGES))
 def test_a_diagnosis_names_no_number_of_the_hull(change, rng):
     found = cell("diagnose", "response-1", change, rng)
     assert change not in STANDING or found.outcome in ("told", "refused")
