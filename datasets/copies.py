@@ -44,8 +44,9 @@ def check_no_copies(records: Sequence[Record], others: Sequence[Record] | None =
     if found is not None:
         first, second, same = found
         how = f"mirrored, {LIKE}" if same.mirrored else LIKE
+        when = f" {same.later_s:.3g} s on" if same.later_s else ""
         said = (
-            f"is the run of {first.name} again, {how}: the noise of {' and '.join(same.channels)} is the same "
+            f"is the run of {first.name} again{when}, {how}: the noise of {' and '.join(same.channels)} is the same "
             f"(correlation {same.correlation:.2f})"
         )
         raise BadInput(said, file=second.name, hint="give every run once; a held-out record takes no part in training")

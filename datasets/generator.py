@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.memory import SIMULATED_SAMPLE, require_memory
 from ..models.model import CHANNELS, Model, resolve
@@ -43,6 +44,7 @@ class Case:
     dt_s: float | None = None
 
 
+@typed
 def generate(case: Case) -> Record:
     """The record of a case, noise included.
 

@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.files import read_bytes, read_utf8, replace_together
 from ..models.memory import bounded_memory, require_memory
@@ -67,6 +68,7 @@ class _Table:
 # ------------------------------------------------------------------------------------------------ reading
 
 
+@typed
 def read_record(path: str | os.PathLike[str], positive_rudder: str | None = None) -> Record:
     """Read a record and its sidecar.
 
@@ -327,6 +329,7 @@ def _swings(angle: np.ndarray, blocks: int = 50) -> bool:
 # ------------------------------------------------------------------------------------------------ writing
 
 
+@typed
 def write_record(record: Record, path: str | os.PathLike[str]) -> None:
     """Write a record and its sidecar; numbers are exact, gaps are empty cells (null in Parquet).
 

@@ -12,6 +12,7 @@ import os
 import tempfile
 from pathlib import Path
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.files import read_bytes, replace_together
 from ..models.suggestions import suggestion
@@ -66,6 +67,7 @@ def load(name: str, stem: str) -> Record:
     return source.read(content, stem, run.manoeuvre)
 
 
+@typed
 def fetch(name: str, progress: bool = False) -> list[Path]:
     """Download what is missing of a measured set, or is not as published, and return the paths of all its files.
 

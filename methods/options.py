@@ -6,6 +6,7 @@ import inspect
 import re
 from dataclasses import dataclass
 
+from ..models.argument_types import typed
 from .registry import find
 
 ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) : (?P<text>.*)$")
@@ -21,6 +22,7 @@ class Option:
     searched: str
 
 
+@typed
 def method_options(text: str) -> tuple[Option, ...]:
     """Every option of the method that a text names (`ls`, `sklearn:SVR`, `my.py:Mine`), in the order of its class.
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.suggestions import suggestion
 from .base import Method
@@ -125,6 +126,7 @@ def load_file(path: str) -> ModuleType:
     return module
 
 
+@typed
 def make(text: str, **options: Any) -> Method:
     """A method from text: `ls`, `ls,scheme=midpoint`, `fw-rls,mu=0.99,variant=as_printed`, `my.py:Mine,gain=2`.
 

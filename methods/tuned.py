@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..estimation.fit import Fit
 from ..estimation.tuning.tune import TUNERS, VALIDATIONS, storage_of, tune
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .base import Method
 from .registry import find
@@ -155,6 +156,7 @@ def _unpickled(text: str, options: dict[str, Any]) -> Tuned:
     return tuned(text)(**options)
 
 
+@typed
 def with_tuner(methods: Sequence[str], tuner: str | None = None, storage: str | None = None) -> tuple[str, ...]:
     """Method texts as `--tuner` and `--storage` of the command line change them.
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import kernels as kernel_store
+from .argument_types import typed
 from .errors import BadInput
 from .family_names import check_family_name, is_family_name
 from .files import replace_together
@@ -239,6 +240,7 @@ def list_vessels() -> dict[str, str]:
     return {name: read_vessel(path)["title"] for name, path in vessel_files().items()}
 
 
+@typed
 def resolve(name: str | os.PathLike[str]) -> Model:
     """The model that a vessel id, a family id, the path of a model.json or of a YAML file of particulars stands for.
 

@@ -50,10 +50,15 @@ def parameters_of(stated: Stated, kernels: Kernels, file: object) -> dict[str, f
 def stated_coefficients(
     coefficients: Mapping[str, float | None] | None, parameters: Mapping[str, float], kernels: Kernels, file: object
 ) -> NDArray[np.float64]:
-    """Coefficients (p,) as a file states them, or those of its parameters; BadInput where the two differ."""
+    """Coefficients (p,) as a file states them, or those of its parameters; BadInput where the two differ, or
+    where some have no number."""
     if coefficients is None:
         return coefficients_of(kernels, in_order(parameters, kernels.PARAMETERS, file, "parameter"))
     values = in_order(coefficients, kernels.COEFFICIENTS, file, "coefficient")
+    unknown = [name for name, value in zip(kernels.COEFFICIENTS, values, strict=True) if np.isnan(value)]
+    if 0 < len(unknown) < values.size:
+        hint = "give every coefficient a number, or none (null) to have all of them identified"
+        raise BadInput(f"coefficients without a number: {', '.join(unknown)}", file=file, hint=hint)
     if parameters:
         stated, own = in_order(parameters, kernels.PARAMETERS, file, "parameter"), public_of(kernels, values)[0]
         own = np.where(np.isfinite(own), own, np.nan)  # what has no finite value is stated as null

@@ -11,6 +11,7 @@ from typing import Any
 
 from ..bench.kinds import DIAGNOSIS, IDENTIFICATION
 from ..bench.store import read_manifest
+from ..models.argument_types import typed
 from ..models.folders import check_each, write_atomic
 from .tables import in_markdown
 
@@ -37,6 +38,7 @@ class Report:
         return {"complete": self.complete, "files": files, "leaderboard": list(self.standings)}
 
 
+@typed
 def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
     """Report a run directory by the kind of its suite; raises what the report of that kind does."""
     kind = read_manifest(Path(directory)).get("kind", IDENTIFICATION)

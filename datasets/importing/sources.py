@@ -20,7 +20,7 @@ from .formats.ros import with_ros
 from .instruments import by_instrument
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
-from .text import decoded, read_text
+from .text import LONGEST, MOST_COLUMNS, decoded, read_text
 from .times import find_time
 
 TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]], ...] = (
@@ -98,10 +98,25 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
         return read_contained("a ROS bag", b"", path.parent if (path.parent / METADATA).is_file() else path)
     kind = next((kind for magic, kind in BINARY.items() if data.startswith(magic)), None)
     if kind is not None:
-        return [with_ros(table) for table in read_contained(kind, data, path)]
+        return [with_ros(_bounded(table, path)) for table in read_contained(kind, data, path)]
     text, encoding = decoded(data, path)
     del data  # of a large file both would fill the memory
     known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
     if known is not None:
         return known(text, path)
     return [with_ros(table) for table in by_instrument(read_text(text, encoding, path))]
+
+
+def _bounded(table: RawTable, path: Path) -> RawTable:
+    """A table whose names can be taken apart in time.
+
+    Raises
+    ------
+    BadInput : it has too many columns, or a name of too many characters.
+    """
+    longest = max((len(column.name) for column in table.columns), default=0)
+    if len(table.columns) > MOST_COLUMNS or longest > LONGEST:
+        said = f"{len(table.columns)} columns with names of up to {longest} characters"
+        limit = f"at most {MOST_COLUMNS} columns and {LONGEST} characters are read"
+        raise BadInput(f"{said}; {limit}", file=path, hint="export the columns that tell of the ship's motion")
+    return table

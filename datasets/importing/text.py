@@ -18,6 +18,8 @@ OTHER_SCRIPTS = ("cp932", "shift", "euc", "gb", "big5", "hz", "iso2022", "johab"
 """Encodings of scripts that Windows-1252 does not hold; those of Latin letters are hardly told from it."""
 COMMENT = re.compile(r"^\s*(#|%|//|!|\*|;(?=\s*[A-Za-z#]))+\s?")
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
+MOST_COLUMNS, LONGEST = 2000, 5000
+"""Columns of a table, and characters of a cell, that are read: names are taken apart word by word."""
 SPACES = 0.8
 """Weight of spaces: dates with times of day hold some, too."""
 FIRST_LINES, HEAD, MOST_BREAKS = 5000, 100_000, 5
@@ -69,7 +71,7 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
     """
     if text.count("\r") != text.count("\r\n"):  # lines that end as on old machines
         text = text.replace("\r\n", "\n").replace("\r", "\n")
-    sample = _sample(text)
+    sample = [(number, _bounded(number, line, path)) for number, line in _sample(text)]
     if not sample:
         raise BadInput("the file is empty", file=path)
     plain = [line for _, line in sample if not COMMENT.match(line)]
@@ -77,7 +79,8 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
     separator = find_separator(plain[: 2 * SAMPLE])
     rows = [_line(number, line, separator) for number, line in sample]
     width = _width_without_trailing(rows)
-    lines = (_untrailed(_line(number, line, separator), width) for number, line in numbered_lines(text))
+    known = ((number, _bounded(number, line, path)) for number, line in numbered_lines(text))
+    lines = (_untrailed(_line(number, line, separator), width) for number, line in known)
     done = [f"{encoding} text, separated by {SEPARATORS[separator]}"]
     table = table_of(lines, [_untrailed(row, width) for row in rows], path.name, "", done)
     if table is None:
@@ -120,6 +123,23 @@ def _sample(text: str) -> list[tuple[int, str]]:
     tail = text[max(len(text) - HEAD, sum(len(line) + 1 for _, line in first)) :].splitlines()[1:]
     last = [line for line in tail if line.strip()][-SAMPLE:]
     return [*first[:-1], *((number, line) for number, line in enumerate(last, start=10**12))]
+
+
+def _bounded(number: int, line: str, path: Path) -> str:
+    """A line that can be taken apart in time: comments are cut, what is no line of a log is refused."""
+    if len(line) <= LONGEST:
+        return line
+    if COMMENT.match(line):
+        return line[:LONGEST]
+    cells = max(len(line.split()) - 1, *(line.count(separator) for separator in SEPARATORS if separator != " "))
+    if cells >= MOST_COLUMNS:
+        hint = "export the columns that tell of the ship's motion"
+        raise BadInput(f"row {number}: {cells + 1} cells; at most {MOST_COLUMNS} are read", file=path, hint=hint)
+    longest = max(map(len, (*re.split(r"[;\t|,\s]", line), *re.findall(r'"[^"]*"?', line))))
+    if longest > LONGEST:
+        said = f"row {number}: a cell of {longest} characters; at most {LONGEST} are read"
+        raise BadInput(said, file=path, hint="a log needs a header and rows of numbers")
+    return line
 
 
 def find_separator(lines: Sequence[str]) -> str:

@@ -44,7 +44,7 @@ def warn_of(doubts: Sequence[str]) -> None:
     from ..datasets.plausibility import PlausibilityWarning
 
     for doubt in doubts:
-        warnings.warn(doubt, PlausibilityWarning, stacklevel=3)
+        warnings.warn(doubt, PlausibilityWarning, stacklevel=4)
 
 
 def require_trustworthy(records: Sequence[Record], model: Model) -> None:

@@ -5,27 +5,21 @@ from __future__ import annotations
 import math
 from numbers import Integral, Real
 
+from ..models.argument_types import shown
 from ..models.errors import BadInput
-
-
-def check_texts(**given: object) -> None:
-    """BadInput, naming the argument, where one is no text."""
-    for name, value in given.items():
-        if not isinstance(value, str):
-            raise BadInput(f"{name} is {_shown(value)}", hint="give a text")
 
 
 def check_numbers(**given: object) -> None:
     """BadInput, naming the argument, where one is neither None nor a finite number."""
     for name, value in given.items():
         if value is not None and not _is_finite(value):
-            raise BadInput(f"{name} is {_shown(value)}", hint="give a finite number")
+            raise BadInput(f"{name} is {shown(value)}", hint="give a finite number")
 
 
 def check_seed(seed: object) -> None:
     """BadInput where a seed is no whole number of at least 0."""
     if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
-        raise BadInput(f"seed is {_shown(seed)}", hint="give a whole number of at least 0")
+        raise BadInput(f"seed is {shown(seed)}", hint="give a whole number of at least 0")
 
 
 def _is_finite(value: object) -> bool:
@@ -33,7 +27,3 @@ def _is_finite(value: object) -> bool:
         return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
     except OverflowError:  # a whole number of hundreds of digits
         return False
-
-
-def _shown(value: object) -> str:
-    return f"a {type(value).__name__}" if isinstance(value, int) and value.bit_length() > 64 else f"{value!r}"[:80]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..estimation import assessment, comparison
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit, warn_of
 from .documents import json_text, text_writer, write_result, write_together
@@ -199,6 +200,7 @@ def assess(
     return Assessment.of(assessment.assess(estimate, records, others, found, doubts))
 
 
+@typed
 def compare(
     records: Record | FilePath | Sequence[Record | FilePath],
     models: Model | FilePath | Sequence[Model | FilePath],

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnosis.calibration import result
+from ..models.argument_types import typed
 from .admission import require_trustworthy
 from .diagnosis import training_and_held_out
 from .documents import write_result
@@ -87,6 +88,7 @@ class Calibration(result.Calibration):
         return notebook(self) + picture(self.plot, "measured channels and simulations")
 
 
+@typed
 def calibrate(
     model: Model | FilePath,
     train: Record | FilePath | Sequence[Record | FilePath],

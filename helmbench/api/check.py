@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..checks import result as check_result
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .documents import json_text, text_writer, write_together
 from .identification import listed
@@ -89,6 +90,7 @@ class Check(check_result.CheckResult):
         return notebook(self) + picture(self.plot, "sizes of the findings")
 
 
+@typed
 def check(records: Record | FilePath | Sequence[Record | FilePath], *, positive_rudder: str | None = None) -> Check:
     """Check what records show of their sensors and files, without a model of the ship.
 

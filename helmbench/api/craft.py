@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnosis.craft import result
+from ..models.argument_types import typed
 from .diagnosis import FILES, training_and_held_out
 from .documents import write_result
 from .identification import labels
@@ -77,6 +78,7 @@ class CraftDiagnosis(result.CraftDiagnosis):
         return notebook(self) + picture(self.plot, "measured channels and free runs")
 
 
+@typed
 def build_model(
     train: Record | FilePath | Sequence[Record | FilePath],
     held_out: Record | FilePath | Sequence[Record | FilePath] = (),

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnosis import result
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
 from .admission import admit
@@ -104,6 +105,7 @@ class Diagnosis(result.Diagnosis):
         return notebook(self) + picture(self.plot, "measured channels and simulations")
 
 
+@typed
 def diagnose(
     model: Model | FilePath,
     train: Record | FilePath | Sequence[Record | FilePath],

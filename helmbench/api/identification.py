@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from ..datasets.record import Record
 from ..estimation import estimate as result
 from ..estimation.comparison import Comparison
+from ..models.argument_types import typed
 from ..models.errors import BadInput, CannotFit
 from .admission import admit, warn_of
 
@@ -88,6 +89,7 @@ class Estimate(result.Estimate):
         return self.assess(validate).write(folder)
 
 
+@typed
 def simulate(
     model: Model | Path,
     manoeuvre: str,
@@ -125,9 +127,8 @@ def simulate(
     from ..datasets.generator import record_run
     from ..datasets.manoeuvres import parse_manoeuvre
     from ..datasets.sensors import parse_noise
-    from .arguments import check_numbers, check_seed, check_texts
+    from .arguments import check_numbers, check_seed
 
-    check_texts(manoeuvre=manoeuvre, noise=noise, disturbance=disturbance)
     check_seed(seed)
     check_numbers(duration_s=duration_s, dt_s=dt_s)
     return record_run(
@@ -141,6 +142,7 @@ def simulate(
     )
 
 
+@typed
 def identify(
     records: Record | Path | Sequence[Record | Path],
     model: Model | Path,
@@ -269,6 +271,7 @@ def estimate_of(found: Comparison, records: Sequence[Record]) -> Estimate:
     return Estimate.of(found.chosen.estimate, records, found)
 
 
+@typed
 def rudder_sign_doubt(record: Record, model: Model) -> str | None:
     """A sentence if the record's yaw response contradicts its rudder sign, else None.
 

@@ -8,6 +8,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 
 if TYPE_CHECKING:
@@ -242,6 +243,7 @@ class _Given:
         return replace(self, answers={**self.answers, **answers})
 
 
+@typed
 def draft_import(
     paths: FilePath | Sequence[FilePath],
     *,
@@ -263,6 +265,7 @@ def draft_import(
     return _drafted(tuple(read_all(_files(paths))), given)
 
 
+@typed
 def import_log(
     paths: FilePath | Sequence[FilePath],
     *,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.memory import require_memory
 from .identification import as_model
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
+@typed
 def simulate_many(
     model: Model | Path,
     manoeuvre: str | Sequence[str] | Array,

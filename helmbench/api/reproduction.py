@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ class Reproduction:
         return f"<ul>{counts}</ul>" + html_table(columns, [[str(row[name]) for name in columns] for row in self.rows])
 
 
+@typed
 def reproduce(
     paper: str | None = None,
     table: int | None = None,

@@ -13,6 +13,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput, visible
 
 if TYPE_CHECKING:
@@ -95,6 +96,7 @@ class SuiteResults:
         return f"<p>{escape(repr(self)[1:-1])}</p>{f'<ul>{told}</ul>' if told else ''}"
 
 
+@typed
 def run_suite(
     suite: str | None = None,
     *,
@@ -180,6 +182,7 @@ def run_suite(
     return SuiteResults(store.directory, store.manifest, tuple(run["row"] for run in store.runs))
 
 
+@typed
 def load_results(directory: str | PathLike[str]) -> SuiteResults:
     """The stored results of a suite, complete or not.
 
@@ -197,6 +200,7 @@ def load_results(directory: str | PathLike[str]) -> SuiteResults:
     return SuiteResults(folder, manifest, tuple(rows))
 
 
+@typed
 def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
     """The leaderboard of a suite: methods ranked by parameter error and by prediction of held-out records.
 
@@ -227,6 +231,7 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
     return build(runs, summarised(parameters))
 
 
+@typed
 def compare_results(first: str | PathLike[str], second: str | PathLike[str]) -> Changes:
     """What changed between two folders of results: paired by problem and method, with intervals.
 
@@ -255,6 +260,7 @@ def compare_results(first: str | PathLike[str], second: str | PathLike[str]) -> 
     return found
 
 
+@typed
 def merge_results(
     source: str | PathLike[str], target: str | PathLike[str], *, sample: int = 5, seed: int = 0, trust: Trust = False
 ) -> Merged:

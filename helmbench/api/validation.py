@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..estimation.validation import result
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit
 from .documents import json_text, text_writer, write_together
@@ -121,6 +122,7 @@ def runs_figure(found: result.Validation, record: str | None) -> Figure:
     return time_figure(panels, f"free runs along {measured.name}")
 
 
+@typed
 def validate(
     model: Model | FilePath,
     records: Record | FilePath | Sequence[Record | FilePath],
@@ -165,7 +167,7 @@ def validate(
     doubts = admit(given, next(iter(models.values())))
     found = Validation.of(replace(engine.validate(models, _named_records(records, given)), doubts=doubts))
     for doubt in filter(None, (rudder_sign_doubt(record, next(iter(models.values()))) for record in given)):
-        warnings.warn(doubt, RudderSignWarning, stacklevel=2)
+        warnings.warn(doubt, RudderSignWarning, stacklevel=3)
     return found
 
 

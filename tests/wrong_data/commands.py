@@ -85,8 +85,8 @@ class Cell:
 
 def check(name: str, records: Sequence[Record]) -> Said:
     """`check`: findings that matter."""
-    found = helmbench.check(records)
-    return Said(frozenset(), frozenset(f.cause for f in found.findings if f.material))
+    found = [f for f in helmbench.check(records).findings if f.material]
+    return Said(frozenset(f"{f.cause}: {f.evidence}" for f in found), frozenset(f.cause for f in found))
 
 
 def validate(name: str, records: Sequence[Record]) -> Said:
@@ -158,11 +158,12 @@ def judged(command: str, name: str, change: str, records: Sequence[Record]) -> C
         return Cell("refused", (), (), after.refused)
     wrong = {n: size for n, size in after.hull.items() if n.split()[0] not in NO_HULL.get(change, ())}
     hull = tuple(n for n, (low, high) in wrong.items() if not _overlaps(before.hull.get(n), low, high))
-    new = (after.sensors - before.sensors) - NO_HULL.get(change, set())
-    invented = tuple(sorted(new - NAMED.get(change, set())))
-    if new & NAMED.get(change, set()) or after.doubts - before.doubts:
-        words = sorted(new & NAMED.get(change, set())) or sorted(after.doubts - before.doubts)
-        return Cell("told", hull, invented, "; ".join(words))
+    rightly = NAMED.get(change, set()) | NO_HULL.get(change, set())
+    invented = tuple(sorted(after.sensors - before.sensors - rightly))
+    words = {text for text in after.doubts - before.doubts if command != "check" or text.partition(":")[0] in rightly}
+    words |= (after.sensors - before.sensors) & rightly
+    if words:
+        return Cell("told", hull, invented, "; ".join(sorted(words)))
     same = _alike(before.figure, after.figure, after.slack)
     return Cell("harmless" if same else "silent", hull, invented, "" if same else f"{before.figure} -> {after.figure}")
 

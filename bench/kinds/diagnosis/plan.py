@@ -162,6 +162,9 @@ def _check_vessels(suite: Suite, selection: Selection) -> None:
     from ...faults import VESSELS
 
     known = {vessel for entry in suite.entries for vessel in entry.vessels or VESSELS}
+    for vessel in sorted(known - set(VESSELS)):
+        hint = suggestion(vessel, VESSELS, f"the truth simulator has {', '.join(VESSELS)}")
+        raise BadInput(f"unknown vessel {vessel!r}", file=f"suite {suite.name}", hint=hint)
     for vessel in selection.vessels:
         if vessel not in known:
             hint = suggestion(vessel, known, f"it has {', '.join(sorted(known))}")

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+from pydantic import Field
+
 from ....models.yaml_file import Count, FileContent, Flag, Text, Texts, needs
 
 Group = Annotated[
@@ -60,5 +62,5 @@ class Entry(FileContent):
     gusts: Texts = ("none",)
     each: Count = 1
     oracle: Flag = False
-    base: tuple[Base, ...] = ("exact",)
-    records: tuple[Made, ...] = ("plain",)
+    base: Annotated[tuple[Base, ...], Field(min_length=1), needs("a list of bases")] = ("exact",)
+    records: Annotated[tuple[Made, ...], Field(min_length=1), needs("a list of kinds of records")] = ("plain",)
