@@ -231,10 +231,12 @@ def _held_out_residuals(estimate: Estimate, records: Sequence[Record]) -> tuple[
 
 def _identifiability(estimate: Estimate, records: Sequence[Record]) -> tuple[Identifiability | None, str]:
     """What the records tell of the parameters, or why that is not known."""
+    if not estimate.parameters:
+        return None, "a black box has no parameters"
     try:
         return estimate.identifiability(records), ""
-    except BadInput:
-        return None, "a black box has no parameters"
+    except BadInput as error:
+        return None, error.message
     except (CannotFit, FitFailed) as error:
         return None, error.reason
 

@@ -7,14 +7,28 @@ from base64 import b64encode
 from collections.abc import Callable
 from html import escape
 
+from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from .errors import BadInput
 
 DOTS_PER_INCH = 100
 
 
-class ShownFigure(Figure):
+class PlainFigure(Figure):
+    """A figure in which a dollar sign in a name is no formula."""
+
+    def draw(self, renderer: RendererBase) -> None:
+        axes = [axis for ax in self.axes for axis in (ax.xaxis, ax.yaxis)]
+        powers = {label for axis in axes if axis.get_scale() == "log" for label in axis.get_ticklabels(which="both")}
+        for text in self.findobj(Text):
+            if isinstance(text, Text) and text not in powers:
+                text.set_parse_math(False)
+        super().draw(renderer)
+
+
+class ShownFigure(PlainFigure):
     """A figure that a notebook draws, also without pyplot.
 
     Parameters

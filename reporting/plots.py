@@ -100,9 +100,9 @@ def _styled() -> Generator[None]:
 
 
 def _empty(size: tuple[float, float], margins: Mapping[str, float] | None) -> Figure:
-    from matplotlib.figure import Figure
+    from ..models.figure import PlainFigure
 
-    figure = Figure(figsize=size, layout="constrained" if margins is None else None)
+    figure = PlainFigure(figsize=size, layout="constrained" if margins is None else None)
     if margins is not None:
         figure.subplots_adjust(**margins)
     return figure
