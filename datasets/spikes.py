@@ -14,6 +14,8 @@ gross errors."""
 ONE_SIDE = 0.3
 """Share of its distance from the curve by which a gross error also departs from the lines through its neighbours of
 either side alone: a corner or a step of the motion goes on from one of them."""
+MANY = 3
+"""Samples in turn that are no isolated errors any more."""
 ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
 """Rounds of the search, samples that a neighbour may be away, the share of gross errors from which on two may stand
 side by side, and how many times those of the first round may become: more are the corners of a motion."""
@@ -55,6 +57,7 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
         found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
         if np.array_equal(found, spike) and spike.sum() > OFTEN * values.size:
             found = spike | _twins(values, good, LIMIT * spread)
+        found &= spike | ~_corners(values, good)
         if np.array_equal(found, spike):
             break
         first = found if not spike.any() else first
@@ -62,7 +65,7 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
             spike = first
             break
         spike = found
-    spike &= ~_corners(values, known & ~spike)
+    spike &= ~_in_runs(spike)
     near = peak & ~spike & (departure > NEAR * spread)
     return np.where(spike, np.nan, values), int(spike.sum()), int(near.sum())
 
@@ -82,6 +85,15 @@ def _corners(y: np.ndarray, good: np.ndarray) -> np.ndarray:
     corner = np.zeros(y.size, bool)
     corner[k] = np.minimum(off(a, b), off(c, d)) < ONE_SIDE * off(b, c)
     return corner
+
+
+def _in_runs(spike: np.ndarray) -> np.ndarray:
+    """(T,) samples in runs of MANY or more: no gross errors, but a motion that starts or turns within a few samples."""
+    edge = np.flatnonzero(np.diff(np.concatenate([[False], spike, [False]]).astype(int)))
+    run = np.zeros(spike.size, bool)
+    for start, stop in zip(edge[0::2], edge[1::2], strict=True):
+        run[start:stop] = stop - start >= MANY
+    return run
 
 
 def _twins(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:

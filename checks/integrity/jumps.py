@@ -73,7 +73,7 @@ def _jumps(
     seen = np.diff(np.cumsum(np.isfinite(values))[known]) > SIDE  # a gap of the rate alone says nothing of the change
     allowed = np.where(seen, np.inf, np.maximum(LIMIT * usual, 2.0 * fastest * span))
     found = []
-    for k in np.flatnonzero(np.abs(error) > allowed) + 1:
+    for k in np.flatnonzero((np.abs(error) > allowed) & (np.abs(np.diff(x)) > allowed)) + 1:
         if abs(error[k - 1]) < COARSE * _resolution(x, int(k)):
             continue
         a, b = max(k - SIDE, 0), min(k + SIDE, x.size)

@@ -18,6 +18,10 @@ from helmbench.models.errors import BadInput
 
 SERIES = {"time": 0.5 * np.arange(40.0), "rudder": np.sin(np.arange(40.0)), "heading": np.arange(40.0)}
 
+MIXED = np.array([[1, "x"]], dtype=object)
+CRASHES = (((632, 9), (144, 5)), ((800, 255),), ((278, 148), (692, 5)), ((692, 3), (148, 16), (729, 17)))
+"""Bytes of a MAT file, place and value, that a fuzzer changed."""
+
 
 @pytest.fixture(scope="module")
 def workbook():
@@ -86,6 +90,18 @@ def test_a_bomb_is_told_within_its_limits(workbook, monkeypatch):
     far = with_sheet(workbook, lambda text: text.replace(b'r="41"', b'r="1048576"').replace(b'C41"', b'XFD1048576"'))
     with pytest.raises(BadInput, match="takes more than 2 s to read"):
         read_contained("a workbook", far, Path("log"))
+
+
+@pytest.mark.parametrize("edits", CRASHES)
+def test_mat_files_that_crash_scipy_end_in_one_line(edits):
+    """Each of these ends the process that reads it with a segmentation fault (SciPy 1.17)."""
+    file = io.BytesIO()
+    scipy.io.savemat(file, {"time": SERIES["time"], "s": {"a": np.arange(3.0), "b": "text"}, "c": MIXED})
+    data = bytearray(file.getvalue())
+    for place, value in edits:
+        data[place] = value
+    with pytest.raises(BadInput, match="not a MAT file that can be read"):
+        read_contained("a MAT file", bytes(data), Path("crash.mat"))
 
 
 @pytest.mark.parametrize("status", [-11, -6, 1])

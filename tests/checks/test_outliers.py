@@ -1,0 +1,46 @@
+"""Corners, steps and coarse steps of a motion are no gross errors; errors in them are."""
+
+import numpy as np
+import pytest
+
+import helmbench
+from helmbench.checks.check import check
+from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.record import Record
+from helmbench.datasets.spikes import without_spikes
+
+
+@pytest.mark.parametrize("ship", ["response-1", "response-2", "remus-kt", "patrol"])
+@pytest.mark.parametrize("noise", ["none", "low"])
+def test_corners_of_a_response_model_are_no_outliers(ship, noise, rng):
+    """A first-order yaw rate has a corner where the rudder starts to move and where it stops."""
+    for manoeuvre in ("zigzag:20/20", "steps:20deg/20s", "prbs:20deg/10s", "turn:20"):
+        record = generate(Case(ship, manoeuvre, noise, seed=int(rng.integers(2**31))))
+        assert not [f for f in check([record]).findings if f.cause == "outliers" and f.material], manoeuvre
+
+
+def test_an_error_beside_a_corner_is_found_and_the_corner_kept(rng):
+    t = np.arange(400.0)
+    values = np.abs(t - 200.5) + 0.01 * rng.standard_normal(t.size)
+    values[[100, 205, 300]] += [3.0, -4.0, 5.0]
+    kept, found, _ = without_spikes(values)
+    assert found == 3 and np.isnan(kept[[100, 205, 300]]).all()
+
+
+def test_errors_of_a_coarse_channel_are_found(rng):
+    t = np.arange(600) * 0.5
+    heading = np.round(0.5 * np.sin(t / 20.0) / 0.01) * 0.01
+    at = rng.choice(np.arange(10, 590, 6), 6, replace=False)
+    spoilt = heading.copy()
+    spoilt[at] += rng.choice([-1.0, 1.0], 6)
+    clean, wrong = (check([Record(t, {"heading_rad": h}, "run")]).findings for h in (heading, spoilt))
+    assert "outliers" not in {f.cause for f in clean}
+    assert any(f.cause == "outliers" and f.blanked == 6 for f in wrong)
+
+
+def test_errors_that_bias_a_fit_are_warned_of(rng):
+    record = generate(Case("response-1", "zigzag:20/20", "low", seed=int(rng.integers(2**31))))
+    rate = record.column("yaw_rate_rad_s").copy()
+    rate[rng.choice(np.arange(10, record.n - 10, 7), 8, replace=False)] += 20.0 * np.std(rate)
+    with pytest.warns(helmbench.PlausibilityWarning, match="stand more than"):
+        helmbench.identify(record.with_channels(yaw_rate_rad_s=rate), "nomoto-1", "ls")

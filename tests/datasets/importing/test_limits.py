@@ -1,0 +1,34 @@
+"""Lines, cells and columns that no log has are refused before they are taken apart word by word."""
+
+import pytest
+
+from helmbench.datasets.importing.sources import read_raw
+from helmbench.models.errors import BadInput
+
+ROWS = "\n".join(f"{i},{i % 7},{i % 5},{i % 3}" for i in range(50))
+EXTREMES = {
+    "a cell of digits": ("time,rudder,heading,speed\n0," + "1" * 40_000 + f",0,0\n{ROWS}", "row 2: a cell of 40000"),
+    "brackets": ("time," + "[" * 200_000 + f",heading,speed\n{ROWS}", "row 1: a cell of 200000"),
+    "pairs of brackets": ("time,r " + "(" * 100_000 + ")" * 100_000 + f",heading,speed\n{ROWS}", "a cell of 200000"),
+    "columns": (",".join(f"c{i}" for i in range(200_000)) + "\n1,2,3\n", "row 1: 200000 cells"),
+    "columns by spaces": (" ".join(["x"] * 200_000) + "\n1 2 3\n", "row 1: 200000 cells"),
+    "keys of JSON": ("{" + ", ".join(f'"k{i}": {i}' for i in range(400_000)) + "}", "row 1: .* cells"),
+    "a quoted cell": ('time,rudder\n"' + "a b " * 50_000 + f'",2\n{ROWS}', "row 2: .* cells|row 2: a cell of"),
+    "quotes": ("time,rudder\n" + '"' * 400_000 + f"\n{ROWS}", "row 2: a cell of 400000"),
+}
+
+
+@pytest.mark.parametrize("name", EXTREMES)
+def test_what_no_log_has_is_refused(name, tmp_path):
+    text, said = EXTREMES[name]
+    file = tmp_path / "log.csv"
+    file.write_text(text)
+    with pytest.raises(BadInput, match=said):
+        read_raw(file)
+
+
+def test_a_long_comment_is_cut_and_the_log_is_read(tmp_path):
+    file = tmp_path / "log.csv"
+    file.write_text("# " + "(" * 100_000 + f"\ntime [s],rudder [deg],heading [deg],speed [m/s]\n{ROWS}")
+    (table,) = read_raw(file)
+    assert [column.name for column in table.columns] == ["time", "rudder", "heading", "speed"] and table.n == 50
