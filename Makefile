@@ -1,4 +1,4 @@
-# make bench | board-picture | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | fuzz | timing | fit-times | lint | types | format | env | clean
+# make bench | board-picture | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -27,7 +27,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly fuzz timing fit-times clean hashes audit \
+.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
 	browser reports
 .DELETE_ON_ERROR:
 
@@ -41,6 +41,7 @@ help:
 	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised;"
 	@echo "              run the suite of imperfect base models (RATE_ROUNDS=2) into $(RATES), with its report"
 	@echo "make ugly     give identify, diagnose and calibrate 300 ugly records: each ends in a result or in one line"
+	@echo "make wrong-data   give every command records that are wrong in a known way: told, refused or harmless, no name of a hull"
 	@echo "make fuzz     change valid files of every reader at random, FUZZ_SECONDS=600 each: none may crash, hang or run code"
 	@echo "make timing   compare speed and memory with other implementations and the targets, write reports/timing"
 	@echo "make fit-times  time simulation, every method's fit, a suite row and record files; store all in $(TIMES)"
@@ -138,6 +139,9 @@ rates: env
 
 fuzz: env
 	FUZZ_SECONDS=$(FUZZ_SECONDS) $(BIN)/python -m tests.fuzz.run
+
+wrong-data: env
+	$(BIN)/python -m tests.wrong_data.run
 
 ugly: env
 	$(BIN)/pytest tests/robustness -n $(WORKERS) -rP

@@ -143,3 +143,14 @@ def test_a_check_without_sizes_has_no_figure(records):
 def test_what_is_shown_is_escaped():
     text = Reproduction(({"paper": "1", "item": "2", "quantity": "<K>", "verdict": "", "reason": ""},), {}, ())
     assert "&lt;K&gt;" in text._repr_html_()
+
+
+@pytest.mark.parametrize("name", ["_{}$^$", "$x", "a$b$c"])
+def test_a_dollar_sign_in_a_name_is_no_formula(name, records):
+    from dataclasses import replace
+
+    record = replace(records[0], name=name)
+    for figure in (record.plot(), helmbench.validate("response-1", record).plot()):
+        file = io.BytesIO()
+        figure.savefig(file, format="svg")
+        assert file.getvalue()

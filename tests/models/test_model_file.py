@@ -89,7 +89,7 @@ def test_an_edited_parameter_is_refused_or_honoured(facts):
     assert read(parameters=minutes, coefficients=None).parameters["T"] == pytest.approx(30.0)
 
 
-@pytest.mark.parametrize("coefficients", [[-0.0, 0.1, 0.0], [-1.0, 0.0, 1.0], [1e-300, 1e300, 1.0], [np.nan, 0.1, 0.0]])
+@pytest.mark.parametrize("coefficients", [[-0.0, 0.1, 0.0], [-1.0, 0.0, 1.0], [1e-300, 1e300, 1.0], [np.nan] * 3])
 def test_a_model_without_finite_parameters_is_read_back(coefficients, tmp_path):
     model = resolve("response-1").with_coefficients(coefficients)
     model_to_json(model, tmp_path / "m.json")
@@ -109,3 +109,12 @@ def test_a_model_file_is_written_whole_or_not_at_all(tmp_path):
 def test_a_device_is_not_replaced_by_a_file():
     with pytest.raises(BadInput, match="it is a device or a pipe"):
         model_to_json(resolve("response-1"), "/dev/null")
+
+
+def test_a_model_with_some_coefficients_of_null_is_refused(facts):
+    content, read = facts
+    name = next(iter(content["coefficients"]))
+    for changed in ({}, {"parameters": {}}):
+        with pytest.raises(BadInput, match=rf"coefficients without a number: {name}; give every coefficient a number"):
+            read(coefficients={**content["coefficients"], name: None}, **changed)
+    assert not read(coefficients=dict.fromkeys(content["coefficients"]), parameters={}).known
