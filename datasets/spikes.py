@@ -14,6 +14,8 @@ gross errors."""
 ONE_SIDE = 0.3
 """Share of its distance from the curve by which a gross error also departs from the lines through its neighbours of
 either side alone: a corner or a step of the motion goes on from one of them."""
+NEARLY = 3.0
+"""Robust standard deviations within which a sample goes on from them."""
 MANY = 3
 """Samples in turn that are no isolated errors any more."""
 ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
@@ -57,7 +59,7 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
         found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
         if np.array_equal(found, spike) and spike.sum() > OFTEN * values.size:
             found = spike | _twins(values, good, LIMIT * spread)
-        found &= spike | ~_corners(values, good)
+        found &= spike | ~_corners(values, good, NEARLY * spread)
         if np.array_equal(found, spike):
             break
         first = found if not spike.any() else first
@@ -70,9 +72,9 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
     return np.where(spike, np.nan, values), int(spike.sum()), int(near.sum())
 
 
-def _corners(y: np.ndarray, good: np.ndarray) -> np.ndarray:
+def _corners(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
     """(T,) samples that go on from the line through two good neighbours of one side, by a share of their distance from
-    the straight line between both sides."""
+    the straight line between both sides, or by less than the limit."""
     own, place = np.flatnonzero(good), np.arange(y.size)
     after, before = np.searchsorted(own, place, side="right"), np.searchsorted(own, place)
     inside = (before >= 2) & (after + 2 <= own.size)
@@ -83,16 +85,17 @@ def _corners(y: np.ndarray, good: np.ndarray) -> np.ndarray:
         return np.abs(y[k] - y[i] - (y[j] - y[i]) * (k - i) / (j - i))
 
     corner = np.zeros(y.size, bool)
-    corner[k] = np.minimum(off(a, b), off(c, d)) < ONE_SIDE * off(b, c)
+    corner[k] = np.minimum(off(a, b), off(c, d)) < np.maximum(ONE_SIDE * off(b, c), limit)
     return corner
 
 
 def _in_runs(spike: np.ndarray) -> np.ndarray:
-    """(T,) samples in runs of MANY or more: no gross errors, but a motion that starts or turns within a few samples."""
+    """(T,) samples in runs of MANY or more at the record's ends: no gross errors, but a motion that starts there."""
     edge = np.flatnonzero(np.diff(np.concatenate([[False], spike, [False]]).astype(int)))
     run = np.zeros(spike.size, bool)
     for start, stop in zip(edge[0::2], edge[1::2], strict=True):
-        run[start:stop] = stop - start >= MANY
+        ends = start < MANY or stop > spike.size - MANY
+        run[start:stop] = ends and stop - start >= MANY
     return run
 
 

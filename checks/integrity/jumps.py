@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.spikes import without_spikes_in_time
+
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
@@ -60,6 +62,7 @@ def _jumps(
     record: Record, name: str, values: np.ndarray, rate: np.ndarray, most: np.ndarray | None = None
 ) -> list[Jump]:
     time = record.time_s
+    values, rate = (without_spikes_in_time(x, time)[0] for x in (values, rate))
     known = np.flatnonzero(np.isfinite(values) & np.isfinite(rate))
     if known.size < 4 * SIDE:
         return []

@@ -159,7 +159,7 @@ def judged(command: str, name: str, change: str, records: Sequence[Record]) -> C
     wrong = {n: size for n, size in after.hull.items() if n.split()[0] not in NO_HULL.get(change, ())}
     hull = tuple(n for n, (low, high) in wrong.items() if not _overlaps(before.hull.get(n), low, high))
     rightly = NAMED.get(change, set()) | NO_HULL.get(change, set())
-    invented = tuple(sorted(after.sensors - before.sensors - rightly))
+    invented = tuple(sorted(after.sensors - before.sensors - FLEET[name].known - rightly))
     words = {text for text in after.doubts - before.doubts if command != "check" or text.partition(":")[0] in rightly}
     words |= (after.sensors - before.sensors) & rightly
     if words:

@@ -17,6 +17,7 @@ class Ship:
 
     seconds: float
     step_s: float
+    known: frozenset[str] = frozenset()
     family: str = "nomoto-1"
 
     def records(self, name: str) -> list[Record]:
@@ -27,12 +28,14 @@ class Ship:
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured set: the model that is asked, the runs, and every which of their samples is kept."""
+    """A measured set: the model that is asked, the runs, every which of their samples is kept, and what the set is
+    known to have where every sample is."""
 
     model: str
     stems: tuple[str, ...]
     every: int
     folder: str
+    known: frozenset[str] = frozenset()
     family: str = "nomoto-1"
 
     def records(self, name: str) -> list[Record]:
@@ -44,7 +47,11 @@ SHIPS = {"mariner": Ship(200.0, 1.0), "response-1": Ship(200.0, 1.0), "kvlcc2-l7
 SETS = {
     "kvlcc2-hsva": Measured("kvlcc2-l7", ("Z_20_10_S", "Z_10_05", "Z_10_10_P"), 8, "kvlcc2"),
     "esso-osaka": Measured(
-        "esso-osaka-l3", ("zigzag_31-Jul-2020_13_42_53", "zigzag_31-Jul-2020_13_57_45"), 4, "esso_osaka"
+        "esso-osaka-l3",
+        ("zigzag_31-Jul-2020_13_42_53", "zigzag_31-Jul-2020_13_57_45"),
+        4,
+        "esso_osaka",
+        frozenset({"outliers"}),
     ),
 }
 FLEET = SHIPS | SETS
