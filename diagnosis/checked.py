@@ -11,7 +11,7 @@ import numpy as np
 from ..checks.check import Examined, check_file, distinct, of_one_record
 from ..checks.fault import SENSED
 from ..checks.findings import merged
-from ..checks.registry import check_of, column_checks
+from ..checks.registry import check_of, column_checks, sensor_errors
 from ..checks.result import NORMAL_90, CheckFinding, Size
 from ..estimation.rudder_scale import rudder_doubt
 from .result import Diagnosis, Finding
@@ -66,6 +66,9 @@ def with_checks(found: Diagnosis, given: Prepared) -> Diagnosis:
     standing = [f"{', '.join(f.records)}: {f.evidence}" for f in checked if f.standing]
     if standing:
         reason = f"nothing can be said of the model while the records are in doubt: {standing[0]}"
+        if any(f.standing and check_of(f.cause).where != "rudder" for f in checked):  # no channel can be compared then
+            sensors = {error.id for error in sensor_errors()}
+            found = replace(found, causes=tuple(f for f in found.causes if f.cause not in sensors))
         return _withheld(found, "inconclusive", reason, "the records are in doubt")
     if lost is not None and any(f.stage != "kinematics" for f in found.causes):
         said = "free runs with all that fits do not follow even half of the yaw motion"
