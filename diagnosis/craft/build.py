@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.stats import t as student
 
 from ...datasets.columns import RUDDERS
 from ...estimation.fit import arithmetic_guard, blas_limited
@@ -284,12 +285,14 @@ def _spread(ladder: Ladder, final: Attempt, after_s: float) -> float:
 
 
 def _turning(ladder: Ladder, final: Attempt) -> float:
-    """Yaw rate, rad/s, by which records drift: the spread of their own neutral angles through the model's gain."""
+    """Yaw rate, rad/s, by which records drift: the spread of their own neutral angles through the model's gain, as wide
+    as that of few records must be (Student's distribution)."""
     w = final.fitted.windows
     shifts = final.fitted.shifts
     own = OWN_ANGLE * ladder.craft.scales.rudder
     n = shifts.size
-    sd = float(np.sqrt(np.sum(shifts**2) / (n - 1.0) * (1.0 + 1.0 / n))) if n > 1 else own
+    few = float(student.ppf(0.5 + 0.5 * NORMAL_68, n - 1)) if n > 1 else 1.0
+    sd = few * float(np.sqrt(np.sum(shifts**2) / (n - 1.0) * (1.0 + 1.0 / n))) if n > 1 else own
     moved = np.stack([np.full(len(w.inputs), side * sd) for side in (0.0, 1.0)])
     both = w.errors(np.stack([final.fitted.coefficients] * 2), moved).reshape(2, len(w.inputs), -1, 2)
     return float(mean_of_known(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0]), 0))
