@@ -15,7 +15,7 @@ from ...models.data_file import load
 from ...models.errors import BadInput
 from ..columns import ACCEPTED, QUANTITIES
 from ..sidecar_file import SidecarFile
-from .cell_texts import Texts
+from .cell_texts import Texts, compute
 from .cells import GAPS, side_of
 from .names import joined, words
 from .quantities import quantities, side_words
@@ -93,7 +93,8 @@ def _sides(letters: Texts, before: RawColumn) -> bool:
 def _joined(numbers: Texts, letters: Texts) -> Texts:
     """Numbers with the letters beside them; nothing where there is no number."""
     import pyarrow as pa
-    import pyarrow.compute as pc
+
+    pc = compute()
 
     sides = pc.if_else(pa.array(letters.among(GAPS)), "", pc.utf8_upper(letters.trimmed))
     both = pc.binary_join_element_wise(numbers.trimmed, sides, pa.scalar(" ", pa.large_string()))

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 CHUNK = 50_000
 """Cells that are made Python texts at a time."""
+
+
+def compute() -> Any:
+    """Arrow's functions, which are made when it is imported: type checkers do not know them."""
+    return import_module("pyarrow.compute")
 
 
 class Texts(Sequence[str]):
@@ -43,7 +49,7 @@ class Texts(Sequence[str]):
     @cached_property
     def trimmed(self) -> Any:
         """The Arrow array without white space around the texts."""
-        import pyarrow.compute as pc
+        pc = compute()
 
         return pc.utf8_trim_whitespace(self.array)
 
@@ -54,14 +60,15 @@ class Texts(Sequence[str]):
     def among(self, wanted: Iterable[str]) -> np.ndarray:
         """(N,) whether a text, trimmed and in lower case, is one of some."""
         import pyarrow as pa
-        import pyarrow.compute as pc
+
+        pc = compute()
 
         known = pa.array(sorted(wanted), pa.large_string())
         return pc.is_in(pc.utf8_lower(self.trimmed), value_set=known).to_numpy(zero_copy_only=False)
 
     def like(self, pattern: str) -> np.ndarray:
         """(N,) whether a text, trimmed, fits a pattern of Arrow's regular expressions."""
-        import pyarrow.compute as pc
+        pc = compute()
 
         return pc.match_substring_regex(self.trimmed, pattern).to_numpy(zero_copy_only=False)
 

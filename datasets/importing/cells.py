@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from .cell_texts import Texts
+from .cell_texts import Texts, compute
 from .units import unit_of, words_of
 
 Style: TypeAlias = Literal["point", "comma", "open"]
@@ -113,7 +113,7 @@ def numbers_of(texts: Texts, style: Style = "point") -> np.ndarray:
 
 def _with_points(cells: Any, decimal: Style) -> Any:
     """An Arrow array of texts, numbers among them with a decimal point and without thousands."""
-    import pyarrow.compute as pc
+    pc = compute()
 
     if decimal == "comma":
         numbers = pc.match_substring_regex(cells, f"^(?:{COMMA_SURE.pattern}|{EITHER.pattern})$")
@@ -129,7 +129,8 @@ def _with_points(cells: Any, decimal: Style) -> Any:
 def _floats(cells: Any) -> np.ndarray:
     """The numbers (N,) of an Arrow array of texts; nan where a text is no plain number."""
     import pyarrow as pa
-    import pyarrow.compute as pc
+
+    pc = compute()
 
     try:
         read = pc.if_else(pc.equal(cells, ""), None, cells).cast(pa.float64())

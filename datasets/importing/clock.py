@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from .cell_texts import Texts
+from .cell_texts import Texts, compute
 from .cells import GAPS
 from .raw import RawColumn
 
@@ -265,7 +265,8 @@ def _moments(texts: Texts, form: Form) -> np.ndarray:
     """Dates with times as seconds since 1970 (N,); nan where a text is none."""
     import pandas as pd
     import pyarrow as pa
-    import pyarrow.compute as pc
+
+    pc = compute()
 
     cells = pc.replace_substring_regex(texts.trimmed, r"(:\d{2}),(\d)", r"\1.\2")
     if form == "iso":
@@ -284,6 +285,7 @@ def _moments(texts: Texts, form: Form) -> np.ndarray:
 def _by_pandas(texts: Any, form: Form) -> Any:
     """Moments of a series of texts; one form for all is tried first, which is ten times as fast."""
     import pandas as pd
+    from pandas.tseries.api import guess_datetime_format
 
     day_first = form == "day first"
     how: dict[str, Any] = {"dayfirst": day_first, "utc": True, "errors": "coerce"}
@@ -292,7 +294,7 @@ def _by_pandas(texts: Any, form: Form) -> Any:
         if form == "iso":
             return pd.to_datetime(texts, format="ISO8601", **how).dt.tz_localize(None)
         first = next((text for text in texts if text), "")
-        guessed = pd.tseries.api.guess_datetime_format(first, dayfirst=day_first)
+        guessed = guess_datetime_format(first, dayfirst=day_first)
         found = pd.to_datetime(texts, format=guessed or "mixed", **how)
         rest = found.isna()
         if guessed and rest.any():
