@@ -59,7 +59,6 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
         found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
         if np.array_equal(found, spike) and spike.sum() > OFTEN * values.size:
             found = spike | _twins(values, good, LIMIT * spread)
-        found &= spike | ~_corners(values, good, NEARLY * spread)
         if np.array_equal(found, spike):
             break
         first = found if not spike.any() else first
@@ -68,6 +67,7 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
             break
         spike = found
     spike &= ~_in_runs(spike)
+    spike &= ~_corners(values, known & ~spike, NEARLY * spread)
     near = peak & ~spike & (departure > NEAR * spread)
     return np.where(spike, np.nan, values), int(spike.sum()), int(near.sum())
 
