@@ -58,7 +58,7 @@ def by_free_runs(
     except (BadInput, CannotFit, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base):
-        return replace(found, calibration=base)
+        return replace(found, calibration=base, **_for_predictions(base, base.model, (), found.seed))
     # What describes the hull beside the numbers gives way to the numbers that free runs name.
     described = (f for f in found.causes if BaseCoefficients.id not in (f.cause, *f.tied_with))
     before = [f for f in described if f.stage != "dynamics"]
@@ -75,8 +75,7 @@ def by_free_runs(
     return replace(
         found,
         extended=_with_causes(base.calibrated, explained, before),
-        calibrated=found.extended,
-        calibrated_gain=found.gain,
+        **_for_predictions(base, explained, before, found.seed),
         verdict=base.verdict,
         reason=base.reason,
         causes=causes,
@@ -87,6 +86,14 @@ def by_free_runs(
         next_manoeuvre=", ".join(run.manoeuvre for run in base.next_runs),
         calibration=base,
     )
+
+
+def _for_predictions(base: Calibration, explained: Model, causes: Sequence[Finding], seed: int) -> dict[str, Any]:
+    """The model with all its numbers moved, with its gain, where it predicts left-out records better."""
+    if base.predicting is None:
+        return {"calibrated": None, "calibrated_gain": {}}
+    gain = gains_of_traces(base.predicting_traces, np.random.default_rng(seed))
+    return {"calibrated": _with_causes(base.predicting, explained, causes), "calibrated_gain": gain}
 
 
 def _with_causes(calibrated: Model, explained: Model, causes: Sequence[Finding]) -> Model:

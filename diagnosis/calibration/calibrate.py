@@ -27,6 +27,7 @@ from ..gain.guard import WORSE
 from ..options import THREADS, Options
 from ..prepared import corrected_records
 from .advice import next_runs
+from .every_number import every_number
 from .forward import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from .regimes import best_in_regime
 from .remaining import remaining
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from ..discrepancy.regimes import Local
     from ..discrepancy.subsets import Subset
     from ..prepared import Prepared
+    from ..result import Trace
 
 FEWEST = 3
 """Records that leaving one out needs; fewer are cut into pieces."""
@@ -160,10 +162,13 @@ def calibrate_on(
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
     advised = next_runs(calibrated, whole, found, groups)
     calibrated = calibrated if local is None else local.extended(calibrated)
+    settled = identified or local is not None or verdict == "adequate"
+    wide = found.final if settled else every_number(inside.train, groups, found)
     before, after = _errors(outside, base), _errors(inside, found.final)
     return Calibration(
         model=model,
         calibrated=calibrated,
+        predicting=None if wide is found.final else _calibrated(model, wide),
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
@@ -188,10 +193,8 @@ def calibrate_on(
             RunEffect(run.name, float(own[0]))
             for run, own in zip(inside.train.runs, found.final.fitted.own, strict=True)
         ),
-        traces=(
-            *left_out_traces(outside.train, inside.train, found),
-            *held_out_traces(outside.held_out, inside.held_out, found),
-        ),
+        traces=_traces(outside, inside, found.final),
+        predicting_traces=_traces(outside, inside, wide),
         next_runs=advised,
         doubts=() if doubt is None else (doubt.evidence,),
         standing=doubt,
@@ -258,6 +261,11 @@ def _errors(on: _Problems, attempt: Attempt) -> dict[str, tuple[float, float | N
         parts = [squares(on.held_out, attempt.fitted.theta, run) for run in on.held_out.runs]
         held = dict(zip(_columns(on.held_out), pooled(parts).tolist(), strict=True))
     return {column: (value, held.get(column)) for column, value in own.items()}
+
+
+def _traces(given: _Problems, felt: _Problems, final: Attempt) -> tuple[Trace, ...]:
+    trained = left_out_traces(given.train, felt.train, final)
+    return (*trained, *held_out_traces(given.held_out, felt.held_out, final))
 
 
 def _columns(p: Problem) -> list[str]:

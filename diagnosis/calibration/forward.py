@@ -45,6 +45,11 @@ SHORT, LONG = 4, 14
 MOST = 6
 ADEQUATE = 0.05
 """Share of a channel's own motion below which its free-run error is no matter."""
+TRIM = ("asymmetry", "rudder_offset")
+"""Extensions that act on a straight course, as the trim of a single record does."""
+COMMON = 0.99
+"""Probability of Student's t at which the records' own neutral rudder angles count as the ship's: a trim that differs
+between records, as that of wind does, is no property of her."""
 FARTHEST = 4.0
 """Prior standard deviations by which a number of a 3-DOF model is off at most."""
 
@@ -123,6 +128,7 @@ def select(
     base = now = attempt(problem, (), None, LONG)
     if not _needed(problem, base):
         return Selection(base, (), base)
+    groups = common(base, groups)
     steps: list[Step] = []
     if free is not None:
         now = attempt(problem, (free,), None, LONG)
@@ -142,12 +148,21 @@ def select(
         if proposed is not None and _better(problem, now, proposed[0]):
             now = proposed[0]
     sound = (a for a in (now, *(s.attempt for s in reversed(steps))) if _likely(problem, start, a))
-    now = next((a for a in sound if not _worse(problem, base, a)), base)
+    now = next((a for a in sound if not loses(problem, base, a)), base)
     idle = free is not None and not enters(problem, score_difference(problem, base.left_out, now.left_out))
     if not now.groups or idle:
         return Selection(base, (), base, refused)
     ties = proposed[1] if proposed is not None and now is proposed[0] else {}
     return Selection(base, _steps_of(problem, base, steps, now, ties), now, refused)
+
+
+def common(base: Attempt, groups: Sequence[Group]) -> Sequence[Group]:
+    """The groups without those of a trim where the records' own neutral rudder angles have no common sign beyond
+    chance."""
+    own = base.fitted.own[:, 0]
+    spread = float(np.std(own, ddof=1)) / np.sqrt(own.size) if own.size > 1 else np.inf
+    alike = abs(float(np.mean(own))) > student_quantile(COMMON, max(own.size - 1, 1)) * spread
+    return groups if alike else [g for g in groups if g.extension not in TRIM]
 
 
 def _grown(
@@ -242,7 +257,7 @@ def _needed(problem: Problem, now: Attempt) -> bool:
     return bool(np.any(square[problem.state_places] > (ADEQUATE * problem.motion) ** 2))
 
 
-def _worse(problem: Problem, base: Attempt, trial: Attempt) -> bool:
+def loses(problem: Problem, base: Attempt, trial: Attempt) -> bool:
     """Whether some state of left-out records is predicted worse than by the base."""
     old, new = (pooled([x.free for x in a.left_out])[problem.state_places] for a in (base, trial))
     return bool(np.any(new > WORSE * old))

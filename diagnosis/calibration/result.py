@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 SCHEMA = 1
 EXPLAINABLE = 0.05
 """Least share of the squared error that counts as explainable by the model."""
-HIDDEN = ("model", "calibrated", "traces", "standing")
+HIDDEN = ("model", "calibrated", "predicting", "traces", "predicting_traces", "standing")
 """Fields that are not written as plain data."""
 VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 
@@ -136,10 +136,13 @@ class Calibration:
     """The outcome of `calibrate`.
 
     model, calibrated : base model, and the model with the numbers that moved.
+    predicting : the model with all its numbers moved a little, for predictions; None where left-out records are not
+        predicted better by it.
     records : (name, 'train' | 'held_out').
     before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
         second is None without held-out records.
-    traces : measured against free runs before and after; after of a training record is by a fit without it.
+    traces, predicting_traces : measured against free runs before and after, by the calibrated model and by that for
+        predictions; after of a training record is by a fit without it.
     regime : where one of the numbers is wrong; None where all are wrong everywhere.
     doubts : what is doubtful about the records, a sentence each.
     standing : what the records are in doubt for, so that no number of the hull is told; else None.
@@ -148,6 +151,7 @@ class Calibration:
 
     model: Model
     calibrated: Model
+    predicting: Model | None
     records: tuple[tuple[str, str], ...]
     verdict: str
     reason: str
@@ -160,6 +164,7 @@ class Calibration:
     remaining: tuple[Remaining, ...]
     runs: tuple[RunEffect, ...]
     traces: tuple[Trace, ...]
+    predicting_traces: tuple[Trace, ...]
     next_runs: tuple[NextRun, ...]
     worse: tuple[str, ...]
     wall_s: float

@@ -7,27 +7,27 @@ import numpy as np
 from ...estimation.mixed_effects.problem import THRUST, Problem, Run
 from ...models.model import CHANNELS
 from ..result import Trace
-from .forward import Selection
+from .forward import Attempt
 
 
-def left_out_traces(given: Problem, felt: Problem, found: Selection) -> tuple[Trace, ...]:
+def left_out_traces(given: Problem, felt: Problem, final: Attempt) -> tuple[Trace, ...]:
     """Training records; the run after the calibration is by the fit that left the record out, with what known causes
     explain in `felt`."""
-    places = [n.place for n in found.final.fitted.numbers]
+    places = [n.place for n in final.fitted.numbers]
     out = []
-    for plain, run, left in zip(given.runs, felt.runs, found.final.left_out, strict=True):
-        theta = found.final.fitted.theta.copy()
+    for plain, run, left in zip(given.runs, felt.runs, final.left_out, strict=True):
+        theta = final.fitted.theta.copy()
         theta[places] = left.values
         out.append(_trace((given, plain), (felt, run), "train", theta))
     return tuple(out)
 
 
-def held_out_traces(given: Problem | None, felt: Problem | None, found: Selection) -> tuple[Trace, ...]:
+def held_out_traces(given: Problem | None, felt: Problem | None, final: Attempt) -> tuple[Trace, ...]:
     """Held-out records by the final numbers."""
     if given is None or felt is None:
         return ()
     pairs = zip(given.runs, felt.runs, strict=True)
-    return tuple(_trace((given, a), (felt, b), "held_out", found.final.fitted.theta) for a, b in pairs)
+    return tuple(_trace((given, a), (felt, b), "held_out", final.fitted.theta) for a, b in pairs)
 
 
 def _trace(given: tuple[Problem, Run], felt: tuple[Problem, Run], role: str, theta: np.ndarray) -> Trace:

@@ -14,8 +14,9 @@ from ..estimation import assessment, comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit, warn_of
-from .documents import json_text, text_writer, write_result, write_together
+from .documents import text_writer, write_together
 from .identification import AUTO, as_model, as_records, refuse_copies
+from .results import Result
 from .validation import runs_figure
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 FILES = ("identification.json", "identification.html", "model.json")
 
 
-class Assessment(assessment.Assessment):
+class Assessment(assessment.Assessment, Result):
     """What an estimate is worth: `Estimate.assess` makes it.
 
     `verdict` is 'explains', 'approximates' or 'fails'; `train` and `held_out` are validations of the estimate,
@@ -39,16 +40,7 @@ class Assessment(assessment.Assessment):
     parameters with intervals and published values, `identifiability` what the records tell.
     """
 
-    @classmethod
-    def of(cls, found: assessment.Assessment) -> Assessment:
-        """The same assessment with page, table, figure and files."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
-
-    def summary(self) -> str:
-        """The assessment in a few lines of text."""
-        from ..reporting.identification.text import terminal
-
-        return terminal(self)
+    room, files, pictured = "identification", FILES[:2], "measured channels and free run"
 
     def statement(self) -> list[str]:
         """Whether to believe the estimate, and why, in sentences."""
@@ -59,12 +51,6 @@ class Assessment(assessment.Assessment):
     def to_json(self) -> dict[str, Any]:
         """Plain values for identification.json: the figures of the page."""
         return super().to_json() | {"statement": self.statement()}
-
-    def to_html(self) -> str:
-        """The page of the identification: one self-contained HTML document."""
-        from ..reporting.identification.page import html
-
-        return html(self)
 
     def to_dataframe(self) -> pd.DataFrame:
         """The parameters: a row each, with unit, value, stderr, low, high and bound."""
@@ -93,21 +79,9 @@ class Assessment(assessment.Assessment):
         own = [side for side in sides if record is None or any(one.name == record for one in side.records)]
         return runs_figure((own or sides)[0], record)
 
-    def write(self, folder: FilePath) -> tuple[Path, ...]:
-        """Write identification.json, identification.html and model.json (a black box has none): all of them or none.
-
-        Returns
-        -------
-        The paths of the files.
-
-        Raises
-        ------
-        BadInput : the folder cannot be written to.
-        """
-        if self.estimate.predictor is None:
-            return write_result(Path(folder), FILES, self.to_json(), self.to_html(), self.estimate.model)
-        texts = json_text(self.to_json()) + "\n", self.to_html()
-        return write_together(Path(folder), dict(zip(FILES, map(text_writer, texts), strict=False)))
+    def _models(self) -> dict[str, Model]:
+        """The model; a black box has none."""
+        return {} if self.estimate.predictor is not None else {FILES[2]: self.estimate.model}
 
     def write_page(self, path: FilePath) -> Path:
         """Write the page to a file; BadInput where it cannot be written."""
@@ -116,12 +90,6 @@ class Assessment(assessment.Assessment):
 
     def __repr__(self) -> str:
         return f"<Assessment of {self.name}: {self.verdict}{'' if self.held_out else ', not tested'}>"
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.identification.text import notebook
-
-        return notebook(self) + picture(self.plot, "measured channels and free run")
 
 
 class Comparison(comparison.Comparison):

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..diagnosis.calibration import result
 from ..models.argument_types import typed
 from .admission import require_trustworthy
 from .diagnosis import training_and_held_out
-from .documents import write_result
 from .identification import as_model, labels
+from .results import Result
 from .traces import trace_figure, trace_of
 
 if TYPE_CHECKING:
@@ -25,29 +24,14 @@ if TYPE_CHECKING:
 FILES = ("calibration.json", "calibration.html", "calibrated_model.json")
 
 
-class Calibration(result.Calibration):
+class Calibration(result.Calibration, Result):
     """The outcome of `calibrate`: which numbers of the model moved, by how much, and what they take off the error.
 
     `moved` are the numbers with intervals, `steps` the groups in the order in which they entered, `shares` what the
     free-run error consists of, `calibrated` the calibrated model, which `simulate` and `diagnose` take like any other.
     """
 
-    @classmethod
-    def of(cls, found: result.Calibration) -> Calibration:
-        """The same calibration with page, figure and files."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
-
-    def to_html(self) -> str:
-        """The page of the calibration: one self-contained HTML document."""
-        from ..reporting.calibration.page import html
-
-        return html(self)
-
-    def summary(self) -> str:
-        """The calibration in a few lines of text."""
-        from ..reporting.calibration.text import terminal
-
-        return terminal(self)
+    room, files, pictured = "calibration", FILES[:2], "measured channels and simulations"
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw measured channels of a record with the free runs before and after over time.
@@ -68,24 +52,12 @@ class Calibration(result.Calibration):
         runs = {"measured": trace.measured, "before": trace.before, "after": trace.after}
         return trace_figure(trace, runs, self.model.id)
 
-    def write(self, folder: FilePath) -> tuple[Path, ...]:
-        """Write calibration.json, calibration.html and calibrated_model.json into a folder: all of them or none.
-
-        Raises
-        ------
-        BadInput : the folder cannot be written to.
-        """
-        return write_result(Path(folder), FILES, self.to_json(), self.to_html(), self.calibrated)
+    def _models(self) -> dict[str, Model]:
+        return {FILES[2]: self.calibrated}
 
     def __repr__(self) -> str:
         groups = ", ".join(step.group for step in self.steps)
         return f"<Calibration of {self.model.id}: {self.verdict}{' ' + groups if groups else ''}>"
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.calibration.text import notebook
-
-        return notebook(self) + picture(self.plot, "measured channels and simulations")
 
 
 @typed

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..checks import result as check_result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
-from .documents import json_text, text_writer, write_together
 from .identification import listed
+from .results import Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,28 +23,13 @@ if TYPE_CHECKING:
 FILES = ("check.json", "check.html")
 
 
-class Check(check_result.CheckResult):
+class Check(check_result.CheckResult, Result):
     """The outcome of `check`: what is wrong with files and sensors, with sizes, and what could not be checked.
 
     `findings` that matter have `material` true; the others are detectable, but too small to matter.
     """
 
-    @classmethod
-    def of(cls, found: check_result.CheckResult) -> Check:
-        """The same outcome with page and files."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
-
-    def summary(self) -> str:
-        """The findings as a table in plain text."""
-        from ..reporting.check.text import terminal
-
-        return terminal(self)
-
-    def to_html(self) -> str:
-        """The page of the check: one self-contained HTML document."""
-        from ..reporting.check.page import html
-
-        return html(self)
+    room, files, pictured = "check", FILES, "sizes of the findings"
 
     def plot(self) -> Figure:
         """Draw the sizes of the findings with their intervals, over all records and in each.
@@ -63,31 +46,11 @@ class Check(check_result.CheckResult):
 
         return figure_of(self)
 
-    def write(self, folder: FilePath) -> tuple[Path, ...]:
-        """Write check.json and check.html into a folder: both or none.
-
-        Returns
-        -------
-        The paths of the two files.
-
-        Raises
-        ------
-        BadInput : the folder cannot be written to.
-        """
-        texts = (json_text(self.to_json()) + "\n", self.to_html())
-        return write_together(Path(folder), dict(zip(FILES, map(text_writer, texts), strict=True)))
-
     def __repr__(self) -> str:
         causes = ", ".join(dict.fromkeys(f.cause for f in self.findings if f.material))
         return (
             f"<Check of {len(self.records)} record{'s' if len(self.records) != 1 else ''}: {causes or 'no findings'}>"
         )
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.check.text import notebook
-
-        return notebook(self) + picture(self.plot, "sizes of the findings")
 
 
 @typed

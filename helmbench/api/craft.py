@@ -3,46 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..diagnosis.craft import result
 from ..models.argument_types import typed
 from .diagnosis import FILES, training_and_held_out
-from .documents import write_result
 from .identification import labels
+from .results import Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..datasets.record import Record
+    from ..models.model import Model
     from .identification import Path as FilePath
 
 
-class CraftDiagnosis(result.CraftDiagnosis):
+class CraftDiagnosis(result.CraftDiagnosis, Result):
     """The outcome of `build_model`: what steers the craft, what simpler models lack, how far ahead to trust the model.
 
     `model` is the model that was built, which `simulate`, `validate` and `diagnose` take like any other, `first` the
     steering law alone, `steps` the ladder, `ahead` the errors ahead, `band` how far heading can be trusted.
     """
 
-    @classmethod
-    def of(cls, found: result.CraftDiagnosis) -> CraftDiagnosis:
-        """The same diagnosis with page, figure and files."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
-
-    def to_html(self) -> str:
-        """The page of the diagnosis: one self-contained HTML document."""
-        from ..reporting.craft.page import html
-
-        return html(self)
-
-    def summary(self) -> str:
-        """The diagnosis as text."""
-        from ..reporting.craft.text import terminal
-
-        return terminal(self)
+    room, files, pictured = "craft", FILES[:2], "measured channels and free runs"
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw measured channels of a record with the free runs of both models over time.
@@ -59,23 +44,11 @@ class CraftDiagnosis(result.CraftDiagnosis):
 
         return runs_figure(self.ahead, record)
 
-    def write(self, folder: FilePath) -> tuple[Path, ...]:
-        """Write diagnosis.json, diagnosis.html and extended_model.json into a folder: all of them or none.
-
-        Raises
-        ------
-        BadInput : the folder cannot be written to.
-        """
-        return write_result(Path(folder), FILES, self.to_json(), self.to_html(), self.model)
+    def _models(self) -> dict[str, Model]:
+        return {FILES[2]: self.model}
 
     def __repr__(self) -> str:
         return f"<CraftDiagnosis: {self.verdict}, {self.model.family}>"
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.craft.text import notebook
-
-        return notebook(self) + picture(self.plot, "measured channels and free runs")
 
 
 @typed

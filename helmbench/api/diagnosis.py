@@ -5,8 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..diagnosis import result
@@ -14,8 +13,8 @@ from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
 from .admission import admit
-from .documents import write_result
 from .identification import as_model, as_records, labels
+from .results import Result
 from .traces import trace_figure, trace_of
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ SHORT_CHANNELS = {"heading": "psi", "yaw_rate": "r", "surge": "u", "sway": "v", 
 """Short names of channels -> states."""
 
 
-class Diagnosis(result.Diagnosis):
+class Diagnosis(result.Diagnosis, Result):
     """The outcome of `diagnose`: verdict, causes with sizes and intervals, the extended model and its gain.
 
     `causes` are the causes that are named, `bank` all that were tested, `gain` the free-run errors on the held-out
@@ -42,22 +41,7 @@ class Diagnosis(result.Diagnosis):
     uncertain, and `calibrated_gain` its errors: naming is sparse, predicting is not.
     """
 
-    @classmethod
-    def of(cls, found: result.Diagnosis) -> Diagnosis:
-        """The same diagnosis with page, figure and files."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
-
-    def to_html(self) -> str:
-        """The page of the diagnosis: one self-contained HTML document."""
-        from ..reporting.diagnosis.page import html
-
-        return html(self)
-
-    def summary(self) -> str:
-        """The diagnosis in a few lines of text."""
-        from ..reporting.diagnosis.text import terminal
-
-        return terminal(self)
+    room, files, pictured = "diagnosis", FILES[:2], "measured channels and simulations"
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw measured channels of a record with the free runs of the model and of the extended model over time.
@@ -79,30 +63,12 @@ class Diagnosis(result.Diagnosis):
         runs |= {"extended model": trace.after} if self.causes else {}
         return trace_figure(trace, runs, f"{self.model.id}, {self.verdict}")
 
-    def write(self, folder: FilePath) -> tuple[Path, ...]:
-        """Write diagnosis.json, diagnosis.html and extended_model.json into a folder, and calibrated_model.json where
-        the numbers of the base model were uncertain: all of them or none.
-
-        Returns
-        -------
-        The paths of the files.
-
-        Raises
-        ------
-        BadInput : the folder cannot be written to.
-        """
-        further = {} if self.calibrated is None else {CALIBRATED: self.calibrated}
-        return write_result(Path(folder), FILES, self.to_json(), self.to_html(), self.extended, further)
+    def _models(self) -> dict[str, Model]:
+        return {FILES[2]: self.extended} | ({} if self.calibrated is None else {CALIBRATED: self.calibrated})
 
     def __repr__(self) -> str:
         causes = ", ".join(finding.cause for finding in self.causes)
         return f"<Diagnosis of {self.model.id}: {self.verdict}{' ' + causes if causes else ''}>"
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.diagnosis.text import notebook
-
-        return notebook(self) + picture(self.plot, "measured channels and simulations")
 
 
 @typed

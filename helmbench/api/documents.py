@@ -79,25 +79,9 @@ def text_writer(text: str) -> Callable[[Path], object]:
     return write
 
 
-def write_result(
-    folder: Path,
-    names: Sequence[str],
-    document: Mapping[str, Any],
-    page: str,
-    model: Model,
-    further: Mapping[str, Model] | None = None,
-) -> tuple[Path, ...]:
-    """Write a JSON document, a page and a model under three names, and further models under names of their own: all of
-    them or none; BadInput where they cannot be.
+def model_writer(name: str, model: Model) -> Callable[[Path], None]:
+    """A function that writes a model to a path, the stem of its file's name as identifier."""
 
-    Each model is written under the stem of its file as identifier.
-    """
-    models = {names[2]: model, **(further or {})}
-    writers = {names[0]: text_writer(json_text(document) + "\n"), names[1]: text_writer(page)}
-    return write_together(folder, writers | {name: _model_writer(name, one) for name, one in models.items()})
-
-
-def _model_writer(name: str, model: Model) -> Callable[[Path], None]:
     def write(place: Path) -> None:
         from ..models.model import model_to_json
 

@@ -6,17 +6,16 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from os import PathLike, fspath
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..estimation.validation import result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit
-from .documents import json_text, text_writer, write_together
 from .identification import as_model, as_records, labels, listed, rudder_sign_doubt
+from .results import Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,35 +28,20 @@ if TYPE_CHECKING:
 FILES = ("validation.json", "validation.html")
 
 
-class Validation(result.Validation):
+class Validation(result.Validation, Result):
     """The outcome of `validate`: errors of free runs and of predictions ahead, manoeuvring indices, free runs.
 
     `scores` holds RMSE and R^2 by model, record, channel and horizon, `indices` the manoeuvring indices measured and
     simulated, `runs` the free runs, `left_out` what could not be computed and why.
     """
 
-    @classmethod
-    def of(cls, found: result.Validation) -> Validation:
-        """The same validation with page, table, figure and files."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
+    room, files, pictured = "validation", FILES, "measured channels and free runs"
 
     def to_dataframe(self) -> pd.DataFrame:
         """The scores: a row a model, record (None: all), channel (None: all) and horizon, with n, rmse and r2."""
         import pandas as pd
 
         return pd.DataFrame([vars(score) for score in self.scores])
-
-    def to_html(self) -> str:
-        """The page of the validation: one self-contained HTML document."""
-        from ..reporting.validation.page import html
-
-        return html(self)
-
-    def summary(self) -> str:
-        """The validation in a few tables of text."""
-        from ..reporting.validation.text import terminal
-
-        return terminal(self)
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw the measured channels of a record and the free runs of all models over time.
@@ -76,32 +60,12 @@ class Validation(result.Validation):
         """
         return runs_figure(self, record)
 
-    def write(self, folder: FilePath) -> tuple[Path, ...]:
-        """Write validation.json and validation.html into a folder: both or none.
-
-        Returns
-        -------
-        The paths of the two files.
-
-        Raises
-        ------
-        BadInput : the folder cannot be written to.
-        """
-        texts = json_text(self.to_json()) + "\n", self.to_html()
-        return write_together(Path(folder), dict(zip(FILES, map(text_writer, texts), strict=True)))
-
     def __repr__(self) -> str:
         told: list[str] = []
         for name in self.models:
             score = self.score(None, name)
             told.append(f"{name} R2 {score.r2:.3f}" if score else f"{name} without a run")
         return f"<Validation on {len(self.records)} records, free runs: {', '.join(told)}>"
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.validation.text import notebook
-
-        return notebook(self) + picture(self.plot, "measured channels and free runs")
 
 
 def runs_figure(found: result.Validation, record: str | None) -> Figure:

@@ -50,7 +50,7 @@ def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) 
     parts = [
         f"# {title}",
         note,
-        f"**{words.cause(found.verdict).capitalize()}.** {words.verdict(found)}",
+        f"**{words.headline(found)}** {words.verdict(found)}",
         words.sentence(found.reason),
     ]
     parts += [_finding(finding) for finding in found.causes]

@@ -30,6 +30,8 @@ CHANNEL_WORDS = {
     "east_m": ("east", "m", 1.0),
     "position_m": ("position", "m", 1.0),
 }
+LONGEST = 25
+"""Words that a headline may have."""
 STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testable")
 
 
@@ -85,6 +87,40 @@ def detail(value: object) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(map(detail, value))
     return number(value) if isinstance(value, float) else said(str(value))
+
+
+def headline(found: Diagnosis) -> str:
+    """The verdict in at most LONGEST words: what is named, and what including it does to the heading (or the next known
+    channel) of held-out records."""
+    alone = {
+        "adequate": "the simulation agrees with the records",
+        "inconclusive": "the records do not allow a conclusion",
+        "unexplained": "the simulation is wrong in a way that no known cause explains",
+    }
+    told = f"{cause(found.verdict).capitalize()}: "
+    if found.verdict in alone or not found.causes:
+        return f"{told}{alone.get(found.verdict, 'a part of the error is explained')}."
+    of_records, of_model = _by_stage(found)
+    wrong = [f for f in of_model if f.cause == BaseCoefficients.id and not f.tied_with]
+    names = [*_wrong_groups(found, wrong), *(tie(f) for f in (*of_model, *of_records) if f not in wrong)]
+    gained = next((n for n in CHANNEL_WORDS if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
+    ending = f"; held-out error {_change(found, gained)}." if gained else "."
+    for count in range(len(names), 0, -1):
+        more = [f"{len(names) - count} more"] if count < len(names) else []
+        line = f"{told}{_in_line([*names[:count], *more])}{ending}"
+        if len(line.split()) <= LONGEST:
+            return line
+    return f"{told}{len(names)} causes{ending}"
+
+
+def _wrong_groups(found: Diagnosis, findings: Sequence[Finding]) -> list[str]:
+    """Groups of the base model's own numbers that are named, by their short titles."""
+    if not findings:
+        return []
+    moved = {item.parameter for finding in findings for item in finding.sizes}
+    steps = () if found.calibration is None else found.calibration.steps
+    held = set() if found.calibration is None else {m.group for m in found.calibration.moved if m.name in moved}
+    return [s.title.partition(" (")[0] for s in steps if s.group in held] or ["the model's own numbers"]
 
 
 def verdict(found: Diagnosis) -> str:
@@ -267,7 +303,7 @@ def terminal(found: Diagnosis) -> str:
     from .tables import gain_table
 
     lines = [f"doubtful: {doubt}" for doubt in found.doubts]
-    lines += [f"{found.verdict}: {verdict(found)}", *([sentence(found.reason)] if found.reason else [])]
+    lines += [headline(found), verdict(found), *([sentence(found.reason)] if found.reason else [])]
     for finding in found.causes:
         lines.append(f"  {tie(finding)}  (stage {finding.stage}, adjusted p {p_value(finding.p_adjusted)})")
         lines += [f"    {size(item)}" for item in finding.sizes]
@@ -298,7 +334,7 @@ def notebook(found: Diagnosis) -> str:
     told = [*(f"doubtful: {doubt}" for doubt in found.doubts), sentence(found.reason)]
     told += [f"Recommended next manoeuvre: {found.next_manoeuvre}"] if found.next_manoeuvre else []
     causes = [": ".join(filter(None, (tie(f), "; ".join(map(size, f.sizes)), said(f.evidence)))) for f in found.causes]
-    head = f"<p><b>{escape(cause(found.verdict).capitalize())}.</b> {escape(verdict(found))}</p>"
+    head = f"<p><b>{escape(headline(found))}</b> {escape(verdict(found))}</p>"
     texts = "".join(f"<p>{escape(text)}</p>" for text in told if text)
     listed = "".join(f"<li>{escape(text)}</li>" for text in causes)
     return f"{head}{texts}<ul>{listed}</ul>{html(gain_table(found)) if found.gain else ''}"

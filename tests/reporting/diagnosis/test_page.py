@@ -54,7 +54,7 @@ def test_every_verdict_has_its_page(verdict):
     page = html(other)
     assert "the gain was not measured" in page and words.verdict(other).split(":")[0][:40] in page
     assert ("The model stays as it is" in page) == (verdict != "tied")
-    assert words.terminal(other).startswith(verdict)
+    assert words.terminal(other).startswith(verdict.capitalize())
 
 
 def test_names_in_the_page_are_escaped(found):

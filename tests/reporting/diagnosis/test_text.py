@@ -152,3 +152,26 @@ def test_channels_that_are_predicted_worse_are_told():
     said = "Held-out records are predicted worse than by the base model in heading: use the extended model with care."
     assert words.verdict(worse).endswith(said)
     assert "with care" not in words.verdict(found)
+
+
+def test_the_headline_names_the_cause_and_its_gain():
+    found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
+    gain = found.gain["heading_rad"]
+    before, after = (words.number(words.DEG * value) for value in (gain.rmse_before, gain.rmse_after))
+    assert words.headline(found) == f"Named: rudder offset; held-out error of the heading from {before} to {after} deg."
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 12, 40])
+def test_the_headline_is_short(count):
+    found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
+    causes = [replace(found.causes[0], cause=f"cause_{k}_of_many_words") for k in range(count)]
+    told = words.headline(replace(found, causes=tuple(causes)))
+    assert told.startswith("Named: cause 0 of many words") and len(told.split()) <= 25
+    assert (f"and {count - 2} more" in told) == (count > 3) or count == 2
+
+
+@pytest.mark.parametrize("verdict", ["adequate", "inconclusive", "unexplained"])
+def test_the_headline_without_a_name_is_the_verdict(verdict):
+    found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
+    told = words.headline(replace(found, verdict=verdict))
+    assert told.startswith(verdict.capitalize()) and "rudder offset" not in told

@@ -1,0 +1,74 @@
+"""What the results of all commands share: text, page, picture in a notebook, files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from .documents import json_text, model_writer, text_writer, write_together
+
+if TYPE_CHECKING:
+    from ..models.model import Model
+    from .identification import Path as FilePath
+
+
+class Result:
+    """A result with text, page, picture and files.
+
+    room : where in `reporting` its text and page are made.  files : names of its document and page.  pictured : what
+    the picture in a notebook shows.
+    """
+
+    room: ClassVar[str]
+    files: ClassVar[tuple[str, str]]
+    pictured: ClassVar[str]
+
+    @classmethod
+    def of(cls, found: Any) -> Self:
+        """The same result with text, page, figure and files."""
+        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
+
+    if TYPE_CHECKING:
+
+        def to_json(self) -> dict[str, Any]: ...
+
+        def plot(self) -> Any: ...
+
+    def _models(self) -> Mapping[str, Model]:
+        """Models that are written beside document and page, by name of the file."""
+        return {}
+
+    def summary(self) -> str:
+        """The result in a few lines of text."""
+        return self._reporting("text").terminal(self)
+
+    def to_html(self) -> str:
+        """The page of the result: one self-contained HTML document."""
+        return self._reporting("page").html(self)
+
+    def write(self, folder: FilePath) -> tuple[Path, ...]:
+        """Write the document (JSON), the page (HTML) and the models of the result into a folder: all of them or none.
+
+        Returns
+        -------
+        The paths of the files.
+
+        Raises
+        ------
+        BadInput : the folder cannot be written to.
+        """
+        document, page = self.files
+        writers = {document: text_writer(json_text(self.to_json()) + "\n"), page: text_writer(self.to_html())}
+        models = {name: model_writer(name, model) for name, model in self._models().items()}
+        return write_together(Path(folder), writers | models)
+
+    def _repr_html_(self) -> str:
+        from ..models.figure import picture
+
+        return self._reporting("text").notebook(self) + picture(self.plot, self.pictured)
+
+    def _reporting(self, part: str) -> Any:
+        return import_module(f"helmbench.reporting.{self.room}.{part}")
