@@ -162,7 +162,7 @@ def calibrate_on(
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
     advised = next_runs(calibrated, whole, found, groups)
     calibrated = calibrated if local is None else local.extended(calibrated)
-    settled = identified or local is not None or verdict == "adequate"
+    settled = identified or doubt is not None or local is not None or verdict == "adequate"
     wide = found.final if settled else every_number(inside.train, groups, found)
     before, after = _errors(outside, base), _errors(inside, found.final)
     return Calibration(
