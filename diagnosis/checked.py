@@ -56,17 +56,17 @@ def examined(records: Sequence[Record], model: Model) -> Checked:
 def with_checks(found: Diagnosis, given: Prepared) -> Diagnosis:
     """The diagnosis with what the files showed: named where it is a cause of the bank; and without a word of the model
     while records stand in doubt, or where free runs do not follow the motion."""
-    doubt = None if found.calibration is None else found.calibration.standing
-    checked = given.checked if doubt is None else (*given.checked, doubt)
-    found, lost = replace(found, checks=checked), without_motion(found.traces)
+    found, lost = replace(found, checks=given.checked), without_motion(found.traces)
     if lost is not None and found.verdict in ("named", "tied"):
         found = replace(found, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in given.checked if check_of(f.cause).named and f.blanked):
         found = _named(found, _finding(name, given))
-    standing = [f"{', '.join(f.records)}: {f.evidence}" for f in checked if f.standing]
+    standing = [f"{', '.join(f.records)}: {f.evidence}" for f in given.checked if f.standing]
     if standing:
         reason = f"nothing can be said of the model while the records are in doubt: {standing[0]}"
-        if any(f.standing and check_of(f.cause).where != "rudder" for f in checked):  # no channel can be compared then
+        if any(
+            f.standing and check_of(f.cause).where != "rudder" for f in given.checked
+        ):  # no channel can be compared then
             sensors = {error.id for error in sensor_errors()}
             found = replace(found, causes=tuple(f for f in found.causes if f.cause not in sensors))
         return _withheld(found, "inconclusive", reason, "the records are in doubt")

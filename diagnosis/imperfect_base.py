@@ -89,8 +89,8 @@ def by_free_runs(
 
 
 def _for_predictions(base: Calibration, explained: Model, causes: Sequence[Finding], seed: int) -> dict[str, Any]:
-    """The model with all its numbers moved, with its gain, where it predicts left-out records better."""
-    if base.predicting is None:
+    """The model for predictions with its gain; none where no number has moved."""
+    if np.array_equal(base.predicting.theta, base.model.theta):
         return {"calibrated": None, "calibrated_gain": {}}
     gain = gains_of_traces(base.predicting_traces, np.random.default_rng(seed))
     return {"calibrated": _with_causes(base.predicting, explained, causes), "calibrated_gain": gain}

@@ -25,8 +25,8 @@ SIMPLE: dict[str, tuple[str, Fits]] = {
     "Mapping": ("a mapping", lambda value: isinstance(value, Mapping)),
     **{name: ("a path", lambda value: isinstance(value, str | os.PathLike)) for name in PATHS},
 }
-CLASSES = ("Record", "Model", "Method", "Case", "SuiteResults", "ColumnMapping")
-"""Classes of the package that annotations name; they are told by their names, so that none is imported for it."""
+CLASSES = {name: name for name in ("Record", "Model", "Method", "Case", "SuiteResults")} | {"ColumnMapping": "Mapping"}
+"""Name in annotations -> class of the package; known by their names, so that none is imported for it."""
 
 
 def typed(function: Callable[P, R]) -> Callable[P, R]:
@@ -95,7 +95,7 @@ def _fits(name: str, items: str, value: object) -> bool:
         if not isinstance(value, Iterable) or isinstance(value, bytes | Mapping):
             return False
         return not isinstance(value, list | tuple) or all(_allows(items, one) for one in value)
-    return name not in CLASSES or any(cls.__name__ == name for cls in type(value).__mro__)
+    return name not in CLASSES or any(cls.__name__ == CLASSES[name] for cls in type(value).__mro__)
 
 
 def _words(annotation: str) -> list[str]:

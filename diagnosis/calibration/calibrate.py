@@ -32,7 +32,6 @@ from .forward import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from .regimes import best_in_regime
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
-from .rudder_unit import rudder_unit
 from .traces import held_out_traces, left_out_traces
 
 if TYPE_CHECKING:
@@ -136,25 +135,13 @@ def calibrate_on(
     else:
         known = causes_of(model)
         found = select(inside.train, groups, first=[g for g in groups if known.get(g.id) in causes], subsets=subsets)
-    doubt = None
-    if model.is_3dof and not identified:
-        known_records = (felt or given).train
-
-        def selected(records: Sequence[Record]) -> Selection:
-            return select(_problem(whole, Records(records, ()), threads).train, groups)
-
-        doubt = rudder_unit(model, known_records, inside.train, found, selected)
-    if doubt is not None:
-        found = Selection(found.base, (), found.base, found.refused)
     base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
-    local = None if doubt is not None else best_in_regime(inside.train, found, groups, regimes)
+    local = best_in_regime(inside.train, found, groups, regimes)
     if local is not None:
         found, groups = local.selection, [*groups, local.group]
         inside = inside.with_change(local.problem.local)
     shares = _shares(inside.train, base, found)
     verdict, reason = _verdict(inside.train, base, found, shares)
-    if doubt is not None:
-        verdict, reason = "unexplained", f"nothing can be said of the hull: {doubt.evidence}"
     if local is not None:
         verdict, reason = local.verdict(verdict, reason)
     calibrated = _calibrated(model, found.final)
@@ -162,13 +149,13 @@ def calibrate_on(
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
     advised = next_runs(calibrated, whole, found, groups)
     calibrated = calibrated if local is None else local.extended(calibrated)
-    settled = identified or doubt is not None or local is not None or verdict == "adequate"
+    settled = identified or local is not None or verdict == "adequate"
     wide = found.final if settled else every_number(inside.train, groups, found)
     before, after = _errors(outside, base), _errors(inside, found.final)
     return Calibration(
         model=model,
         calibrated=calibrated,
-        predicting=None if wide is found.final else _calibrated(model, wide),
+        predicting=calibrated if wide is found.final else _calibrated(model, wide),
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
@@ -196,8 +183,6 @@ def calibrate_on(
         traces=_traces(outside, inside, found.final),
         predicting_traces=_traces(outside, inside, wide),
         next_runs=advised,
-        doubts=() if doubt is None else (doubt.evidence,),
-        standing=doubt,
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
         regime=None if local is None else local.stated,

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 from ...models.plain import plain
 
 if TYPE_CHECKING:
-    from ...checks.result import CheckFinding
     from ...models.model import Model
     from ..result import Trace
 
 SCHEMA = 1
 EXPLAINABLE = 0.05
 """Least share of the squared error that counts as explainable by the model."""
-HIDDEN = ("model", "calibrated", "predicting", "traces", "predicting_traces", "standing")
+HIDDEN = ("model", "calibrated", "predicting", "traces", "predicting_traces")
 """Fields that are not written as plain data."""
 VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 
@@ -136,8 +135,8 @@ class Calibration:
     """The outcome of `calibrate`.
 
     model, calibrated : base model, and the model with the numbers that moved.
-    predicting : the model with all its numbers moved a little, for predictions; None where left-out records are not
-        predicted better by it.
+    predicting : the model for predictions: all its numbers moved a little where that predicts left-out records better,
+        else the calibrated one.
     records : (name, 'train' | 'held_out').
     before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
         second is None without held-out records.
@@ -145,13 +144,12 @@ class Calibration:
         predictions; after of a training record is by a fit without it.
     regime : where one of the numbers is wrong; None where all are wrong everywhere.
     doubts : what is doubtful about the records, a sentence each.
-    standing : what the records are in doubt for, so that no number of the hull is told; else None.
     worse : columns in which held-out records are predicted worse than 1.05 times the base model's error.
     """
 
     model: Model
     calibrated: Model
-    predicting: Model | None
+    predicting: Model
     records: tuple[tuple[str, str], ...]
     verdict: str
     reason: str
@@ -170,7 +168,6 @@ class Calibration:
     wall_s: float
     regime: StatedRegime | None = None
     doubts: tuple[str, ...] = ()
-    standing: CheckFinding | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The calibration as plain data, without the models' equations."""

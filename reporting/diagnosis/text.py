@@ -211,7 +211,8 @@ def gain_sentence(found: Diagnosis) -> str:
 def calibrated_sentence(found: Diagnosis) -> str:
     """What moving all numbers of the base model under their priors would reach; empty where none was uncertain."""
     shown = [n for n in ("yaw_rate_rad_s", "heading_rad") if n in found.calibrated_gain and n in found.gain]
-    if found.calibrated is None or not shown:
+    same = all(found.calibrated_gain[n].rmse_after == found.gain[n].rmse_after for n in shown)
+    if found.calibrated is None or same:
         return ""
     errors = [f"{number(channel(n)[2] * found.calibrated_gain[n].rmse_after)} {channel(n)[1]}" for n in shown]
     return f"With all its numbers moved under their priors the errors are {_in_line(errors)} (calibrated model)."

@@ -22,7 +22,7 @@ def record():
 def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, stages):
     made, told = diagnosis_of(), []
     monkeypatch.setattr(
-        engine, "of_uncertain_base", lambda model, given, _: (made if uncertain else None, given, given, ())
+        engine, "of_uncertain_base", lambda model, given, _: (made if uncertain else None, given, given, (), tuple)
     )
     monkeypatch.setattr(engine, "by_free_runs", lambda *_: made)
     monkeypatch.setattr(engine, "selected", lambda *_: None)
