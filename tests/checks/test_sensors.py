@@ -26,8 +26,9 @@ def made(cause, rng, **facts):
 
 @pytest.mark.parametrize("cause", SIZES)
 def test_a_sensor_error_is_found_with_its_size(cause, rng):
-    """Found in every draw of three, and in at least one the interval covers: at a rate of .93 wrong in .03 %."""
-    covered = 0
+    """Found in every draw of three; in at least one the error is below three half widths of the 90 % interval, which
+    all three exceed in less than one of 1e7 runs.  How often the interval covers is a rate (`make rates`)."""
+    close = 0
     for _ in range(3):
         injected = made(cause, rng)
         found = [f for f in check(injected.train).findings if cause in (f.cause, *f.tied_with)]
@@ -37,8 +38,8 @@ def test_a_sensor_error_is_found_with_its_size(cause, rng):
         sign = -1.0 if found[0].cause == "heading_offset" and cause == "axis_misalignment" else 1.0
         size = found[0].sizes[0]
         assert abs(sign * truth - size.value) < 0.5 * abs(truth)
-        covered += size.low <= sign * truth <= size.high
-    assert covered >= 1
+        close += abs(sign * truth - size.value) <= 1.5 * (size.high - size.low)
+    assert close >= 1
 
 
 def test_clean_records_have_no_findings(rng):
