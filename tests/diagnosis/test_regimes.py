@@ -47,7 +47,7 @@ def test_a_rudder_that_loses_force_beyond_an_angle_is_located(rng, tmp_path):
 
 
 def test_a_wake_that_is_wrong_in_turns_is_located(rng):
-    effect = Effect("wake_loss", {"loss": 0.25, "drift": 0.1})
+    effect = Effect("wake_loss", {"loss": 0.45, "drift": 0.1})
     case, found = diagnosed("kvlcc2-l7", effect, rng, duration_s=100.0, dt_s=0.25)
     _, regime = stated(found)
     assert (regime["variable"], regime["side"]) == ("drift", "above")
