@@ -46,14 +46,6 @@ def test_a_rudder_that_loses_force_beyond_an_angle_is_located(rng, tmp_path):
     assert np.array_equal(*runs)
 
 
-def test_a_wake_that_is_wrong_in_turns_is_located(rng):
-    effect = Effect("wake_loss", {"loss": 0.45, "drift": 0.1})
-    case, found = diagnosed("kvlcc2-l7", effect, rng, duration_s=100.0, dt_s=0.25)
-    _, regime = stated(found)
-    assert (regime["variable"], regime["side"]) == ("drift", "above")
-    assert regime_scores(found, case)["regime_f1"] > 0.9
-
-
 def test_a_number_that_is_wrong_everywhere_has_no_regime(rng):
     base = resolve("cargo")
     wrong = base.with_coefficients(base.coefficients * np.array([1.0, 1.0, 0.85, 1.0]))
