@@ -61,12 +61,11 @@ def with_checks(found: Diagnosis, given: Prepared) -> Diagnosis:
         found = replace(found, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in given.checked if check_of(f.cause).named and f.blanked):
         found = _named(found, _finding(name, given))
-    standing = [f"{', '.join(f.records)}: {f.evidence}" for f in given.checked if f.standing]
+    standing = [f for f in given.checked if f.standing]
     if standing:
-        reason = f"nothing can be said of the model while the records are in doubt: {standing[0]}"
-        if any(
-            f.standing and check_of(f.cause).where != "rudder" for f in given.checked
-        ):  # no channel can be compared then
+        first = f"{', '.join(standing[0].records)}: {standing[0].evidence}"
+        reason = f"nothing can be said of the model while the records are in doubt: {first}"
+        if any(check_of(f.cause).where != "rudder" for f in standing):  # no channel can be compared then
             sensors = {error.id for error in sensor_errors()}
             found = replace(found, causes=tuple(f for f in found.causes if f.cause not in sensors))
         return _withheld(found, "inconclusive", reason, "the records are in doubt")

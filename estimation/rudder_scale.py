@@ -33,7 +33,7 @@ def rudder_doubt(records: Sequence[Record], model: Model) -> CheckFinding | None
     if not model.known:
         return None
     with np.errstate(all="ignore"):
-        errors = {factor: yaw_error(records, model, factor) for factor in FACTORS}
+        errors = {factor: _yaw_error(records, model, factor) for factor in FACTORS}
     best = min(errors, key=lambda factor: errors[factor])
     if best not in UNITS or not errors[best] < FALL * errors[1.0]:
         return None
@@ -42,28 +42,22 @@ def rudder_doubt(records: Sequence[Record], model: Model) -> CheckFinding | None
         f"the rudder is {UNITS[best]} what the yaw rate shows: with {best:g} times the angle {left:.0f} % of the "
         f"squared error of free runs of {model.id} are left"
     )
-    return of_factor(records, best, said)
-
-
-def of_factor(records: Sequence[Record], factor: float, said: str) -> CheckFinding:
-    """The finding that stands: the rudder of records is to be multiplied by a factor."""
-    names = tuple(r.name for r in records)
-    size = Size("factor", factor, factor, factor, "1")
+    names, size = tuple(r.name for r in records), Size("factor", best, best, best, "1")
     return CheckFinding("wrong_unit", "file", names, ("rudder_rad",), (size,), said, standing=True)
 
 
-def with_rudder(record: Record, factor: float) -> Record:
+def _with_rudder(record: Record, factor: float) -> Record:
     """The record with its rudder angles multiplied."""
     return record.with_channels(**{n: factor * record.column(n) for n in RUDDERS if record.has(n)})
 
 
-def yaw_error(records: Sequence[Record], model: Model, factor: float) -> float:
+def _yaw_error(records: Sequence[Record], model: Model, factor: float) -> float:
     """Squared error of free runs, in units of the yaw motion, summed over the records."""
     total = 0.0
     for record in records:
         symbol = "r" if record.has("yaw_rate_rad_s") else "psi"
         try:
-            series = series_of(with_rudder(record, factor), model, (symbol,))
+            series = series_of(_with_rudder(record, factor), model, (symbol,))
         except CannotFit:
             continue
         motion = float(np.nansum((series.outputs - np.nanmean(series.outputs)) ** 2))

@@ -152,6 +152,7 @@ def calibrate_on(
     settled = identified or local is not None or verdict == "adequate"
     wide = found.final if settled else every_number(inside.train, groups, found)
     before, after = _errors(outside, base), _errors(inside, found.final)
+    traces = _traces(outside, inside, found.final)
     return Calibration(
         model=model,
         calibrated=calibrated,
@@ -180,8 +181,8 @@ def calibrate_on(
             RunEffect(run.name, float(own[0]))
             for run, own in zip(inside.train.runs, found.final.fitted.own, strict=True)
         ),
-        traces=_traces(outside, inside, found.final),
-        predicting_traces=_traces(outside, inside, wide),
+        traces=traces,
+        predicting_traces=traces if wide is found.final else _traces(outside, inside, wide),
         next_runs=advised,
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
