@@ -1,4 +1,4 @@
-# make bench | board-picture | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
+# make bench | board-picture | board-pages | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -28,7 +28,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 endif
 
 .PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
-	browser reports
+	browser reports board-pages
 .DELETE_ON_ERROR:
 
 help:
@@ -47,6 +47,7 @@ help:
 	@echo "make fit-times  time simulation, every method's fit, a suite row and record files; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make reports  run the suites of the published leaderboard into out/, write reports/leaderboard"
+	@echo "make board-pages  write README and page of reports/leaderboard anew from its tables"
 	@echo "make hashes   write hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
 
@@ -176,6 +177,10 @@ reports: env
 	@for suite in $(SUITES); do \
 	  $(BIN)/helmbench run --suite $$suite -o out/$$suite --resume || test $$? -eq 1 || exit 2; done
 	$(BIN)/python -m helmbench.reporting.leaderboard.publish $(addprefix out/,$(SUITES)) reports/leaderboard
+
+# From the tables that lie there: no suite is run.
+board-pages: env
+	$(BIN)/python -m helmbench.reporting.leaderboard.publish reports/leaderboard
 
 clean:
 	rm -rf .venv build dist out docs/_build docs/generated *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks

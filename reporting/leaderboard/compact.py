@@ -20,7 +20,9 @@ from ...models.folders import check_regular
 from .standings import CELL, MEDIANS, PREDICTED, Frame, Series
 
 JUDGED = ("rel_error_median", *(f"r2_free_{name}" for name in (*PREDICTED, "north_m", "east_m")))
-WIDE = tuple(dict.fromkeys((*KEYS, "status", "error", "diverged", *JUDGED, *MEDIANS.values(), *errors_ahead.columns)))
+WIDE = tuple(
+    dict.fromkeys((*KEYS, "status", "error", "diverged", "measured", *JUDGED, *MEDIANS.values(), *errors_ahead.columns))
+)
 """Columns of the runs, as far as they are stored."""
 LONG = ("method", "variant", *CELL, "seed", "parameter", "unit", "true", "true_kind", "estimate", "stderr", "rel_error")
 LONG = (*LONG, "crb_sd", "identifiable")

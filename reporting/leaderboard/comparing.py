@@ -118,5 +118,5 @@ def _row(first: np.ndarray, second: np.ndarray) -> dict[str, Any] | None:
     low, high = bootstrap_interval(logs, draws=1000)
     ratio, low, high = (float(np.exp(value)) for value in (np.median(logs), low, high))
     unchanged = int((np.abs(logs) < SAME).sum())
-    p = signed_rank(second, first)
+    p = signed_rank(logs)
     return {"problems": first.size, "unchanged": unchanged, "ratio": ratio, "low": low, "high": high, "p": p}

@@ -21,6 +21,7 @@ CRITERIA = {"prediction": "nrmse", "parameters": "rel_error"}
 """Name of a criterion -> column of the cells; the first is what methods are ranked by."""
 DIMENSIONS = {
     "suite": "suite",
+    "case": "what is known",
     "vessel": "vessel",
     "excitation": "excitation",
     "noise": "noise",
@@ -156,7 +157,7 @@ def contest(cells: Frame, runs: Frame, criterion: str = "prediction") -> Contest
 
 def described(cells: Frame, runs: Frame) -> Frame:
     """The problems of the cells, in reading order, with the texts of `DIMENSIONS`."""
-    problems = cells[CELL].drop_duplicates()
+    problems = cells[[*CELL, "case"]].drop_duplicates(CELL)
     channels = _scored(runs).rename("channels")
     problems = problems.merge(channels, left_on=CELL, right_index=True, how="left")
     suites = runs.drop_duplicates(CELL)[[*CELL, "suite"]]  # a problem that several suites have counts in the first

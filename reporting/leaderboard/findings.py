@@ -12,7 +12,7 @@ import numpy as np
 
 from ..numbers import duration, number, percent
 from . import profiles
-from .answer import answer
+from .answer import headlines
 from .contest import Contest
 from .grey_black import grey_against_black
 from .standings import CELL, Frame, Series, median, of_own_models
@@ -39,10 +39,11 @@ def findings(of: Statistics, every: Statistics | None = None) -> list[Finding]:
     every : all suites, for what is said of conditions; None: the main one.
     """
     ranking: tuple[Callable[[Statistics], Finding | None], ...] = (
-        _best, _boxes, _boxes_of_simpler_models, _simpler_models, _bound, _speed,
+        _boxes, _boxes_of_simpler_models, _simpler_models, _bound, _speed,
     )  # fmt: skip
     conditions = (_noise, _disturbance, _outliers, _sampling, _excitation)
     made = [
+        *_best(of),
         *(make(of) for make in ranking),
         *(make(every or of) for make in conditions),
         *(make(of) for make in (_failures, _ranking, _hardest)),
@@ -59,8 +60,11 @@ def _first(of: Statistics) -> tuple[str, int] | None:
     return (places[0].method, places[0].index) if places else None
 
 
-def _best(of: Statistics) -> Finding | None:
-    return Finding(f"Which method: {answer(of.board)}", _command("default")) if _first(of) else None
+def _best(of: Statistics) -> list[Finding]:
+    """Which method, for every case of what is known."""
+    if not _first(of):
+        return []
+    return [Finding(f"Which method, {case}: {text}", _command("default")) for case, text in headlines(of.board)]
 
 
 def _boxes(of: Statistics) -> Finding | None:
@@ -189,8 +193,8 @@ def _failures(of: Statistics) -> Finding | None:
 
 
 def _ranking(of: Statistics) -> Finding | None:
-    told = of.statements()
-    return Finding(told[1], _command("default")) if of.sensitivity and len(told) > 1 else None
+    told = next((text for text in of.statements() if text.startswith("The first method stays")), None)
+    return Finding(told, _command("default")) if told else None
 
 
 def _hardest(of: Statistics) -> Finding | None:

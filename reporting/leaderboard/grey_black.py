@@ -84,4 +84,6 @@ def grey_against_black(board: Contest, kinds: Mapping[str, str] | None = None) -
     if len(one) < FEWEST:
         return None
     ratio = float(np.exp(median(log_ratios(two, one))))
-    return GreyBlack(grey.method, black.method, ratio, int((one < two).sum()), len(one), signed_rank(one, two))
+    return GreyBlack(
+        grey.method, black.method, ratio, int((one < two).sum()), len(one), signed_rank(log_ratios(one, two))
+    )

@@ -86,7 +86,7 @@ def markdown(
 ) -> str:
     """The report as Markdown text; cells are listed where no true parameters are known, as in measured sets."""
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
-    parts += [f"**{tables.in_markdown(answer(found.board))}**", *map(tables.in_markdown, statements(found))]
+    parts += [*answer_lines(found), *map(tables.in_markdown, statements(found))]
     unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
     details = detail_tables(standings.details(board.cells[unknown], board.estimates))
     tail = [failure_table(board.failures), timing_table(timings)]
@@ -133,6 +133,11 @@ def html(
         reading=READING,
         environment=environment_rows(manifest),
     )
+
+
+def answer_lines(found: Statistics) -> list[str]:
+    """The headlines in bold type, a paragraph each."""
+    return [f"**{tables.in_markdown(line)}**" for line in answer(found.board).splitlines()]
 
 
 def statements(found: Statistics) -> list[str]:

@@ -15,13 +15,15 @@ import numpy as np
 
 from ...models.model import list_vessels
 from .contest import CRITERIA, DIMENSIONS, MOST_VALUES, Contest, contest, levels
-from .standings import CELL, Frame
+from .standings import CASES, CELL, Frame
 
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 GAP, MOST_CODE = 4095, 4094
 """Code of a missing value, and the largest one of a value."""
 MOST_TRACE_CHARACTERS = 4_500_000
 BUDGETS_S = {"0.1 s": 0.1, "1 s": 1.0, "10 s": 10.0, "1 min": 60.0, "10 min": 600.0}
+MEASURED = "measured"
+"""The suite whose answer the page gives beside that of its first suite, for cases that the first one lacks."""
 COARSER = ("held_out", "length", "thinning", "train", "disturbance", "model", "vessel")
 """Columns of a cell that are put together, one after the other, where there are too many cells for a page."""
 
@@ -40,6 +42,9 @@ def page_data(
         "dimensions": (shown := dimensions(board)),
         "begin": {own["name"]: suite for own in shown if own["name"] == "suite" and suite in own["levels"]},
         "problems": [_problem(row) for row in board.problems.to_dict("records")],
+        "cases": list(CASES),
+        "caseOf": [CASES.index(case) for case in board.problems["case"]],
+        "elsewhere": _elsewhere(board, suite),
         "together": together,
         "errors": {name: errors(own) for name, own in boards.items() if np.isfinite(own.errors).any()},
         "times": [[_plain(value) for value in row] for row in board.times],
@@ -49,6 +54,13 @@ def page_data(
         "budgets": _budgets(board),
         "runs": {} if together else stored_runs(board, estimates, traces),
     }
+
+
+def _elsewhere(board: Contest, suite: str) -> list[int]:
+    """The problems of the suite `MEASURED` whose case the suite lacks."""
+    own = board.problems["suite"] == suite
+    lacking = ~board.problems["case"].isin(board.problems.loc[own, "case"])
+    return np.flatnonzero(lacking & (board.problems["suite"] == MEASURED)).tolist() if own.any() else []
 
 
 def as_script(data: Mapping[str, Any]) -> str:
@@ -68,7 +80,7 @@ def coarsened(cells: Frame) -> tuple[Frame, list[str]]:
         numbers = ["rel_error", "nrmse", "cpu_s"]
         counts = ["failed", "diverged", "not_applicable"]
         groups = cells.groupby([*keys, "label"], observed=True, sort=False)
-        how = dict.fromkeys(numbers, "median") | dict.fromkeys(counts, "sum")
+        how = dict.fromkeys(numbers, "median") | dict.fromkeys(counts, "sum") | {"case": "first"}
         cells = groups.agg(how).reset_index()
         cells = cells.assign(**{key: 1.0 if key == "length" else 1 if key == "thinning" else "all" for key in together})
     return cells, together

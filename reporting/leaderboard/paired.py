@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 
 LEVEL = 0.05
+Alternative = Literal["two-sided", "less", "greater"]
 EXACT_PAIRS = 50
 """Pairs without ties up to which the distribution of the signed ranks is computed exactly."""
 
@@ -23,22 +25,21 @@ def log_ratios(first: np.ndarray, second: np.ndarray) -> np.ndarray:
         return np.where(np.isinf(first) & np.isinf(second), 0.0, np.log(first) - np.log(second))
 
 
-def signed_rank(first: np.ndarray, second: np.ndarray) -> float:
-    """Two-sided p of the Wilcoxon signed-rank test on log ratios of paired errors (n,); 1 where all are equal.
+def signed_rank(ratios: np.ndarray, alternative: Alternative = "two-sided") -> float:
+    """p of the Wilcoxon signed-rank test on log ratios (n,), infinite ones included; 1 where all are zero.
 
-    Equal pairs are left out.  Exact up to `EXACT_PAIRS` pairs without ties, else by the normal approximation with ties
+    Zeros are left out.  Exact up to `EXACT_PAIRS` ratios without ties, else by the normal approximation with ties
     taken into account, without correction for continuity.
     """
     from scipy.stats import rankdata, wilcoxon
 
-    d = log_ratios(first, second)
-    d = d[np.abs(d) > 1e-12]
+    d = ratios[np.abs(ratios) > 1e-12]
     if not d.size:
         return 1.0
     ranks = rankdata(np.abs(d).round(9))
     ties = np.unique(ranks).size < ranks.size
     method = "exact" if d.size <= EXACT_PAIRS and not ties else "asymptotic"
-    found = wilcoxon(np.sign(d) * ranks, method=method, correction=False)
+    found = wilcoxon(np.sign(d) * ranks, method=method, correction=False, alternative=alternative)
     return float(np.asarray(found)[1])
 
 
@@ -83,7 +84,7 @@ def compare(errors: np.ndarray, methods: Sequence[str]) -> Comparison:
     order = np.lexsort((np.array(methods, dtype=str), mean.round(9)))
     errors, mean, names = errors[:, order], mean[order], tuple(str(methods[int(i)]) for i in order)
     pairs = list(combinations(range(m), 2))
-    raw = holm([signed_rank(errors[:, i], errors[:, j]) if n else 1.0 for i, j in pairs])
+    raw = holm([signed_rank(log_ratios(errors[:, i], errors[:, j])) if n else 1.0 for i, j in pairs])
     p = np.ones((m, m))
     for (i, j), value in zip(pairs, raw, strict=True):
         p[i, j] = p[j, i] = value

@@ -1,11 +1,13 @@
 """The published leaderboard: results of several suites as one page, a README and Parquet files.
 
-`python -m helmbench.reporting.leaderboard.publish RESULTS... FOLDER`, which `make reports` calls.
+`python -m helmbench.reporting.leaderboard.publish RESULTS... FOLDER`, which `make reports` calls; with FOLDER alone,
+which `make board-pages` calls, README and page are written anew from the tables that lie there.
 """
 
 from __future__ import annotations
 
 import io
+import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,24 +15,26 @@ from typing import Any
 
 from ...bench.kinds import IDENTIFICATION
 from ...bench.kinds.identification.columns import PARAMETERS, RESULTS
-from ...bench.store import read_manifest, read_tables
+from ...bench.store import MANIFEST, read_manifest, read_tables
 from ...bench.traces import read_traces
+from ...models.data_file import load
 from ...models.errors import BadInput
 from ...models.folders import make_folder, write_atomic
 from .. import plots, tables
 from . import standings
-from .answer import answer
+from .answer import begin, headlines
 from .charts import standings_figure
-from .contest import contest
+from .contest import Contest, contest
 from .estimates import summarised
 from .findings import Finding, beyond, findings
 from .page import headline, html
-from .page_data import as_script, page_data
+from .page_data import MEASURED, as_script, page_data
 from .standings import CELL, Frame, Leaderboard
 from .statistics import Statistics
 from .tables import overall_table
 
 README, PAGE, PICTURE = "README.md", "leaderboard.html", "ranking.svg"
+DATA = '<script type="application/json" id="data">'
 SHOWN = (
     "method",
     "mean rank",
@@ -60,19 +64,50 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
         raise BadInput("no run is finished yet", file=sources[0])
     make_folder(folder)
     traces = [entry for source in sources for entry in read_traces(source)]
-    written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters)}
-    written |= pages(combined(manifests), results, parameters, traces)
-    for name, data in written.items():
+    manifest = combined(manifests)
+    written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters), MANIFEST: _json(manifest)}
+    return _written(folder, written | pages(manifest, results, parameters, traces))
+
+
+def publish_again(folder: str | Path) -> tuple[Path, ...]:
+    """README, page and picture of a published folder anew, from its tables and the runs that its page holds.
+
+    Raises
+    ------
+    BadInput : a file of the folder is missing or cannot be read.
+    """
+    import pandas as pd
+
+    folder = Path(folder)
+    manifest = load(folder / MANIFEST)
+    try:
+        results, parameters = (pd.read_parquet(folder / name) for name in (RESULTS, PARAMETERS))
+    except (OSError, ValueError) as error:
+        raise BadInput(f"cannot be read ({error})", file=folder) from None
+    old = json.loads((folder / PAGE).read_text().partition(DATA)[2].partition("</script>")[0])
+    return _written(folder, pages(manifest, results, parameters, (), old))
+
+
+def _written(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
+    for name, data in files.items():
         write_atomic(folder / name, data)
-    return tuple(folder / name for name in written)
+    return tuple(folder / name for name in files)
 
 
 def pages(
-    manifest: Mapping[str, Any], results: Frame, parameters: Frame, traces: Sequence[Mapping[str, Any]]
+    manifest: Mapping[str, Any],
+    results: Frame,
+    parameters: Frame,
+    traces: Sequence[Mapping[str, Any]],
+    old: Mapping[str, Any] | None = None,
 ) -> dict[str, bytes]:
     """README, page and picture by name.
 
     The ranking is that of the first suite, in which all methods are compared on the same problems.
+
+    Parameters
+    ----------
+    old : data of an earlier page of the same results, whose curves are kept.
     """
     estimates = summarised(parameters)
     runs = standings.judged(results, estimates)
@@ -80,9 +115,13 @@ def pages(
     first = str(results["suite"].iloc[0])
     board, found = main_board(runs, estimates, first)
     every = Statistics(contest(cells, runs), cells, estimates)
-    data = as_script(page_data(cells, runs, estimates, traces, first))
+    shown = page_data(cells, runs, estimates, traces, first)
+    if old and all(old[name] == shown[name] for name in ("problems", "methods")):
+        shown["runs"] = old["runs"]
+    data = as_script(shown)
+    lines = headline_lines(found.board, every.board)
     texts = {
-        README: readme(manifest, results, board, found, told(runs, found, every)),
+        README: readme(manifest, results, board, lines, found, told(runs, found, every)),
         PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else ""),
         PICTURE: picture(board),
     }
@@ -95,6 +134,13 @@ def main_board(runs: Frame, estimates: Frame, suite: str) -> tuple[Leaderboard, 
     cells = standings.cell_table(own)
     board = standings.build(own, estimates, own, cells)
     return board, Statistics(contest(cells, own), cells, estimates)
+
+
+def headline_lines(main: Contest, every: Contest) -> list[str]:
+    """A line for each case of what is known, from the main suite; for cases that it lacks, from `MEASURED`."""
+    found = dict(headlines(main))
+    found |= {case: text for case, text in headlines(every.where({"suite": MEASURED})) if case and case not in found}
+    return [f"{begin(case)}: {text}" if case else text for case, text in found.items()]
 
 
 def told(runs: Frame, main: Statistics, every: Statistics) -> list[Finding]:
@@ -110,7 +156,12 @@ def _generalise(runs: Frame) -> list[Finding]:
 
 
 def readme(
-    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, found: Statistics, findings: Sequence[Finding]
+    manifest: Mapping[str, Any],
+    results: Frame,
+    board: Leaderboard,
+    lines: Sequence[str],
+    found: Statistics,
+    findings: Sequence[Finding],
 ) -> str:
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
     ranking = overall_table(board)
@@ -121,7 +172,7 @@ def readme(
     return "\n\n".join(
         [
             "# Leaderboard",
-            f"**{tables.in_markdown(answer(found.board))}**",
+            *(f"**{tables.in_markdown(line)}**" for line in lines),
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
             f"Save [{PAGE}]({PAGE}) and open it: it chooses by vessel, excitation, noise, disturbance, channels and "
             f"time, and shows every run. The runs are in [{RESULTS}]({RESULTS}) and [{PARAMETERS}]({PARAMETERS}); "
@@ -189,6 +240,10 @@ def combined(manifests: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {**first, "suite": ", ".join(names), "title": titles, "planned": complete, "seeds": seeds, "selection": {}}
 
 
+def _json(value: Mapping[str, Any]) -> bytes:
+    return json.dumps(value, indent=1, sort_keys=True).encode() + b"\n"
+
+
 def _parquet(frame: Frame) -> bytes:
     buffer = io.BytesIO()
     frame.to_parquet(buffer, index=False, compression="zstd")
@@ -196,10 +251,11 @@ def _parquet(frame: Frame) -> bytes:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 3:
-        sys.exit("usage: python -m helmbench.reporting.leaderboard.publish RESULTS... FOLDER")
+    if len(sys.argv) < 2:
+        sys.exit("usage: python -m helmbench.reporting.leaderboard.publish [RESULTS...] FOLDER")
     try:
-        for path in publish(sys.argv[1:-1], sys.argv[-1]):
+        *given, target = sys.argv[1:]
+        for path in publish(given, target) if given else publish_again(target):
             print(f"wrote {path}")
     except BadInput as error:
         sys.exit(f"helmbench: {error}")

@@ -34,6 +34,8 @@ Series: TypeAlias = Any
 CELL = ["vessel", "model", "train", "held_out", "noise", "disturbance", "thinning", "length"]
 FACTORS = ("noise", "disturbance", "thinning", "length", "train", "held_out", "model", "vessel")
 """Columns of `CELL` by whose values standings are given, in this order."""
+CASES = ("equations known", "equations unknown", "measured ships")
+"""What is known of the ship: its own equations are fitted, others are, or its records are measured."""
 CRITERIA = {"rank_parameters": "rel_error", "rank_prediction": "nrmse"}
 MEDIANS = {
     "rel_error": "parameter_error",
@@ -149,16 +151,28 @@ def build(results: Frame, estimates: Frame, runs: Frame | None = None, cells: Fr
 
 
 def judged(results: Frame, estimates: Frame) -> Frame:
-    """Runs with `label`, `parameter_error` and `prediction_error`; nan where a criterion does not apply."""
+    """Runs with `label`, `case`, `parameter_error` and `prediction_error`; nan where a criterion does not apply."""
     runs = results.copy()
     runs["label"] = labels(runs)
     has_truth = of_own_models(runs, estimates)
+    runs["case"] = _cases(runs, has_truth)
     failed, absent = (runs["status"] == "failed").to_numpy(), (runs["status"] == "not_applicable").to_numpy()
     error = runs["rel_error_median"].to_numpy(dtype=float, na_value=np.nan)
     runs["parameter_error"] = np.where(has_truth & ~absent, np.where(failed, np.inf, error), np.nan)
     lost = failed | runs["diverged"].eq(True).to_numpy(dtype=bool)
     runs["prediction_error"] = np.where(absent, np.nan, np.where(lost, np.inf, normalised_error(runs)))
     return runs
+
+
+def _cases(runs: Frame, own: np.ndarray) -> Any:
+    """Case of `CASES` of every run (n,), as categories; runs that were stored without it are measured by their set."""
+    import pandas as pd
+
+    from ...datasets.measured_sets import DATASETS
+
+    told = runs["measured"].eq(True).to_numpy(dtype=bool) if "measured" in runs else np.zeros(len(runs), dtype=bool)
+    measured = told | runs["vessel"].isin(list(DATASETS)).to_numpy(dtype=bool)
+    return pd.Categorical.from_codes(np.where(measured, 2, np.where(own, 0, 1)), list(CASES))
 
 
 def of_own_models(rows: Frame, estimates: Frame) -> np.ndarray:
@@ -188,7 +202,8 @@ def cell_table(runs: Frame) -> Frame:
     figures = {column: runs[column].astype(float) for column in MEDIANS.values()}
     groups = runs.assign(**flags, **figures).groupby([*CELL, "label"], sort=True, observed=True)
     medians = {name: (column, "median") for name, column in MEDIANS.items()}
-    table = groups.agg(**medians, **{name: (name, "sum") for name in flags}, runs=("seed", "size")).reset_index()
+    counts = {name: (name, "sum") for name in flags}
+    table = groups.agg(**medians, **counts, runs=("seed", "size"), case=("case", "first")).reset_index()
     for name, column in CRITERIA.items():
         competing = _comparable(table[column]).groupby([table[key] for key in CELL], observed=True)
         table[name] = competing.rank(method="average").where(competing.transform("count") > 1)

@@ -12,10 +12,12 @@ from ..numbers import MISSING, number, p_value, percent
 from ..plots import SOFT, chart, legend_beside
 from ..tables import Column, Table, field, make_table
 from . import profiles
+from .answer import begin
 from .contest import Contest
 from .grey_black import GreyBlack, grey_against_black
 from .paired import LEVEL, Comparison, compare
-from .standings import Frame, in_order
+from .stability import stability
+from .standings import CASES, Frame, in_order
 
 DIFFERENCES = (0.1, 0.25)
 """Differences of errors for which the number of seeds is stated."""
@@ -56,7 +58,7 @@ class Statistics:
 
     def statements(self) -> list[str]:
         """Sentences on the tests, the sensitivity and the number of seeds."""
-        found, own = [], self.comparison
+        found, own = self._stability(), self.comparison
         if np.isfinite(own.friedman_p):
             p = f"{'<' if own.friedman_p < 0.001 else '='} {p_value(max(own.friedman_p, 0.001))}"
             found.append(
@@ -78,6 +80,16 @@ class Statistics:
             )
         return found
 
+    def _stability(self) -> list[str]:
+        """A sentence for every case of what is known that has several ships."""
+        told = []
+        for case in CASES:
+            board = self.board.where({"case": case})
+            found = stability(board)
+            if found:
+                told.append(f"{begin(case)}: {found.sentence(board.order()[0].method)}")
+        return told
+
     def sensitivity_table(self) -> Table:
         """Kendall's tau of the ranking with others."""
         columns = [
@@ -94,7 +106,10 @@ class Statistics:
         """Pairs of caption and SVG."""
         errors, methods = self.board.block()
         found = [
-            ("Mean ranks; a bar joins methods that no test tells apart", _difference_diagram(self.comparison)),
+            (
+                "Mean ranks; a bar joins methods that no test tells apart, which is no sign that they are equal",
+                _difference_diagram(self.comparison),
+            ),
             ("Share of problems solved within a factor of the least error", _profiles(errors, methods)),
             ("Parameter error by noise, with the Cramer-Rao bound as floor", self._noise(methods)),
             ("Median prediction error of method and vessel", self._heat_map()),

@@ -64,7 +64,7 @@
   }
 
   function rowsOf(problems, board, places, others) {
-    const p = new Map(others.map(function (other) { return [other.index, other.p]; }));
+    const of = new Map(others.map(function (other) { return [other.index, other]; }));
     return places.map(function (place, i) {
       const j = place.index, errors = board.errors.map(function (row) { return row[j]; });
       const sum = function (part) {
@@ -74,7 +74,7 @@
         interval: interval(errors), problems: place.problems, partial: place.partial, imputed: place.imputed,
         failed: sum(function (c) { return c % 1000; }), diverged: sum(function (c) { return Math.floor(c / 1000) % 1000; }),
         absent: sum(function (c) { return Math.floor(c / 1e6); }),
-        time: Ranking.median(board.times.map(function (row) { return row[j]; })), p: p.has(j) ? p.get(j) : null };
+        time: Ranking.median(board.times.map(function (row) { return row[j]; })), verdict: of.has(j) ? of.get(j).verdict : "", p: of.has(j) ? of.get(j).p : null };
     });
   }
   const columns = [
@@ -82,7 +82,8 @@
     ["method", "method", null, ""],
     ["rank", "mean rank", function (r) { return r.rank.toFixed(2); }, "mean over the problems of the rank among the methods compared there"],
     ["error", "error [95 %]", function (r) { return text(r.error) + " [" + text(r.interval[0]) + ", " + text(r.interval[1]) + "]"; }, "median over the problems"],
-    ["p", "p against the first", function (r) { return r.p === null ? "–" : Ranking.pText(r.p).replace("= ", ""); }, "Wilcoxon signed-rank test on paired errors, corrected by Holm"],
+    ["verdict", "against the first", function (r) { return r.verdict + (r.p === null ? "" : " (p " + Ranking.pText(r.p) + ")") || "–"; },
+      "as good: its error is shown to be below 1.25 times that of the first; worse: above; one-sided signed-rank tests, each ship counts once; only within one case of what is known"],
     ["problems", "problems", function (r) { return String(r.problems); }, "problems in which the method was compared"],
     ["imputed", "without an error", function (r) { return r.imputed ? r.imputed + " ranked last" : "0"; }, "problems in which it failed, diverged or took too long: it ranks last there"],
     ["failed", "failed runs", function (r) { return String(r.failed); }, ""],
@@ -90,6 +91,13 @@
     ["absent", "not applicable", function (r) { return String(r.absent); }, "runs; not ranked"],
     ["time", "CPU time of a fit", function (r) { return seconds(r.time); }, "median over the problems"],
   ];
+  function named(node, name) { // a name breaks only after its colons and commas
+    name.split(/(?<=[:,])/).forEach(function (part, i) {
+      if (i) make("wbr", {}, node);
+      node.appendChild(document.createTextNode(part));
+    });
+    return node;
+  }
   let shown = [];
   function showTable() {
     const head = document.querySelector("#ranking thead tr"), body = document.querySelector("#ranking tbody");
@@ -124,7 +132,7 @@
       columns.forEach(function (column) {
         if (column[0] === "method") {
           const th = make("th", { scope: "row" }, tr);
-          make("button", { type: "button", text: row.method, title: "show its runs" }, th).addEventListener("click", function () {
+          named(make("button", { type: "button", title: "show its runs" }, th), row.method).addEventListener("click", function () {
             state.method = row.method; state.problem = ""; show();
             document.getElementById("runs").scrollIntoView(); document.getElementById("run-title").focus();
           });
@@ -133,12 +141,12 @@
     });
   }
   function csv() {
-    const names = ["place", "method", "rank", "error", "low", "high", "p", "problems", "imputed", "failed", "diverged", "absent", "time"];
+    const names = ["place", "method", "rank", "error", "low", "high", "verdict", "p", "problems", "imputed", "failed", "diverged", "absent", "time"];
     const cell = function (value) {
       return value === null || value === undefined ? "" : typeof value === "string" ? '"' + value.replace(/"/g, '""') + '"' : String(value);
     };
     return [names.join(",")].concat(shown.map(function (r) {
-      return [r.place, r.method, r.rank, r.error, r.interval[0], r.interval[1], r.p, r.problems, r.imputed, r.failed,
+      return [r.place, r.method, r.rank, r.error, r.interval[0], r.interval[1], r.verdict, r.p, r.problems, r.imputed, r.failed,
         r.diverged, r.absent, r.time].map(cell).join(",");
     })).join("\n") + "\n";
   }
@@ -176,12 +184,35 @@
     state.problem = parts.get("_problem") || "";
   }
 
+  function boardOf(problems) {
+    const pick = function (rows) { return problems.map(function (i) { return rows[i]; }); };
+    return Ranking.board(data.methods, pick(data.errors[state.criterion]), pick(data.times), problems.map(function (i) { return data.problems[i][0]; }),
+      data.budgets[state.budget] || Infinity, state.criterion);
+  }
+  function headlines(problems) { // a line for every case of what is known: they are never put together
+    const found = [];
+    data.cases.forEach(function (name, c) {
+      const own = problems.filter(function (i) { return data.caseOf[i] === c; });
+      if (!own.length) return;
+      const board = boardOf(own), places = Ranking.order(board), others = Ranking.rivals(board, places);
+      found.push({ name: name, text: Ranking.answer(board, places, others), others: others });
+    });
+    return found;
+  }
+  function showAnswer(lines) {
+    const place = document.getElementById("answer"), several = lines.length > 1;
+    place.textContent = lines.length ? "" : Ranking.NOTHING;
+    lines.forEach(function (line) {
+      const row = make("span", {}, place);
+      row.textContent = (several ? line.name[0].toUpperCase() + line.name.slice(1) + ": " : "") + line.text;
+    });
+  }
   function show() {
-    const problems = chosenProblems(), pick = function (rows) { return problems.map(function (i) { return rows[i]; }); };
-    const board = Ranking.board(data.methods, pick(data.errors[state.criterion]), pick(data.times), data.budgets[state.budget] || Infinity, state.criterion);
-    const places = Ranking.order(board), others = Ranking.rivals(board, places);
+    const problems = chosenProblems(), board = boardOf(problems), places = Ranking.order(board);
+    const begun = !state.budget && JSON.stringify(state.chosen) === JSON.stringify(data.begin);
+    const lines = headlines(begun ? problems.concat(data.elsewhere) : problems), others = lines.length === 1 ? lines[0].others : [];
     showForm();
-    document.getElementById("answer").textContent = Ranking.answer(board, places, others);
+    showAnswer(lines);
     const seeds = Math.max(1, ...board.runs.map(function (row) { return Math.max(...row.map(function (own) { return own.length; })); }));
     document.getElementById("basis").textContent = problems.length + (problems.length === 1 ? " problem, " : " problems, ") +
       places.length + " methods" + (seeds > 1 ? ", up to " + seeds + " seeds each" : "") + ".";

@@ -1,7 +1,9 @@
-// Ranks, tests and the answer, as reporting/leaderboard/contest.py, paired.py and answer.py compute them.
+// Ranks, tests and the answer, as reporting/leaderboard/contest.py, equivalence.py and answer.py compute them.
 "use strict";
 const Ranking = (function () {
-  const COVERAGE = 0.9, LEVEL = 0.05, LEAST_PAIRS = 6, NEAR = 1.25, FASTER = 1.2, EXACT_PAIRS = 50;
+  const COVERAGE = 0.9, LEVEL = 0.05, LEAST = 5, NEAR = 1.25, FASTER = 1.2, NAMED = 4, EXACT_PAIRS = 50;
+  const EQUAL = "as good", WORSE = "worse", OPEN = "not settled", FEW = "too few";
+  const NOTHING = "No two methods were compared under these conditions.";
 
   function median(values) {
     const v = values.filter(function (x) { return x !== null; }).sort(function (a, b) { return a - b; });
@@ -32,17 +34,17 @@ const Ranking = (function () {
     for (let n = 60; n >= 1; n--) f = n / 2 / (x + f);
     return Math.exp(-x * x) / Math.sqrt(Math.PI) / (x + f);
   }
-  function signedRank(first, second) {
-    const d = first.map(function (a, i) { return logRatio(a, second[i]); })
-      .filter(function (x) { return Math.abs(x) > 1e-12; });
+  // p of both one-sided signed-rank tests of log ratios d: that they lie below zero, above zero.
+  function signedRank(d) {
+    d = d.filter(function (x) { return Math.abs(x) > 1e-12; });
     const n = d.length;
-    if (!n) return 1;
+    if (!n) return { less: 1, greater: 1 };
     const size = d.map(function (x) { return Math.round(Math.abs(x) * 1e9) / 1e9; });
     const ranks = averageRanks(size), counts = new Map();
     size.forEach(function (x) { counts.set(x, (counts.get(x) || 0) + 1); });
     let plus = 0;
     d.forEach(function (x, i) { if (x > 0) plus += ranks[i]; });
-    const total = n * (n + 1) / 2, least = Math.min(plus, total - plus);
+    const total = n * (n + 1) / 2;
     if (n <= EXACT_PAIRS && counts.size === n) {
       let ways = [1];
       for (let k = 1; k <= n; k++) {
@@ -50,24 +52,21 @@ const Ranking = (function () {
         ways.forEach(function (w, i) { next[i] += w; next[i + k] += w; });
         ways = next;
       }
-      let below = 0;
-      for (let i = 0; i <= least; i++) below += ways[i];
-      return Math.min(1, 2 * below / Math.pow(2, n));
+      const upTo = function (most) {
+        let below = 0;
+        for (let i = 0; i <= most; i++) below += ways[i];
+        return below / Math.pow(2, n);
+      };
+      return { less: upTo(plus), greater: upTo(total - plus) };
     }
     let ties = 0;
     counts.forEach(function (t) { ties += t * t * t - t; });
-    const variance = n * (n + 1) * (2 * n + 1) / 24 - ties / 48;
-    return normalTail(Math.abs(plus - total / 2) / Math.sqrt(variance));
-  }
-  function holm(p) {
-    const order = p.map(function (_, i) { return i; }).sort(function (a, b) { return p[a] - p[b]; });
-    const adjusted = new Array(p.length);
-    let most = 0;
-    order.forEach(function (i, place) { most = Math.max(most, p[i] * (p.length - place)); adjusted[i] = Math.min(1, most); });
-    return adjusted;
+    const z = (plus - total / 2) / Math.sqrt(n * (n + 1) * (2 * n + 1) / 24 - ties / 48);
+    const tail = normalTail(Math.abs(z)) / 2;
+    return z < 0 ? { less: tail, greater: 1 - tail } : { less: 1 - tail, greater: tail };
   }
   // errors, times: rows of problems, columns of methods; errors null where there is none, lists hold single seeds.
-  function board(methods, errors, times, budget, criterion) {
+  function board(methods, errors, times, ships, budget, criterion) {
     const late = function (i, j) { return times[i][j] !== null && times[i][j] > budget; };
     const number = function (e) { return e === null ? null : e === -1 ? Infinity : e; };
     const runs = errors.map(function (row, i) {
@@ -79,7 +78,7 @@ const Ranking = (function () {
     const medians = runs.map(function (row) {
       return row.map(function (own) { const m = median(own); return isNaN(m) ? null : m; });
     });
-    return { methods: methods, runs: runs, errors: medians, times: times, criterion: criterion };
+    return { methods: methods, runs: runs, errors: medians, times: times, ships: ships, criterion: criterion };
   }
   function order(b) {
     const sums = b.methods.map(function () { return { rank: 0, problems: 0, imputed: 0 }; });
@@ -102,34 +101,47 @@ const Ranking = (function () {
       return a.partial - c.partial || rounded(a.meanRank) - rounded(c.meanRank) || (a.method < c.method ? -1 : 1);
     });
   }
-  function paired(b, best, other) {
-    const first = [], second = [];
-    b.errors.forEach(function (row) {
-      if (row[best] !== null && row[other] !== null) { first.push(row[best]); second.push(row[other]); }
+  function samples(b, best, other) { // log ratios of the errors in independent groups, and what each is of
+    const known = b.errors.map(function (_, i) { return i; }).filter(function (i) {
+      return b.errors[i][best] !== null && b.errors[i][other] !== null;
     });
-    if (first.length >= LEAST_PAIRS) return [first, second];
-    const one = [], two = [];
-    b.runs.forEach(function (row) {
-      row[best].forEach(function (e, s) {
-        const own = row[other][s];
-        if (e !== null && own !== null && own !== undefined) { one.push(e); two.push(own); }
-      });
+    const byShip = new Map();
+    known.forEach(function (i) {
+      const ship = b.ships[i], own = byShip.get(ship) || [];
+      own.push(logRatio(b.errors[i][other], b.errors[i][best])); byShip.set(ship, own);
     });
-    return [one, two];
+    const groups = Array.from(byShip.values());
+    if (groups.length >= LEAST) return { unit: "ships", groups: [groups.map(function (own) { const m = median(own); return isNaN(m) ? 0 : m; })] };
+    if (known.length !== 1) return { unit: "problems", groups: groups };
+    const seeds = [];
+    b.runs[known[0]][best].forEach(function (e, s) {
+      const own = b.runs[known[0]][other][s];
+      if (e !== null && own !== null && own !== undefined) seeds.push(logRatio(own, e));
+    });
+    return { unit: "seeds", groups: [seeds] };
+  }
+  function shownRatio(b, best, other) {
+    const both = b.errors.filter(function (row) { return row[best] !== null && row[other] !== null; });
+    const middle = function (j) { return median(both.map(function (row) { return row[j]; })); };
+    return Math.exp(logRatio(middle(other), middle(best)));
+  }
+  function against(b, best, other) {
+    const found = samples(b, best, other), values = found.groups.flat(), ratio = Math.exp(median(values));
+    let verdict = FEW, p = null;
+    if (found.groups.length && found.groups.every(function (own) { return own.length >= LEAST; })) {
+      const tests = found.groups.map(function (own) { return signedRank(own.map(function (x) { return x - Math.log(NEAR); })); });
+      const less = Math.max(...tests.map(function (t) { return t.less; })), more = Math.max(...tests.map(function (t) { return t.greater; }));
+      verdict = more < LEVEL ? WORSE : less < LEVEL ? EQUAL : OPEN;
+      p = verdict === WORSE ? more : less;
+    }
+    if (verdict === EQUAL && !(Math.max(ratio, shownRatio(b, best, other)) <= NEAR)) verdict = OPEN;
+    const speeds = b.times.map(function (row) { return row[best] > 0 && row[other] > 0 ? row[best] / row[other] : null; });
+    return { method: b.methods[other], index: other, errorRatio: ratio, verdict: verdict, p: p, speed: median(speeds),
+      size: values.length, sample: values.length + " " + (values.length === 1 ? found.unit.slice(0, -1) : found.unit) };
   }
   function rivals(b, places) {
     const full = places.filter(function (place) { return !place.partial; });
-    const pairs = full.slice(1).map(function (place) { return paired(b, full[0].index, place.index); });
-    const p = holm(pairs.map(function (own) { return signedRank(own[1], own[0]); }));
-    return full.slice(1).map(function (place, i) {
-      const ratios = pairs[i][1].map(function (e, k) { return logRatio(e, pairs[i][0][k]); });
-      const speeds = b.times.map(function (row) {
-        const t = row[full[0].index], own = row[place.index];
-        return t > 0 && own > 0 ? t / own : null;
-      });
-      return { method: place.method, index: place.index, p: p[i], errorRatio: Math.exp(median(ratios)),
-        speed: median(speeds), pairs: pairs[i][0].length };
-    });
+    return full.slice(1).map(function (place) { return against(b, full[0].index, place.index); });
   }
   function number(value) {
     if (!isFinite(value)) return value > 0 ? "infinitely many" : "unknown";
@@ -138,46 +150,42 @@ const Ranking = (function () {
     return (Number(parts[0]) * Math.pow(10, power)).toFixed(Math.max(0, 1 - power));
   }
   function pText(value) { return value < 0.001 ? "< 0.001" : "= " + value.toFixed(value >= 0.01 ? 2 : 3); }
-  function faster(other) {
-    if (other.speed >= FASTER) return " and " + number(other.speed) + " times as fast";
-    return other.speed <= 1 / FASTER ? " but " + number(1 / other.speed) + " times as slow" : "";
-  }
   function quickest(others) {
     const speed = function (other) { return Math.round(other.speed * 1e9); };
     return others.reduce(function (a, c) { return speed(c) > speed(a) ? c : a; });
   }
-  function answer(b, places, others) {
+  function fastChoice(best, good) {
+    const fast = quickest(good);
+    if (!(fast.speed >= FASTER)) return best + " itself";
+    return fast.method + ", " + number(fast.speed) + " times as fast with " + number(fast.errorRatio) + " times the error";
+  }
+  function others(best, rest) {
+    const good = rest.filter(function (other) { return other.verdict === EQUAL; });
+    if (good.length) {
+      const named = good.slice(0, NAMED).map(function (other) { return other.method; }).join(", ");
+      return "; as good (error below " + NEAR + " times, " + good[0].sample + "): " + named +
+        (good.length > NAMED ? " and " + (good.length - NAMED) + " more" : "") + "; fast choice: " + fastChoice(best, good);
+    }
+    const least = rest.reduce(function (a, c) { return Math.round(c.errorRatio * 1e9) < Math.round(a.errorRatio * 1e9) ? c : a; });
+    const near = least.method + " errs " + number(least.errorRatio) + " times as much";
+    if (rest.every(function (other) { return other.verdict === FEW; })) {
+      const most = rest.reduce(function (a, c) { return c.size > a.size ? c : a; });
+      return "; too few problems (" + most.sample + ") to say which are as good; the nearest, " + near;
+    }
+    if (least.verdict === WORSE) return "; no other is as good: the nearest, " + near + " (" + least.sample + ")";
+    return "; none is shown to be as good, and it is not settled: " + near + " (" + least.sample + ")";
+  }
+  function answer(b, places, rest) {
     const full = places.filter(function (place) { return !place.partial; });
-    if (!full.length) return "No two methods were compared under these conditions.";
+    if (!full.length) return NOTHING;
     const best = full[0].index;
     const error = median(b.errors.map(function (row) { return row[best]; }));
     const seconds = median(b.times.map(function (row) { return row[best]; }));
     if (!isFinite(error)) return "No method predicts these problems with a finite error.";
     const useless = error >= 1 && b.criterion === "prediction"
       ? "None predicts better than the mean of the record (error 1); least bad: " : "";
-    const head = useless + full[0].method + " (error " + number(error) + ", " + number(seconds) + " s)";
-    const pairs = Math.max(0, ...others.map(function (other) { return other.pairs; }));
-    const near = others.filter(function (other) { return other.errorRatio <= NEAR; });
-    if (pairs < LEAST_PAIRS) {
-      const quick = near.filter(function (other) { return other.speed >= FASTER; });
-      const fast = quick.length ? quickest(quick) : null;
-      return head + "; " + (pairs === 1 ? "1 paired run is" : pairs + " paired runs are") + " too few for a test" + (fast
-        ? "; " + fast.method + " errs " + number(fast.errorRatio) + " times as much and is " + number(fast.speed) + " times as fast"
-        : "") + ".";
-    }
-    const good = near.filter(function (other) { return other.p >= LEVEL; });
-    if (!good.length) {
-      const least = others.reduce(function (a, c) {
-        return Math.round(c.errorRatio * 1e9) < Math.round(a.errorRatio * 1e9) ? c : a;
-      });
-      const told = least.method + " errs " + number(least.errorRatio) + " times as much";
-      if (least.p >= LEVEL) return head + "; " + told + ", but no test tells the two apart (p " + pText(least.p) + ").";
-      return head + "; no other is as good: " + told + " (p " + pText(least.p) + ").";
-    }
-    const fast = quickest(good), chosen = fast.speed >= FASTER ? fast : good[0];
-    const more = good.length > 1 ? "; " + (good.length - 1) + (good.length === 2 ? " more is" : " more are") + " as good" : "";
-    return head + "; " + chosen.method + " is as good (p " + pText(chosen.p) + ")" + faster(chosen) + more + ".";
+    return useless + full[0].method + " (error " + number(error) + ", " + number(seconds) + " s)" + (rest.length ? others(full[0].method, rest) : "") + ".";
   }
-  return { median: median, signedRank: signedRank, holm: holm, board: board, order: order, rivals: rivals, answer: answer,
-    number: number, pText: pText };
+  return { median: median, signedRank: signedRank, board: board, order: order, rivals: rivals, answer: answer,
+    number: number, pText: pText, NOTHING: NOTHING };
 })();

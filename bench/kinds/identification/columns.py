@@ -34,6 +34,6 @@ PARAMETER_COLUMNS = {
 
 
 def result_columns() -> dict[str, str]:
-    """Columns of `results.parquet`: keys, how the run ended, scores, cost."""
-    ending = {"status": "string", "error": "string", "diverged": "bool", "n_samples": "int"}
+    """Columns of `results.parquet`: keys, how the run ended, whether its records were measured, scores, cost."""
+    ending = {"status": "string", "error": "string", "diverged": "bool", "measured": "bool", "n_samples": "int"}
     return {**KEYS, **ending, **score_columns(), **TIMES}

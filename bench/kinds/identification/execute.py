@@ -33,6 +33,7 @@ def fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, Any
     from ....estimation.prediction import prediction_scores
     from ....methods.registry import make
 
+    row["measured"] = spec.task.measured
     task = problem(spec.task)
     _warm_fit(spec, task)
     row["n_samples"] = task.n_samples

@@ -9,9 +9,10 @@ from scipy.stats import friedmanchisquare, wilcoxon
 
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
-from helmbench.reporting.leaderboard import contest, paired, profiles, standings
+from helmbench.reporting.leaderboard import contest, equivalence, paired, profiles, standings
 from helmbench.reporting.leaderboard.answer import answer
 from helmbench.reporting.leaderboard.estimates import summarised
+from helmbench.reporting.leaderboard.stability import stability
 
 
 def tables_of(runs):
@@ -38,7 +39,7 @@ def eight_problems(run_of, rng):
     return problems(run_of, rng, 1.01)
 
 
-def problems(run_of, rng, second):
+def problems(run_of, rng, second, ships=4):
     """Three methods on eight problems and two seeds: `a` is best and slow, `b` errs `second` times as much, `c` four
     times."""
     factors = {"a": (1.0, 3.0), "b": (second, 1.0), "c": (4.0, 0.5)}
@@ -46,7 +47,7 @@ def problems(run_of, rng, second):
     return [
         run_of(
             r2=1.0 - (0.01 * (p + 1) * factor * math.exp(spread[m, p, s])) ** 2,
-            method=m, vessel=f"v{p // 2}", noise=("low", "medium")[p % 2], seed=s, cpu_s=seconds,
+            method=m, vessel=f"v{p * ships // 8}", noise=("low", "medium")[p % 2], seed=s, cpu_s=seconds,
         )
         for m, (factor, seconds) in factors.items()
         for p, s in product(range(8), range(2))
@@ -56,14 +57,16 @@ def problems(run_of, rng, second):
 def test_signed_ranks_are_those_of_scipy(rng):
     for n in (6, 12, 40, 80):
         first, second = rng.lognormal(size=(2, n))
-        assert paired.signed_rank(first, second) == pytest.approx(wilcoxon(np.log(first / second)).pvalue, rel=1e-6)
+        d = np.log(first / second)
+        for way in ("two-sided", "less", "greater"):
+            assert paired.signed_rank(d, way) == pytest.approx(wilcoxon(d, alternative=way).pvalue, rel=1e-6)
 
 
 def test_infinite_errors_are_the_largest_and_equal_among_each_other():
     first = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, np.inf])
     second = np.array([2.0, 3.0, 4.0, 5.0, 6.0, np.inf, np.inf])
-    assert paired.signed_rank(first, second) == pytest.approx(2.0 / 2**6)
-    assert paired.signed_rank(first, first) == 1.0
+    assert paired.signed_rank(paired.log_ratios(first, second)) == pytest.approx(2.0 / 2**6)
+    assert paired.signed_rank(paired.log_ratios(first, first)) == 1.0
 
 
 def test_holm_steps_down():
@@ -120,22 +123,95 @@ def test_the_floor_is_the_median_error_at_the_bound(run_of, parameter_of):
     assert floor == pytest.approx({"low": 0.6745 * 0.05, "high": 0.6745 * 0.2})
 
 
-def test_the_answer_names_the_best_and_who_is_as_good(board_of, eight_problems):
-    board = board_of(eight_problems)
-    assert [place.method for place in board.order()][-1] == "c"
-    told = answer(board)
-    assert ("c" not in told.split("(")[0] and "is as good (p" in told) or "no other is as good" in told
-    assert "too few for a test" in answer(board.where({"vessel": "v0", "noise": "low"}))
+TRUTHS = [(1.0, equivalence.EQUAL), (1.1, equivalence.EQUAL), (2.0, equivalence.WORSE), (440.0, equivalence.WORSE)]
 
 
-def test_a_difference_that_no_test_shows_is_not_called_one(board_of, run_of):
-    ratios = (3.0, 0.5, 3.0, 0.4, 3.0, 3.0)
-    runs = [
-        run_of(r2=1.0 - (0.01 * factor) ** 2, method=m, vessel=f"v{p}")
+@pytest.mark.parametrize(("ratio", "verdict"), TRUTHS)
+@pytest.mark.parametrize("spread", [lambda p: f"v{p}", lambda p: f"v{p // 6}", lambda p: "mariner"])
+def test_verdicts_are_those_of_the_true_ratio(board_of, run_of, rng, ratio, verdict, spread):
+    """Twelve ships, two ships of six problems each, one ship: log errors have a standard deviation of .01."""
+    board = board_of(ratios_of(run_of, [ratio * math.exp(0.01 * rng.normal()) for _ in range(12)], spread))
+    best = board.methods.index("a")
+    found = equivalence.against(board, best, 1 - best)
+    assert found.verdict == verdict and found.error_ratio == pytest.approx(ratio, rel=0.1)
+    assert found.sample == ("12 ships" if len(set(board.problems["vessel"])) == 12 else "12 problems")
+
+
+def ratios_of(run_of, ratios, ship):
+    """A problem for every ratio of the errors b / a."""
+    return [
+        run_of(r2=1.0 - (0.001 * factor) ** 2, method=m, vessel=ship(p), train=f"zigzag:{p}/{p}")
         for p, ratio in enumerate(ratios)
         for m, factor in (("a", 1.0), ("b", ratio))
     ]
-    assert "b errs 3.0 times as much, but no test tells the two apart (p = " in answer(board_of(runs))
+
+
+def test_many_problems_of_few_ships_are_not_many_ships(board_of, run_of):
+    """As good on five ships of six in 20 problems each, three times worse on the sixth: its problems do not vanish."""
+    ratios = [1.0 + 0.001 * p for p in range(20)] + [3.0 + 0.001 * p for p in range(5)]
+    board = board_of(ratios_of(run_of, ratios, lambda p: f"v{p // 20}"))
+    assert equivalence.against(board, 0, 1).verdict == equivalence.OPEN
+    one = board.where({"vessel": "v0"})
+    assert equivalence.against(one, 0, 1).verdict == equivalence.EQUAL
+
+
+def test_nothing_is_called_equal_where_the_errors_shown_differ(board_of, run_of):
+    """As good in 11 of 20 problems with tiny errors, 400 times worse in those that make the median."""
+    errors = [(0.0011, 0.48 if p % 2 else 0.0011) for p in range(20)]
+    runs = [
+        run_of(r2=1.0 - e**2, method=m, vessel=f"v{p}")
+        for p, pair in enumerate(errors)
+        for m, e in zip("ab", pair, strict=True)
+    ]
+    told = answer(board_of(runs))
+    assert "as good (" not in told
+
+
+def test_a_small_board_says_that_it_has_too_few_problems(board_of, run_of):
+    told = answer(board_of(ratios_of(run_of, [1.01] * 4, lambda p: f"v{p}")))
+    assert (
+        told == "a (error 0.0010, 0.40 s); too few problems (4 problems) to say which are as good; the nearest, "
+        "b errs 1.0 times as much."
+    )
+
+
+def test_a_difference_that_is_not_shown_is_not_settled(board_of, run_of):
+    told = answer(board_of(ratios_of(run_of, [3.0, 0.5, 3.0, 0.4, 3.0, 3.0], lambda p: f"v{p}")))
+    assert "none is shown to be as good, and it is not settled: b errs 3.0 times as much (6 ships)" in told
+
+
+def test_the_answer_names_the_best_those_as_good_and_the_fast_choice(board_of, run_of, rng):
+    told = answer(board_of(problems(run_of, rng, 1.1, ships=8)))
+    assert told.startswith("a (error") and "as good (error below 1.25 times, 8 ships): b; fast choice: b, 3.0 " in told
+    assert "c" not in told.split("): ")[1].split(";")[0]
+
+
+def test_what_is_known_of_the_ship_is_never_put_together(board_of, run_of):
+    """Known equations: a is best; others: b. The answer has a line each, and the measured set's is its own."""
+    runs = [
+        run_of(error=0.1 if known else None, r2=1.0 - e**2, method=m, vessel=ship, train=f"zigzag:{p}/{p}", **model)
+        for ship, model, known, errors in (
+            ("mariner", {}, True, (0.001, 0.4)),
+            ("mariner", {"model": "nomoto-1"}, False, (0.4, 0.2)),
+            ("kvlcc2-hsva", {"model": "nomoto-1"}, False, (0.3, 0.5)),
+        )
+        for m, e in zip("ab", errors, strict=True)
+        for p in range(6)
+    ]
+    lines = answer(board_of(runs)).splitlines()
+    assert [line.split(" (")[0] for line in lines] == [
+        "Equations known: a",
+        "Equations unknown: b",
+        "Measured ships: a",
+    ]
+
+
+def test_stability_draws_ships(board_of, run_of, rng):
+    board = board_of(problems(run_of, rng, 1.5, ships=8))
+    found = stability(board)
+    assert found.firsts == {"a": 1.0} and found.ships == 8 and found.places == (1, 1)
+    split = board_of(ratios_of(run_of, [4.0, 4.0, 0.25, 0.25, 4.0], lambda p: f"v{p}"))
+    assert 0.5 < stability(split).firsts["a"] < 1.0 and stability(split.where({"vessel": "v0"})) is None
 
 
 def test_a_budget_ranks_slow_methods_last(board_of, eight_problems):

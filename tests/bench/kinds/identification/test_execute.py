@@ -11,9 +11,17 @@ from helmbench.bench import store
 from helmbench.bench.kinds.identification import execute as executing
 from helmbench.bench.kinds.identification.columns import PARAMETER_COLUMNS, result_columns
 from helmbench.bench.kinds.identification.execute import execute
+from helmbench.methods.registry import methods
 from helmbench.models.errors import CannotFit, FitFailed
 
 from ....made_up_suites import own_method_file, spec_of
+
+
+@pytest.fixture(autouse=True)
+def _every_method_is_loaded():
+    """A method that is first imported while `make` is replaced would keep the replacement."""
+    methods()
+
 
 
 @pytest.fixture
