@@ -23,7 +23,6 @@ def _every_method_is_loaded():
     methods()
 
 
-
 @pytest.fixture
 def own_method(tmp_path):
     return own_method_file(tmp_path)
