@@ -23,7 +23,8 @@ FOLDER = Path(__file__).parent / "suites"
 class Suite:
     """A named list of entries; `digest` changes with the file's content.
 
-    `head` holds the keys beside the entries; it and the entries are instances of the models of the suite's kind.
+    `folder` is that of the file; names of files in it may be relative to it.  `head` holds the keys beside the entries;
+    it and the entries are instances of the models of the suite's kind.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Suite:
     kind: str
     head: Any = field(repr=False)
     entries: tuple[Any, ...] = field(repr=False)
+    folder: Path = field(default=FOLDER, repr=False)
 
     @property
     def title(self) -> str:
@@ -70,7 +72,7 @@ def load_suite(name: str) -> Suite:
     rows = tuple(checked(models.Entry, entry, f"{path}: entry {i}") for i, entry in enumerate(entries, start=1))
     head = checked(models.Head, content, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-    return Suite(path.stem, digest, kind.name, head, rows)
+    return Suite(path.stem, digest, kind.name, head, rows, path.parent)
 
 
 def _texts_in(value: Any) -> Iterator[str]:

@@ -88,6 +88,8 @@ class Disturbance:
         if not model.is_3dof and (self.wind or self.current):
             hint = "wind and current need a 3-DOF vessel"
             raise BadInput(f"{model.id} is a response model: disturbance {self.text!r} does not apply", hint=hint)
+        if self.wind and model.windage is None:
+            raise BadInput(f"{model.id}: the vessel file has no windage data", hint="add a windage block to it")
         if self.waves is not None:
             length(model)
 

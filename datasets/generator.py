@@ -7,7 +7,10 @@ not know the noise: cases that differ in noise only are measurements of one and 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +29,9 @@ from .sensors import Sensors, apply, parse_noise
 DRIFT_PASSES = 60
 DRIFT_TOLERANCE_RAD = 1e-10
 LARGEST_STATE = 1e6
+STEPS_IN_A_LENGTH, LENGTHS = 20.0, 50.0
+"""Samples in the time L/U, and lengths that a run takes, where a vessel does not say."""
+SUGGESTED = {"train": ["zigzag:10/10", "zigzag:20/20", "turn:25"], "held_out": ["zigzag:30/30", "turn:35:port"]}
 
 
 @dataclass(frozen=True)
@@ -149,12 +155,28 @@ def check(model: Model, disturbance: Disturbance, seed: int) -> None:
 
 
 def sampling(model: Model, duration_s: float | None, dt_s: float | None) -> tuple[float, float]:
-    """Sampling step and duration in s: given, or the vessel suite's; BadInput if neither says."""
-    dt = model.suite.get("dt_s") if dt_s is None else dt_s
-    duration = model.suite.get("duration_s") if duration_s is None else duration_s
+    """Sampling step and duration in s: given, or those of `suggested`; BadInput if neither says."""
+    own = suggested(model)
+    dt = own.get("dt_s") if dt_s is None else dt_s
+    duration = own.get("duration_s") if duration_s is None else duration_s
     if dt is None or duration is None:
         raise BadInput(f"{model.id} has no suite values", hint="give both: --duration and --dt")
     return float(dt), float(duration)
+
+
+def suggested(model: Model) -> Mapping[str, Any]:
+    """What to sail with a vessel: its file's `suite`, else zigzags and turns by the time L/U; empty without both.
+
+    Keys dt_s, duration_s, train and held_out.
+    """
+    length, speed = model.particulars.get("L", math.nan), model.speed_m_s
+    if model.suite or not length > 0.0 or not speed > 0.0:
+        return model.suite
+    step = length / speed / STEPS_IN_A_LENGTH
+    power = 10.0 ** math.floor(math.log10(step))
+    dt = power * max(size for size in (1.0, 2.0, 5.0) if size * power <= step * (1.0 + 1e-9))
+    duration = math.ceil(LENGTHS * length / speed / dt / 10.0) * 10.0 * dt
+    return SUGGESTED | {"dt_s": float(f"{dt:.1g}"), "duration_s": duration}
 
 
 def sail(

@@ -39,7 +39,7 @@ from ..models.files import read_bytes, read_utf8, replace_together
 from ..models.memory import bounded_memory, require_memory
 from .columns import ACCEPTED, NUMBER, RUDDERS, SURROUNDINGS, TWIN, check_header, in_order, to_canonical
 from .record import Record, is_side
-from .sidecar import read_sidecar, sidecar_path, sidecar_text
+from .sidecar import read_sidecar, refuse_to_replace, sidecar_path, sidecar_text
 from .time_faults import time_fault
 
 if TYPE_CHECKING:
@@ -341,8 +341,8 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
 
     Raises
     ------
-    BadInput : the record could not be read back, the suffix is another, or the place cannot be written to. Nothing is
-        written then.
+    BadInput : the record could not be read back, the suffix is another, the place cannot be written to, or another
+        YAML file, such as a vessel's, lies where the sidecar goes. Nothing is written then.
     """
     replace_together(record_writers(record, Path(path)))
 
@@ -356,6 +356,7 @@ def record_writers(record: Record, path: Path) -> dict[Path, Callable[[Path], ob
     constant = [name for name in _constant_channels(record.channels) if name not in MAY_BE_CONSTANT]
     text = sidecar_text(record.meta, constant)
     sidecar = path.with_suffix(".yaml")
+    refuse_to_replace(sidecar)
     return {path: lambda place: write(columns, place), sidecar: lambda place: place.write_text(text, "utf-8")}
 
 

@@ -28,6 +28,19 @@ def sidecar_path(path: str | os.PathLike[str]) -> Path:
     return short if short.exists() and not path.with_suffix(".yaml").exists() else path.with_suffix(".yaml")
 
 
+def refuse_to_replace(path: Path) -> None:
+    """BadInput where a YAML file that is no sidecar, such as a vessel's, lies in a sidecar's place."""
+    if not path.is_file():
+        return
+    try:
+        content, _ = yaml_of(read_utf8(path, MOST_YAML_BYTES), path)
+    except BadInput:  # a damaged sidecar
+        return
+    if isinstance(content, dict) and {_key(key) for key in content} - {*META_KEYS, "constant", "extra"}:
+        hint = "give the record another name"
+        raise BadInput("is no sidecar of a record and would be replaced by one", file=path, hint=hint)
+
+
 def read_sidecar(path: Path) -> tuple[RecordMeta, frozenset[str]]:
     """(metadata, channels declared constant), both empty where there is no such file.
 

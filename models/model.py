@@ -242,7 +242,7 @@ def list_vessels() -> dict[str, str]:
 
 @typed
 def resolve(name: str | os.PathLike[str]) -> Model:
-    """The model that a vessel id, a family id, the path of a model.json or of a YAML file of particulars stands for.
+    """The model of a vessel id, a family id, or the path of a model.json, a vessel file or a YAML file of particulars.
 
     Raises
     ------
@@ -252,9 +252,7 @@ def resolve(name: str | os.PathLike[str]) -> Model:
     if text in vessel_files():
         return _from_vessel(text)
     if text.endswith((".yaml", ".yml")):
-        from .particulars import read_particulars
-
-        return read_particulars(Path(text))
+        return _from_yaml(Path(text))
     if text.endswith(".json") or os.sep in text:
         return model_from_json(text)
     if is_family_name(text) and kernel_store.is_family(text):
@@ -273,6 +271,21 @@ def _from_family(name: str) -> Model:
         )
     blank = np.full(len(kernels.COEFFICIENTS), np.nan)
     return Model(name, name, blank, np.zeros(0), title=kernels.TITLE, source=kernels.SOURCE)
+
+
+def _from_yaml(path: Path) -> Model:
+    """A vessel file, which names a family, or a file of particulars."""
+    from .data_file import load
+    from .particulars import read_particulars
+
+    content = load(path)
+    if not isinstance(content, dict) or "family" not in content:
+        return read_particulars(path)
+    facts = read_vessel(path)
+    check_family_name(facts["family"], path)
+    if not kernel_store.is_family(facts["family"]):
+        raise BadInput(f"unknown family {facts['family']!r}", file=path, hint="'helmbench list models' shows them")
+    return _from_facts(path.stem, facts, path)
 
 
 @lru_cache

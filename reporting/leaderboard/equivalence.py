@@ -24,6 +24,7 @@ NEAR = 1.25
 """Errors up to this multiple of the best are equal in practice."""
 LEAST = 5
 """Sample below which no one-sided signed-rank test can have p < 0.05."""
+SINGLE = {"ships": "ship", "problems": "problem", "seeds of one problem": "seed of one problem"}
 EQUAL, WORSE, OPEN, FEW = "as good", "worse", "not settled", "too few"
 
 
@@ -63,7 +64,7 @@ def against(board: Contest, best: int, other: int) -> Rival:
     verdict, p = (FEW, float("nan")) if min((g.size for g in groups), default=0) < LEAST else _verdict(groups)
     if verdict == EQUAL and not max(ratio, _shown(board, best, other)) <= NEAR:
         verdict = OPEN
-    told = f"{values.size} {unit if values.size != 1 else unit.removesuffix('s')}"
+    told = f"{values.size} {unit if values.size != 1 else SINGLE[unit]}"
     return Rival(board.methods[other], other, ratio, verdict, p, _speed(board, best, other), told)
 
 
@@ -80,7 +81,7 @@ def samples(board: Contest, best: int, other: int) -> tuple[list[np.ndarray], st
     if ratios.size == 1:
         one, two = board.runs[both][0, best], board.runs[both][0, other]
         known = ~np.isnan(one) & ~np.isnan(two)
-        return [log_ratios(two[known], one[known])], "seeds"
+        return [log_ratios(two[known], one[known])], "seeds of one problem"
     return [ratios[ships == name] for name in names], "problems"
 
 

@@ -14,6 +14,7 @@ from ..tables import Column, Table, field, make_table
 from . import profiles
 from .answer import begin
 from .contest import Contest
+from .equivalence import LEAST
 from .grey_black import GreyBlack, grey_against_black
 from .paired import LEVEL, Comparison, compare
 from .stability import stability
@@ -59,13 +60,13 @@ class Statistics:
     def statements(self) -> list[str]:
         """Sentences on the tests, the sensitivity and the number of seeds."""
         found, own = self._stability(), self.comparison
-        if np.isfinite(own.friedman_p):
+        if np.isfinite(own.friedman_p) and own.n >= LEAST:
             p = f"{'<' if own.friedman_p < 0.001 else '='} {p_value(max(own.friedman_p, 0.001))}"
             found.append(
                 f"Friedman's test over {own.n} problems and {len(own.methods)} methods, that all are equal: p {p}. "
                 f"Two mean ranks differ at {percent(LEVEL)} by more than {number(own.critical_difference)}."
             )
-        if self.sensitivity:
+        if self.sensitivity and own.n >= LEAST:
             least = min(self.sensitivity, key=lambda row: row.tau)
             firsts = sum(row.first == own.methods[0] for row in self.sensitivity) if own.methods else 0
             found.append(

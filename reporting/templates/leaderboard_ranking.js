@@ -3,6 +3,7 @@
 const Ranking = (function () {
   const COVERAGE = 0.9, LEVEL = 0.05, LEAST = 5, NEAR = 1.25, FASTER = 1.2, NAMED = 4, EXACT_PAIRS = 50;
   const EQUAL = "as good", WORSE = "worse", OPEN = "not settled", FEW = "too few";
+  const SINGLE = { ships: "ship", problems: "problem", "seeds of one problem": "seed of one problem" };
   const NOTHING = "No two methods were compared under these conditions.";
 
   function median(values) {
@@ -118,7 +119,7 @@ const Ranking = (function () {
       const own = b.runs[known[0]][other][s];
       if (e !== null && own !== null && own !== undefined) seeds.push(logRatio(own, e));
     });
-    return { unit: "seeds", groups: [seeds] };
+    return { unit: "seeds of one problem", groups: [seeds] };
   }
   function shownRatio(b, best, other) {
     const both = b.errors.filter(function (row) { return row[best] !== null && row[other] !== null; });
@@ -137,7 +138,7 @@ const Ranking = (function () {
     if (verdict === EQUAL && !(Math.max(ratio, shownRatio(b, best, other)) <= NEAR)) verdict = OPEN;
     const speeds = b.times.map(function (row) { return row[best] > 0 && row[other] > 0 ? row[best] / row[other] : null; });
     return { method: b.methods[other], index: other, errorRatio: ratio, verdict: verdict, p: p, speed: median(speeds),
-      size: values.length, sample: values.length + " " + (values.length === 1 ? found.unit.slice(0, -1) : found.unit) };
+      size: values.length, sample: values.length + " " + (values.length === 1 ? SINGLE[found.unit] : found.unit) };
   }
   function rivals(b, places) {
     const full = places.filter(function (place) { return !place.partial; });

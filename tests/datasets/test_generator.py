@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.datasets.generator import Case, generate, record_run
+from helmbench.datasets.generator import Case, generate, record_run, suggested
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import ChannelSensor, Sensors
 from helmbench.models.errors import BadInput
@@ -134,7 +134,15 @@ def test_refusals_are_one_clear_line(case, said):
 
 
 def test_a_model_without_a_suite_needs_duration_and_step():
-    bare = replace(resolve("mariner"), suite={})
+    bare = replace(resolve("mariner"), suite={}, particulars={})
     with pytest.raises(BadInput, match="no suite values"):
         record_run(bare, parse_manoeuvre("straight"), duration_s=100.0)
     assert record_run(bare, parse_manoeuvre("straight"), duration_s=10.0, dt_s=0.5).n == 21
+
+
+def test_a_ship_without_a_suite_is_sailed_by_the_time_that_its_length_takes():
+    """Mariner: L/U = 160.93 m / 7.7175 m/s = 20.85 s, of which a sample takes at most a twentieth."""
+    known = suggested(replace(resolve("mariner"), suite={}))
+    assert known["dt_s"] == 1.0 and known["duration_s"] == 1050.0
+    small = suggested(replace(resolve("kvlcc2-l7"), suite={}))
+    assert small["dt_s"] == 0.2 and small["train"] and suggested(resolve("mariner")) == resolve("mariner").suite

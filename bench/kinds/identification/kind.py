@@ -11,7 +11,7 @@ from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_column
 from .content import content
 from .execute import execute
 from .plan import RunSpec, plan
-from .problems import HELD_OUT_SEED
+from .problems import HELD_OUT_SEED, measured_records
 
 if TYPE_CHECKING:
     from ...suites import Suite
@@ -50,14 +50,10 @@ class IdentificationKind(Kind):
         return f"{row['method']}{variant} on {row['vessel']} as {row['model']}, noise {row['noise']}: {row['error']}"
 
     def check(self, specs: Iterable[RunSpec]) -> None:
-        """Raise `BadInput` where a measured record that the runs need is missing."""
-        from ....datasets.measured import load
-
-        tasks = [spec.task for spec in specs if spec.task.measured]
-        wanted = [(t.vessel, stem) for t in tasks for stem in t.train]
-        wanted += [(t.held_out_dataset or t.vessel, stem) for t in tasks for stem in t.held_out]
-        for name, stem in dict.fromkeys(wanted):
-            load(name, stem)
+        """Raise `BadInput` where a measured record that the runs need is missing or cannot be read."""
+        for task in dict.fromkeys(spec.task for spec in specs if spec.task.measured):
+            measured_records(task, task.train, task.vessel)
+            measured_records(task, task.held_out, task.held_out_dataset or task.vessel)
 
 
 KIND = IdentificationKind()

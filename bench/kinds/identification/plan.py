@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ....models.errors import BadInput
@@ -16,7 +17,8 @@ from ....models.memory import SIMULATED_SAMPLE, require_memory
 from ....models.model import list_vessels, resolve
 from ....models.suggestions import suggestion
 from ..base import Selection, limited
-from .problems import Task
+from .own import Ship, digest, is_file_name, located, ship_of
+from .problems import Task, check_task
 
 if TYPE_CHECKING:
     from ...suites import Suite
@@ -26,6 +28,7 @@ VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
 """Names of groups of vessels in a suite file -> whether they have three degrees of freedom."""
 
 ADDED = {"held_out_noise": "none", "held_out_disturbance": "none", "held_out_speed": 1.0, "held_out_dataset": None}
+ADDED |= {"vessel_file": None, "own_records": False, "positive_rudder": None, "digest": None}
 """Fields of a task that count in a run's key only where they are not these values: older runs keep their keys."""
 METHOD_GROUPS = {
     "all": ("grey box", "black box", "hybrid", "floor"),
@@ -72,8 +75,8 @@ class RunSpec:
             "method": self.method,
             "variant": self.variant,
             "vessel": task.vessel,
-            "model": task.model,
-            "train": "+".join(task.train),
+            "model": model_text(task),
+            "train": task.train_text,
             "held_out": task.held_out_text,
             "noise": task.noise,
             "disturbance": task.disturbance,
@@ -83,6 +86,13 @@ class RunSpec:
         }
 
 
+def model_text(task: Task) -> str:
+    """The fitted family, and the ship whose constants it has where that is another one."""
+    if task.source in (task.model, task.ship) or task.measured:
+        return task.model
+    return f"{task.model} of {Path(task.source).stem if is_file_name(task.source) else task.source}"
+
+
 def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
     """Every run of a suite, without repetitions, in the suite's order.
 
@@ -90,7 +100,7 @@ def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
     """
     selection = selection or Selection(suite.name)
     _check_vessels(suite, selection)
-    specs = limited((s for entry in suite.entries for s in _entry_specs(suite.name, entry, selection)), suite.name)
+    specs = limited((s for entry in suite.entries for s in _entry_specs(suite, entry, selection)), suite.name)
     if not specs:
         raise BadInput("nothing to run", file=f"suite {suite.name}", hint="the filters leave no row of it")
     specs = list(dict.fromkeys(specs))
@@ -101,11 +111,11 @@ def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
     return specs
 
 
-def _entry_specs(suite: str, entry: Entry, selection: Selection) -> Iterator[RunSpec]:
+def _entry_specs(suite: Suite, entry: Entry, selection: Selection) -> Iterator[RunSpec]:
     methods = _entry_methods(entry, selection)
-    for task in _tasks(entry, selection) if methods else ():
+    for task in _tasks(entry, selection, suite.folder) if methods else ():
         for maker in methods:
-            yield _spec(suite, maker, task)
+            yield _spec(suite.name, maker, task)
 
 
 def _spec(suite: str, maker: str, task: Task) -> RunSpec:
@@ -138,59 +148,99 @@ def _methods_of(group: str) -> list[str]:
     return [name for name, cls in methods().items() if cls.kind in METHOD_GROUPS[group]]
 
 
-def _tasks(entry: Entry, selection: Selection) -> Iterator[Task]:
-    sets = product(_entry_vessels(entry), entry.models, entry.train or ((),), entry.held_out or ((),))
-    for vessel, model, train, held_out in sets:
-        if selection.vessels and vessel not in selection.vessels:
-            continue
-        bare = _task(entry, vessel, model, train, held_out)
-        for conditions in product(entry.thinning, entry.length, entry.noise, entry.disturbance):
-            seeds = (selection.seeds or entry.seeds) if conditions[2:] != ("none", "none") else 1
-            settings = dict(zip(("thinning", "length", "noise", "disturbance"), conditions, strict=True))
-            for seed in range(seeds):
-                yield replace(bare, seed=seed, **settings)
+def _tasks(entry: Entry, selection: Selection, folder: Path) -> Iterator[Task]:
+    own = entry.records or entry
+    ships = [ship for ship in _entry_ships(entry, folder) if not selection.vessels or _selected(ship, selection)]
+    for ship in [*ships, *_joining(entry, selection)]:
+        for model, train, held_out in product(entry.models, own.train or ((),), own.held_out or ((),)):
+            bare = _task(entry, ship, model, train, held_out, folder)
+            for conditions in product(entry.thinning, entry.length, entry.noise, entry.disturbance):
+                seeds = (selection.seeds or entry.seeds) if conditions[2:] != ("none", "none") else 1
+                settings = dict(zip(("thinning", "length", "noise", "disturbance"), conditions, strict=True))
+                found = [replace(bare, seed=seed, **settings) for seed in range(seeds)]
+                if not bare.measured:
+                    check_task(found[0])
+                yield from found
 
 
-def _task(entry: Entry, vessel: str, model: str, train: tuple[str, ...], held_out: tuple[str, ...]) -> Task:
+def _task(
+    entry: Entry, ship: Ship, model: str, train: tuple[str, ...], held_out: tuple[str, ...], folder: Path
+) -> Task:
     """A task of an entry, in calm water, without noise and of the first seed."""
-    from ....datasets.generator import sampling
-    from ....datasets.manoeuvres import steps
+    from ....datasets.generator import suggested
 
-    source = vessel if model == "own" else model
-    suggested = {} if entry.dataset else resolve(vessel).suite
-    train = train or tuple(suggested.get("train", ()))
-    held_out = held_out or tuple(suggested.get("held_out", ()))
+    measured = entry.dataset is not None or entry.records is not None
+    source = ship.text if model == "own" else located(model, folder) if is_file_name(model) else model
+    sail = {} if measured else suggested(resolve(ship.text))
+    train, held_out = train or tuple(sail.get("train", ())), held_out or tuple(sail.get("held_out", ()))
     if not train or not held_out:
         hint = "add them to its suite block"
-        raise BadInput("the suite needs train and held_out", file=f"vessel {vessel}", hint=hint)
+        raise BadInput("the suite needs train and held_out", file=f"vessel {ship.text}", hint=hint)
+    if entry.records:
+        train, held_out = (tuple(located(text, folder) for text in texts) for texts in (train, held_out))
+        shared = set(train) & set(held_out)
+        if shared:
+            raise BadInput("is a training and a held-out record of one entry", file=min(shared))
     if entry.euler:
         from ....datasets.manoeuvres import EULER
 
         train = tuple(text if text.endswith(EULER) else text + EULER for text in train)
-    if not entry.dataset:
-        dt, duration = sampling(resolve(vessel), entry.duration_s, entry.dt_s)
-        require_memory(SIMULATED_SAMPLE * steps(dt, duration), f"{steps(dt, duration)} samples of {vessel}")
+    if not measured:
+        _require_memory(ship, entry)
+    named = [text for text in (ship.file, source) if text and is_file_name(text)]
     return Task(
-        vessel=vessel,
+        vessel=ship.id,
         source=source,
         model=resolve(source).family,
         train=train,
         held_out=held_out,
-        measured=entry.dataset is not None,
+        measured=measured,
         duration_s=entry.duration_s,
         dt_s=entry.dt_s,
         held_out_noise=entry.held_out_noise,
         held_out_disturbance=entry.held_out_disturbance,
         held_out_speed=entry.held_out_speed,
         held_out_dataset=entry.held_out_dataset,
+        vessel_file=ship.file,
+        own_records=entry.records is not None,
+        positive_rudder=entry.records.positive_rudder if entry.records else None,
+        digest=digest([*named, *(train + held_out if entry.records else ())]),
     )
 
 
-def _entry_vessels(entry: Entry) -> list[str]:
-    if entry.dataset:
-        return [entry.dataset]
-    found = [vessel for name in entry.vessels for vessel in (_group(name) if name in VESSEL_GROUPS else [name])]
-    return list(dict.fromkeys(found))
+def _require_memory(ship: Ship, entry: Entry) -> None:
+    from ....datasets.generator import sampling
+    from ....datasets.manoeuvres import steps
+
+    dt, duration = sampling(resolve(ship.text), entry.duration_s, entry.dt_s)
+    require_memory(SIMULATED_SAMPLE * steps(dt, duration), f"{steps(dt, duration)} samples of {ship.id}")
+
+
+def _entry_ships(entry: Entry, folder: Path) -> list[Ship]:
+    if entry.dataset or entry.records:
+        return [Ship(entry.dataset or (entry.records.ship if entry.records else ""))]
+    texts = [vessel for name in entry.vessels for vessel in (_group(name) if name in VESSEL_GROUPS else [name])]
+    return [ship_of(text, folder) for text in dict.fromkeys(texts)]
+
+
+def _selected(ship: Ship, selection: Selection) -> bool:
+    return ship.id in selection.vessels or ship.file in selection.vessels
+
+
+def _joining(entry: Entry, selection: Selection) -> list[Ship]:
+    """Ships of the user's own that an entry takes beside those that it names: simulated ones like any of these.
+
+    A ship without windage stays out of the wind.
+    """
+    if entry.dataset or entry.records:
+        return []
+    asked = [ship_of(name, Path()) for name in selection.vessels if is_file_name(name)]
+    texts = [name for name in entry.vessels if name not in VESSEL_GROUPS and not is_file_name(name)]
+    kinds = {is_3dof for name in entry.vessels for is_3dof in VESSEL_GROUPS.get(name, ())}
+    kinds |= {resolve(name).is_3dof for name in texts}
+    windy = any("wind" in text for text in (*entry.disturbance, entry.held_out_disturbance))
+    models = [(ship, resolve(ship.text)) for ship in asked if ship.file not in entry.vessels]
+    return [ship for ship, model in models if model.is_3dof in kinds and (model.windage or not windy)]
 
 
 @lru_cache(maxsize=8)
@@ -199,8 +249,8 @@ def _group(name: str) -> tuple[str, ...]:
 
 
 def _check_vessels(suite: Suite, selection: Selection) -> None:
-    known = {vessel for entry in suite.entries for vessel in _entry_vessels(entry)}
+    known = {ship.id for entry in suite.entries for ship in _entry_ships(entry, suite.folder)}
     for vessel in selection.vessels:
-        if vessel not in known:
-            hint = suggestion(vessel, known, f"it has {', '.join(sorted(known))}")
+        if vessel not in known and not is_file_name(vessel):
+            hint = suggestion(vessel, known, f"it has {', '.join(sorted(known))}, or the path of a file of your own")
             raise BadInput(f"suite {suite.name} has no vessel {vessel!r}", hint=hint)

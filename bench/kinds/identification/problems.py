@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import ceil
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,6 +38,9 @@ class Task:
     resolved from and `model` its family.  `duration_s` and `dt_s` override the vessel file's for training records,
     of which the first `length` (a share) is kept, and of that every `thinning`-th sample.  Held-out records may have a
     noise, a disturbance and a start speed (share of the vessel's) of their own, or come from another measured set.
+
+    Of the user's own are a ship whose file is `vessel_file`, and records that are paths where `own_records` is true, in
+    the rudder sign `positive_rudder` unless that is None; `digest` is of the content of all such files.
     """
 
     vessel: str
@@ -56,6 +60,23 @@ class Task:
     held_out_disturbance: str = "none"
     held_out_speed: float = 1.0
     held_out_dataset: str | None = None
+    vessel_file: str | None = None
+    own_records: bool = False
+    positive_rudder: str | None = None
+    digest: str | None = None
+
+    @property
+    def ship(self) -> str:
+        """What the vessel is resolved from."""
+        return self.vessel_file or self.vessel
+
+    @property
+    def train_text(self) -> str:
+        """The training records as the tables name them."""
+        return "+".join(self._names(self.train))
+
+    def _names(self, records: Sequence[str]) -> list[str]:
+        return [Path(text).stem for text in records] if self.own_records else list(records)
 
     @property
     def held_out_text(self) -> str:
@@ -67,7 +88,7 @@ class Task:
             "start speed": "" if self.held_out_speed == 1.0 else f"{self.held_out_speed:g}",
         }
         told = [f"{name} {value}" for name, value in conditions.items() if value]
-        return "+".join(self.held_out) + (f" ({', '.join(told)})" if told else "")
+        return "+".join(self._names(self.held_out)) + (f" ({', '.join(told)})" if told else "")
 
 
 @dataclass(frozen=True)
@@ -108,8 +129,9 @@ def problem(task: Task) -> Problem:
     """
     model = resolve(task.source).blanked()
     if task.measured:
-        train = tuple(_kept(record, task) for record in _measured(task.vessel, task.train))
-        held_out, known = _measured(task.held_out_dataset or task.vessel, task.held_out), Truth()
+        train = tuple(_kept(record, task) for record in measured_records(task, task.train, task.vessel))
+        held_out = measured_records(task, task.held_out, task.held_out_dataset or task.vessel)
+        known = Truth()
     else:
         train = _records(task, task.train, task.noise, task.disturbance)
         held_out, known = tuple(_held_out(task, manoeuvre) for manoeuvre in task.held_out), truth(task, model)
@@ -127,9 +149,10 @@ def _corrected(records: tuple[Record, ...], model: Model) -> tuple[Record, ...]:
 
 def truth(task: Task, model: Model) -> Truth:
     """True parameters of `model` on the task's vessel, with their bounds at the task's noise."""
-    vessel = resolve(task.vessel)
+    vessel = resolve(task.ship)
     if model.family == vessel.family:
-        return _bounded(task, vessel, vessel.parameters, GIVEN)
+        same = np.array_equal(model.constants, vessel.constants)
+        return _bounded(task, vessel, vessel.parameters, GIVEN) if same else Truth()
     values = derived_parameters(vessel, model)
     if not values:
         return Truth()
@@ -189,7 +212,8 @@ def _calm(task: Task) -> Task:
     """The training records without noise and disturbance: the same for all seeds unless a manoeuvre is random."""
     seed = task.seed if any(_parsed(text)[0].random for text in task.train) else 0
     kept = {"thinning": task.thinning, "length": task.length, "duration_s": task.duration_s, "dt_s": task.dt_s}
-    return Task(task.vessel, task.source, task.model, task.train, (), seed=seed, **kept)
+    own = {"vessel_file": task.vessel_file, "digest": task.digest}
+    return Task(task.vessel, task.source, task.model, task.train, (), seed=seed, **own, **kept)
 
 
 @lru_cache(maxsize=64)
@@ -218,7 +242,7 @@ def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[s
 
 def _records(task: Task, manoeuvres: Sequence[str], noise: str, disturbance: str) -> tuple[Record, ...]:
     return tuple(
-        _kept(_record(task.vessel, manoeuvre, noise, disturbance, task.seed, task.duration_s, task.dt_s), task)
+        _kept(_record(task.ship, manoeuvre, noise, disturbance, task.seed, task.duration_s, task.dt_s), task)
         for manoeuvre in manoeuvres
     )
 
@@ -230,7 +254,7 @@ def _kept(record: Record, task: Task) -> Record:
 
 def _held_out(task: Task, manoeuvre: str) -> Record:
     weather = (task.held_out_noise, task.held_out_disturbance)
-    return _record(task.vessel, manoeuvre, *weather, HELD_OUT_SEED, None, None, task.held_out_speed)
+    return _record(task.ship, manoeuvre, *weather, HELD_OUT_SEED, task.duration_s, task.dt_s, task.held_out_speed)
 
 
 @lru_cache(maxsize=64)
@@ -264,8 +288,32 @@ def _parsed(manoeuvre: str, noise: str = "none", disturbance: str = "none") -> t
     return parse_manoeuvre(manoeuvre), parse_noise(noise), parse_disturbance(disturbance)
 
 
-def _measured(dataset: str, stems: Sequence[str]) -> tuple[Record, ...]:
-    return tuple(_load(dataset, stem) for stem in stems)
+def measured_records(task: Task, records: Sequence[str], dataset: str) -> tuple[Record, ...]:
+    """Records of a measured set, or the user's own; BadInput where one is missing or cannot be used."""
+    if task.own_records:
+        return tuple(_own_record(path, task.positive_rudder) for path in records)
+    return tuple(_load(dataset, stem) for stem in records)
+
+
+@lru_cache(maxsize=32)
+def _own_record(path: str, positive_rudder: str | None) -> Record:
+    from ....datasets.io import read_record
+
+    return read_record(path, positive_rudder)
+
+
+def check_task(task: Task) -> None:
+    """BadInput where a text of a simulated task is not understood, or its vessel cannot do what it says."""
+    from ....datasets.generator import check
+
+    ship = resolve(task.ship)
+    for manoeuvres, noise, disturbance in (
+        (task.train, task.noise, task.disturbance),
+        (task.held_out, task.held_out_noise, task.held_out_disturbance),
+    ):
+        for manoeuvre in manoeuvres:
+            _, _, weather = _parsed(manoeuvre, noise, disturbance)
+            check(ship, weather, task.seed)
 
 
 @lru_cache(maxsize=32)

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from ....models.yaml_file import Count, Counts, FileContent, Flag, Positive, Shares, Text, TextGroups, Texts
+from ....models.yaml_file import Count, Counts, FileContent, Flag, Positive, Shares, Side, Text, TextGroups, Texts
 
 
 class Head(FileContent):
@@ -16,12 +16,27 @@ class Head(FileContent):
     kind: Literal["identification"] = "identification"
 
 
+class Records(FileContent):
+    """Records of the user's own: paths, beside the suite file or from the working directory.
+
+    train, held_out : a list of lists makes one row of each.
+    ship : what the tables call the ship.
+    positive_rudder : side of a positive rudder in the files; default: their sidecars'.
+    """
+
+    train: TextGroups
+    held_out: TextGroups
+    ship: Text = "own ship"
+    positive_rudder: Side | None = None
+
+
 class Entry(FileContent):
     """One product of lists.
 
-    vessels : ids, or one of `all`, `3dof`, `response` (every vessel of that kind).
+    vessels : ids, files of vessels or particulars, or one of `all`, `3dof`, `response` (every vessel of that kind).
+    records : instead of vessels, records of the user's own.
     dataset : instead of vessels, a measured set; `train` and `held_out` then hold the names of its records.
-    models : families to fit; `own` is the vessel's own.
+    models : families, vessels or files of models to fit; `own` is the vessel's own.
     methods : method texts (`ls`, `ls,scheme=midpoint`, `rls,variant=as_printed`, `path.py:Class`), or groups of
         the registry's: `all`, `identification` (those that estimate a model's coefficients), `learners` (black boxes,
         hybrids and floors).
@@ -34,11 +49,12 @@ class Entry(FileContent):
     held_out_noise, held_out_disturbance : of the held-out records, which have neither without them.
     held_out_speed : of a held-out record's first sample, as a share of the vessel's; the propeller stays as it is set.
     held_out_dataset : the measured set that the held-out records come from; default: `dataset`.
-    seeds : number of seeds; duration_s, dt_s : of the training records.
+    seeds : number of seeds; duration_s, dt_s : of the training and held-out records.
     """
 
     vessels: Texts = ("all",)
     dataset: Text | None = None
+    records: Records | None = None
     models: Texts = ("own",)
     methods: Texts = ("all",)
     open: Flag = True
@@ -59,11 +75,18 @@ class Entry(FileContent):
 
     @model_validator(mode="after")
     def _records_are_named(self) -> Entry:
+        if self.records and (self.dataset or self.train or self.held_out):
+            raise ValueError("records have their own train and held_out, and no dataset")
+        if self.records and "own" in self.models:
+            raise ValueError("records need models: families such as nomoto-1-cubic, vessels, or files of models")
         if self.dataset and not (self.train and self.held_out):
             raise ValueError("a dataset entry needs train and held_out")
         if self.held_out_dataset and not self.dataset:
             raise ValueError("held_out_dataset needs a dataset")
         conditions = (self.held_out_noise, self.held_out_disturbance, self.held_out_speed)
-        if self.dataset and conditions != ("none", "none", 1.0):
+        measured = self.dataset or self.records
+        if measured and conditions != ("none", "none", 1.0):
             raise ValueError("held-out records of a dataset are as they were measured")
+        if measured and (self.duration_s or self.dt_s):
+            raise ValueError("duration_s and dt_s are for simulated records; thinning and length for measured ones")
         return self

@@ -34,9 +34,9 @@ def test_seeds_change_training_records_and_leave_held_out_ones():
     assert np.array_equal(one.held_out[0].column("rudder_rad"), other.held_out[0].column("rudder_rad"))
 
 
-def test_duration_and_step_are_those_of_training_records_only():
+def test_duration_and_step_are_those_of_training_and_held_out_records():
     made = problem(dataclasses.replace(TASK, duration_s=5.0, dt_s=0.05))
-    assert (made.train[0].n, made.held_out[0].n) == (101, 201)
+    assert (made.train[0].n, made.held_out[0].n) == (101, 101)
 
 
 def test_the_bound_grows_with_the_noise_and_is_absent_without():

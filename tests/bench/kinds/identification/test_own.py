@@ -1,0 +1,157 @@
+"""Ships and records of the user's own in suites, from outside the checkout."""
+
+import numpy as np
+import pytest
+import yaml
+
+from helmbench import run_suite, simulate, write_record
+from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.identification.plan import plan
+from helmbench.bench.kinds.identification.problems import problem
+from helmbench.bench.suites import load_suite
+from helmbench.models.errors import BadInput
+from helmbench.models.model import resolve
+from helmbench.models.vessel import vessel_files
+
+from ....made_up_suites import suite_file
+
+PARTICULARS = """
+title: small ferry
+L: 60.0
+B: 12.0
+d: 3.0
+nabla: 1300.0
+speed_m_s: 7.0
+n0_rps: 5.0
+A_R: 5.0
+H_R: 2.5
+D_P: 2.0
+"""
+
+
+@pytest.fixture
+def ferry(tmp_path):
+    """A vessel file outside the checkout: the cargo ship's with another id and gain."""
+    facts = yaml.safe_load(vessel_files()["cargo"].read_text()) | {"id": "ferry"}
+    facts["parameters"]["K"]["value"] *= 2.0
+    path = tmp_path / "ferry.yaml"
+    path.write_text(yaml.safe_dump(facts))
+    return path
+
+
+def test_a_vessel_file_is_a_vessel(ferry):
+    own, cargo = resolve(ferry), resolve("cargo")
+    assert own.id == "ferry" and own.family == cargo.family
+    assert own.parameters["K"] == pytest.approx(2.0 * cargo.parameters["K"])
+
+
+def test_an_own_vessel_joins_the_entries_of_its_kind(ferry):
+    suite = load_suite("default")
+    specs = plan(suite, Selection("default", ("ls", "pem"), (str(ferry),)))
+    rows = [spec.row_key() for spec in specs]
+    assert {row["vessel"] for row in rows} == {"ferry"} and {row["noise"] for row in rows} == {
+        "none", "low", "medium", "high"
+    }  # fmt: skip
+    assert {row["model"] for row in rows} == {resolve("cargo").family}
+
+
+def test_particulars_join_the_3dof_entries_but_for_the_wind(tmp_path):
+    path = tmp_path / "ship.yaml"
+    path.write_text(PARTICULARS)
+    specs = plan(load_suite("default"), Selection("default", ("pem",), (str(path),)))
+    rows = [spec.row_key() for spec in specs]
+    assert {"mmg", "nomoto-1"} <= {row["model"] for row in rows}
+    assert not any("wind" in row["disturbance"] for row in rows) and {row["vessel"] for row in rows} == {"ship"}
+
+
+def test_an_own_file_is_part_of_what_a_run_depends_on(ferry):
+    selection = Selection("quick", ("ls",), (str(ferry),))
+    before = [spec.key for spec in plan(load_suite("quick"), selection)]
+    from helmbench.bench.kinds.identification import own
+
+    ferry.write_text(ferry.read_text().replace("Cargo", "cargo") + "\n# another\n")
+    own._digest.cache_clear()
+    after = [spec.key for spec in plan(load_suite("quick"), selection)]
+    assert len(before) == len(after) > 1 and not set(before) & set(after)
+
+
+def test_a_shipped_id_is_refused(tmp_path):
+    path = tmp_path / "cargo.yaml"
+    path.write_text(vessel_files()["cargo"].read_text())
+    with pytest.raises(BadInput, match="ships with helmbench"):
+        plan(load_suite("quick"), Selection("quick", (), (str(path),)))
+
+
+@pytest.fixture
+def records(tmp_path):
+    """Two measured records of the patrol boat, as CSV files."""
+    for name in ("zigzag:20/20", "zigzag:10/10:port"):
+        record = simulate("patrol", name, noise="low", duration_s=200.0)
+        write_record(record, tmp_path / f"{name[7:9]}.csv")
+    return tmp_path
+
+
+ENTRY = "  - {records: {train: [20.csv], held_out: [10.csv], ship: boat}, models: nomoto-2, methods: [ls, pem]}\n"
+
+
+def test_records_of_the_users_own_are_a_suite(records, tmp_path, monkeypatch):
+    suite_file(records, ENTRY)
+    monkeypatch.chdir("/")
+    found = run_suite(str(records / "mine.yaml"), directory=tmp_path / "out", jobs=1)
+    rows = {row["method"]: row for row in found.rows}
+    assert {(row["status"], row["vessel"], row["train"], row["held_out"], row["measured"]) for row in found.rows} == {
+        ("ok", "boat", "20", "10", True)
+    }
+    assert rows["pem"]["r2_free_heading_rad"] > 0.99
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("20.csv", "none.csv"), "none.csv: no such file"),
+        (("held_out: [10.csv]", "held_out: [20.csv]"), "a training and a held-out record"),
+        (("models: nomoto-2, ", ""), "records need models"),
+        (("models: nomoto-2", "dt_s: 1.0, models: nomoto-2"), "duration_s and dt_s are for simulated records"),
+    ],
+)
+def test_errors_are_told_before_the_first_fit(records, tmp_path, change, told):
+    path = records / "mine.yaml"
+    path.write_text("entries:\n" + ENTRY.replace(*change))
+    with pytest.raises(BadInput, match=told):
+        run_suite(str(path), directory=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("vessels: response-1, train: ['zigzag:20']", "zigzag:20"),
+        ("vessels: response-1, noise: louder", "louder"),
+        ("vessels: kvlcc2-l7, disturbance: 'wind:8@40deg'", "no windage"),
+        ("vessels: response-1, held_out: ['turn:x']", "turn:x"),
+    ],
+)
+def test_texts_that_cannot_be_sailed_are_told_before_the_first_fit(tmp_path, text, told):
+    with pytest.raises(BadInput, match=told):
+        plan(suite_file(tmp_path, "  - {methods: ls, " + text + "}\n"), Selection("mine"))
+
+
+def test_the_timing_of_an_entry_reaches_held_out_records(tmp_path):
+    suite = suite_file(tmp_path, "  - {vessels: response-1, methods: ls, duration_s: 60, dt_s: 0.5}\n")
+    found = problem(plan(suite, Selection("mine"))[0].task)
+    assert {record.n for record in (*found.train, *found.held_out)} == {121}
+    assert all(np.isclose(record.dt, 0.5) for record in found.held_out)
+
+
+def test_a_family_with_the_constants_of_another_ship_has_no_known_truth(tmp_path):
+    suite = suite_file(tmp_path, "  - {vessels: mariner, models: [own, mariner-model], methods: ls, noise: low}\n")
+    own, other = plan(suite, Selection("mine"))
+    assert [spec.row_key()["model"] for spec in (own, other)] == ["abkowitz", "abkowitz of mariner-model"]
+    assert problem(own.task).truth.kind == "given" and not problem(other.task).truth.values
+
+
+def test_a_record_does_not_replace_a_vessel_file(ferry):
+    record = simulate(str(ferry), "zigzag:20/20", duration_s=60.0)
+    with pytest.raises(BadInput, match="no sidecar of a record"):
+        write_record(record, ferry.with_suffix(".csv"))
+    assert "ferry" in ferry.read_text() and not ferry.with_suffix(".csv").exists()
