@@ -150,7 +150,8 @@ def test_keys_tell_every_difference_and_stay():
         "vessel": "response-2", "source": "nomoto-1", "model": "nomoto-1", "train": ("turn:20",), "held_out": ("x",),
         "noise": "high", "disturbance": "waves:1/5@0", "seed": 1, "measured": True, "duration_s": 5.0, "dt_s": 0.2,
         "thinning": 4, "length": 0.5, "held_out_noise": "high", "held_out_disturbance": "wind:5@0",
-        "held_out_speed": 0.7, "held_out_dataset": "kvlcc2-marin", "vessel_file": "ferry.yaml", "own_records": True, "positive_rudder": "port",
+        "held_out_speed": 0.7, "held_out_dataset": "kvlcc2-marin",
+            "vessel_file": "ferry.yaml", "own_records": True, "positive_rudder": "port",
             "digest": "a1",
     }  # fmt: skip
     assert set(changes) == {field.name for field in dataclasses.fields(Task)}
