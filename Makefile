@@ -28,7 +28,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 endif
 
 .PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
-	browser reports board-pages
+	browser reports board-pages dist packages sizes image
 .DELETE_ON_ERROR:
 
 help:
@@ -48,18 +48,21 @@ help:
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make reports  run the suites of the published leaderboard into out/, write reports/leaderboard"
 	@echo "make board-pages  write README and page of reports/leaderboard anew from its tables"
-	@echo "make hashes   write hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
+	@echo "make hashes   write requirements/hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
+	@echo "make packages  build wheel and sdist into dist/, install and use them with every Python of 3.11 to 3.14 found here"
+	@echo "make sizes    MB and seconds of the base and of each extra in a clean environment, for the installation page"
+	@echo "make image    build the container of the Dockerfile and run the README's two commands in it"
 	@echo "make format   format the code; make lint | types: one check alone; make clean: remove what was built"
 
 env: $(STAMP)
 
 # uv installs in a quarter of pip's time, but does not read pip's settings (a mirror, say): then pip does it.
-PACKAGES := --quiet --constraint constraints.txt
+PACKAGES := --quiet --constraint requirements/constraints.txt
 INSTALL = install() { $(BIN)/uv pip install --python $(BIN)/python --no-cache $(PACKAGES) "$$@" 2>/dev/null \
 	|| $(BIN)/python -m pip install $(PACKAGES) "$$@"; }; install
 
 # shipmmg, which the tests compare with, wants a Pillow of 2024: it is installed without what it wants.
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml requirements/constraints.txt
 	@test -n "$(PYTHON)" || { echo "helmbench needs Python 3.11 or newer with venv (Debian: apt-get install python3-venv)" >&2; exit 1; }
 	@test ! -e $(STAMP) || test "$$(cat $(STAMP))" = "$$(pwd -P)" || rm -rf .venv
 	@rm -f $(STAMP)
@@ -158,16 +161,33 @@ fit-times: env
 	$(BIN)/pytest tests/timing/test_timing.py --benchmark-json=$(TIMES)
 
 hashes: $(TOOLS)/installed
-	$(TOOLS)/bin/uv pip compile constraints.txt --quiet --generate-hashes --no-deps --no-annotate --no-header \
-		--python-version 3.11.7 --output-file hashes.txt
+	$(TOOLS)/bin/uv pip compile requirements/constraints.txt --quiet --generate-hashes --no-deps --no-annotate --no-header \
+		--python-version 3.11.7 --output-file requirements/hashes.txt
 
 audit: $(TOOLS)/installed
-	@$(TOOLS)/bin/python .ci/audit.py $(TOOLS)/bin/pip-audit hashes.txt
+	@$(TOOLS)/bin/python .ci/audit.py $(TOOLS)/bin/pip-audit requirements/hashes.txt
 
 $(TOOLS)/installed:
 	$(PYTHON) -m venv $(TOOLS)
-	$(TOOLS)/bin/python -m pip install --quiet --constraint constraints.txt uv pip-audit==2.10.1
+	$(TOOLS)/bin/python -m pip install --quiet --constraint requirements/constraints.txt uv pip-audit==2.10.1
 	@touch $@
+
+# From what git tracks: what lies about in the checkout goes into no package.
+dist: env
+	rm -rf dist build/source
+	mkdir -p build/source
+	git archive HEAD | tar -x -C build/source
+	$(BIN)/python -m build --no-isolation --outdir dist build/source > build/packages.log
+
+packages: dist
+	$(BIN)/python .ci/packages.py try dist
+
+sizes: dist
+	$(BIN)/python .ci/packages.py sizes dist docs/how-to/install-sizes.txt
+
+image:
+	docker build --tag helmbench .
+	docker run --rm helmbench
 
 diagnosis-reports: env
 	$(BIN)/python -m helmbench.reporting.diagnosis.measured reports/diagnosis

@@ -25,11 +25,12 @@ import io
 import math
 import os
 import re
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -42,9 +43,6 @@ from .record import Record, is_side
 from .sidecar import read_sidecar, refuse_to_replace, sidecar_path, sidecar_text
 from .time_faults import time_fault
 
-if TYPE_CHECKING:
-    import pyarrow
-
 MIN_SAMPLES = 10
 SWING_RAD = math.radians(5.0)
 PARQUET = (".parquet", ".pq")
@@ -54,6 +52,7 @@ CELL_BYTES, LEAST_PARQUET_BYTES = 32, 2**28
 MOST_PACKED = 2**22
 """Cells of a Parquet file that may take less than a byte each."""
 MAY_BE_CONSTANT = ("propeller_rps", *TWIN, *SURROUNDINGS)
+EMPTY_CELL = {mark: re.compile(rf"(?:(?<=[{mark}\n\r])(?=[{mark}])|(?<={mark})(?=[\n\r]|\Z))") for mark in DELIMITERS}
 GAP = re.compile(r"[+-]?nan", re.IGNORECASE)
 
 
@@ -125,37 +124,22 @@ def _read_csv(path: Path) -> _Table:
     delimiter = max(DELIMITERS, key=header.decode().count)
     names = [name.strip().strip('"') for name in header.decode().split(delimiter)]
     check_header(names, path, row=1)
-    columns = _parse_fast(data[len(header) :], names, delimiter)
+    columns = _parse_fast(data[len(header) :].decode(), names, delimiter)
     if columns is None:
         columns = _parse_slowly(data, names, delimiter, path)
     return _Table(columns, lambda i: next(islice(_rows(data, delimiter), i + 1, None))[0])
 
 
-def _parse_fast(body: bytes, names: list[str], delimiter: str) -> dict[str, np.ndarray] | None:
-    """All columns (N,) by Arrow's strict parser, or None where it meets anything that needs a closer look."""
-    import pyarrow
-    from pyarrow import csv as arrow_csv
-
-    try:
-        table = arrow_csv.read_csv(
-            pyarrow.BufferReader(body),
-            read_options=arrow_csv.ReadOptions(column_names=names),
-            parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
-            convert_options=arrow_csv.ConvertOptions(
-                column_types=dict.fromkeys(names, pyarrow.float64()),
-                null_values=["", "nan", "NaN", "NAN"],
-                quoted_strings_can_be_null=True,
-            ),
-        )
-    except pyarrow.ArrowException:
-        return None
-    return {name: _values(table.column(name).combine_chunks()) for name in names}
-
-
-def _values(column: pyarrow.Array) -> np.ndarray:
-    """The numbers (N,) of a column, nan at gaps; its own `to_numpy` would import pandas, which takes longer than a
-    record to read."""
-    return np.from_dlpack(column.fill_null(math.nan) if column.null_count else column)
+def _parse_fast(body: str, names: list[str], delimiter: str) -> dict[str, np.ndarray] | None:
+    """All columns (N,) by numpy's strict parser, or None where it meets anything that needs a closer look."""
+    lines = EMPTY_CELL[delimiter].sub("nan", body).split("\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # no data
+        try:
+            table = np.loadtxt(lines, delimiter=delimiter, comments=None, quotechar='"', ndmin=2)
+        except (ValueError, UserWarning):
+            return None
+    return dict(zip(names, np.ascontiguousarray(table.T), strict=True)) if table.shape[1] == len(names) else None
 
 
 def _rows(data: bytes, delimiter: str) -> Iterator[tuple[int, list[str]]]:
@@ -225,6 +209,12 @@ def _read_parquet(path: Path) -> _Table:
         raise BadInput("not a Parquet file", file=path, hint="it may be damaged, or CSV under a wrong suffix") from None
     check_header(names, path)
     return _Table({name: _parquet_column(table, name, path) for name in names}, lambda i: i + 1)
+
+
+def _values(column: Any) -> np.ndarray:
+    """The numbers (N,) of an Arrow column, nan at gaps; its own `to_numpy` would import pandas, which takes longer
+    than a record to read."""
+    return np.from_dlpack(column.fill_null(math.nan) if column.null_count else column)
 
 
 def _parquet_column(table: Any, name: str, path: Path) -> np.ndarray:
@@ -367,22 +357,19 @@ def _writer(path: Path) -> Callable[[dict[str, np.ndarray], Path], None]:
     return _write_csv if suffix == ".csv" else _write_parquet
 
 
-def _arrow_table(columns: dict[str, np.ndarray]) -> Any:
-    import pyarrow
-
-    return pyarrow.table({name: pyarrow.array(values, from_pandas=True) for name, values in columns.items()})
-
-
 def _write_csv(columns: dict[str, np.ndarray], path: Path) -> None:
     """Shortest decimals that read back as the same float64."""
-    from pyarrow import csv as arrow_csv
-
-    with path.open("wb") as file:
-        file.write((",".join(columns) + "\n").encode())
-        arrow_csv.write_csv(_arrow_table(columns), file, arrow_csv.WriteOptions(include_header=False))
+    cells = [
+        ["" if value != value else repr(value).removesuffix(".0") for value in column.tolist()]
+        for column in columns.values()
+    ]
+    rows = map(",".join, zip(*cells, strict=True))
+    path.write_text("\n".join([",".join(columns), *rows, ""]), "utf-8", newline="\n")
 
 
 def _write_parquet(columns: dict[str, np.ndarray], path: Path) -> None:
+    import pyarrow
     from pyarrow import parquet
 
-    parquet.write_table(_arrow_table(columns), path)
+    table = pyarrow.table({name: pyarrow.array(values, from_pandas=True) for name, values in columns.items()})
+    parquet.write_table(table, path)

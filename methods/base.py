@@ -16,6 +16,7 @@ from ..estimation.recursive.recursion import PRIORS, prior_of, recursion
 from ..estimation.recursive.stream import Stream
 from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.extras import extras_told
 from ..models.suggestions import suggestion
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ class Method:
 
         Raises
         ------
-        CannotFit : a channel is missing, or the records are too short.
+        CannotFit : a channel is missing, the records are too short, or a package of an extra is not installed.
         FitFailed : no finite estimate was found.
         BadInput : an option of the method is impossible.
         """
@@ -166,7 +167,7 @@ class Method:
 
     def _guarded(self, records: Sequence[Record], model: Model) -> Fit:
         """`estimate` with numerical errors as FitFailed, and its coefficients checked."""
-        with numerical_guard():
+        with numerical_guard(), extras_told(CannotFit):
             fit = self.estimate(records, model)
         black_box = fit.predictor is not None and not fit.coefficients.size
         expected = 0 if black_box else len(model.coordinates)

@@ -11,6 +11,7 @@ from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 from .errors import BadInput
+from .extras import extras_told
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -30,7 +31,8 @@ CLASSES = {name: name for name in ("Record", "Model", "Method", "Case", "SuiteRe
 
 
 def typed(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, which raises BadInput with the name of the argument for one that its annotation does not allow.
+    """The function, which raises BadInput with the name of the argument for one that its annotation does not allow, and
+    where it needs a package of an extra that is not installed.
 
     Annotations with types that are not known here allow everything.
     """
@@ -42,7 +44,8 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
             annotation = parameters[name].annotation
             if isinstance(annotation, str) and not _allows(annotation, value):
                 raise BadInput(f"{name} is {shown(value)}", hint=f"give {' or '.join(_words(annotation))}")
-        return function(*args, **kwargs)
+        with extras_told():
+            return function(*args, **kwargs)
 
     return checked
 

@@ -15,7 +15,7 @@ from ...models.data_file import load
 from ...models.errors import BadInput
 from ..columns import ACCEPTED, QUANTITIES
 from ..sidecar_file import SidecarFile
-from .cell_texts import Texts, compute
+from .cell_texts import Texts
 from .cells import GAPS, side_of
 from .names import joined, words
 from .quantities import quantities, side_words
@@ -92,13 +92,9 @@ def _sides(letters: Texts, before: RawColumn) -> bool:
 
 def _joined(numbers: Texts, letters: Texts) -> Texts:
     """Numbers with the letters beside them; nothing where there is no number."""
-    import pyarrow as pa
-
-    pc = compute()
-
-    sides = pc.if_else(pa.array(letters.among(GAPS)), "", pc.utf8_upper(letters.trimmed))
-    both = pc.binary_join_element_wise(numbers.trimmed, sides, pa.scalar(" ", pa.large_string()))
-    return Texts(pc.if_else(pc.equal(numbers.trimmed, ""), "", both))
+    sides = np.where(letters.among(GAPS), "", np.strings.upper(letters.trimmed))
+    both = np.strings.add(np.strings.add(numbers.trimmed, " "), sides)
+    return Texts(np.where(numbers.trimmed == "", "", both))
 
 
 # ------------------------------------------------------------------------------------------------ a file beside the log

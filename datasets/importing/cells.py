@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
-from .cell_texts import Texts, compute
+from .cell_texts import Texts
 from .units import unit_of, words_of
 
 Style: TypeAlias = Literal["point", "comma", "open"]
@@ -23,8 +24,9 @@ NARROW = str.maketrans("", "", "\u00a0\u202f\u2009'\u2019`")
 MINUS = str.maketrans({"\u2212": "-", "\u2013": "-", "\ufe63": "-", "\uff0d": "-"})
 PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 WIDE = str.maketrans({0xFF10 + digit: str(digit) for digit in range(10)} | {0xFF0E: ".", 0xFF0C: ",", 0xFF0B: "+"})
-NUMBER_LIKE = r"^[\s\d.,eE+\-'`\x{2019}\x{a0}\x{202f}\x{2009}\x{2212}\x{2013}\x{fe63}\x{ff0b}-\x{ff19}]+$"
-"""Texts of nothing but digits and signs, for Arrow's regular expressions."""
+NUMBER_LIKE = re.compile(r"[\s\d.,eE+\-'`\u2019\xa0\u202f\u2009\u2212\u2013\ufe63\uff0b-\uff19]+")
+"""Texts of nothing but digits and signs."""
+INFINITE = re.compile(r"[+-]?inf(inity)?", re.IGNORECASE)
 GROUPED_COMMAS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?")
 GROUPED_SPACES = re.compile(r"[+-]?\d{1,3}( \d{3})+([.,]\d+)?")
 POINT_SURE = re.compile(
@@ -102,42 +104,42 @@ def numbers_of(texts: Texts, style: Style = "point") -> np.ndarray:
     """
     own = style_of(texts[:SAMPLE])
     decimal = own if own in ("point", "comma") else style
-    numbers = _floats(_with_points(texts.trimmed, decimal))
+    numbers = _floats(_with_points(texts, decimal))
     missing = np.flatnonzero(np.isnan(numbers))
     if missing.size:
-        missing = missing[texts.take(missing).like(NUMBER_LIKE)]
+        missing = missing[texts.take(missing).tested(NUMBER_LIKE.fullmatch)]
     if missing.size:
         numbers[missing] = texts.take(missing).mapped(lambda text: _number(text, decimal))
     return numbers
 
 
-def _with_points(cells: Any, decimal: Style) -> Any:
-    """An Arrow array of texts, numbers among them with a decimal point and without thousands."""
-    pc = compute()
+def _with_points(texts: Texts, decimal: Style) -> Texts:
+    """Texts, trimmed, numbers among them with a decimal point and without thousands."""
+    cells, comma = texts.trimmed, decimal == "comma"
+    signed = np.strings.find(cells, ",") >= 0
+    if comma:
+        signed |= np.strings.find(cells, ".") >= 0
+    rows = np.flatnonzero(signed)
+    if not rows.size:
+        return texts
+    pattern = re.compile(f"{COMMA_SURE.pattern}|{EITHER.pattern}") if comma else GROUPED_COMMAS
+    rows = rows[texts.take(rows).tested(pattern.fullmatch)]
+    found = cells.copy()
+    plain = np.strings.replace(np.strings.replace(cells[rows], ".", ""), ",", ".") if comma else None
+    found[rows] = np.strings.replace(cells[rows], ",", "") if plain is None else plain
+    return Texts(found)
 
-    if decimal == "comma":
-        numbers = pc.match_substring_regex(cells, f"^(?:{COMMA_SURE.pattern}|{EITHER.pattern})$")
-        pointed = pc.replace_substring(pc.replace_substring(cells, ".", ""), ",", ".")
-        return pc.if_else(numbers, pointed, cells)
-    grouped = pc.match_substring(cells, ",")
-    if not pc.any(grouped).as_py():
-        return cells
-    numbers = pc.match_substring_regex(cells, f"^{GROUPED_COMMAS.pattern}$")
-    return pc.if_else(numbers, pc.replace_substring(cells, ",", ""), cells)
 
-
-def _floats(cells: Any) -> np.ndarray:
-    """The numbers (N,) of an Arrow array of texts; nan where a text is no plain number."""
-    import pyarrow as pa
-
-    pc = compute()
-
-    try:
-        read = pc.if_else(pc.equal(cells, ""), None, cells).cast(pa.float64())
-    except pa.ArrowInvalid:
-        plain = pc.match_substring_regex(cells, f"^(?:{PLAIN.pattern}|[+-]?(?i:inf|infinity))$")
-        read = pc.if_else(plain, cells, None).cast(pa.float64())
-    return np.array(read.fill_null(np.nan).to_numpy(zero_copy_only=False))
+def _floats(texts: Texts) -> np.ndarray:
+    """The numbers (N,) of texts; nan where a text is no plain number."""
+    cells = np.where(texts.trimmed == "", "nan", texts.trimmed)
+    if not (np.strings.find(cells, "_") >= 0).any():
+        with contextlib.suppress(ValueError):
+            return cells.astype(np.float64)
+    plain = texts.tested(lambda text: PLAIN.fullmatch(text) or INFINITE.fullmatch(text))
+    numbers = np.full(len(texts), np.nan)
+    numbers[plain] = texts.trimmed[plain].astype(np.float64)
+    return numbers
 
 
 def _number(text: str, decimal: Style) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import re
 import warnings
@@ -12,7 +11,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from .cell_texts import Texts, compute
+from .cell_texts import Texts, pieces
 from .cells import GAPS
 from .raw import RawColumn
 
@@ -264,21 +263,12 @@ def _parsed(column: RawColumn, form: Form) -> np.ndarray:
 def _moments(texts: Texts, form: Form) -> np.ndarray:
     """Dates with times as seconds since 1970 (N,); nan where a text is none."""
     import pandas as pd
-    import pyarrow as pa
 
-    pc = compute()
-
-    cells = pc.replace_substring_regex(texts.trimmed, r"(:\d{2}),(\d)", r"\1.\2")
+    cells = [re.sub(r"(:\d{2}),(\d)", r"\1.\2", cell) for cell in pieces(texts.trimmed)]
     if form == "iso":
-        cells = pc.replace_substring_regex(cells, r"^(\d{4})[/.](\d{1,2})[/.](\d{1,2})", r"\1-\2-\3")
-    cells = pc.if_else(pa.array(texts.among(GAPS)), None, cells)
-    values = None
-    for zone in (None, "UTC"):
-        with contextlib.suppress(pa.ArrowInvalid):
-            values = cells.cast(pa.timestamp("ns", zone)).cast(pa.timestamp("ns")).to_numpy(zero_copy_only=False)
-            break
-    if values is None:
-        values = _by_pandas(pd.Series(cells.to_pylist()), form).to_numpy(dtype="datetime64[ns]")
+        cells = [re.sub(r"^(\d{4})[/.](\d{1,2})[/.](\d{1,2})", r"\1-\2-\3", cell) for cell in cells]
+    series = pd.Series([None if cell.lower() in GAPS else cell for cell in cells], dtype=object)
+    values = _by_pandas(series, form).to_numpy(dtype="datetime64[ns]")
     return np.where(np.isnat(values), np.nan, values.astype(np.int64) / 1e9)
 
 

@@ -286,21 +286,17 @@ class _Body:
 
     def store(self) -> None:
         """Put the kept lines away as columns."""
-        import pyarrow as pa
-
         if self._kept:
             self.numbers.append(np.array([line.number for line in self._kept], dtype=int))
             for stored, cells in zip(self._stored, zip(*(line.cells for line in self._kept), strict=True), strict=True):
-                stored.append(pa.array(cells, pa.large_string()))
+                stored.append(Texts(cells).array)
         self._kept = []
 
     def columns(self) -> list[Texts]:
         """The columns; what was stored is given away."""
-        import pyarrow as pa
-
         made = []
         for stored in self._stored:
-            made.append(Texts(pa.chunked_array(stored, pa.large_string())))
+            made.append(Texts(np.concatenate(stored) if stored else []))
             stored.clear()
         return made
 

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ...models.errors import CannotFit, FitFailed
+from ...models.extras import extras_told
 from .predictor import evenly_spaced
 from .state_space import Training, pasts
 
@@ -74,16 +75,9 @@ class Windows(NamedTuple):
 
 
 def require_jax() -> Any:
-    """The module jax.
-
-    Raises
-    ------
-    CannotFit : it is not installed.
-    """
-    try:
+    """The module jax; CannotFit where it is not installed."""
+    with extras_told(CannotFit):
         import jax
-    except ImportError as error:
-        raise CannotFit("needs jax: pip install 'helmbench[deep]'") from error
     return jax
 
 

@@ -78,6 +78,10 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
         return complain(error.format_message(), BAD_INPUT)
     except MemoryError as error:
         return complain(f"not enough memory ({error or 'the machine refused more'})", BAD_INPUT)
+    except ModuleNotFoundError as error:
+        from ..models.extras import missing
+
+        return complain(missing(error), BAD_INPUT)
     except OSError as error:
         return complain(_refusal(error), BAD_INPUT)
     except ValueError as error:

@@ -9,8 +9,6 @@ import click
 
 from ._shared import FILE, echo
 
-MISSING = "the page needs two more packages; install them with: python -m pip install 'helmbench[open]'"
-
 
 @click.command("open")
 @click.argument("files", nargs=-1, metavar="[FILE]...", type=FILE)
@@ -21,12 +19,6 @@ def open_command(files: tuple[Path, ...], no_browser: bool) -> None:
     The server answers to this machine only, and logs do not leave it.  It runs until Ctrl-C; all that was dropped is
     deleted then, so download what you want to keep.
     """
-    from importlib.util import find_spec
-
-    from .. import BadInput
-
-    if any(find_spec(name) is None for name in ("starlette", "uvicorn")):
-        raise BadInput(MISSING)
     from ..open.serve import serve
 
     def say(address: str) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....models.errors import BadInput
+from ....models.extras import extras_told
 from ..raw import RawColumn, RawTable
 
 MOST_CELLS = 200_000_000
@@ -15,8 +16,9 @@ MOST_CELLS = 200_000_000
 
 def read_parquet(data: bytes, path: Path) -> list[RawTable]:
     """The table of a Parquet file, with the units that its fields state; BadInput where it is damaged."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
+    with extras_told():
+        import pyarrow as pa
+        import pyarrow.parquet as pq
 
     try:
         file = pq.ParquetFile(pa.BufferReader(data))

@@ -1,0 +1,35 @@
+"""Packages that come with an extra: where one is missing, the message says what to install."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+from .errors import BadInput
+
+EXTRAS: Mapping[str, str] = {
+    "pyarrow": "parquet",
+    **dict.fromkeys(("cmaes", "joblib", "optuna", "sklearn"), "bench"),
+    "jax": "deep",
+    "distributed": "distributed",
+    "submitit": "slurm",
+    **dict.fromkeys(("starlette", "uvicorn"), "open"),
+}
+"""Import name of a package -> the extra of helmbench that brings it."""
+
+
+def missing(error: ImportError) -> str:
+    """What to install for a module that was not found; raises the error again where no extra brings it."""
+    package = (error.name or "").partition(".")[0]
+    if package not in EXTRAS:
+        raise error
+    return f"this needs {package}: pip install 'helmbench[{EXTRAS[package]}]'"
+
+
+@contextmanager
+def extras_told(kind: Callable[[str], Exception] = BadInput) -> Iterator[None]:
+    """Raise `kind` with what to install where the enclosed code imports a package of an extra that is not there."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise kind(missing(error)) from None
