@@ -11,6 +11,9 @@ from .errors import CannotFit
 if TYPE_CHECKING:
     from .model import Model
 
+OWN_TIME = "own_time_s"
+"""Particular of a model without a length: the craft's own time in the place of L/U, s."""
+
 
 def ship_length_s(model: Model) -> float:
     """Time in which the ship sails her own length, s.
@@ -26,8 +29,8 @@ def ship_length_s(model: Model) -> float:
 
 
 def time_scale_s(model: Model) -> float:
-    """Time in which the ship sails her own length, s; of a response model without speed and length sqrt(T / K), as K'
-    and T' are near one.
+    """Time in which the ship sails her own length, s; of a model built from records alone .6 over the yaw rate of a
+    hard turn in them (OWN_TIME); of a response model without speed and length sqrt(T / K), as K' and T' are near one.
 
     Raises
     ------
@@ -36,6 +39,8 @@ def time_scale_s(model: Model) -> float:
     try:
         return ship_length_s(model)
     except CannotFit:
+        if OWN_TIME in model.particulars:
+            return model.particulars[OWN_TIME]
         own = dict(zip(model.coordinates, np.abs(model.coefficients).tolist(), strict=True))
         gain = own.get("b", own.get("b1", np.nan) / (own.get("a1", np.nan) or np.nan))
         if {"b2", "bn"} & set(own) and "b1" not in own:  # families/steering.py: moments that go with U^2 and n^2

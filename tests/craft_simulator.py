@@ -62,8 +62,11 @@ def draw(rng: np.random.Generator, law: str, *extras: str) -> Truth:
     )  # fmt: skip
 
 
-def sailed(rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0, length: float = 65.0) -> Record:
-    """A record of about `length` L/U0 with steps of the command and of the revolutions, from rest."""
+def sailed(
+    rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0, length: float = 65.0, gusts: float = 1.0
+) -> Record:
+    """A record of about `length` L/U0 with steps of the command and of the revolutions, from rest; noise and gusts
+    are multiples of the usual."""
     dt = craft.clock / 15.0
     count = int(length * rng.uniform(0.85, 1.15) * 15)
     command = _steps(rng, count, int(15 * rng.uniform(2.0, 4.0)), 1.2 if craft.law == "azimuth" else 0.35)
@@ -75,6 +78,7 @@ def sailed(rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0
     felt = np.concatenate([np.full(late, fine[0]), fine[: fine.size - late]]) + own
     gust, h = 0.0, dt / SUBSTEPS
     moment = craft.gain / craft.time / craft.clock**2
+    shaken = gusts * 0.012 * moment * np.sqrt(h / craft.clock)
     r, psi, u, x, y = 0.0, rng.uniform(-3.0, 3.0), 0.0, 0.0, 0.0
     drift = rng.normal(0.0, 0.02, 2) * craft.speed
     rows = np.empty((count, 5))
@@ -82,7 +86,7 @@ def sailed(rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0
         if k % SUBSTEPS == 0:
             rows[k // SUBSTEPS] = r, psi, u, x, y
         n = turns[k // SUBSTEPS]
-        gust += h / (2.0 * craft.clock) * -gust + 0.012 * moment * np.sqrt(h / craft.clock) * rng.standard_normal()
+        gust += h / (2.0 * craft.clock) * -gust + shaken * rng.standard_normal()
         r += h * (_acceleration(craft, r, u, n, felt[k], moment) + gust)
         u += h / (3.0 * craft.clock) * (craft.speed * n - u * (1.0 + 0.5 * (r * craft.clock) ** 2))
         psi += h * r

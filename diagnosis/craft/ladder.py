@@ -18,7 +18,7 @@ from ...estimation.windows.fit import Fitted, Number, criterion_at, fall, fit, l
 from ...estimation.windows.problem import Piece, Windows, mean_of_known, windows_of
 from ...models.errors import CannotFit
 from ...models.model import Model, resolve
-from .rungs import LAWS, NEUTRAL, RUNGS, Craft, Law, Rung
+from .rungs import LAWS, NEUTRAL, NOTHING, RUNGS, Craft, Law, Rung
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -233,6 +233,12 @@ def _cost(attempt: Attempt) -> float:
 def better(old: Attempt, new: Attempt) -> tuple[float, float]:
     """By how much left-out errors fall from old to new, and the standard error (`fall`)."""
     return fall(old.errors, new.errors, old.fitted.windows, old.fitted.sizes)
+
+
+def steering(ladder: Ladder, now: Attempt) -> tuple[float, float]:
+    """By how much left-out errors are below those of a craft that its rudder or command does not turn, and the
+    standard error."""
+    return better(ladder.first(NOTHING), now)
 
 
 def enters(old: Attempt, new: Attempt, gain: float, error: float) -> bool:

@@ -128,6 +128,13 @@ def _azimuth(c: Craft, sign: float) -> dict[str, Prior]:
     return damping | {"bn": _steering(c, sign, c.scales.turns**2)}
 
 
+NOTHING = Law(
+    "no_steering",
+    "nomoto-1",
+    "a yaw motion that dies away, whatever the steering",
+    lambda c, s: {"a": _damping(c, False)},
+)
+"""What a recorded rudder or command must do better than, if it turns the craft."""
 SPEED, TURNS, WIND, WIDE, PAIR = "speed", "n", "wind", "wide angles", "two thrusts"
 LAWS = (
     Law("constant", "nomoto-1", "moment and damping that do not depend on the speed (K, T)", _constant),

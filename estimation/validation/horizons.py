@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import CannotFit
-from ...models.time_scale import time_scale_s
+from ...models.time_scale import OWN_TIME, time_scale_s
 from .result import Score
 
 if TYPE_CHECKING:
@@ -39,11 +39,11 @@ class Horizons(NamedTuple):
     clock: float
 
 
-def horizons_of(models: Iterable[Model], records: Sequence[Record], own_s: float = np.nan) -> Horizons:
+def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
     """Horizons for all models alike: of the first one that knows its length; its speed may come from the records.
 
-    Where none does, `own_s`, .6 over the yaw rate of a hard turn, s, takes the place of L/U, or else the time of a
-    response model's gain and time constant.
+    Where none does, the craft's own time that a model built from records states takes the place of L/U, or else the
+    time of a response model's gain and time constant.
     """
     models, longest = list(models), max(float(record.time_s[-1] - record.time_s[0]) for record in records)
     for model in models:
@@ -53,12 +53,11 @@ def horizons_of(models: Iterable[Model], records: Sequence[Record], own_s: float
             source = "the model" if np.isfinite(model.speed_m_s) else "the records"
             basis = f"ship lengths at L/U = {length:.4g} m / {speed:.3g} m/s = {own:.3g} s (speed of {source})"
             return _in_lengths(own, basis, longest)
-    if np.isfinite(own_s):
-        return _in_lengths(own_s, f"times .6 / yaw rate of a hard turn = {own_s:.3g} s, which is about L/U", longest)
-    for model in models:
+    for model in sorted(models, key=lambda model: OWN_TIME not in model.particulars):
         own = _response_time_s(model)
         if np.isfinite(own):
-            basis = f"times sqrt(T / K) = {own:.3g} s, which is about L/U (no ship length or speed is known)"
+            source = ".6 / yaw rate of a hard turn" if OWN_TIME in model.particulars else "sqrt(T / K)"
+            basis = f"times {source} = {own:.3g} s, which is about L/U (no ship length or speed is known)"
             return _in_lengths(own, basis, longest)
     duration = float(np.median([record.time_s[-1] - record.time_s[0] for record in records]))
     basis = (

@@ -46,7 +46,6 @@ def validate(
     records: Mapping[str, Record],
     predictors: Mapping[str, Predictor] = MappingProxyType({}),
     ahead: bool = True,
-    own_s: float = np.nan,
 ) -> Validation:
     """Free runs, errors ahead and manoeuvring indices of models on records.
 
@@ -56,7 +55,6 @@ def validate(
     records : name -> record as it was read; one that does not say its rudder sign has the first model's.
     predictors : name -> black box that predicts in the model's place, whose states are those of the model.
     ahead : whether to predict more than one sample ahead.
-    own_s : the craft's own time, .6 over the yaw rate of a hard turn, s, in the place of L/U where no length is known.
 
     Raises
     ------
@@ -70,7 +68,7 @@ def validate(
             raise BadInput(f"model {name} has no coefficients", hint=hint)
     first = next(iter(models.values()))
     given = {name: record.turned(first.positive_rudder) for name, record in records.items()}
-    horizons = horizons_of(models.values(), list(given.values()), own_s)
+    horizons = horizons_of(models.values(), list(given.values()))
     horizons = horizons if ahead else horizons._replace(times_s=())
     parts = {
         (model_name, name): _part(model_name, model, name, record, horizons, predictors.get(model_name))

@@ -24,14 +24,19 @@ def at_three_lengths(found):
     return found.ahead.score("yaw_rate_rad_s", BUILT, horizon=horizon).r2
 
 
+def calm(rng, craft):
+    """Two training records and a held-out one without gusts, with a fifth of the usual noise: what is true of the craft
+    shows in any draw, and how often it shows in gusts is a rate (tests/rates)."""
+    records = [sailed(rng, craft, f"run {i}", noise=0.2, length=45.0, gusts=0.0) for i in range(3)]
+    return records[:2], records[2:]
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_a_delay_and_what_steers_the_craft_are_found(law, rng):
     craft = draw(rng, law, "delay")
-    records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(3)]
-    found = build(records[:2], records[2:])
-    assert found.verdict == "adequate" and at_three_lengths(found) > 0.9
-    late = found.model.instruments.get("rudder_delay", 0.0)
-    assert late == pytest.approx(craft.delay, rel=0.5) or "second_order_lead" in found.model.family
+    found = build(*calm(rng, craft))
+    assert found.verdict == "adequate" and at_three_lengths(found) > 0.97
+    assert found.model.instruments["rudder_delay"] == pytest.approx(craft.delay, rel=0.25)
     laws = {told.id: told for told in found.laws}
     assert all(laws[wrong].gain < -0.05 for wrong in WITHOUT[law])
     assert found.trusted_s > craft.clock
@@ -40,10 +45,9 @@ def test_a_delay_and_what_steers_the_craft_are_found(law, rng):
 @pytest.mark.parametrize("law", ALLOCATED)
 def test_two_thrusters_and_an_azimuth_thruster_are_named_with_their_own_effects(law, rng):
     craft = draw(rng, law)
-    records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(3)]
-    found = build(records[:2], records[2:])
+    found = build(*calm(rng, craft))
     values = {n.name: n.value for n in found.numbers}
-    assert at_three_lengths(found) > 0.9
+    assert at_three_lengths(found) > 0.97
     if law == "azimuth":
         assert found.model.family.startswith("azimuth-thruster")
         assert values["bn"] == pytest.approx(0.35 * craft.gain / craft.time / craft.clock**2 / 100.0, rel=0.15)
@@ -72,13 +76,18 @@ def test_a_measured_current_is_taken_off_the_speed_and_the_track(rng):
     assert speed_of(carried) == pytest.approx(speed_of(record.with_channels(surge_m_s=None)), abs=1e-6 * craft.speed)
 
 
+def unrelated(rng, record):
+    """A square wave that does not follow the record's command by chance, at no lag up to 4 L/U0."""
+    given = record.column("rudder_command_rad") / 0.35
+    while True:
+        wave = np.sign(np.sin(np.arange(record.n) / rng.uniform(11.0, 41.0)))
+        if all(abs(np.mean(wave[lag:] * given[: record.n - lag])) < 0.15 for lag in range(0, 61, 5)):
+            return record.with_channels(rudder_command_rad=0.3 * wave)
+
+
 def test_a_command_that_does_not_act_gives_no_model_that_is_worse_than_going_straight(rng):
     craft = draw(rng, "flow")
-    records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(3)]
-    other = [
-        record.with_channels(rudder_command_rad=0.3 * np.sign(np.sin(np.arange(record.n) / rng.uniform(11.0, 41.0))))
-        for record in records
-    ]
+    other = [unrelated(rng, sailed(rng, craft, f"run {i}", length=45.0)) for i in range(3)]
     found = build(other[:2], other[2:])
     assert found.verdict in ("input_does_not_act", "unexplained", "inconclusive")
     assert not any(run.diverged for run in found.ahead.runs)
