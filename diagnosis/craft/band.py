@@ -2,10 +2,13 @@
 
     sigma^2(t) = s^2 [ walk^2(min(t, t_w)) max(1, t / t_w) + (drift t)^2 ]
 
-walk : heading errors of left-out windows of length t_w, which grow like a random walk beyond;  drift : yaw rate by which
-records differ, the spread of their own neutral angles through the model.  Both are known of few records, and free runs
-bring what neither knows.  Therefore every training record is predicted by a fit to the others, and compared with the
-band of that fit.  With z_i^2, the mean square of record i's errors over its band, s^2 = (PRIOR + sum z_i^2) / (PRIOR + R):
+walk : heading errors of left-out windows of length t_w, which grow like a random walk beyond;  drift : yaw rate by
+which records differ, the spread of their own neutral angles through the model.  Both are known of few records, and free
+runs bring what neither knows.  Therefore every training record is predicted by a fit to the others, and compared with
+the band of that fit.  With z_i^2, the mean square of record i's errors over its band,
+
+    s^2 = (PRIOR + sum_i z_i^2) / (PRIOR + R) :
+
 the band without calibration counts as PRIOR records.  The band holds NORMAL_68 of the errors of a further record as
 Student's distribution of PRIOR + R degrees of freedom has it.
 """
@@ -13,7 +16,6 @@ Student's distribution of PRIOR + R degrees of freedom has it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,8 +38,8 @@ PLACES = 8
 
 def spread(ladder: Ladder, of: Attempt, after_s: np.ndarray, records: np.ndarray) -> np.ndarray:
     """The band without calibration, rad, after times (K,), of the records whose numbers are given."""
-    w, half = of.fitted.windows, len(of.fitted.windows.inputs)
-    walk = np.sqrt(mean_of_known(of.errors[:half, :, 1] ** 2, 0))
+    w = of.fitted.windows
+    walk = np.sqrt(mean_of_known(of.errors[: len(of.errors) // 2, :, 1] ** 2, 0))
     at = np.asarray(after_s) / w.dt
     known = np.flatnonzero(np.isfinite(walk))
     inside = np.interp(at, known, walk[known]) if known.size else np.zeros(at.shape)
@@ -57,9 +59,7 @@ def _drift(ladder: Ladder, of: Attempt, records: np.ndarray) -> float:
     return float(mean_of_known(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0]), 0))
 
 
-def ratios(
-    ladder: Ladder, of: Attempt, model: Model, record: Record, records: np.ndarray
-) -> np.ndarray:
+def ratios(ladder: Ladder, of: Attempt, model: Model, record: Record, records: np.ndarray) -> np.ndarray:
     """Heading errors of a free run over the band without calibration, at PLACES times of a record without a gap."""
     try:
         told = validate({"": model}, named([record]), ahead=False)

@@ -8,20 +8,20 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import t as student
 
 from ...datasets.columns import RUDDERS
 from ...estimation.fit import arithmetic_guard, blas_limited
 from ...estimation.naming import named
 from ...estimation.validation.horizons import STRAIGHT, mean_ratio
 from ...estimation.validation.validate import label, validate
-from ...estimation.windows.fit import Fitted, covariance_of
+from ...estimation.windows.fit import covariance_of
 from ...estimation.windows.problem import mean_of_known, pieces_of, scales_of
 from ...models.errors import BadInput
 from ...models.instruments import INSTRUMENTS
 from ...models.time_scale import OWN_TIME
 from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
+from .band import ratios, scale, spread
 from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb, steering
 from .records import COPIED, EXCITED, copied_input, craft_of, outside, weak_motion, without_spikes
 from .result import (
@@ -48,8 +48,6 @@ if TYPE_CHECKING:
 FIRST, BUILT = "first", "built"
 SLACK = 0.05
 """Rise of the errors of left-out records that a step may bring and still stand."""
-NORMAL_68, INFLATION, FEWEST = 0.683, (1.0, 4.0), 8
-"""Share of errors within one standard deviation, limits of a factor on the heading band, and errors that it needs."""
 GOOD, FAIR = 0.7, 0.6
 """R2 of an adequate model over left-out windows, and along records three lengths ahead."""
 CLEAR, LIKELY, SURE, SHOWN = 0.3, 3.0, 6.0, 2.0
@@ -107,15 +105,13 @@ def _built(train: Sequence[Record], held_out: Sequence[Record], spikes: Sequence
     if verdict in (UNEXPLAINED, PARTLY) and max(r2(final)) >= GOOD and any(outside(train, r) for r in held_out):
         verdict = OUTSIDE
         reason = f"held-out records leave the range of the training records, where {reason}"
-    wider = _inflation(ladder, final, model, train)
-    band = _band(ladder, final, ahead.horizons_s, wider)
-    outer = _ratios(ladder, final, model, held_out)
+    band, inside = _heading(ladder, final, model, train, held_out, ahead.horizons_s)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     return CraftDiagnosis(
         model=model, first=first, records=tuple(roles),
         verdict=verdict, reason=reason, window_s=final.fitted.windows.dt * (final.fitted.windows.inputs.shape[1] - 1),
         laws=_laws(found, kept[0].attempt), steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance),
-        refused=found.refused, band=band, inside=float(np.mean(outer <= wider)) if outer.size else float("nan"),
+        refused=found.refused, band=band, inside=inside,
         own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.fitted.shifts, strict=True)),
         ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(found, kept, given), notes=tuple(notes),
         wall_s=time.perf_counter() - started, covariance=covariance,
@@ -165,7 +161,7 @@ def _left_out_records(ladder: Ladder, a: Attempt) -> np.ndarray:
         mine = w.record == record
         if not mine.any() or mine.all():
             continue
-        others = _fit_to(ladder, a, ~mine)
+        others = ladder.fitted_to(a, ~mine)
         error = w.of(mine).errors(others.coefficients[None], np.zeros((1, int(mine.sum()))))
         total.append(0.5 * np.log(mean_of_known(error**2, (0, 1)) + (1e-3 * w.motion) ** 2))
     return np.array(total).reshape(-1, 2)
@@ -286,72 +282,22 @@ def _window(a: Attempt) -> float:
     return a.fitted.windows.dt * (a.fitted.windows.inputs.shape[1] - 1)
 
 
-def _band(ladder: Ladder, final: Attempt, times_s: Sequence[float], wider: float) -> tuple[Band, ...]:
-    """Standard deviation of heading ahead: errors of left-out windows, which grow like a random walk beyond a window,
-    and the neutral angle that a record turns out to have."""
-    return tuple(Band(float(t), wider * _spread(ladder, final, float(t))) for t in (*times_s, 60.0, 120.0))
-
-
-def _spread(ladder: Ladder, final: Attempt, after_s: float) -> float:
-    w, half = final.fitted.windows, len(final.fitted.windows.inputs)
-    walk = np.sqrt(mean_of_known(final.errors[:half, :, 1] ** 2, 0))
-    at = after_s / w.dt
-    known = np.isfinite(walk)
-    inside = float(np.interp(at, np.flatnonzero(known), walk[known])) if known.any() else 0.0
-    inside *= np.sqrt(max(at / (w.inputs.shape[1] - 1), 1.0))
-    return float(np.hypot(inside, _turning(ladder, final) * after_s))
-
-
-def _turning(ladder: Ladder, final: Attempt) -> float:
-    """Yaw rate, rad/s, by which records drift: the spread of their own neutral angles through the model's gain, as wide
-    as that of few records must be (Student's distribution)."""
+def _heading(
+    ladder: Ladder, final: Attempt, model: Model, train: Sequence[Record], held_out: Sequence[Record],
+    times_s: Sequence[float],
+) -> tuple[tuple[Band, ...], float]:  # fmt: skip
+    """The heading band after the times ahead and after one and two minutes, and the share of held-out errors inside."""
     w = final.fitted.windows
-    shifts = final.fitted.shifts
-    own = OWN_ANGLE * ladder.craft.scales.rudder
-    n = shifts.size
-    few = float(student.ppf(0.5 + 0.5 * NORMAL_68, n - 1)) if n > 1 else 1.0
-    sd = few * float(np.sqrt(np.sum(shifts**2) / (n - 1.0) * (1.0 + 1.0 / n))) if n > 1 else own
-    moved = np.stack([np.full(len(w.inputs), side * sd) for side in (0.0, 1.0)])
-    both = w.errors(np.stack([final.fitted.coefficients] * 2), moved).reshape(2, len(w.inputs), -1, 2)
-    return float(mean_of_known(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0]), 0))
-
-
-def _ratios(ladder: Ladder, final: Attempt, model: Model, records: Sequence[Record]) -> np.ndarray:
-    """Heading errors of free runs over the band's standard deviation, at eight times of each record without a gap."""
-    found: list[float] = []
-    for name, record in named(records).items():
-        try:
-            told = validate({BUILT: model}, {name: record}, ahead=False)
-        except BadInput:
-            continue
-        measured, run = told.records[0], told.runs[0]
-        if "heading_rad" not in run.predicted or "heading_rad" not in measured.channels or len(run.starts_s) > 1:
-            continue
-        error = run.predicted["heading_rad"] - measured.channels["heading_rad"]
-        since = measured.time_s - float(np.ravel(run.starts_s)[0])
-        for place in np.linspace(0, since.size - 1, 9).astype(int)[1:].tolist():
-            if np.isfinite(error[place]):
-                found.append(float(abs(error[place]) / _spread(ladder, final, float(since[place]))))
-    return np.array(found)
-
-
-def _inflation(ladder: Ladder, final: Attempt, model: Model, train: Sequence[Record]) -> float:
-    """What the band must be multiplied by so that it holds NORMAL_68 of the heading errors of training records, each
-    along the free run of a fit to the others where there are several."""
-    w, found = final.fitted.windows, []
-    for number, record in enumerate(train):
-        mine, own = w.record == number, model
-        if mine.any() and not mine.all():
-            own = model_of(ladder, replace(final, fitted=_fit_to(ladder, final, ~mine)))
-        found.append(_ratios(ladder, final, own, [record]))
-    ratios = np.concatenate(found)
-    return float(np.clip(np.quantile(ratios, NORMAL_68), *INFLATION)) if ratios.size >= FEWEST else 1.0
-
-
-def _fit_to(ladder: Ladder, a: Attempt, keep: np.ndarray) -> Fitted:
-    """The attempt's numbers fitted to some of its windows, (W,) whether."""
-    start = a.fitted.coefficients, a.fitted.shifts
-    return ladder.fitted(a.law, a.rungs, a.sign, a.linkage, *start, 6, a.fitted.windows.of(keep))
+    every, squares = np.unique(w.record), []
+    for number in every.tolist() if every.size > 1 else []:
+        others = replace(final, fitted=ladder.fitted_to(final, w.record != number))
+        found = ratios(ladder, others, model_of(ladder, others), train[number], np.setdiff1d(every, number))
+        squares += [float(np.mean(found**2))] if found.size else []
+    wider, after = scale(squares), np.array([*times_s, 60.0, 120.0])
+    sd = wider * spread(ladder, final, after, every)
+    outer = np.concatenate([np.zeros(0), *(ratios(ladder, final, model, r, every) for r in held_out)])
+    inside = float(np.mean(outer <= wider)) if outer.size else float("nan")
+    return tuple(Band(*both) for both in zip(after.tolist(), sd.tolist(), strict=True)), inside
 
 
 def _notes(train: Sequence[Record], held_out: Sequence[Record], shortened: bool) -> list[str]:

@@ -166,6 +166,11 @@ class Ladder:
         own = self.windows(law, linkage) if windows is None else windows
         return fit(own, self.numbers(law, rungs, sign), start, s.time_s, OWN_ANGLE * s.rudder, shifts, most)
 
+    def fitted_to(self, a: Attempt, keep: np.ndarray) -> Fitted:
+        """An attempt's numbers fitted to some of its windows, (W,) whether."""
+        start = a.fitted.coefficients, a.fitted.shifts
+        return self.fitted(a.law, a.rungs, a.sign, a.linkage, *start, FIRST, a.fitted.windows.of(keep))
+
     def first(self, law: Law) -> Attempt:
         """The best of several starts of a law alone: both signs, several sizes of time constant and gain."""
         s, windows = self.craft.scales, self.windows(law, {})
