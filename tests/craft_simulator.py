@@ -63,24 +63,26 @@ def draw(rng: np.random.Generator, law: str, *extras: str) -> Truth:
 
 
 def sailed(
-    rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0, length: float = 65.0, gusts: float = 1.0
+    rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0, length: float = 65.0, weather: float = 1.0
 ) -> Record:
-    """A record of about `length` L/U0 with steps of the command and of the revolutions, from rest; noise and gusts
-    are multiples of the usual."""
+    """A record of about `length` L/U0 with steps of the command and of the revolutions, from rest.
+
+    noise : multiple of the usual sensor noise;  weather : of the usual gusts, currents and neutral angles.
+    """
     dt = craft.clock / 15.0
     count = int(length * rng.uniform(0.85, 1.15) * 15)
     command = _steps(rng, count, int(15 * rng.uniform(2.0, 4.0)), 1.2 if craft.law == "azimuth" else 0.35)
     turns = 0.95 + _steps(rng, count, int(15 * rng.uniform(9.0, 14.0)), 0.5)
-    own = craft.offset + rng.normal(0.0, 0.006)
+    own = craft.offset + weather * rng.normal(0.0, 0.006)
     late = round(craft.delay / dt * SUBSTEPS)
     acting, recorded = _acting(craft, command, turns)
     fine = np.interp(np.arange(count * SUBSTEPS) / SUBSTEPS, np.arange(count), acting)
     felt = np.concatenate([np.full(late, fine[0]), fine[: fine.size - late]]) + own
     gust, h = 0.0, dt / SUBSTEPS
     moment = craft.gain / craft.time / craft.clock**2
-    shaken = gusts * 0.012 * moment * np.sqrt(h / craft.clock)
+    shaken = weather * 0.012 * moment * np.sqrt(h / craft.clock)
     r, psi, u, x, y = 0.0, rng.uniform(-3.0, 3.0), 0.0, 0.0, 0.0
-    drift = rng.normal(0.0, 0.02, 2) * craft.speed
+    drift = weather * rng.normal(0.0, 0.02, 2) * craft.speed
     rows = np.empty((count, 5))
     for k in range(fine.size):
         if k % SUBSTEPS == 0:

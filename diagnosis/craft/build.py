@@ -50,6 +50,9 @@ SLACK = 0.05
 """Rise of the errors of left-out records that a step may bring and still stand."""
 GOOD, FAIR = 0.7, 0.6
 """R2 of an adequate model over left-out windows, and along records three lengths ahead."""
+NEAR = 3
+"""Times ahead, .5, 1.5 and 3 lengths, at which structures are compared along held-out records: further ahead the
+neutral angle of the record decides, which none of them knows."""
 CLEAR, LIKELY, SURE, SHOWN = 0.3, 3.0, 6.0, 2.0
 """The steering acts where left-out errors fall by more than CLEAR and LIKELY standard errors, or by SURE of them, below
 those of a craft that it does not turn; below SHOWN it is not what turns the craft.  A column that has nothing to do
@@ -90,7 +93,8 @@ def _built(train: Sequence[Record], held_out: Sequence[Record], spikes: Sequence
     judged = list(held_out) or list(train)
     ahead = validate({BUILT: model, FIRST: first}, named(judged))
     notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps))]
-    if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST) > WORSE:
+    near = max(ahead.horizons_s[:NEAR])
+    if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST, near) > WORSE:
         notes.append("Held-out records are predicted worse with all that entered: the steering law alone is the model.")
         kept, model = kept[:1], first
         ahead = validate({BUILT: model, FIRST: first}, named(judged))
@@ -269,7 +273,7 @@ def _without_steering(gain: float, error: float, motion: float, said: str) -> tu
 
 def _along(ahead: Validation) -> float:
     """R2 of the yaw rate three lengths ahead, or as far as was tried; nan where it was not measured."""
-    times = ahead.horizons_s[:3]
+    times = ahead.horizons_s[:NEAR]
     score = ahead.score("yaw_rate_rad_s", BUILT, horizon=label(times[-1])) if times else None
     return np.nan if score is None else score.r2
 

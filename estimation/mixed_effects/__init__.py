@@ -10,4 +10,7 @@ records and N_eff the records' duration over the correlation time of the residua
 in prior standard deviations.  Measured thrust counts with a fixed standard deviation, N_eff S_c / (2 sd_c^2).
 Gauss-Newton steps eliminate the records' own effects by a Schur complement; leaving a record out subtracts its part of
 the normal equations and takes one step.
+
+For a model that is given, near enough that a free run of minutes follows the record.  Where nothing is known of the
+craft, fits to free runs end in absurd minima: `estimation/windows` fits predictions over a few ship lengths.
 """

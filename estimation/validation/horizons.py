@@ -113,10 +113,14 @@ def trusted_s(scores: Sequence[Score], simple: Sequence[Score], model: str) -> f
     return trusted
 
 
-def mean_ratio(scores: Sequence[Score], new: str, old: str) -> float:
-    """Geometric mean, over heading and yaw rate and all times ahead, of one model's errors over another's; nan where
-    they share none."""
-    found = {(s.model, s.channel, s.horizon_s): s.rmse for s in scores if s.record is None and s.horizon_s is not None}
+def mean_ratio(scores: Sequence[Score], new: str, old: str, up_to_s: float = np.inf) -> float:
+    """Geometric mean, over heading and yaw rate and the times ahead up to one, of one model's errors over another's;
+    nan where they share none."""
+    found = {
+        (s.model, s.channel, s.horizon_s): s.rmse
+        for s in scores
+        if s.record is None and s.horizon_s is not None and s.horizon_s <= up_to_s
+    }
     pairs = [
         (rmse, found[old, channel, time])
         for (model, channel, time), rmse in found.items()

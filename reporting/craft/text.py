@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...datasets.display import shown_name
 from ...diagnosis.craft.result import ADEQUATE, FOLLOWS, INCONCLUSIVE, NO_EFFECT, OUTSIDE, PARTLY, UNEXPLAINED
-from ...estimation.validation.horizons import TRUSTED
+from ...estimation.validation.horizons import STRAIGHT, TRUSTED
 from ...estimation.validation.validate import label
 from ..numbers import DEG, number, r_squared
 from ..tables import Column, Table, console, html, make_table
@@ -17,6 +17,7 @@ from ..validation.tables import horizon_table, trusted_lines
 if TYPE_CHECKING:
     from ...diagnosis.craft.result import CraftDiagnosis, Rise
 
+HEADING = "heading_rad"
 HEADLINES = {
     ADEQUATE: "Adequate",
     PARTLY: "Partly named",
@@ -136,10 +137,12 @@ def steps_table(found: CraftDiagnosis) -> Table:
 
 
 def r2_table(found: CraftDiagnosis) -> Table:
-    """R² of heading and yaw rate by time ahead, of the built model and of the law alone: a row a channel and model."""
+    """R² of yaw rate and of the change of heading by time ahead, of the built model and of the law alone: a row a
+    channel and model.  In a zigzag the heading itself hardly varies: the change since the start is what is predicted.
+    """
     rows = [(channel, name) for channel in TRUSTED for name in found.ahead.models if found.ahead.score(channel, name)]
     columns = [
-        Column("channel", lambda row: shown_name(row[0])),
+        Column("channel", lambda row: "change of heading" if row[0] == HEADING else shown_name(row[0])),
         Column("model", lambda row: row[1]),
         *(_r2_column(found, label(time)) for time in found.ahead.horizons_s),
     ]
@@ -149,7 +152,10 @@ def r2_table(found: CraftDiagnosis) -> Table:
 def _r2_column(found: CraftDiagnosis, horizon: str) -> Column:
     def value(row: tuple[str, str]) -> float | None:
         score = found.ahead.score(*row, horizon=horizon)
-        return None if score is None else score.r2
+        if score is None or row[0] != HEADING:
+            return None if score is None else score.r2
+        still = {(s.channel, s.horizon): s.rmse for s in found.ahead.simple if s.model == STRAIGHT}
+        return 1.0 - (score.rmse / still[HEADING, horizon]) ** 2 if still.get((HEADING, horizon)) else None
 
     return Column(f"after {horizon}", lambda row: r_squared(value(row)), value)
 

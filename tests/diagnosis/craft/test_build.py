@@ -25,9 +25,9 @@ def at_three_lengths(found):
 
 
 def calm(rng, craft):
-    """Two training records and a held-out one without gusts, with a fifth of the usual noise: what is true of the craft
-    shows in any draw, and how often it shows in gusts is a rate (tests/rates)."""
-    records = [sailed(rng, craft, f"run {i}", noise=0.2, length=45.0, gusts=0.0) for i in range(3)]
+    """Two training records and a held-out one without weather, with a fifth of the usual noise: what is true of the
+    craft shows in any draw, and how often it shows in weather is a rate (tests/rates)."""
+    records = [sailed(rng, craft, f"run {i}", noise=0.2, length=45.0, weather=0.0) for i in range(3)]
     return records[:2], records[2:]
 
 
