@@ -39,13 +39,14 @@ from .result import (
     Rise,
 )
 from .rungs import NEUTRAL
+from .ship import corrected
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.validation.result import Validation
     from ...models.model import Model
 
-FIRST, BUILT = "first", "built"
+FIRST, BUILT, SHIP = "first", "built", "particulars"
 SLACK = 0.05
 """Rise of the errors of left-out records that a step may bring and still stand."""
 GOOD, FAIR = 0.7, 0.6
@@ -59,29 +60,37 @@ those of a craft that it does not turn; below SHOWN it is not what turns the cra
 with the motion, but about its period, was seen to bring .2 and 3.1 standard errors."""
 
 
-def build(train: Sequence[Record], held_out: Sequence[Record] = ()) -> CraftDiagnosis:
-    """Build a model of a craft from its records alone.
+def build(train: Sequence[Record], held_out: Sequence[Record] = (), ship: Model | None = None) -> CraftDiagnosis:
+    """Build a model of a craft from its records alone, or beside a simulation of its particulars.
 
     Parameters
     ----------
     train, held_out : records with rudder or command, and heading or yaw rate; held-out records take no part in the
         choice but for one guard: the model that is returned is not worse along them than the chosen law alone.
+    ship : a simulation of surge, sway and yaw (`models/particulars.py`); it is corrected by the training records and
+        judged beside the model that is built.
 
     Raises
     ------
-    BadInput : no training record.
+    BadInput : no training record, or a ship that has no surge and sway or no numbers.
     CannotFit : the records hold no yaw motion, the rudder or command never moves, or all stretches are too short.
     """
     if not train:
         raise BadInput("no training record", hint="give at least one")
+    if ship is not None and not (ship.is_3dof and ship.known):
+        raise BadInput(
+            f"model {ship.id} is no simulation of surge, sway and yaw", hint="give a YAML file of particulars"
+        )
     with arithmetic_guard(), blas_limited():
         cleaned = [without_spikes(r.turned("starboard")) for r in (*train, *held_out)]
         spikes = [f"{r.name}: {n} samples that stand out of their neighbours are left out." for r, n in cleaned if n]
         records = [r for r, _ in cleaned]
-        return _built(records[: len(train)], records[len(train) :], spikes)
+        return _built(records[: len(train)], records[len(train) :], ship, spikes)
 
 
-def _built(train: Sequence[Record], held_out: Sequence[Record], spikes: Sequence[str]) -> CraftDiagnosis:
+def _built(
+    train: Sequence[Record], held_out: Sequence[Record], ship: Model | None, spikes: Sequence[str]
+) -> CraftDiagnosis:
     started = time.perf_counter()
     scales = scales_of(train)
     pieces = pieces_of(train, scales)
@@ -89,19 +98,9 @@ def _built(train: Sequence[Record], held_out: Sequence[Record], spikes: Sequence
     ladder = Ladder(pieces, craft, given, commands=not all(r.has(RUDDERS[0]) for r in train))
     found = climb(ladder)
     kept = _guarded(ladder, found, [*train, *held_out])
-    first, model = (model_of(ladder, s.attempt) for s in (kept[0], kept[-1]))
-    judged = list(held_out) or list(train)
-    ahead = validate({BUILT: model, FIRST: first}, named(judged))
-    notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps))]
-    near = max(ahead.horizons_s[:NEAR])
-    if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST, near) > WORSE:
-        notes.append("Held-out records are predicted worse with all that entered: the steering law alone is the model.")
-        kept, model = kept[:1], first
-        ahead = validate({BUILT: model, FIRST: first}, named(judged))
-    if mean_ratio([*ahead.scores, *ahead.simple], BUILT, STRAIGHT) > 1.0:
-        notes.append("No better than a craft that goes straight: the steering of the model is set to zero.")
-        model = _unsteered(model)
-        ahead = validate({BUILT: model, FIRST: first}, named(judged))
+    own, told = (None, []) if ship is None else corrected(ship, train)
+    kept, model, ahead, notes = _judged(ladder, kept, train, held_out, own)
+    notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps)), *told, *notes]
     final = kept[-1].attempt
     covariance = _covariance(ladder, final, model)
     copied = copied_input(pieces)
@@ -112,14 +111,42 @@ def _built(train: Sequence[Record], held_out: Sequence[Record], spikes: Sequence
     band, inside = _heading(ladder, final, model, train, held_out, ahead.horizons_s)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     return CraftDiagnosis(
-        model=model, first=first, records=tuple(roles),
-        verdict=verdict, reason=reason, window_s=final.fitted.windows.dt * (final.fitted.windows.inputs.shape[1] - 1),
+        model=model, first=model_of(ladder, kept[0].attempt), ship=own, records=tuple(roles),
+        verdict=verdict, reason=reason, window_s=_window(final),
         laws=_laws(found, kept[0].attempt), steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance),
         refused=found.refused, band=band, inside=inside,
         own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.fitted.shifts, strict=True)),
         ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(found, kept, given), notes=tuple(notes),
         wall_s=time.perf_counter() - started, covariance=covariance,
     )  # fmt: skip
+
+
+def _judged(
+    ladder: Ladder, kept: list[Step], train: Sequence[Record], held_out: Sequence[Record], ship: Model | None
+) -> tuple[list[Step], Model, Validation, list[str]]:
+    """The steps that stand along held-out records, their model, the errors ahead of it and of what stands beside it."""
+    judged, notes = named(list(held_out) or list(train)), list[str]()
+
+    def ahead_of(model: Model) -> Validation:
+        beside = {} if ship is None else {SHIP: ship}
+        return validate({BUILT: model, FIRST: first} | beside, judged)
+
+    first, model = (model_of(ladder, step.attempt) for step in (kept[0], kept[-1]))
+    ahead = ahead_of(model)
+    near = max(ahead.horizons_s[:NEAR])
+    if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST, near) > WORSE:
+        notes.append("Held-out records are predicted worse with all that entered: the steering law alone is the model.")
+        kept, model = kept[:1], first
+        ahead = ahead_of(model)
+    if mean_ratio([*ahead.scores, *ahead.simple], BUILT, STRAIGHT) > 1.0:
+        notes.append("No better than a craft that goes straight: the steering of the model is set to zero.")
+        model = _unsteered(model)
+        ahead = ahead_of(model)
+    ratio = mean_ratio(ahead.scores, SHIP, BUILT)
+    if ship is not None and np.isfinite(ratio):
+        more = f"{abs(ratio - 1.0):.0%} {'larger' if ratio > 1.0 else 'smaller'}"
+        notes.append(f"The simulation of the particulars has errors of heading and yaw rate ahead that are {more}.")
+    return kept, model, ahead, notes
 
 
 def model_of(ladder: Ladder, attempt: Attempt) -> Model:

@@ -73,6 +73,7 @@ class CraftDiagnosis:
     """The outcome for a craft without a model.
 
     first, model : the chosen steering law alone, and the model that was built.
+    ship : the simulation of the particulars, corrected by the training records; None where none were given.
     window_s : length of the windows, s.
     ahead : both models along the held-out records (the training records where none is held out).
     inside : share of held-out heading errors within one standard deviation of the band; nan without held-out records.
@@ -84,6 +85,7 @@ class CraftDiagnosis:
 
     model: Model
     first: Model
+    ship: Model | None
     records: tuple[tuple[str, str], ...]
     verdict: str
     reason: str
@@ -105,6 +107,6 @@ class CraftDiagnosis:
 
     def to_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, without the models' equations."""
-        hidden = ("model", "first", "ahead", "covariance")
+        hidden = ("model", "first", "ship", "ahead", "covariance")
         told = plain({name: value for name, value in self.__dict__.items() if name not in hidden})
         return {"schema": SCHEMA, "family": self.model.family, **told, "ahead": self.ahead.to_json()}

@@ -19,12 +19,16 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .identification import Path as FilePath
 
+SHIP = "particulars_model.json"
+"""File of the simulation of particulars."""
+
 
 class CraftDiagnosis(result.CraftDiagnosis, Result):
     """The outcome of `build_model`: what steers the craft, what simpler models lack, how far ahead to trust the model.
 
     `model` is the model that was built, which `simulate`, `validate` and `diagnose` take like any other, `first` the
-    steering law alone, `steps` the ladder, `ahead` the errors ahead, `band` how far heading can be trusted.
+    steering law alone, `ship` the corrected simulation of the particulars, `steps` the ladder, `ahead` the errors
+    ahead, `band` how far heading can be trusted.
     """
 
     room, files, pictured = "craft", FILES[:2], "measured channels and free runs"
@@ -45,7 +49,7 @@ class CraftDiagnosis(result.CraftDiagnosis, Result):
         return runs_figure(self.ahead, record)
 
     def _models(self) -> dict[str, Model]:
-        return {FILES[2]: self.model}
+        return {FILES[2]: self.model} | ({} if self.ship is None else {SHIP: self.ship})
 
     def __repr__(self) -> str:
         return f"<CraftDiagnosis: {self.verdict}, {self.model.family}>"
@@ -57,6 +61,7 @@ def build_model(
     held_out: Record | FilePath | Sequence[Record | FilePath] = (),
     *,
     positive_rudder: str | None = None,
+    particulars: Model | FilePath | None = None,
 ) -> CraftDiagnosis:
     """Build a model of a craft for which none is known, and say how far ahead it can be trusted.
 
@@ -70,6 +75,8 @@ def build_model(
     train : one record or several, or paths of record files, with rudder or command, and heading or yaw rate.
     held_out : likewise; they take no part in the choice, but the model is not worse along them than the law alone.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+    particulars : YAML file of the ship's particulars (docs/mathematics/craft.md), or another simulation of surge, sway
+        and yaw: it is corrected by the training records and told beside the built model, `ship` of the outcome.
 
     Raises
     ------
@@ -79,9 +86,11 @@ def build_model(
     """
     from ..diagnosis.craft.build import build
     from ..models.model import resolve
+    from .identification import as_model
 
+    ship = None if particulars is None else as_model(particulars)
     records, others, doubts = training_and_held_out(resolve("nomoto-1"), train, held_out, positive_rudder)
-    found = build(records, others)
+    found = build(records, others, ship)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
     return CraftDiagnosis.of(replace(found, records=tuple(names), doubts=doubts))

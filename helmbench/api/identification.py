@@ -150,6 +150,7 @@ def identify(
     *,
     validate: Record | Path | Sequence[Record | Path] = (),
     positive_rudder: str | None = None,
+    particulars: Model | Path | None = None,
 ) -> Estimate:
     """Identify the coefficients of a model from one record or several.
 
@@ -167,6 +168,8 @@ def identify(
     validate : held-out records by which 'auto' chooses; without them each record, or block of time, is left out in
         turn.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+    particulars : YAML file of the ship's particulars, for 'auto': the simulation that they give, corrected by the
+        records, is taken where it predicts better ahead (`build_model`).
 
     Warns
     -----
@@ -186,7 +189,9 @@ def identify(
     from ..methods.registry import make
 
     if model == AUTO:
-        return _chosen(records, method, validate, positive_rudder)
+        return _chosen(records, method, validate, positive_rudder, particulars)
+    if particulars is not None:
+        raise BadInput("particulars beside a model", hint="they go with the model 'auto'")
     if method is None:
         raise BadInput("no method", hint="give one (`list_methods`); only the model 'auto' needs none")
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
@@ -204,13 +209,19 @@ def _chosen(
     method: Method | str | None,
     validate: Record | Path | Sequence[Record | Path],
     positive_rudder: str | None,
+    particulars: Model | Path | None,
 ) -> Estimate:
     """The estimate of 'auto', see `identify`."""
     read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
-    return chosen_estimate(read, () if method is None else (method,), others)
+    return chosen_estimate(read, () if method is None else (method,), others, particulars)
 
 
-def chosen_estimate(train: Sequence[Record], methods: Sequence[Method | str], others: Sequence[Record]) -> Estimate:
+def chosen_estimate(
+    train: Sequence[Record],
+    methods: Sequence[Method | str],
+    others: Sequence[Record],
+    particulars: Model | Path | None = None,
+) -> Estimate:
     """The model that is built from the records or, where it predicts as well ahead, the best family of all methods.
 
     Raises
@@ -220,21 +231,36 @@ def chosen_estimate(train: Sequence[Record], methods: Sequence[Method | str], ot
     from .assessment import compare
 
     if not methods:
-        return _estimate_built(train, others)
+        return _estimate_built(train, others, particulars)
     found = compare(train, AUTO, methods, validate=others)
     best = estimate_of(found, train)
     try:
-        built = _estimate_built(train, others)
+        built = _estimate_built(train, others, particulars)
     except CannotFit:
         return best
     return replace(built, comparison=found) if _better_ahead(built, best, others or train) else best
 
 
-def _estimate_built(train: Sequence[Record], others: Sequence[Record]) -> Estimate:
-    """The model of `build_model` as an estimate."""
+def _estimate_built(train: Sequence[Record], others: Sequence[Record], particulars: Model | Path | None) -> Estimate:
+    """The model of `build_model` as an estimate, or the simulation of the particulars where that predicts better."""
+    from ..diagnosis.craft.build import BUILT, SHIP
+    from ..estimation.validation.horizons import mean_ratio
     from .craft import build_model
 
-    found = build_model(train, others)
+    found = build_model(train, others, particulars=particulars)
+    if found.ship is not None and mean_ratio(found.ahead.scores, SHIP, BUILT) < 1.0 - LEAST:
+        return Estimate(
+            method="particulars",
+            variant="corrected",
+            model=found.ship,
+            coefficients=found.ship.coefficients,
+            covariance=None,
+            parameters=dict(found.ship.parameters),
+            stderr=dict.fromkeys(found.ship.parameters, float("nan")),
+            message=found.notes[-1],
+            wall_s=found.wall_s,
+            records=tuple(train),
+        )
     model, shown = found.model, {n.name: (n.high - n.value) / NORMAL_90 for n in found.numbers}
     parameters = {name: float(value) for name, value in model.parameters.items()}
     return Estimate(

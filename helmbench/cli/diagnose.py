@@ -8,6 +8,7 @@ import click
 
 from ._shared import (
     CAUSE,
+    FILE,
     MODEL,
     TwoSets,
     check_folder,
@@ -38,6 +39,7 @@ class Diagnose(TwoSets):
     type=click.FloatRange(min=0.0),
     help="Relative uncertainty of known coefficients; 0: exact.  [default: the family's priors]",
 )
+@click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, without --model.")
 @click.option("--channels", help="Use only these: heading,yaw_rate,surge,sway,north,east.  [default: all]")
 @click.option("--causes", multiple=True, metavar="CAUSE...", type=CAUSE, help="Test only these causes.  [default: all]")
 @click.option(
@@ -53,6 +55,7 @@ def diagnose(
     held_out: tuple[Path, ...],
     base_parameters: str | None,
     coefficient_sd: float | None,
+    particulars: Path | None,
     channels: str | None,
     causes: tuple[str, ...],
     max_effects: int,
@@ -74,9 +77,11 @@ def diagnose(
     from ..api.diagnosis import FILES
 
     check_folder(output, FILES, force)
+    if particulars is not None and model is not None:
+        raise click.UsageError("--particulars goes without --model: a file of particulars is a model as well.")
     if model is None:
         return find_and_write(
-            lambda: helmbench.build_model(train, held_out, positive_rudder=positive_rudder),
+            lambda: helmbench.build_model(train, held_out, positive_rudder=positive_rudder, particulars=particulars),
             "no model can be built",
             output,
             as_json,

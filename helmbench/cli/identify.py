@@ -49,6 +49,7 @@ class Request:
     methods: tuple[str, ...]
     validate: tuple[Path, ...]
     positive_rudder: str | None
+    particulars: Path | None
 
 
 @click.command(cls=Identify)
@@ -62,6 +63,7 @@ class Request:
 @click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
 @click.option("--compare", multiple=True, metavar="METHOD...", type=METHOD, help="Further methods, side by side.")
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
+@click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, with --model auto.")
 @click.option(
     "--identifiability",
     is_flag=True,
@@ -79,6 +81,7 @@ def identify(
     validate: tuple[Path, ...],
     compare: tuple[str, ...],
     positive_rudder: str | None,
+    particulars: Path | None,
     identifiability: bool,
     tuner: str | None,
     storage: str | None,
@@ -103,10 +106,12 @@ def identify(
         check_file(page, force)
     if method is None and model != AUTO:
         raise click.UsageError("Missing option '--method'.")
+    if particulars is not None and model != AUTO:
+        raise click.UsageError("--particulars goes with --model auto.")
     methods = with_tuner(((method, *compare) if method else compare), tuner, storage)
     told = f"method {methods[0]}" if methods else "the ladder"
     with refusals(f"{told} failed on {model}", f"{told} cannot fit {model}") as failed:
-        found = _identified(Request(records, model, tuple(methods), validate, positive_rudder))
+        found = _identified(Request(records, model, tuple(methods), validate, positive_rudder, particulars))
     if failed:
         return complain(failed[0], FAILED)
     for doubt in found.doubts:
@@ -157,7 +162,7 @@ def _identified(asked: Request) -> Assessment:
                 found = helmbench.compare(train, structure, asked.methods, validate=others)
                 return estimate.assess(others, compared=found)
             return estimate.assess(others)
-        return chosen_estimate(train, asked.methods, others).assess(others)
+        return chosen_estimate(train, asked.methods, others, asked.particulars).assess(others)
 
 
 def _written(found: Assessment, output: Path, into_file: bool, page: Path | None) -> list[Path]:

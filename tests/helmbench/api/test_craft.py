@@ -6,6 +6,7 @@ from html import unescape
 import pytest
 
 import helmbench
+from helmbench import Case, generate
 from helmbench.cli import status_of
 
 from ...craft_simulator import draw, sailed
@@ -32,6 +33,20 @@ def test_the_outcome_shows_itself_and_its_model_is_read_back(records, tmp_path):
         assert told.score(channel).rmse == pytest.approx(found.ahead.score(channel).rmse, rel=1e-6)
     with pytest.raises(helmbench.BadInput, match="no such record"):
         found.plot("other")
+
+
+def test_a_simulation_of_particulars_stands_beside_the_built_model(tmp_path):
+    runs = [generate(Case("kvlcc2-l7", f"zigzag:{text}", "low", seed=3)) for text in ("20/20", "10/10", "20/10")]
+    found = helmbench.build_model(runs[:2], runs[2], particulars="kvlcc2-l7")
+    assert found.ahead.score("heading_rad", "particulars").rmse < found.ahead.score("heading_rad", "built").rmse
+    assert "particulars has errors" in found.summary()
+    paths = found.write(tmp_path / "out")
+    assert helmbench.resolve(paths[-1]).is_3dof and paths[-1].name == "particulars_model.json"
+    assert helmbench.identify(runs[:2], "auto", validate=runs[2], particulars="kvlcc2-l7").method == "particulars"
+    with pytest.raises(helmbench.BadInput, match="simulation of surge, sway and yaw"):
+        helmbench.build_model(runs[:2], particulars="nomoto-1")
+    with pytest.raises(helmbench.BadInput, match="particulars beside a model"):
+        helmbench.identify(runs[0], "nomoto-1", "ls", particulars="kvlcc2-l7")
 
 
 def test_commands_need_no_model_and_no_method(records, tmp_path, capsys):
