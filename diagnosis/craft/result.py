@@ -85,7 +85,6 @@ class CraftDiagnosis:
 
     model: Model
     first: Model
-    ship: Model | None
     records: tuple[tuple[str, str], ...]
     verdict: str
     reason: str
@@ -102,6 +101,7 @@ class CraftDiagnosis:
     next_runs: str
     covariance: np.ndarray
     wall_s: float
+    ship: Model | None = None
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
 
