@@ -28,7 +28,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 endif
 
 .PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
-	browser reports board-pages dist packages sizes image
+	browser reports board-pages reproduction-pages dist packages sizes image
 .DELETE_ON_ERROR:
 
 help:
@@ -37,6 +37,7 @@ help:
 	@echo "make test     install, lint, check types, run the tests"
 	@echo "make docs     build the documentation site in docs/_build; nothing is loaded from the network"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
+	@echo "make reproduction-pages   judge the stored results of reports/reproduction again, write its pages"
 	@echo "make verdicts   reproduce once more with another seed: at most 2 % of the verdicts may change, no headline"
 	@echo "make rates    draw every expectation of the diagnosis many times, compare the rates with what is promised;"
 	@echo "              run the suite of imperfect base models (RATE_ROUNDS=2) into $(RATES), with its report"
@@ -92,6 +93,9 @@ reproduce: env
 	rm -rf reports/reproduction
 	mkdir -p reports
 	cp -R $(REPRODUCTION)/pages reports/reproduction
+
+reproduction-pages: env
+	$(BIN)/python -m helmbench.reproduction.pages.markdown reports/reproduction
 
 # Compares with the runs of `make reproduce`.
 verdicts: env

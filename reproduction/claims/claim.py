@@ -66,9 +66,12 @@ class Claim(FileContent):
     study, corrected, as_printed : the study and the keys of its values under corrected and printed equations.
     protocol : how it is computed, and what the paper leaves unsaid.
     equation : the wrong equation, "(26)".
-    reason : one sentence, or one for each verdict; {published}, {corrected}, {as_printed}, {low}, {high} are filled in.
+    reason : one sentence, or one for each verdict (`open`: for all that are neither reproduced nor contradicted);
+        {published}, {corrected}, {as_printed}, {low}, {high} are filled in.
     missing : why nothing can be computed, instead of a study.
-    unprinted : the decisive setting that the paper does not print; whatever we find, the claim is not reproducible.
+    unused : of a setting, why no study takes it, instead of a study.
+    unprinted : the decisive setting that the paper does not print; whatever we find, the claim is at most consistent.
+    censored : a run without a number would have had one after the record's end: right-censored.
     stated : everything that decides the value is printed, so that a disagreement contradicts the claim.
     search : the study that computes the same keys over the range of what is not printed (see `Search`); only a value
         that this range does not hold is contradicted.
@@ -94,7 +97,9 @@ class Claim(FileContent):
     equation: Text = ""
     reason: Reason = ""
     missing: Text = ""
+    unused: Text = ""
     unprinted: Text = ""
+    censored: Flag = False
     stated: Flag = False
     search: Text = ""
     nonzero: Flag = False
@@ -104,7 +109,7 @@ class Claim(FileContent):
 
     @model_validator(mode="after")
     def _can_be_computed(self) -> Claim:
-        if bool(self.missing) == bool(self.study):
+        if [bool(self.missing), bool(self.unused), bool(self.study)].count(True) != 1:
             raise ValueError("needs either a study or what is missing")
         if self.study and not self.corrected:
             raise ValueError("needs the key of the corrected value")
@@ -152,11 +157,17 @@ class Search(FileContent):
 
 
 class Comparison(FileContent):
-    """A ratio of errors on the paper's own example, method over baseline: below 1 the method is better."""
+    """A ratio of errors on the paper's own example, method over baseline: below 1 the method is better.
+
+    note : what the ratio means.
+    exact : the baseline's error is rounding alone; its ratio is no number to show.
+    """
 
     quantity: Text
     study: Text
     key: Text
+    note: Text = ""
+    exact: Flag = False
 
 
 class Headline(FileContent):

@@ -29,13 +29,15 @@ def own_answer(found: Spread) -> str:
     return NO
 
 
-def own(paper: Paper, results: Results) -> list[tuple[str, Spread, str]]:
-    """Comparisons on the paper's own example: quantity, ratio, answer."""
+def own(paper: Paper, results: Results) -> list[tuple[str, str, str]]:
+    """Comparisons on the paper's own example: quantity, ratio in words, answer."""
     assert paper.headline is not None
     found = []
     for comparison in paper.headline.own:
         ratio = results.values.get(comparison.study, {}).get(comparison.key, NOTHING)
-        found.append((comparison.quantity, ratio, own_answer(ratio)))
+        told = "the other is exact to rounding" if comparison.exact else _ratio(ratio)
+        told += f", {comparison.note}" if comparison.note else ""
+        found.append((comparison.quantity, told, own_answer(ratio)))
     return found
 
 
@@ -66,7 +68,7 @@ def section(paper: Paper, results: Results, across: Results | None) -> Iterator[
     yield f"**On its own example: {word}.** Ratios of errors, {headline.method} over the other; below 1 it is better."
     columns = [
         Column("compared", lambda row: row[0]),
-        Column("ratio", lambda row: _ratio(row[1]), lambda row: row[1].median),
+        Column("ratio", lambda row: row[1]),
         Column("better", lambda row: row[2]),
     ]
     yield table_text(make_table(columns, answers))
@@ -117,7 +119,7 @@ def table(found: Sequence[tuple[Paper, Results]], across: Results | None) -> str
 def own_text(paper: Paper, results: Results) -> str:
     """The word and the ratios behind it."""
     answers = own(paper, results)
-    ratios = ", ".join(f"{_ratio(ratio)} ({quantity})" for quantity, ratio, _ in answers)
+    ratios = ", ".join(f"{ratio} ({quantity})" for quantity, ratio, _ in answers)
     return f"{joined([answer for *_, answer in answers])}; ratio of errors {ratios}"
 
 

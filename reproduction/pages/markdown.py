@@ -1,7 +1,12 @@
-"""Markdown pages of a reproduction: one a paper and an index, from claims and stored results alone."""
+"""Markdown pages of a reproduction: one a paper and an index, from claims and stored results alone.
+
+`python -m helmbench.reproduction.pages.markdown FOLDER` writes them anew from the results in the folder, which
+`make reproduction-pages` calls.
+"""
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
@@ -15,7 +20,7 @@ from ...reporting.tables import Column, Table, make_table
 from ...reporting.tables import markdown as table_text
 from .. import results as stored
 from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Paper, Reference
-from ..claims.files import ACROSS
+from ..claims.files import ACROSS, everything, load
 from ..results import Results
 from ..verdicts.spread import DIGITS, Spread
 from ..verdicts.verdict import NO_VALUE, REPRODUCED, VERDICTS, Judged, shown, within
@@ -122,8 +127,15 @@ _LEGEND = """## How to read the pages
   computed by us from printed numbers, and shown in a column of its own. Only results count in the table above.
 - **reproduced**: the printed equations give the published value, or the only form of them that exists.
 - **reproduced with correction**: the corrected equations give it, the printed ones do not.
-- **not reproducible**: a setting that decides the value is not printed; or such records cannot determine it, since
-  the interval of our runs is wider than the value itself; or about half of our runs agree with a statement.
+- **consistent, not determined**: the published value lies in the interval of our runs, but these do not settle it: a
+  setting that decides it is not printed, the interval is wider than the value itself or holds zero, or about half of
+  our runs agree with a statement.
+- **in reach of unprinted settings**: a search over what is not printed comes to it, or past it.
+- **not reached, settings not printed**: neither our runs nor a search come to it, and the paper leaves open what
+  decides it: this says nothing against the paper.
+- **no finite value**: no run gave a number.
+- **not computable**: the paper lacks what a computation needs.
+- **not used**: a setting that no study here takes.
 - **contradicted**: neither form gives it, although all that decides it is printed; or although what is not printed
   (time step, rudder rate and lag, speed, zigzag angle, noise, start) was searched over a range that the reason names.
   Since a search leaves gaps, its values must stay away from the published one by more than half of their own range;
@@ -296,3 +308,7 @@ def _ended(judged: Sequence[Judged]) -> str:
 
 def _equations(text: str) -> str:
     return f"eq. {text}" if text.startswith("(") else text
+
+
+if __name__ == "__main__":
+    write([load(name) for name in everything()], Path(sys.argv[1]))

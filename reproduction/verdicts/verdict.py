@@ -13,10 +13,16 @@ from .spread import NOTHING, Spread
 
 REPRODUCED = "reproduced"
 CORRECTED = "reproduced with correction"
-IMPOSSIBLE = "not reproducible"
-CONTRADICTED = "contradicted"
+CONSISTENT = "consistent, not determined"
+IN_REACH = "in reach of unprinted settings"
+NOT_REACHED = "not reached, settings not printed"
 NO_VALUE = "no finite value"
-VERDICTS = (REPRODUCED, CORRECTED, IMPOSSIBLE, CONTRADICTED)
+NOT_COMPUTABLE = "not computable"
+NOT_USED = "not used"
+CONTRADICTED = "contradicted"
+OPEN = (CONSISTENT, IN_REACH, NOT_REACHED, NO_VALUE, NOT_COMPUTABLE, NOT_USED)
+"""What is neither reproduced nor contradicted; a claim may give one reason for all of these, under `open`."""
+VERDICTS = (REPRODUCED, CORRECTED, *OPEN, CONTRADICTED)
 HALF_TOLERANCE = 0.1
 """A statement that is true in a share of the runs this near to a half is not decided."""
 
@@ -61,9 +67,16 @@ def judge(
     - `reproduced with correction`: only the corrected equations give it.
     - `contradicted`: neither do, although everything that decides it is printed (`claim.stated`), or although what is
       not printed was searched over a range, `over`, and the values in `searched` stay away from it (see `reached`).
-    - `not reproducible`: nothing can be computed (`claim.missing`); a decisive setting is not printed; no run gave a
-      number; about half of the runs agree with a statement; or the published value only agrees with an interval that
-      does not settle its sign (`claim.nonzero`) or is too wide (`claim.limit`).
+    - `consistent, not determined`: the published value lies in the interval of our runs, which does not settle it: a
+      decisive setting is not printed (`claim.unprinted`), the interval holds zero (`claim.nonzero`) or is too wide
+      (`claim.limit`), or about half of the runs agree with a statement.
+    - `in reach of unprinted settings`: it lies among the values that a search over these settings found, or a
+      statement is true at some of them or in some of our runs.
+    - `not reached, settings not printed`: it lies outside both, but not all that decides it is printed, or a search
+      with gaps as wide as this one's may have missed it (`GAP`).
+    - `no finite value`: no run gave a number.
+    - `not computable`: the paper lacks what a computation needs (`claim.missing`).
+    - `not used`: a setting that no study takes (`claim.unused`).
     """
     corrected = values.get(claim.corrected, NOTHING)
     printed = values.get(claim.as_printed, NOTHING) if claim.as_printed else NOTHING
@@ -75,21 +88,31 @@ def judge(
 
 
 def _verdict(claim: Claim, corrected: Spread, printed: Spread, tried: tuple[Spread, ...]) -> str:
-    if claim.missing or claim.unprinted or not (corrected.known or printed.known or claim.search):
-        return IMPOSSIBLE
+    if claim.missing or claim.unused:
+        return NOT_COMPUTABLE if claim.missing else NOT_USED
     first = printed if claim.as_printed else corrected
-    if agrees(claim, first) and determines(claim, first):
+    if not claim.unprinted and agrees(claim, first) and determines(claim, first):
         return REPRODUCED
-    if agrees(claim, corrected) and determines(claim, corrected):
+    if not claim.unprinted and agrees(claim, corrected) and determines(claim, corrected):
         return CORRECTED
     if any(agrees(claim, found) or undecided(claim, found) for found in (first, corrected)):
-        return IMPOSSIBLE
-    if claim.search and any(found.finite for found in tried):
-        if claim.form != "holds" and max(found.n for found in tried) < LEAST_POINTS:
-            return IMPOSSIBLE
-        may_be = any(reached(claim, found) for found in tried) or any(happens(claim, own) for own in (first, corrected))
-        return IMPOSSIBLE if may_be else CONTRADICTED
-    return CONTRADICTED if claim.stated else IMPOSSIBLE
+        return CONSISTENT
+    return _far(claim, (first, corrected), tried)
+
+
+def _far(claim: Claim, own: tuple[Spread, ...], tried: tuple[Spread, ...]) -> str:
+    """The verdict on a claim that disagrees with our runs."""
+    known = any(found.known for found in own)
+    if not any(found.finite for found in tried):
+        if claim.stated and known and not claim.unprinted:
+            return CONTRADICTED
+        return NOT_REACHED if known else NO_VALUE
+    if any(reached(claim, found, gap=0.0) for found in tried) or any(happens(claim, found) for found in own):
+        return IN_REACH
+    few = claim.form != "holds" and max(found.n for found in tried) < LEAST_POINTS
+    if few or claim.unprinted or any(reached(claim, found) for found in tried):
+        return NOT_REACHED if known else NO_VALUE
+    return CONTRADICTED
 
 
 def undecided(claim: Claim, found: Spread) -> bool:
@@ -97,17 +120,18 @@ def undecided(claim: Claim, found: Spread) -> bool:
     return claim.form == "holds" and found.known and abs(found.mean - 0.5) < HALF_TOLERANCE - ROUNDING
 
 
-def reached(claim: Claim, found: Spread) -> bool:
-    """Whether the published value lies among the values that a search found, whose range is widened by `GAP`."""
+def reached(claim: Claim, found: Spread, gap: float = GAP) -> bool:
+    """Whether the published value lies among the values that a search found, whose range is widened by a share `gap`
+    of its width at either end."""
     if not found.finite:
         return False
     if claim.form == "holds":
         return (found.largest if claim.published else 1.0 - found.smallest) >= 0.5
     if claim.scale == "log" and found.smallest > 0.0:
-        beyond = (found.largest / found.smallest) ** GAP
+        beyond = (found.largest / found.smallest) ** gap
         return _between(claim, found.smallest / beyond, found.largest * beyond)
-    gap = GAP * (found.largest - found.smallest)
-    return _between(claim, found.smallest - gap, found.largest + gap)
+    beyond = gap * (found.largest - found.smallest)
+    return _between(claim, found.smallest - beyond, found.largest + beyond)
 
 
 def happens(claim: Claim, found: Spread) -> bool:
@@ -131,9 +155,12 @@ def _too_wide(claim: Claim, found: Spread) -> bool:
 
 
 def agrees(claim: Claim, found: Spread) -> bool:
-    """Whether a single run like ours may give what was published."""
+    """Whether a single run like ours may give what was published.
+
+    Of a censored claim, runs without a number lie beyond the record's end, and a lower bound agrees with them.
+    """
     if not found.known:
-        return False
+        return claim.censored and claim.form == "at_least" and found.n > 0
     if claim.form == "holds":
         share = found.mean if claim.published else 1.0 - found.mean
         return share >= 0.5 + HALF_TOLERANCE - ROUNDING
@@ -167,9 +194,11 @@ def _reason(
     over: str,
     found: Mapping[str, str],
 ) -> str:
-    if claim.missing:
-        return claim.missing
+    if claim.missing or claim.unused:
+        return claim.missing or claim.unused
     given = claim.reason if isinstance(claim.reason, str) else claim.reason.get(verdict, "")
+    if not given and not isinstance(claim.reason, str) and verdict in OPEN:
+        given = claim.reason.get("open", "")
     text = given or ("" if claim.unprinted else _default(claim, corrected, printed, verdict))
     filled = text.format(
         published=shown(claim.published),
@@ -186,7 +215,7 @@ def _reason(
 def _of_search(claim: Claim, verdict: str, tried: tuple[Spread, ...], over: str) -> str:
     """What the range of the unprinted settings gave, where it decided the verdict."""
     known = [found for found in tried if found.finite]
-    if not claim.search or verdict not in (IMPOSSIBLE, CONTRADICTED) or not known:
+    if not claim.search or verdict in (REPRODUCED, CORRECTED) or not known:
         return ""
     if claim.form == "holds":
         share = max(found.mean if claim.published else 1.0 - found.mean for found in known)
@@ -202,10 +231,12 @@ def _somewhere(share: float) -> str:
 
 
 def _default(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:
-    if verdict != IMPOSSIBLE or not (corrected.known or printed.known):
+    if verdict not in OPEN:
         if verdict == REPRODUCED and not claim.as_printed and corrected.n == 1:
             return "Ours agrees."
         return _DEFAULTS[verdict, bool(claim.as_printed)]
+    if not (corrected.known or printed.known):
+        return "No run gave a finite value."
     both = [found for found in (printed, corrected) if found.known]
     if any(undecided(claim, found) for found in both):
         return f"True in about half of the runs, within {HALF_TOLERANCE:g} of it: such runs do not settle it."
@@ -223,8 +254,6 @@ _DEFAULTS = {
     (CORRECTED, True): "The corrected equations give it, the printed ones do not ({as_printed}).",
     (CONTRADICTED, True): "Neither the corrected equations ({corrected}) nor the printed ones ({as_printed}) give it.",
     (CONTRADICTED, False): "It lies outside the interval of our runs.",
-    (IMPOSSIBLE, True): "No run gave a finite value.",
-    (IMPOSSIBLE, False): "No run gave a finite value.",
 }
 
 

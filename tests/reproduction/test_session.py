@@ -94,14 +94,14 @@ def test_pages_tell_everything(made, tmp_path):
     text = (tmp_path / "out/pages/999.md").read_text(encoding="utf-8")
     text = re.sub(" +", " ", text)
     assert "| \\|x\\| (1) | setting | 7 | – | 7 | **reproduced** |" in text
-    assert "| speed | derived | – | fast | – | **not reproducible** | Nothing is said. |" in text
+    assert "| speed | derived | – | fast | – | **not computable** | Nothing is said. |" in text
     assert "1. counted" in text and "![One](figures/999-one.svg)" in text and "| (1) | $a$ | $b$ | It differs." in text
     assert "| seven | 7 ± 0.1 | 7 | yes |" in text
     assert "no finite value" in text
     index = re.sub(" +", " ", (tmp_path / "out/pages/README.md").read_text(encoding="utf-8"))
     assert "[999](999.md) | A made-up paper | 2 |" in index and "| setting | 1 | 1 | 0 |" in index
     rows = session.rows(found)
-    assert [row["verdict"] for row in rows].count("not reproducible") == 1
+    assert [row["verdict"] for row in rows].count("not computable") == 1
     assert [(row["kind"], row["published"], row["from_printed_numbers"]) for row in rows[2:]] == [
         ("setting", 7, None),
         ("derived", None, "fast"),

@@ -7,7 +7,19 @@ import pytest
 
 from helmbench.reproduction.claims.claim import Claim, Reference, Tolerance
 from helmbench.reproduction.verdicts.spread import from_json, prediction_interval, spread, summarise, to_json
-from helmbench.reproduction.verdicts.verdict import CONTRADICTED, CORRECTED, IMPOSSIBLE, REPRODUCED, judge, within
+from helmbench.reproduction.verdicts.verdict import (
+    CONSISTENT,
+    CONTRADICTED,
+    CORRECTED,
+    IN_REACH,
+    NO_VALUE,
+    NOT_COMPUTABLE,
+    NOT_REACHED,
+    NOT_USED,
+    REPRODUCED,
+    judge,
+    within,
+)
 
 FACTS = {
     "id": "a",
@@ -36,7 +48,7 @@ def verdict(claim, **runs):
         ([9.6], [math.nan], CORRECTED),
         ([9.4], [20.0], CONTRADICTED),
         ([math.nan], [20.0], CONTRADICTED),
-        ([math.nan], [math.nan], IMPOSSIBLE),
+        ([math.nan], [math.nan], NO_VALUE),
     ],
 )
 def test_verdicts_of_values(corrected, printed, expected):
@@ -46,7 +58,7 @@ def test_verdicts_of_values(corrected, printed, expected):
 def test_without_a_printed_form_ours_decides():
     assert verdict(ALONE, c=[10.4]) == REPRODUCED
     assert verdict(ALONE, c=[11.0]) == CONTRADICTED
-    assert verdict(ALONE) == IMPOSSIBLE
+    assert verdict(ALONE) == NO_VALUE
 
 
 def test_contradicted_only_outside_the_interval():
@@ -70,22 +82,22 @@ def test_statements_hold_where_well_over_half_of_the_runs_show_them():
     assert verdict(claim, c=[False], p=[False]) == CONTRADICTED
 
 
-@pytest.mark.parametrize(("true", "expected"), [(4, CONTRADICTED), (5, IMPOSSIBLE), (6, REPRODUCED)])
+@pytest.mark.parametrize(("true", "expected"), [(4, CONTRADICTED), (5, CONSISTENT), (6, REPRODUCED)])
 def test_statements_that_half_of_the_runs_show_are_not_decided(true, expected):
     """Of ten runs 4 are false, 6 are true, 5 decide nothing: the tolerance is a tenth."""
     claim = ALONE.model_copy(update=dict(form="holds", published=True))
     runs = [True] * true + [False] * (10 - true)
     assert verdict(claim, c=runs) == expected
-    if expected == IMPOSSIBLE:
+    if expected == CONSISTENT:
         assert "about half of the runs" in judge(claim, {"c": spread(runs)}).reason
 
 
 def test_nothing_is_contradicted_that_depends_on_what_is_not_printed():
     """Without `stated` and without a search a disagreement decides nothing; nor does an agreement with a stand-in."""
     unsaid = ALONE.model_copy(update=dict(stated=False))
-    assert verdict(unsaid, c=[20.0]) == IMPOSSIBLE and verdict(unsaid, c=[10.0]) == REPRODUCED
+    assert verdict(unsaid, c=[20.0]) == NOT_REACHED and verdict(unsaid, c=[10.0]) == REPRODUCED
     unprinted = ALONE.model_copy(update=dict(unprinted="The ship is unknown."))
-    assert verdict(unprinted, c=[10.0]) == IMPOSSIBLE
+    assert verdict(unprinted, c=[10.0]) == CONSISTENT and verdict(unprinted, c=[20.0]) == NOT_REACHED
     assert judge(unprinted, {"c": spread([10.0])}).reason == "The ship is unknown."
 
 
@@ -93,10 +105,10 @@ def test_nothing_is_contradicted_that_depends_on_what_is_not_printed():
     ("searched", "expected"),
     [
         ([14.0, 16.0, 18.0] * 3, CONTRADICTED),
-        ([14.0, 16.0, 23.0] * 3, IMPOSSIBLE),  # a search leaves gaps: the published 10 is near its range
-        ([14.0, 16.0, 18.0], IMPOSSIBLE),
-        ([9.0, 12.0] * 4, IMPOSSIBLE),
-        ([10.4, math.nan] * 4, IMPOSSIBLE),
+        ([14.0, 16.0, 23.0] * 3, NOT_REACHED),  # a search leaves gaps: the published 10 is near its range
+        ([14.0, 16.0, 18.0], NOT_REACHED),
+        ([9.0, 12.0] * 4, IN_REACH),
+        ([10.4, math.nan] * 4, IN_REACH),
     ],
 )
 def test_contradicted_only_where_the_range_does_not_hold_it(searched, expected):
@@ -107,11 +119,11 @@ def test_contradicted_only_where_the_range_does_not_hold_it(searched, expected):
 
 def test_a_statement_that_is_true_somewhere_in_the_range_is_not_contradicted():
     claim = ALONE.model_copy(update=dict(stated=False, search="wide", form="holds", published=True))
-    for found, expected in (([True] + [False] * 9, IMPOSSIBLE), ([False] * 10, CONTRADICTED)):
+    for found, expected in (([True] + [False] * 9, IN_REACH), ([False] * 10, CONTRADICTED)):
         assert judge(claim, {"c": spread([False])}, searched={"c": spread(found)}, over="x").verdict == expected
 
 
-@pytest.mark.parametrize(("low", "expected"), [(101.0, CONTRADICTED), (99.0, IMPOSSIBLE)])
+@pytest.mark.parametrize(("low", "expected"), [(101.0, CONTRADICTED), (99.0, NOT_REACHED)])
 def test_the_range_of_sizes_is_widened_by_its_ratio(low, expected):
     """Half of the decades from 100 to 10000 reach down to 10."""
     claim = ALONE.model_copy(update=dict(stated=False, search="wide", scale="log", tolerance=Tolerance()))
@@ -119,7 +131,7 @@ def test_the_range_of_sizes_is_widened_by_its_ratio(low, expected):
     assert judge(claim, {"c": spread([1e3])}, searched={"c": found}, over="x").verdict == expected
 
 
-@pytest.mark.parametrize(("true", "expected"), [(2, IMPOSSIBLE), (0, CONTRADICTED)])
+@pytest.mark.parametrize(("true", "expected"), [(2, IN_REACH), (0, CONTRADICTED)])
 def test_a_statement_that_is_true_in_a_few_of_our_runs_is_not_contradicted(true, expected):
     claim = ALONE.model_copy(update=dict(stated=False, search="wide", form="holds", published=True))
     own = spread([True] * true + [False] * (20 - true))
@@ -147,7 +159,7 @@ def test_reasons_may_name_any_value_of_the_study():
 @pytest.mark.parametrize(
     ("corrected", "printed", "expected"),
     [
-        ([6.0, 10.0, 14.0], [6.0, 10.0, 14.0], IMPOSSIBLE),
+        ([6.0, 10.0, 14.0], [6.0, 10.0, 14.0], CONSISTENT),
         ([9.8, 10.0, 10.2], [6.0, 10.0, 14.0], CORRECTED),
         ([6.0, 10.0, 14.0], [9.8, 10.0, 10.2], REPRODUCED),
         ([95.0, 100.0, 105.0], [97.0, 100.0, 103.0], CONTRADICTED),
@@ -155,7 +167,7 @@ def test_reasons_may_name_any_value_of_the_study():
 )
 def test_an_interval_wider_than_the_value_reproduces_nothing(corrected, printed, expected):
     assert verdict(CLAIM, c=corrected, p=printed) == expected
-    if expected == IMPOSSIBLE:
+    if expected == CONSISTENT:
         assert verdict(CLAIM.model_copy(update=dict(widest=math.inf)), c=corrected, p=printed) == REPRODUCED
         assert "wider than the value" in judge(CLAIM, {"c": spread(corrected), "p": spread(printed)}).reason
 
@@ -171,11 +183,26 @@ def test_errors_have_intervals_of_their_logarithms():
     assert found["error"].low > 0.0 > found["value"].low
 
 
-def test_what_is_missing_is_not_reproducible_and_says_why():
-    judged = judge(
-        Claim(id="a", kind="result", item="Table 1", quantity="q", published="words", missing="There is no number."), {}
-    )
-    assert (judged.verdict, judged.reason) == (IMPOSSIBLE, "There is no number.")
+@pytest.mark.parametrize(("field", "expected"), [("missing", NOT_COMPUTABLE), ("unused", NOT_USED)])
+def test_what_is_missing_or_not_used_has_a_label_of_its_own_and_says_why(field, expected):
+    facts = {"id": "a", "kind": "setting", "item": "Table 1", "quantity": "q", "published": "words"}
+    judged = judge(Claim(**facts, **{field: "There is no number."}), {})
+    assert (judged.verdict, judged.reason) == (expected, "There is no number.")
+    with pytest.raises(ValueError, match="either a study or what is missing"):
+        Claim(**facts)
+
+
+def test_runs_that_end_before_they_converge_agree_with_a_lower_bound():
+    claim = ALONE.model_copy(update=dict(form="at_least", unprinted="The band is not printed.", censored=True))
+    assert verdict(claim, c=[math.nan, math.nan]) == CONSISTENT
+    assert verdict(claim.model_copy(update=dict(censored=False)), c=[math.nan, math.nan]) == NO_VALUE
+    assert verdict(claim.model_copy(update=dict(form="at_most")), c=[math.nan, math.nan]) == NO_VALUE
+
+
+def test_one_reason_may_serve_all_open_verdicts():
+    claim = ALONE.model_copy(update=dict(stated=False, reason={"open": "The noise decides it."}))
+    assert judge(claim, {"c": spread([20.0])}).reason == "The noise decides it."
+    assert judge(claim, {"c": spread([10.0])}).reason == "Ours agrees."
 
 
 def test_reasons_are_filled_in():
