@@ -18,8 +18,8 @@ ROWS := out/timing/rows.jsonl
 STAMP := .venv/installed-at
 TYPES := build/types/helmbench
 TOOLS := build/tools
-SUITES ?= $(filter $(patsubst bench/suites/%.yaml,%,$(wildcard bench/suites/*.yaml)),default generalise measured \
-	noise outliers disturbances sampling excitation)
+SUITES ?= default measured mismatch channels minutes generalise response-models \
+	noise outliers disturbances sampling excitation
 ROOMS := models datasets checks estimation methods diagnosis bench reporting reproduction
 
 # An environment holds absolute paths: when the checkout has moved, build it again.

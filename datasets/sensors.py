@@ -7,6 +7,9 @@ A noise string is a level, or quantities per channel, or both, followed by optio
     medium,outliers=5%                    options apply to every sensor
     medium,heading.delay=0.5s             or, with a channel before the dot, to one
 
+    low,only=heading+surge                channels on board, beside rudder and propeller; the others are taken out
+    low,without=surge+sway                channels that nothing measures
+
 Channels are the record's columns without their unit: rudder, heading, yaw_rate, surge, sway, north, east,
 propeller, roll, roll_rate, wind_speed, wind_direction, and rudder_command (an order, not a measurement: it
 takes no part in levels and general options). Channels that a record lacks are left out silently, so that
@@ -68,6 +71,9 @@ CHANNELS: dict[str, tuple[str, Mapping[str, float]]] = {
     "wind_direction": ("wind_direction_rad", ANGLE),
 }
 ORDERS = ("rudder_command",)
+INPUTS = ("rudder_command", "rudder", "propeller")
+"""Channels that `only` always keeps: what a model is driven by."""
+SELECTIONS = ("only", "without")
 
 #: standard deviation per channel and level, in the units of the record's columns
 NOISE: dict[str, dict[str, float]] = {
@@ -170,10 +176,18 @@ class ChannelSensor:
 
 @dataclass(frozen=True)
 class Sensors:
-    """Sensors of a record: column name -> `ChannelSensor`; columns without one are left as they are."""
+    """Sensors of a record: column name -> `ChannelSensor`; columns without one are left as they are.
+
+    `missing` are columns without a sensor on board: they are taken out of the record.
+    """
 
     channels: Mapping[str, ChannelSensor] = field(default_factory=dict)
     text: str = "none"
+    missing: frozenset[str] = frozenset()
+
+    def on_board(self, record: Record) -> Record:
+        """The record without the channels that nothing measures."""
+        return beside(record, channels={c: v for c, v in record.channels.items() if c not in self.missing})
 
     def sd(self, column: str) -> float:
         """Standard deviation of a column's noise (0 if it has none)."""
@@ -192,7 +206,7 @@ def apply(record: Record, sensors: Sensors, rng: np.random.Generator, meta: Reco
         for column, sensor in sensors.channels.items()
         if record.has(column)
     }
-    return beside(record, channels={**record.channels, **measured}, meta=meta or record.meta)
+    return sensors.on_board(beside(record, channels={**record.channels, **measured}, meta=meta or record.meta))
 
 
 def measure(
@@ -270,13 +284,31 @@ def parse_noise(text: str) -> Sensors:
     """Read a noise string (see the module's head); BadInput with one line if it is malformed."""
     try:
         items = [item.strip() for item in text.split(",")]
-        sensors, rest = _level(items)
+        missing, measured = _without(items)
+        sensors, rest = _level(measured)
         for item in sorted(rest, key=_is_option):
             sensors = _item(sensors, item)
-        return Sensors(_columns(sensors), ",".join(items))
+        return Sensors(_columns(sensors), ",".join(items), missing)
     except ValueError as error:
         form = f"expected {'|'.join(NOISE)}, CHANNEL=SDunit, OPTION=VALUE, e.g. medium,heading=0.1deg,outliers=5%"
         raise BadInput(f"noise {text!r}: {error}", hint=form) from None
+
+
+def _without(items: list[str]) -> tuple[frozenset[str], list[str]]:
+    """Columns that `only` and `without` take away, and the other items (`none` where nothing is left)."""
+    missing: set[str] = set()
+    for item in items:
+        name, equals, value = item.partition("=")
+        if not equals or name not in SELECTIONS:
+            continue
+        named = value.split("+")
+        unknown = [channel for channel in named if channel not in CHANNELS]
+        if unknown:
+            raise ValueError(f"unknown channel {unknown[0]!r} (one of {', '.join(CHANNELS)})")
+        kept = [*named, *INPUTS]
+        missing |= set(named) if name == "without" else {channel for channel in CHANNELS if channel not in kept}
+    rest = [item for item in items if item.partition("=")[0] not in SELECTIONS]
+    return frozenset(CHANNELS[channel][0] for channel in missing), rest or ["none"]
 
 
 def _level(items: list[str]) -> tuple[dict[str, ChannelSensor], list[str]]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...bench.kinds.identification.columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
 from ...bench.scores.errors_ahead import errors_ahead
+from ...bench.scores.record_errors import record_errors
 from ...bench.store import read_tables
 from ...models.errors import BadInput
 from ...models.folders import check_regular
@@ -21,7 +22,19 @@ from .standings import CELL, MEDIANS, PREDICTED, Frame, Series
 
 JUDGED = ("rel_error_median", *(f"r2_free_{name}" for name in (*PREDICTED, "north_m", "east_m")))
 WIDE = tuple(
-    dict.fromkeys((*KEYS, "status", "error", "diverged", "measured", *JUDGED, *MEDIANS.values(), *errors_ahead.columns))
+    dict.fromkeys(
+        (
+            *KEYS,
+            "status",
+            "error",
+            "diverged",
+            "measured",
+            *JUDGED,
+            *MEDIANS.values(),
+            *errors_ahead.columns,
+            *record_errors.columns,
+        )
+    )
 )
 """Columns of the runs, as far as they are stored."""
 LONG = ("method", "variant", *CELL, "seed", "parameter", "unit", "true", "true_kind", "estimate", "stderr", "rel_error")

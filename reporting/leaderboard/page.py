@@ -15,6 +15,7 @@ from ..templating import render
 from . import standings
 from .ahead import ahead_table
 from .answer import answer
+from .by_record import record_table
 from .compact import read_compact
 from .contest import contest
 from .estimates import summarised
@@ -127,6 +128,7 @@ def html(
         overall=overall_table(board),
         choice=choice_table(board),
         ahead=ahead_table(results),
+        by_record=record_table(results),
         matrices=matrices(board),
         failures=failure_table(board.failures),
         timings=timing_table(timings),

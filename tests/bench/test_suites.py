@@ -8,9 +8,11 @@ from helmbench.models.errors import BadInput
 
 
 def test_the_suites_are_there():
-    themes = ["disturbances", "excitation", "noise", "outliers", "sampling"]
+    themes = ["channels", "disturbances", "excitation", "minutes", "mismatch", "noise", "outliers", "sampling"]
     diagnosis = ["diagnosis", "false-discovery", "imperfect", "one-bug", "regimes"]
-    assert suite_names() == sorted(["default", "generalise", "measured", "quick", *diagnosis, *themes])
+    assert suite_names() == sorted(
+        ["default", "generalise", "measured", "quick", "response-models", *diagnosis, *themes]
+    )
     for name in suite_names():
         suite = load_suite(name)
         assert suite.name == name and suite.title and suite.entries

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.columns import CANONICAL, TWIN
+from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.randomness import gauss_markov, stream
 from helmbench.datasets.record import Record
 from helmbench.datasets.sensors import CHANNELS, NOISE, ChannelSensor, Sensors, apply, parse_noise, runs
@@ -226,3 +227,13 @@ def test_bad_texts_end_in_one_line_that_shows_the_form(text):
         parse_noise(text)
     line = str(caught.value)
     assert "\n" not in line and "expected" in line and repr(text) in line
+
+
+def test_channels_that_nothing_measures_are_taken_out():
+    record = generate(Case("mariner", "zigzag:20/20", "low,only=heading+surge", duration_s=20.0))
+    assert set(record.channels) == {"rudder_command_rad", "rudder_rad", "heading_rad", "surge_m_s"}
+    whole = generate(Case("mariner", "zigzag:20/20", "low", duration_s=20.0))
+    other = generate(Case("mariner", "zigzag:20/20", "low,without=surge+sway", duration_s=20.0))
+    assert set(whole.channels) - set(other.channels) == {"surge_m_s", "sway_m_s"}
+    with pytest.raises(BadInput, match="unknown channel 'speed'"):
+        parse_noise("low,only=speed")

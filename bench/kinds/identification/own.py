@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from ....datasets.measured import data_dir
 from ....models.errors import BadInput
 from ....models.files import read_bytes
 from ....models.model import list_vessels, resolve
@@ -50,9 +51,9 @@ def ship_of(text: str, folder: Path) -> Ship:
 
 
 def located(text: str, folder: Path) -> str:
-    """Path of a file: beside the suite file, else from the working directory."""
-    beside = folder / text
-    return str(beside) if beside.is_file() else text
+    """Path of a file: beside the suite file, else in the folder of measured data, else from the working directory."""
+    places = (folder / text, data_dir() / text)
+    return next((str(place) for place in places if place.is_file()), text)
 
 
 def digest(files: Sequence[str]) -> str | None:

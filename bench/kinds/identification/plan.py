@@ -29,6 +29,7 @@ VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
 
 ADDED = {"held_out_noise": "none", "held_out_disturbance": "none", "held_out_speed": 1.0, "held_out_dataset": None}
 ADDED |= {"vessel_file": None, "own_records": False, "positive_rudder": None, "digest": None}
+ADDED |= {"constants": (), "terms": ()}
 """Fields of a task that count in a run's key only where they are not these values: older runs keep their keys."""
 METHOD_GROUPS = {
     "all": ("grey box", "black box", "hybrid", "floor"),
@@ -87,10 +88,14 @@ class RunSpec:
 
 
 def model_text(task: Task) -> str:
-    """The fitted family, and the ship whose constants it has where that is another one."""
-    if task.source in (task.model, task.ship) or task.measured:
-        return task.model
-    return f"{task.model} of {Path(task.source).stem if is_file_name(task.source) else task.source}"
+    """The fitted family, and what is wrong with it: constants of another ship, changed constants, lacking terms."""
+    source = Path(task.source).stem if is_file_name(task.source) else task.source
+    parts = [task.model]
+    if task.source not in (task.model, task.ship) and not task.measured:
+        parts.append(f"of {source}")
+    parts += [f"with {factor:g} {name}" for name, factor in task.constants]
+    parts += [f"without {extension}" for extension, _ in task.terms]
+    return " ".join(parts)
 
 
 def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
@@ -113,9 +118,21 @@ def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
 
 def _entry_specs(suite: Suite, entry: Entry, selection: Selection) -> Iterator[RunSpec]:
     methods = _entry_methods(entry, selection)
+    if entry.optional and not _present(entry, suite.folder):
+        return
     for task in _tasks(entry, selection, suite.folder) if methods else ():
         for maker in methods:
             yield _spec(suite.name, maker, task)
+
+
+def _present(entry: Entry, folder: Path) -> bool:
+    """Whether the records of an optional entry are on this machine."""
+    from ....datasets.measured import missing_files
+
+    if entry.dataset:
+        return not any(missing_files(name) for name in (entry.dataset, entry.held_out_dataset) if name)
+    groups = (*entry.records.train, *entry.records.held_out) if entry.records else ()
+    return all(Path(located(text, folder)).is_file() for group in groups for text in group)
 
 
 def _spec(suite: str, maker: str, task: Task) -> RunSpec:
@@ -204,6 +221,8 @@ def _task(
         vessel_file=ship.file,
         own_records=entry.records is not None,
         positive_rudder=entry.records.positive_rudder if entry.records else None,
+        constants=tuple(sorted(entry.constants.items())),
+        terms=tuple((name, tuple(sorted(values.items()))) for name, values in sorted(entry.terms.items())),
         digest=digest([*named, *(train + held_out if entry.records else ())]),
     )
 

@@ -7,7 +7,7 @@ sent.  Problems are kept while rows of the same task follow each other.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import ceil
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....models.errors import BadInput
 from ....models.model import CHANNELS, Model, resolve
 
 if TYPE_CHECKING:
@@ -30,9 +31,15 @@ IDENTIFIABLE_NOISE, IDENTIFIABLE_SHARE = "low", 0.5
 GIVEN, DERIVED = "given", "derived"
 
 
+Terms = tuple[tuple[str, tuple[tuple[str, float], ...]], ...]
+"""Extensions of a ship's equations, each with its parameters."""
+
+
 @dataclass(frozen=True)
 class Task:
     """What is identified from what: texts and numbers only.
+
+    `constants` are factors on constants of the fitted model, `terms` forces that the ship has and the model lacks.
 
     `vessel` is a vessel id, or the measured set's name where `measured` is true; `source` is what the fitted model is
     resolved from and `model` its family.  `duration_s` and `dt_s` override the vessel file's for training records,
@@ -64,6 +71,8 @@ class Task:
     own_records: bool = False
     positive_rudder: str | None = None
     digest: str | None = None
+    constants: tuple[tuple[str, float], ...] = ()
+    terms: Terms = ()
 
     @property
     def ship(self) -> str:
@@ -127,15 +136,36 @@ def problem(task: Task) -> Problem:
 
     Raises `BadInput` where a text is not understood, a measured file is missing or the vessel cannot do it.
     """
-    model = resolve(task.source).blanked()
+    model = fitted_model(task)
     if task.measured:
-        train = tuple(_kept(record, task) for record in measured_records(task, task.train, task.vessel))
+        own = measured_records(task, task.train, task.vessel)
+        train = tuple(_kept(_parsed("straight", task.noise)[1].on_board(record), task) for record in own)
         held_out = measured_records(task, task.held_out, task.held_out_dataset or task.vessel)
         known = Truth()
     else:
         train = _records(task, task.train, task.noise, task.disturbance)
         held_out, known = tuple(_held_out(task, manoeuvre) for manoeuvre in task.held_out), truth(task, model)
     return Problem(model, _corrected(train, model), _corrected(held_out, model), known, task.measured)
+
+
+def fitted_model(task: Task) -> Model:
+    """The model that is fitted, without coefficients; BadInput for a constant that it does not have."""
+    model, factors = resolve(task.source).blanked(), dict(task.constants)
+    unknown = [name for name in factors if name not in model.constant_names]
+    if unknown:
+        raise BadInput(f"{model.id} has no constant {unknown[0]!r}", hint=f"it has {', '.join(model.constant_names)}")
+    scale = np.array([factors.get(name, 1.0) for name in model.constant_names])
+    return replace(model, constants=model.constants * scale)
+
+
+def sailing_model(ship: str, terms: Terms) -> Model:
+    """The ship as it sails; BadInput for a term that it cannot have."""
+    from ....models.extend import extended
+
+    model = resolve(ship)
+    for extension, values in terms:
+        model = extended(model, extension, dict(values))
+    return model
 
 
 def _corrected(records: tuple[Record, ...], model: Model) -> tuple[Record, ...]:
@@ -149,7 +179,7 @@ def _corrected(records: tuple[Record, ...], model: Model) -> tuple[Record, ...]:
 
 def truth(task: Task, model: Model) -> Truth:
     """True parameters of `model` on the task's vessel, with their bounds at the task's noise."""
-    vessel = resolve(task.ship)
+    vessel = sailing_model(task.ship, task.terms)
     if model.family == vessel.family:
         same = np.array_equal(model.constants, vessel.constants)
         return _bounded(task, vessel, vessel.parameters, GIVEN) if same else Truth()
@@ -211,7 +241,13 @@ def _bounded(task: Task, known: Model, values: Mapping[str, float], kind: str) -
 def _calm(task: Task) -> Task:
     """The training records without noise and disturbance: the same for all seeds unless a manoeuvre is random."""
     seed = task.seed if any(_parsed(text)[0].random for text in task.train) else 0
-    kept = {"thinning": task.thinning, "length": task.length, "duration_s": task.duration_s, "dt_s": task.dt_s}
+    kept = {
+        "terms": task.terms,
+        "thinning": task.thinning,
+        "length": task.length,
+        "duration_s": task.duration_s,
+        "dt_s": task.dt_s,
+    }
     own = {"vessel_file": task.vessel_file, "digest": task.digest}
     return Task(task.vessel, task.source, task.model, task.train, (), seed=seed, **own, **kept)
 
@@ -233,7 +269,7 @@ def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[s
 
     sensors = parse_noise(noise)
     states = [CHANNELS[state] for state in known.states if state in CHANNELS]
-    sd = {name: sensors.sd(name) for name in states if sensors.sd(name) > 0.0}
+    sd = {name: sensors.sd(name) for name in states if sensors.sd(name) > 0.0 and name not in sensors.missing}
     if not sd:
         return {}
     bounds, _ = cramer_rao(known, list(records), sd)
@@ -241,8 +277,9 @@ def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[s
 
 
 def _records(task: Task, manoeuvres: Sequence[str], noise: str, disturbance: str) -> tuple[Record, ...]:
+    timing = (task.duration_s, task.dt_s)
     return tuple(
-        _kept(_record(task.ship, manoeuvre, noise, disturbance, task.seed, task.duration_s, task.dt_s), task)
+        _kept(_record(task.ship, manoeuvre, noise, disturbance, task.seed, *timing, 1.0, task.terms), task)
         for manoeuvre in manoeuvres
     )
 
@@ -254,7 +291,8 @@ def _kept(record: Record, task: Task) -> Record:
 
 def _held_out(task: Task, manoeuvre: str) -> Record:
     weather = (task.held_out_noise, task.held_out_disturbance)
-    return _record(task.ship, manoeuvre, *weather, HELD_OUT_SEED, task.duration_s, task.dt_s, task.held_out_speed)
+    timing = (task.duration_s, task.dt_s)
+    return _record(task.ship, manoeuvre, *weather, HELD_OUT_SEED, *timing, task.held_out_speed, task.terms)
 
 
 @lru_cache(maxsize=64)
@@ -267,13 +305,14 @@ def _record(
     duration_s: float | None,
     dt_s: float | None,
     start_speed: float = 1.0,
+    terms: Terms = (),
 ) -> Record:
     from ....datasets.generator import measured_again, record_run
 
-    model, (performed, sensors, weather) = resolve(vessel), _parsed(manoeuvre, noise, disturbance)
+    model, (performed, sensors, weather) = sailing_model(vessel, terms), _parsed(manoeuvre, noise, disturbance)
     if noise != "none" and disturbance == "none" and not model.instruments:
         drawn = seed if performed.random else 0
-        calm = _record(vessel, manoeuvre, "none", "none", drawn, duration_s, dt_s, start_speed)
+        calm = _record(vessel, manoeuvre, "none", "none", drawn, duration_s, dt_s, start_speed, terms)
         return measured_again(calm, model, performed, sensors, seed)
     timing = {"duration_s": duration_s, "dt_s": dt_s, "start_speed": start_speed}
     return record_run(model, performed, sensors, weather, seed=seed, **timing)
@@ -306,7 +345,8 @@ def check_task(task: Task) -> None:
     """BadInput where a text of a simulated task is not understood, or its vessel cannot do what it says."""
     from ....datasets.generator import check
 
-    ship = resolve(task.ship)
+    ship = sailing_model(task.ship, task.terms)
+    fitted_model(task)
     for manoeuvres, noise, disturbance in (
         (task.train, task.noise, task.disturbance),
         (task.held_out, task.held_out_noise, task.held_out_disturbance),

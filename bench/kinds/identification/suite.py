@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from ....models.yaml_file import Count, Counts, FileContent, Flag, Positive, Shares, Side, Text, TextGroups, Texts
+from ....models.yaml_file import Count, Counts, FileContent, Flag, Positive, Real, Shares, Side, Text, TextGroups, Texts
 
 
 class Head(FileContent):
@@ -40,10 +40,14 @@ class Entry(FileContent):
     methods : method texts (`ls`, `ls,scheme=midpoint`, `rls,variant=as_printed`, `path.py:Class`), or groups of
         the registry's: `all`, `identification` (those that estimate a model's coefficients), `learners` (black boxes,
         hybrids and floors).
+    constants : factor by constant of the fitted model, which is then wrong on purpose.
+    terms : extension -> its parameters, a force that the ship has and the fitted model lacks.
+    optional : true: left out where its records are not on this machine.
     open : false: only these methods, also when `--method` asks for others.
     train, held_out : manoeuvres (default: the vessel file's); a list of lists makes one row of each.
     euler : training records are made by the explicit Euler difference equation.
-    noise, disturbance : texts as the command line takes them.
+    noise, disturbance : texts as the command line takes them; of measured records, only the channels that are taken
+        away (`none,only=heading`).
     thinning : every how many-th sample of the training records is kept.
     length : shares of the training records that are kept, from their start.
     held_out_noise, held_out_disturbance : of the held-out records, which have neither without them.
@@ -57,6 +61,9 @@ class Entry(FileContent):
     records: Records | None = None
     models: Texts = ("own",)
     methods: Texts = ("all",)
+    constants: dict[str, Positive] = Field(default_factory=dict)
+    terms: dict[str, dict[str, Real]] = Field(default_factory=dict)
+    optional: Flag = False
     open: Flag = True
     train: TextGroups = ()
     held_out: TextGroups = ()
@@ -87,6 +94,15 @@ class Entry(FileContent):
         measured = self.dataset or self.records
         if measured and conditions != ("none", "none", 1.0):
             raise ValueError("held-out records of a dataset are as they were measured")
+        selected = all(
+            part.partition("=")[0] in ("none", "only", "without") for t in self.noise for part in t.split(",")
+        )
+        if measured and not selected:
+            raise ValueError("the noise of measured records is none; only=... and without=... take channels away")
+        if measured and self.terms:
+            raise ValueError("terms are for simulated ships")
+        if self.optional and not measured:
+            raise ValueError("optional is for measured records")
         if measured and (self.duration_s or self.dt_s):
             raise ValueError("duration_s and dt_s are for simulated records; thinning and length for measured ones")
         return self

@@ -19,7 +19,7 @@ def outcome(*rows, **prediction):
 
 
 def test_scores_stand_in_the_order_of_their_columns():
-    assert list(scores()) == ["parameter_error", "efficiency", "prediction_error", "errors_ahead"]
+    assert list(scores()) == ["parameter_error", "efficiency", "prediction_error", "errors_ahead", "record_errors"]
     columns = list(result_columns())
     first = columns.index("rel_error_median")
     assert columns[first : first + len(score_columns())] == list(score_columns())

@@ -1,5 +1,7 @@
 """Ships and records of the user's own in suites, from outside the checkout."""
 
+import json
+
 import numpy as np
 import pytest
 import yaml
@@ -49,9 +51,7 @@ def test_an_own_vessel_joins_the_entries_of_its_kind(ferry):
     suite = load_suite("default")
     specs = plan(suite, Selection("default", ("ls", "pem"), (str(ferry),)))
     rows = [spec.row_key() for spec in specs]
-    assert {row["vessel"] for row in rows} == {"ferry"} and {row["noise"] for row in rows} == {
-        "none", "low", "medium", "high"
-    }  # fmt: skip
+    assert {row["vessel"] for row in rows} == {"ferry"} and {row["noise"] for row in rows} == {"none", "low", "high"}
     assert {row["model"] for row in rows} == {resolve("cargo").family}
 
 
@@ -61,7 +61,9 @@ def test_particulars_join_the_3dof_entries_but_for_the_wind(tmp_path):
     specs = plan(load_suite("default"), Selection("default", ("pem",), (str(path),)))
     rows = [spec.row_key() for spec in specs]
     assert {"mmg", "nomoto-1"} <= {row["model"] for row in rows}
-    assert not any("wind" in row["disturbance"] for row in rows) and {row["vessel"] for row in rows} == {"ship"}
+    assert {row["vessel"] for row in rows} == {"ship"}
+    with pytest.raises(BadInput, match="nothing to run"):
+        plan(load_suite("disturbances"), Selection("disturbances", ("pem",), (str(path),)))
 
 
 def test_an_own_file_is_part_of_what_a_run_depends_on(ferry):
@@ -103,6 +105,7 @@ def test_records_of_the_users_own_are_a_suite(records, tmp_path, monkeypatch):
         ("ok", "boat", "20", "10", True)
     }
     assert rows["pem"]["r2_free_heading_rad"] > 0.99
+    assert list(json.loads(rows["pem"]["nrmse_by_record"])) == ["10"]
 
 
 @pytest.mark.parametrize(
@@ -155,3 +158,35 @@ def test_a_record_does_not_replace_a_vessel_file(ferry):
     with pytest.raises(BadInput, match="no sidecar of a record"):
         write_record(record, ferry.with_suffix(".csv"))
     assert "ferry" in ferry.read_text() and not ferry.with_suffix(".csv").exists()
+
+
+def test_a_wrong_constant_and_a_lacking_term_are_the_models_alone(tmp_path):
+    """The ship sails with its own constants; the fitted model has the wrong ones, and no truth is claimed."""
+    entry = "  - {vessels: kvlcc2-l7, methods: ls, train: ['zigzag:10/10'], held_out: ['turn:20'], duration_s: 30"
+    wrong = ", constants: {f_alpha: 1.25}}\n" + entry + ", terms: {N_r_absv: {term_N_r_absv: -0.2}}}\n" + entry + "}\n"
+    specs = plan(suite_file(tmp_path, entry + wrong), Selection("mine"))
+    assert [spec.row_key()["model"] for spec in specs] == ["mmg with 1.25 f_alpha", "mmg without N_r_absv", "mmg"]
+    constants, term, plain = (problem(spec.task) for spec in specs)
+    ratio = constants.model.constants / plain.model.constants
+    assert np.count_nonzero(ratio != 1.0) == 1 and ratio.max() == pytest.approx(1.25)
+    rates = [found.train[0].column("yaw_rate_rad_s") for found in (constants, term, plain)]
+    assert np.array_equal(rates[0], rates[2]) and np.abs(rates[1]).max() < np.abs(rates[2]).max()
+    assert plain.truth.kind == "given" and not constants.truth.values and not term.truth.values
+
+
+def test_channels_are_taken_from_training_records_alone(tmp_path):
+    text = "  - {vessels: response-1, methods: ls, noise: ['low,only=heading']}\n"
+    found = problem(plan(suite_file(tmp_path, text), Selection("mine"))[0].task)
+    assert set(found.train[0].channels) <= {"rudder_command_rad", "rudder_rad", "propeller_rps", "heading_rad"}
+    assert "yaw_rate_rad_s" in found.held_out[0].channels and found.truth.crb_sd
+
+
+def test_channels_are_taken_from_measured_records(records):
+    path = records / "mine.yaml"
+    path.write_text("entries:\n" + ENTRY.replace("models:", "noise: 'none,without=yaw_rate', models:"))
+    task = plan(load_suite(str(path)), Selection("mine"))[0].task
+    found = problem(task)
+    assert not found.train[0].has("yaw_rate_rad_s") and found.held_out[0].has("yaw_rate_rad_s")
+    path.write_text("entries:\n" + ENTRY.replace("models:", "noise: low, models:"))
+    with pytest.raises(BadInput, match="noise of measured records is none"):
+        load_suite(str(path))

@@ -7,8 +7,9 @@ import pytest
 from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.kinds.identification.problems import Task
-from helmbench.bench.suites import load_suite
+from helmbench.bench.suites import load_suite, suite_names
 from helmbench.datasets.disturbances import parse_disturbance
+from helmbench.datasets.measured_sets import DATASETS
 from helmbench.methods.registry import methods
 from helmbench.models.errors import BadInput
 from helmbench.models.model import list_vessels, resolve
@@ -47,13 +48,39 @@ def test_quick_holds_noise_free_rows_of_output_error_for_every_vessel():
 def test_default_crosses_every_vessel_with_every_method_and_noise_level():
     specs = planned("default")
     found = {(spec.task.vessel, spec.method, spec.task.noise) for spec in specs if spec.task.source == spec.task.vessel}
-    levels = ("none", "low", "high")
-    assert found >= {(v, m, n) for v in list_vessels() for m in methods() for n in levels}
-    assert any(spec.task.disturbance != "none" for spec in specs)
+    assert found >= {(v, m, n) for v in list_vessels() for m in methods() for n in ("low", "high")}
 
 
-def test_measured_has_a_row_for_every_model_and_held_out_run_and_the_integrator():
+IDENTIFICATION_SUITES = [name for name in suite_names() if load_suite(name).kind == "identification"]
+
+
+@pytest.mark.parametrize("name", IDENTIFICATION_SUITES)
+def test_a_choice_never_compares_different_sets_of_methods(name):
+    """All problems of a suite in which methods are compared have the same ones."""
+    problems = {}
+    for spec in planned(name):
+        row = spec.row_key()
+        key = tuple(value for column, value in row.items() if column not in ("method", "variant", "seed"))
+        problems.setdefault(key, set()).add(spec.method)
+    assert len({frozenset(own) for own in problems.values() if len(own) > 1}) == 1
+
+
+def test_measured_has_every_method_on_every_set():
     specs = planned("measured")
+    assert {spec.task.vessel for spec in specs} >= set(DATASETS)
+    found = {(spec.task.vessel, spec.method) for spec in specs}
+    assert found >= {(name, method) for name in DATASETS for method in methods()}
+    assert all(spec.task.measured and not set(spec.task.train) & set(spec.task.held_out) for spec in specs)
+
+
+def test_an_optional_entry_is_left_out_where_its_records_are_missing(tmp_path):
+    entry = "  - {records: {train: [no.csv], held_out: [none.csv]}, models: nomoto-1, methods: ls, optional: true}\n"
+    suite = suite_file(tmp_path, entry + "  - {vessels: response-1, methods: ls}\n")
+    assert [spec.task.vessel for spec in plan(suite, Selection("mine"))] == ["response-1"]
+
+
+def test_response_models_has_a_row_for_every_model_and_held_out_run_and_the_integrator():
+    specs = planned("response-models")
     first, second = {"nomoto-1", "nomoto-1-cubic"}, {"kt", "nomoto-2", "nomoto-2-cubic", "nomoto-2-quadratic"}
     models = {"integrator", *first, *second}
     runs = {("Z_25_05",), ("Z_10_10_P",), ("Z_10_10_S",), ("Z_20_10_S",)}
@@ -88,9 +115,8 @@ def test_the_suite_of_a_theme_varies_it_and_nothing_else(name):
         assert varied == factors[name]
 
 
-@pytest.mark.parametrize("name", ["default", "disturbances"])
-def test_every_vessel_can_meet_the_disturbances_of_its_suite(name):
-    for task in {spec.task for spec in planned(name) if spec.task.disturbance != "none"}:
+def test_every_vessel_can_meet_the_disturbances_of_its_suite():
+    for task in {spec.task for spec in planned("disturbances") if spec.task.disturbance != "none"}:
         parse_disturbance(task.disturbance).check(resolve(task.vessel))
 
 
@@ -152,7 +178,7 @@ def test_keys_tell_every_difference_and_stay():
         "thinning": 4, "length": 0.5, "held_out_noise": "high", "held_out_disturbance": "wind:5@0",
         "held_out_speed": 0.7, "held_out_dataset": "kvlcc2-marin",
             "vessel_file": "ferry.yaml", "own_records": True, "positive_rudder": "port",
-            "digest": "a1",
+            "digest": "a1", "constants": (("f_alpha", 1.2),), "terms": (("current", (("current_north", 0.2),)),),
     }  # fmt: skip
     assert set(changes) == {field.name for field in dataclasses.fields(Task)}
     others = [spec_of(**{name: value}) for name, value in changes.items()]

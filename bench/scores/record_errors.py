@@ -1,0 +1,40 @@
+"""The prediction error of every held-out record by itself."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...estimation.naming import named
+from ...estimation.prediction import prediction_scores
+from .base import Outcome, score
+
+RANKED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
+"""Channels whose sqrt(1 - R^2) makes the error, as in the leaderboard."""
+
+
+@score({"nrmse_by_record": "string"}, rank=4)
+def record_errors(outcome: Outcome) -> dict[str, str]:
+    """JSON text of record -> mean over channels of sqrt(1 - R^2) in free run, null where it diverged.
+
+    Only of measured records: simulated ones can be made again by their texts.
+    """
+    if not outcome.problem.measured:
+        return {}
+    estimate = outcome.estimate
+    found = {
+        name: _error(prediction_scores(estimate.model, [record], estimate.predictor))
+        for name, record in named(outcome.problem.held_out).items()
+    }
+    return {"nrmse_by_record": json.dumps(found)}
+
+
+def _error(scores: Mapping[str, Any]) -> float | None:
+    known = np.array([scores[name] for name in (f"r2_free_{channel}" for channel in RANKED) if name in scores], float)
+    known = known[np.isfinite(known)]
+    if scores["diverged"] or not known.size:
+        return None
+    return float(f"{np.mean(np.sqrt(np.maximum(0.0, 1.0 - known))):.4g}")
