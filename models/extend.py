@@ -14,7 +14,7 @@ from .errors import BadInput
 if TYPE_CHECKING:
     from .model import Model
 
-NEUTRAL = {"lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
+NEUTRAL = {"sway_time": 10.0, "lead_T2": 10.0, "loss_time": 30.0, "loss_power": 2.0}
 """Parameters of extensions that have no meaning while their effect is absent, but must not be zero."""
 
 

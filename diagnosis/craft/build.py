@@ -23,14 +23,19 @@ from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
 from .band import ratios, scale, spread
 from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb, steering
+from .own_speed import numbers_of, with_own_speed
 from .records import COPIED, EXCITED, copied_input, craft_of, outside, weak_motion, without_spikes
 from .result import (
     ADEQUATE,
+    BUILT,
+    FIRST,
     FOLLOWS,
     INCONCLUSIVE,
     NO_EFFECT,
     OUTSIDE,
+    OWN_SPEED,
     PARTLY,
+    SHIP,
     UNEXPLAINED,
     Band,
     CraftDiagnosis,
@@ -38,7 +43,7 @@ from .result import (
     NumberTold,
     Rise,
 )
-from .rungs import NEUTRAL
+from .rungs import NEUTRAL, TURNS
 from .ship import corrected
 
 if TYPE_CHECKING:
@@ -46,7 +51,6 @@ if TYPE_CHECKING:
     from ...estimation.validation.result import Validation
     from ...models.model import Model
 
-FIRST, BUILT, SHIP = "first", "built", "particulars"
 SLACK = 0.05
 """Rise of the errors of left-out records that a step may bring and still stand."""
 GOOD, FAIR = 0.7, 0.6
@@ -54,6 +58,8 @@ GOOD, FAIR = 0.7, 0.6
 NEAR = 3
 """Times ahead, .5, 1.5 and 3 lengths, at which structures are compared along held-out records: further ahead the
 neutral angle of the record decides, which none of them knows."""
+LOST = 0.1
+"""R2 of the yaw rate that a surge of its own may lose: where nothing was recorded of the thrust, it is far more."""
 CLEAR, LIKELY, SURE, SHOWN = 0.3, 3.0, 6.0, 2.0
 """The steering acts where left-out errors fall by more than CLEAR and LIKELY standard errors, or by SURE of them, below
 those of a craft that it does not turn; below SHOWN it is not what turns the craft.  A column that has nothing to do
@@ -98,8 +104,9 @@ def _built(
     ladder = Ladder(pieces, craft, given, commands=not all(r.has(RUDDERS[0]) for r in train))
     found = climb(ladder)
     kept = _guarded(ladder, found, [*train, *held_out])
-    own, told = (None, []) if ship is None else corrected(ship, train)
-    kept, model, ahead, notes = _judged(ladder, kept, train, held_out, own)
+    simulation, told = (None, []) if ship is None else corrected(ship, train)
+    speed = numbers_of(train, scales.time_s, TURNS in given)
+    kept, model, ahead, notes = _judged(ladder, kept, train, held_out, simulation, speed)
     notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps)), *told, *notes]
     final = kept[-1].attempt
     covariance = _covariance(ladder, final, model)
@@ -111,7 +118,8 @@ def _built(
     band, inside = _heading(ladder, final, model, train, held_out, ahead.horizons_s)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     return CraftDiagnosis(
-        model=model, first=model_of(ladder, kept[0].attempt), ship=own, records=tuple(roles),
+        model=model, first=model_of(ladder, kept[0].attempt), ship=simulation,
+        own_speed=ahead.models.get(OWN_SPEED), records=tuple(roles),
         verdict=verdict, reason=reason, window_s=_window(final),
         laws=_laws(found, kept[0].attempt), steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance),
         refused=found.refused, band=band, inside=inside,
@@ -122,14 +130,20 @@ def _built(
 
 
 def _judged(
-    ladder: Ladder, kept: list[Step], train: Sequence[Record], held_out: Sequence[Record], ship: Model | None
-) -> tuple[list[Step], Model, Validation, list[str]]:
+    ladder: Ladder, kept: list[Step], train: Sequence[Record], held_out: Sequence[Record], ship: Model | None,
+    speed: dict[str, float],
+) -> tuple[list[Step], Model, Validation, list[str]]:  # fmt: skip
     """The steps that stand along held-out records, their model, the errors ahead of it and of what stands beside it."""
     judged, notes = named(list(held_out) or list(train)), list[str]()
 
     def ahead_of(model: Model) -> Validation:
-        beside = {} if ship is None else {SHIP: ship}
-        return validate({BUILT: model, FIRST: first} | beside, judged)
+        given = {BUILT: model, FIRST: first} | ({} if ship is None else {SHIP: ship})
+        own = with_own_speed(model, speed) if speed else None
+        if own is not None and _bounded(own, [*train, *held_out]):
+            both = validate(given | {OWN_SPEED: own}, judged)
+            if _told_by_speed(both):
+                return both
+        return validate(given, judged)
 
     first, model = (model_of(ladder, step.attempt) for step in (kept[0], kept[-1]))
     ahead = ahead_of(model)
@@ -296,6 +310,15 @@ def _without_steering(gain: float, error: float, motion: float, said: str) -> tu
     if gain > SHOWN * error:
         return UNEXPLAINED, f"that the recorded rudder or command turns the craft is not beyond doubt: {told}"
     return NO_EFFECT, f"the recorded rudder or command is not what turns the craft: {told}"
+
+
+def _told_by_speed(ahead: Validation) -> bool:
+    """Whether surge is predicted better than by its mean, and the yaw rate nearly as well as with the measured speed,
+    three lengths ahead."""
+    horizon = label(ahead.horizons_s[:NEAR][-1])
+    surge, own = (ahead.score(c, OWN_SPEED, horizon=horizon) for c in ("surge_m_s", "yaw_rate_rad_s"))
+    built = ahead.score("yaw_rate_rad_s", BUILT, horizon=horizon)
+    return bool(surge and own and built and surge.r2 > 0.0 and own.r2 > built.r2 - LOST)
 
 
 def _along(ahead: Validation) -> float:

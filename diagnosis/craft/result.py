@@ -17,6 +17,9 @@ SCHEMA = 1
 ADEQUATE, PARTLY, UNEXPLAINED, INCONCLUSIVE = "adequate", "partly_named", "unexplained", "inconclusive"
 NO_EFFECT, FOLLOWS = "input_does_not_act", "input_follows_output"
 OUTSIDE = "outside_training"
+FIRST, BUILT, SHIP, OWN_SPEED = "first", "built", "particulars", "own speed"
+"""Names of the models whose errors ahead stand beside each other: the law alone, all steps, the simulation of
+particulars, and all steps with surge and sway of its own."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,7 @@ class CraftDiagnosis:
 
     first, model : the chosen steering law alone, and the model that was built.
     ship : the simulation of the particulars, corrected by the training records; None where none were given.
+    own_speed : the model with surge and sway of its own, which needs no measured speed; None where none was measured.
     window_s : length of the windows, s.
     ahead : both models along the held-out records (the training records where none is held out).
     inside : share of held-out heading errors within one standard deviation of the band; nan without held-out records.
@@ -102,11 +106,12 @@ class CraftDiagnosis:
     covariance: np.ndarray
     wall_s: float
     ship: Model | None = None
+    own_speed: Model | None = None
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, without the models' equations."""
-        hidden = ("model", "first", "ship", "ahead", "covariance")
+        hidden = ("model", "first", "ship", "own_speed", "ahead", "covariance")
         told = plain({name: value for name, value in self.__dict__.items() if name not in hidden})
         return {"schema": SCHEMA, "family": self.model.family, **told, "ahead": self.ahead.to_json()}

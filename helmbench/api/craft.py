@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .identification import Path as FilePath
 
-SHIP = "particulars_model.json"
-"""File of the simulation of particulars."""
+SHIP, OWN_SPEED = "particulars_model.json", "own_speed_model.json"
+"""Files of the simulation of particulars, and of the built model with surge and sway of its own."""
 
 
 class CraftDiagnosis(result.CraftDiagnosis, Result):
     """The outcome of `build_model`: what steers the craft, what simpler models lack, how far ahead to trust the model.
 
     `model` is the model that was built, which `simulate`, `validate` and `diagnose` take like any other, `first` the
-    steering law alone, `ship` the corrected simulation of the particulars, `steps` the ladder, `ahead` the errors
-    ahead, `band` how far heading can be trusted.
+    steering law alone, `own_speed` the model with surge and sway of its own, `ship` the corrected simulation of the
+    particulars, `steps` the ladder, `ahead` the errors ahead, `band` how far heading can be trusted.
     """
 
     room, files, pictured = "craft", FILES[:2], "measured channels and free runs"
@@ -49,7 +49,8 @@ class CraftDiagnosis(result.CraftDiagnosis, Result):
         return runs_figure(self.ahead, record)
 
     def _models(self) -> dict[str, Model]:
-        return {FILES[2]: self.model} | ({} if self.ship is None else {SHIP: self.ship})
+        every = {FILES[2]: self.model, OWN_SPEED: self.own_speed, SHIP: self.ship}
+        return {name: model for name, model in every.items() if model is not None}
 
     def __repr__(self) -> str:
         return f"<CraftDiagnosis: {self.verdict}, {self.model.family}>"

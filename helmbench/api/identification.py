@@ -243,7 +243,7 @@ def chosen_estimate(
 
 def _estimate_built(train: Sequence[Record], others: Sequence[Record], particulars: Model | Path | None) -> Estimate:
     """The model of `build_model` as an estimate, or the simulation of the particulars where that predicts better."""
-    from ..diagnosis.craft.build import BUILT, SHIP
+    from ..diagnosis.craft.result import BUILT, SHIP
     from ..estimation.validation.horizons import mean_ratio
     from .craft import build_model
 

@@ -273,6 +273,40 @@ def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Defi
     )
 
 
+OWN_SPEED = {
+    "speed_drive": "m/s2", "speed_drag": "1/m", "turn_drag": "m", "sway_lever": "m", "sway_time": "s",
+}  # fmt: skip
+
+
+def _own_speed(by_propeller: bool) -> Apply:
+    """Surge and sway as states of a response model, in the place of a measured speed; the positions' speed is theirs.
+
+    u_dot = drive + push n |n| - drag u |u| - turn_drag r^2,  sway_time v_dot = -(v + lever r): thrust against
+    resistance, the loss in turns, and a hull that drifts about a point `lever` ahead of where sway is measured.
+    """
+
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        drive, drag, turning, lever, time = parameters[:5]
+        (r,) = (symbol for symbol in definition.states if symbol.name == "r")
+        u, v, n, speed = symbols("u v n speed")
+        has = {symbol.name for symbol in definition.inputs}
+        inputs = [s for s in definition.inputs if s != speed]
+        inputs += [n] if by_propeller and "n" not in has else []
+        whole = sp.sqrt(u**2 + v**2 + sp.Float(1e-12))
+        changed = _substitute(definition, {speed: whole}) if "speed" in has else definition
+        push = parameters[5] * n * primitives.absv(n) if by_propeller else sp.S.Zero
+        surge = drive + push - drag * u * primitives.absv(u) - turning * r**2
+        return replace(
+            changed,
+            states=[*definition.states, u, v],
+            inputs=inputs,
+            kinematics=[*changed.kinematics, surge, -(v + lever * r) / time],
+            linear=False,
+        )
+
+    return apply
+
+
 RIGID = "rigid_mass rigid_moment rigid_inertia"
 """Rigid-body mass [kg], m x_G [kg m] and yaw inertia [kg m2]: constants of the loading extension."""
 
@@ -372,6 +406,10 @@ EXTENSIONS: dict[str, Extension] = {
         _speed_loss,
         three_dof=False,
         held=("loss_gain", "loss_time", "loss_power"),
+    ),
+    "own_speed": Extension(OWN_SPEED, _own_speed(False), three_dof=False, held=tuple(OWN_SPEED)),
+    "own_speed_by_propeller": Extension(
+        OWN_SPEED | {"speed_push": "m"}, _own_speed(True), three_dof=False, held=(*OWN_SPEED, "speed_push")
     ),
 }
 """Extension id -> what it adds.  The ids are those of the causes of diagnosis."""

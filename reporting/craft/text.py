@@ -7,7 +7,16 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from ...datasets.display import shown_name
-from ...diagnosis.craft.result import ADEQUATE, FOLLOWS, INCONCLUSIVE, NO_EFFECT, OUTSIDE, PARTLY, UNEXPLAINED
+from ...diagnosis.craft.result import (
+    ADEQUATE,
+    FOLLOWS,
+    INCONCLUSIVE,
+    NO_EFFECT,
+    OUTSIDE,
+    OWN_SPEED,
+    PARTLY,
+    UNEXPLAINED,
+)
 from ...estimation.validation.horizons import STRAIGHT, TRUSTED
 from ...estimation.validation.validate import label
 from ..numbers import DEG, number, r_squared
@@ -18,6 +27,7 @@ if TYPE_CHECKING:
     from ...diagnosis.craft.result import CraftDiagnosis, Rise
 
 HEADING = "heading_rad"
+SHOWN = (*TRUSTED, "surge_m_s", "sway_m_s")
 HEADLINES = {
     ADEQUATE: "Adequate",
     PARTLY: "Partly named",
@@ -40,7 +50,7 @@ def statement(found: CraftDiagnosis) -> list[str]:
     """The story in sentences."""
     lines = [f"{found.reason[:1].upper()}{found.reason[1:]}.", _steers(found), *_lacks(found)]
     lines += [*_neutral(found), *_remaining(found)]
-    return [*lines, _heading(found), *found.notes, f"To record next: {found.next_runs}."]
+    return [*lines, *_speed(found), _heading(found), *found.notes, f"To record next: {found.next_runs}."]
 
 
 def told_in_a_line(found: CraftDiagnosis) -> str:
@@ -95,6 +105,16 @@ def _remaining(found: CraftDiagnosis) -> list[str]:
     return [f"What remains looks most like {said}, which the records do not show beyond doubt."] if near else []
 
 
+def _speed(found: CraftDiagnosis) -> list[str]:
+    """How well surge and sway are predicted, where the model has them."""
+    times = found.ahead.horizons_s[:3]
+    if found.own_speed is None or not times:
+        return []
+    both = [(c, found.ahead.score(f"{c}_m_s", OWN_SPEED, horizon=label(times[-1]))) for c in ("surge", "sway")]
+    shares = " and ".join(f"{r_squared(score.r2)} of {what}" for what, score in both if score is not None)
+    return [f"With surge and sway of its own, which need no measured speed, R² is {shares} after {label(times[-1])}."]
+
+
 def _heading(found: CraftDiagnosis) -> str:
     last = found.band[-1]
     told = f"Heading is known within ± {number(DEG * last.sd_rad, 2)} deg (1 sd) after {number(last.after_s)} s"
@@ -137,10 +157,11 @@ def steps_table(found: CraftDiagnosis) -> Table:
 
 
 def r2_table(found: CraftDiagnosis) -> Table:
-    """R² of yaw rate and of the change of heading by time ahead, of the built model and of the law alone: a row a
-    channel and model.  In a zigzag the heading itself hardly varies: the change since the start is what is predicted.
+    """R² of yaw rate, of the change of heading, and of surge and sway by time ahead: a row a channel and model.
+
+    In a zigzag the heading itself hardly varies: the change since the start is what is predicted.
     """
-    rows = [(channel, name) for channel in TRUSTED for name in found.ahead.models if found.ahead.score(channel, name)]
+    rows = [(channel, name) for channel in SHOWN for name in found.ahead.models if found.ahead.score(channel, name)]
     columns = [
         Column("channel", lambda row: "change of heading" if row[0] == HEADING else shown_name(row[0])),
         Column("model", lambda row: row[1]),

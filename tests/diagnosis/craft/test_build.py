@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from helmbench.diagnosis.craft.build import BUILT, build
+from helmbench.diagnosis.craft.build import build
 from helmbench.diagnosis.craft.records import outside
+from helmbench.diagnosis.craft.result import BUILT
 from helmbench.estimation.series import speed_of
 from helmbench.models.errors import CannotFit
 
@@ -74,6 +75,18 @@ def test_a_measured_current_is_taken_off_the_speed_and_the_track(rng):
     }
     carried = record.with_channels(surge_m_s=None, **track, **known)
     assert speed_of(carried) == pytest.approx(speed_of(record.with_channels(surge_m_s=None)), abs=1e-6 * craft.speed)
+
+
+def test_surge_stands_beside_yaw_where_it_was_measured(rng):
+    craft = draw(rng, "race")
+    found = build(*calm(rng, craft))
+    ahead = f"{found.ahead.horizons_s[2]:.3g} s"
+    assert found.ahead.score("surge_m_s", "own speed", horizon=ahead).r2 > 0.9
+    numbers = found.own_speed.parameters
+    drive = numbers["speed_drive"] + numbers["speed_push"] * (0.95 * 10.0) ** 2
+    assert np.sqrt(drive / numbers["speed_drag"]) == pytest.approx(0.95 * craft.speed, rel=0.15)
+    still = [record.with_channels(surge_m_s=None) for record in calm(rng, craft)[0]]
+    assert build(still).own_speed is None
 
 
 def unrelated(rng, record):
