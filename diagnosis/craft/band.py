@@ -16,6 +16,7 @@ Student's distribution of PRIOR + R degrees of freedom has it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,18 +26,37 @@ from ...estimation.naming import named
 from ...estimation.validation.validate import validate
 from ...estimation.windows.problem import mean_of_known
 from ...models.errors import BadInput
-from .ladder import OWN_ANGLE, Attempt, Ladder
+from .ladder import OWN_ANGLE, Attempt, Ladder, model_of
+from .result import Band
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
 
-NORMAL_68, PRIOR = 0.683, 2.0
+NORMAL_68, PRIOR = 0.683, 4.0
 PLACES = 8
 """Times of a record at which its heading error is compared with the band."""
 
 
-def spread(ladder: Ladder, of: Attempt, after_s: np.ndarray, records: np.ndarray) -> np.ndarray:
+def heading_band(
+    ladder: Ladder, final: Attempt, model: Model, train: Sequence[Record], held_out: Sequence[Record],
+    times_s: Sequence[float],
+) -> tuple[tuple[Band, ...], float]:  # fmt: skip
+    """The heading band after the times ahead and after one and two minutes, and the share of held-out errors inside."""
+    w = final.fitted.windows
+    every, squares = np.unique(w.record), []
+    for number in every.tolist() if every.size > 1 else []:
+        others = replace(final, fitted=ladder.fitted_to(final, w.record != number))
+        found = _ratios(ladder, others, model_of(ladder, others), train[number], np.setdiff1d(every, number))
+        squares += [float(np.mean(found**2))] if found.size else []
+    wider, after = _scale(squares), np.array([*times_s, 60.0, 120.0])
+    sd = wider * _spread(ladder, final, after, every)
+    outer = np.concatenate([np.zeros(0), *(_ratios(ladder, final, model, r, every) for r in held_out)])
+    inside = float(np.mean(outer <= wider)) if outer.size else float("nan")
+    return tuple(Band(*both) for both in zip(after.tolist(), sd.tolist(), strict=True)), inside
+
+
+def _spread(ladder: Ladder, of: Attempt, after_s: np.ndarray, records: np.ndarray) -> np.ndarray:
     """The band without calibration, rad, after times (K,), of the records whose numbers are given."""
     w = of.fitted.windows
     walk = np.sqrt(mean_of_known(of.errors[: len(of.errors) // 2, :, 1] ** 2, 0))
@@ -59,7 +79,7 @@ def _drift(ladder: Ladder, of: Attempt, records: np.ndarray) -> float:
     return float(mean_of_known(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0]), 0))
 
 
-def ratios(ladder: Ladder, of: Attempt, model: Model, record: Record, records: np.ndarray) -> np.ndarray:
+def _ratios(ladder: Ladder, of: Attempt, model: Model, record: Record, records: np.ndarray) -> np.ndarray:
     """Heading errors of a free run over the band without calibration, at PLACES times of a record without a gap."""
     try:
         told = validate({"": model}, named([record]), ahead=False)
@@ -71,11 +91,11 @@ def ratios(ladder: Ladder, of: Attempt, model: Model, record: Record, records: n
     since = measured.time_s - float(np.ravel(run.starts_s)[0])
     places = np.linspace(0, since.size - 1, PLACES + 1).astype(int)[1:]
     error = (run.predicted["heading_rad"] - measured.channels["heading_rad"])[places]
-    found = np.abs(error) / spread(ladder, of, since[places], records)
+    found = np.abs(error) / _spread(ladder, of, since[places], records)
     return found[np.isfinite(found)]
 
 
-def scale(squares: Sequence[float]) -> float:
+def _scale(squares: Sequence[float]) -> float:
     """What the band is multiplied by.  squares : z_i^2 of the training records."""
     known = PRIOR + len(squares)
     wider = float(student.ppf(0.5 + 0.5 * NORMAL_68, known))

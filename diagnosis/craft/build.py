@@ -18,33 +18,28 @@ from ...estimation.windows.fit import covariance_of
 from ...estimation.windows.problem import mean_of_known, pieces_of, scales_of
 from ...models.errors import BadInput
 from ...models.instruments import INSTRUMENTS
-from ...models.time_scale import OWN_TIME
 from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
-from .band import ratios, scale, spread
-from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb, steering
+from .band import heading_band
+from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb, model_of, steering
 from .own_speed import numbers_of, with_own_speed
-from .records import COPIED, EXCITED, copied_input, craft_of, outside, weak_motion, without_spikes
+from .records import copied_input, craft_of, outside, weak_motion, without_spikes
 from .result import (
-    ADEQUATE,
     BUILT,
     FIRST,
-    FOLLOWS,
-    INCONCLUSIVE,
-    NO_EFFECT,
     OUTSIDE,
     OWN_SPEED,
     PARTLY,
     SHIP,
     UNEXPLAINED,
-    Band,
     CraftDiagnosis,
     LawTold,
     NumberTold,
     Rise,
 )
-from .rungs import NEUTRAL, TURNS
+from .rungs import TURNS
 from .ship import corrected
+from .verdict import GOOD, NEAR, r2, verdict_of, window_s
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -53,17 +48,8 @@ if TYPE_CHECKING:
 
 SLACK = 0.05
 """Rise of the errors of left-out records that a step may bring and still stand."""
-GOOD, FAIR = 0.7, 0.6
-"""R2 of an adequate model over left-out windows, and along records three lengths ahead."""
-NEAR = 3
-"""Times ahead, .5, 1.5 and 3 lengths, at which structures are compared along held-out records: further ahead the
-neutral angle of the record decides, which none of them knows."""
 LOST = 0.1
 """R2 of the yaw rate that a surge of its own may lose: where nothing was recorded of the thrust, it is far more."""
-CLEAR, LIKELY, SURE, SHOWN = 0.3, 3.0, 6.0, 2.0
-"""The steering acts where left-out errors fall by more than CLEAR and LIKELY standard errors, or by SURE of them, below
-those of a craft that it does not turn; below SHOWN it is not what turns the craft.  A column that has nothing to do
-with the motion, but about its period, was seen to bring .2 and 3.1 standard errors."""
 
 
 def build(train: Sequence[Record], held_out: Sequence[Record] = (), ship: Model | None = None) -> CraftDiagnosis:
@@ -111,16 +97,16 @@ def _built(
     final = kept[-1].attempt
     covariance = _covariance(ladder, final, model)
     copied = copied_input(pieces)
-    verdict, reason = _verdict(final, steering(ladder, final), ahead, copied, weak_motion(pieces))
+    verdict, reason = verdict_of(final, steering(ladder, final), ahead, copied, weak_motion(pieces))
     if verdict in (UNEXPLAINED, PARTLY) and max(r2(final)) >= GOOD and any(outside(train, r) for r in held_out):
         verdict = OUTSIDE
         reason = f"held-out records leave the range of the training records, where {reason}"
-    band, inside = _heading(ladder, final, model, train, held_out, ahead.horizons_s)
+    band, inside = heading_band(ladder, final, model, train, held_out, ahead.horizons_s)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     return CraftDiagnosis(
         model=model, first=model_of(ladder, kept[0].attempt), ship=simulation,
         own_speed=ahead.models.get(OWN_SPEED), records=tuple(roles),
-        verdict=verdict, reason=reason, window_s=_window(final),
+        verdict=verdict, reason=reason, window_s=window_s(final),
         laws=_laws(found, kept[0].attempt), steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance),
         refused=found.refused, band=band, inside=inside,
         own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.fitted.shifts, strict=True)),
@@ -161,26 +147,6 @@ def _judged(
         more = f"{abs(ratio - 1.0):.0%} {'larger' if ratio > 1.0 else 'smaller'}"
         notes.append(f"The simulation of the particulars has errors of heading and yaw rate ahead that are {more}.")
     return kept, model, ahead, notes
-
-
-def model_of(ladder: Ladder, attempt: Attempt) -> Model:
-    """The fitted model with the extensions of its rungs only."""
-    extensions = [r.extension for r in (NEUTRAL, *attempt.rungs) if r.extension is not None]
-    blank = ladder.blank("+".join([attempt.law.family, *extensions]))
-    whole = dict(zip(attempt.fitted.windows.model.coordinates, attempt.fitted.coefficients.tolist(), strict=True))
-    return replace(
-        blank, id="craft", title=attempt.law.title, coefficients=np.array([whole[n] for n in blank.coordinates]),
-        instruments=dict(attempt.linkage), source="built from records",
-        particulars={OWN_TIME: ladder.craft.scales.time_s},
-    )  # fmt: skip
-
-
-def r2(attempt: Attempt) -> tuple[float, float]:
-    """Shares of the motion (yaw rate, heading from the window's start) of left-out windows, by fits without them and
-    without the record's own neutral angle."""
-    w = attempt.fitted.windows
-    share = 1.0 - mean_of_known(attempt.errors[len(w.inputs) :] ** 2, (0, 1)) / w.motion**2
-    return float(share[0]), float(share[1])
 
 
 def _guarded(ladder: Ladder, found: Climb, records: Sequence[Record]) -> list[Step]:
@@ -272,46 +238,6 @@ def _covariance(ladder: Ladder, final: Attempt, model: Model) -> np.ndarray:
     return out
 
 
-def _verdict(
-    final: Attempt, acts: tuple[float, float], ahead: Validation, copied: float, motion: float
-) -> tuple[str, str]:
-    """The verdict, and the sentence that supports it.  acts : fall of the errors by the steering, standard error."""
-    rate, heading = r2(final)
-    rate, heading = (heading if np.isnan(rate) else rate), (rate if np.isnan(heading) else heading)
-    said = f"over {_window(final):.3g} s of left-out windows it explains {_percent(rate)} of the yaw rate"
-    said += f" and {_percent(heading)} of the change of heading"
-    if copied > COPIED:
-        share = _percent(copied)
-        return FOLLOWS, f"heading and yaw rate of the same moment give {share} of the steering: it follows the motion"
-    gain, error = acts
-    if not gain > min(max(CLEAR, LIKELY * error), SURE * error):
-        return _without_steering(gain, error, motion, said)
-    trusted = ahead.trusted_s[BUILT]
-    if not trusted > 0.0:
-        return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
-    along = _along(ahead)
-    if min(rate, heading) >= GOOD and not along < FAIR:
-        return ADEQUATE, f"{said}; trust it for {trusted:.3g} s"
-    if along < FAIR:
-        said += f", but along the records that it is judged by {_percent(along)} of the yaw rate three lengths ahead"
-    return PARTLY, f"{said}; up to {trusted:.3g} s ahead it is better than going on turning, or straight"
-
-
-def _without_steering(gain: float, error: float, motion: float, said: str) -> tuple[str, str]:
-    """The verdict where it is not clear that the steering turns the craft."""
-    if motion < EXCITED:
-        return (
-            INCONCLUSIVE,
-            f"the smooth yaw motion is {motion:.2g} times what noise and waves make: no manoeuvre shows",
-        )
-    told = (
-        f"with it errors are {_percent(gain)} ± {_percent(error)} smaller than of a craft that it does not turn; {said}"
-    )
-    if gain > SHOWN * error:
-        return UNEXPLAINED, f"that the recorded rudder or command turns the craft is not beyond doubt: {told}"
-    return NO_EFFECT, f"the recorded rudder or command is not what turns the craft: {told}"
-
-
 def _told_by_speed(ahead: Validation) -> bool:
     """Whether surge is predicted better than by its mean, and the yaw rate nearly as well as with the measured speed,
     three lengths ahead."""
@@ -319,39 +245,6 @@ def _told_by_speed(ahead: Validation) -> bool:
     surge, own = (ahead.score(c, OWN_SPEED, horizon=horizon) for c in ("surge_m_s", "yaw_rate_rad_s"))
     built = ahead.score("yaw_rate_rad_s", BUILT, horizon=horizon)
     return bool(surge and own and built and surge.r2 > 0.0 and own.r2 > built.r2 - LOST)
-
-
-def _along(ahead: Validation) -> float:
-    """R2 of the yaw rate three lengths ahead, or as far as was tried; nan where it was not measured."""
-    times = ahead.horizons_s[:NEAR]
-    score = ahead.score("yaw_rate_rad_s", BUILT, horizon=label(times[-1])) if times else None
-    return np.nan if score is None else score.r2
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * max(share, 0.0):.0f} %"
-
-
-def _window(a: Attempt) -> float:
-    return a.fitted.windows.dt * (a.fitted.windows.inputs.shape[1] - 1)
-
-
-def _heading(
-    ladder: Ladder, final: Attempt, model: Model, train: Sequence[Record], held_out: Sequence[Record],
-    times_s: Sequence[float],
-) -> tuple[tuple[Band, ...], float]:  # fmt: skip
-    """The heading band after the times ahead and after one and two minutes, and the share of held-out errors inside."""
-    w = final.fitted.windows
-    every, squares = np.unique(w.record), []
-    for number in every.tolist() if every.size > 1 else []:
-        others = replace(final, fitted=ladder.fitted_to(final, w.record != number))
-        found = ratios(ladder, others, model_of(ladder, others), train[number], np.setdiff1d(every, number))
-        squares += [float(np.mean(found**2))] if found.size else []
-    wider, after = scale(squares), np.array([*times_s, 60.0, 120.0])
-    sd = wider * spread(ladder, final, after, every)
-    outer = np.concatenate([np.zeros(0), *(ratios(ladder, final, model, r, every) for r in held_out)])
-    inside = float(np.mean(outer <= wider)) if outer.size else float("nan")
-    return tuple(Band(*both) for both in zip(after.tolist(), sd.tolist(), strict=True)), inside
 
 
 def _notes(train: Sequence[Record], held_out: Sequence[Record], shortened: bool) -> list[str]:

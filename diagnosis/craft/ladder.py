@@ -18,6 +18,7 @@ from ...estimation.windows.fit import Fitted, Number, criterion_at, fall, fit, l
 from ...estimation.windows.problem import Piece, Windows, mean_of_known, windows_of
 from ...models.errors import CannotFit
 from ...models.model import Model, resolve
+from ...models.time_scale import OWN_TIME
 from .rungs import LAWS, NEUTRAL, NOTHING, RUNGS, Craft, Law, Rung
 
 if TYPE_CHECKING:
@@ -233,6 +234,18 @@ class Ladder:
 
 def _cost(attempt: Attempt) -> float:
     return attempt.fitted.criterion
+
+
+def model_of(ladder: Ladder, attempt: Attempt) -> Model:
+    """The fitted model with the extensions of its rungs only."""
+    extensions = [r.extension for r in (NEUTRAL, *attempt.rungs) if r.extension is not None]
+    blank = ladder.blank("+".join([attempt.law.family, *extensions]))
+    whole = dict(zip(attempt.fitted.windows.model.coordinates, attempt.fitted.coefficients.tolist(), strict=True))
+    return replace(
+        blank, id="craft", title=attempt.law.title, coefficients=np.array([whole[n] for n in blank.coordinates]),
+        instruments=dict(attempt.linkage), source="built from records",
+        particulars={OWN_TIME: ladder.craft.scales.time_s},
+    )  # fmt: skip
 
 
 def better(old: Attempt, new: Attempt) -> tuple[float, float]:

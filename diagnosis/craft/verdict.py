@@ -1,0 +1,89 @@
+"""What can be said of a model that was built: the verdict, and the sentence that supports it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.validation.validate import label
+from ...estimation.windows.problem import mean_of_known
+from .records import COPIED, EXCITED
+from .result import ADEQUATE, BUILT, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED
+
+if TYPE_CHECKING:
+    from ...estimation.validation.result import Validation
+    from .ladder import Attempt
+
+GOOD, FAIR = 0.7, 0.6
+"""R2 of an adequate model over left-out windows, and along records three lengths ahead."""
+NEAR = 3
+"""Times ahead, .5, 1.5 and 3 lengths, at which structures are compared along held-out records: further ahead the
+neutral angle of the record decides, which none of them knows."""
+CLEAR, LIKELY, SURE, SHOWN = 0.3, 3.0, 6.0, 2.0
+"""The steering acts where left-out errors fall by more than CLEAR and LIKELY standard errors, or by SURE of them, below
+those of a craft that it does not turn; below SHOWN it is not what turns the craft.  A column that has nothing to do
+with the motion, but about its period, was seen to bring .2 and 3.1 standard errors."""
+
+
+def r2(attempt: Attempt) -> tuple[float, float]:
+    """Shares of the motion (yaw rate, heading from the window's start) of left-out windows, by fits without them and
+    without the record's own neutral angle."""
+    w = attempt.fitted.windows
+    share = 1.0 - mean_of_known(attempt.errors[len(w.inputs) :] ** 2, (0, 1)) / w.motion**2
+    return float(share[0]), float(share[1])
+
+
+def verdict_of(
+    final: Attempt, acts: tuple[float, float], ahead: Validation, copied: float, motion: float
+) -> tuple[str, str]:
+    """The verdict, and the sentence that supports it.  acts : fall of the errors by the steering, standard error."""
+    rate, heading = r2(final)
+    rate, heading = (heading if np.isnan(rate) else rate), (rate if np.isnan(heading) else heading)
+    said = f"over {window_s(final):.3g} s of left-out windows it explains {_percent(rate)} of the yaw rate"
+    said += f" and {_percent(heading)} of the change of heading"
+    if copied > COPIED:
+        share = _percent(copied)
+        return FOLLOWS, f"heading and yaw rate of the same moment give {share} of the steering: it follows the motion"
+    gain, error = acts
+    if not gain > min(max(CLEAR, LIKELY * error), SURE * error):
+        return _without_steering(gain, error, motion, said)
+    trusted = ahead.trusted_s[BUILT]
+    if not trusted > 0.0:
+        return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
+    along = _along(ahead)
+    if min(rate, heading) >= GOOD and not along < FAIR:
+        return ADEQUATE, f"{said}; trust it for {trusted:.3g} s"
+    if along < FAIR:
+        said += f", but along the records that it is judged by {_percent(along)} of the yaw rate three lengths ahead"
+    return PARTLY, f"{said}; up to {trusted:.3g} s ahead it is better than going on turning, or straight"
+
+
+def _without_steering(gain: float, error: float, motion: float, said: str) -> tuple[str, str]:
+    """The verdict where it is not clear that the steering turns the craft."""
+    if motion < EXCITED:
+        return (
+            INCONCLUSIVE,
+            f"the smooth yaw motion is {motion:.2g} times what noise and waves make: no manoeuvre shows",
+        )
+    told = (
+        f"with it errors are {_percent(gain)} ± {_percent(error)} smaller than of a craft that it does not turn; {said}"
+    )
+    if gain > SHOWN * error:
+        return UNEXPLAINED, f"that the recorded rudder or command turns the craft is not beyond doubt: {told}"
+    return NO_EFFECT, f"the recorded rudder or command is not what turns the craft: {told}"
+
+
+def _along(ahead: Validation) -> float:
+    """R2 of the yaw rate three lengths ahead, or as far as was tried; nan where it was not measured."""
+    times = ahead.horizons_s[:NEAR]
+    score = ahead.score("yaw_rate_rad_s", BUILT, horizon=label(times[-1])) if times else None
+    return np.nan if score is None else score.r2
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * max(share, 0.0):.0f} %"
+
+
+def window_s(a: Attempt) -> float:
+    return a.fitted.windows.dt * (a.fitted.windows.inputs.shape[1] - 1)
