@@ -120,29 +120,36 @@ def try_one(version: str, path: str, package: Path) -> None:
 
 
 def sizes(dist: Path, page: Path) -> None:
-    """Write the table of sizes, with this Python."""
+    """Write the table of sizes, with this Python: the base, then each extra alone on top of it."""
     (wheel,) = (path.resolve() for path in dist.glob("*.whl"))
-    rows = ["| installation | MiB | seconds | adds MiB |", "| --- | ---: | ---: | ---: |"]
     with tempfile.TemporaryDirectory() as folder:
-        empty = megabytes(environment(sys.executable, Path(folder) / "empty"))
-        own = 0.0
-        for extra in ("", *EXTRAS):
-            python = environment(sys.executable, Path(folder) / f"with-{extra}")
-            took = install(python, f"{wheel}[{extra}]" if extra else str(wheel))
-            size = megabytes(python) - empty
-            name, adds = (f"`helmbench[{extra}]`", f"{size - own:.0f}") if extra else ("`helmbench`", "")
-            rows.append(f"| {name} | {size:.0f} | {took:.0f} | {adds} |")
-            if not extra:
-                own, started = size, seconds_to_start(python)
-            shutil.rmtree(python.parents[1])
-            print(rows[-1], flush=True)
+        python = environment(sys.executable, Path(folder) / "environment")
+        empty = megabytes(python)
+        took = install(python, str(wheel))
+        base, started = megabytes(python), seconds_to_start(python)
+        rows = [f"| `helmbench` | {base - empty:.0f} | {took:.0f} |"]
+        for extra in EXTRAS:
+            before = installed(python)
+            took = install(python, f"{wheel}[{extra}]")
+            rows.append(f"| `helmbench[{extra}]` | + {megabytes(python) - base:.0f} | + {took:.0f} |")
+            added = sorted(installed(python) - before)
+            subprocess.run([python, "-m", "pip", "uninstall", "--quiet", "--yes", *added], check=True)
     version = ".".join(map(str, sys.version_info[:3]))
     told = (
-        f"Python {version}, pinned versions, pip's and setuptools' own {empty:.0f} MiB left out; seconds with packages"
-        f" from a near mirror. `helmbench --help` takes {started[0]:.2f} s, `import helmbench` and a simulation with"
-        f" kept compiled code {started[1]:.1f} s."
+        f"Python {version}, pinned versions, each extra alone on top of the base; pip's own {empty:.0f} MiB left out;"
+        f" seconds on two busy processors with packages from a near mirror. `helmbench --help` takes"
+        f" {started[0]:.2f} s; `import helmbench` and a simulation with kept compiled code {started[1]:.1f} s."
     )
-    page.write_text("\n".join([*rows, "", told, ""]), encoding="utf-8")
+    head = ["| installation | MiB | seconds |", "| --- | ---: | ---: |"]
+    page.write_text("\n".join([*head, *rows, "", told, ""]), encoding="utf-8")
+    print("\n".join(rows))
+
+
+def installed(python: Path) -> set[str]:
+    """Names of the packages of an environment."""
+    command = [python, "-m", "pip", "list", "--format", "freeze", "--disable-pip-version-check"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return {line.partition("==")[0] for line in done.stdout.splitlines()}
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .api.craft import CraftDiagnosis, build_model
     from .api.diagnosis import Diagnosis, diagnose
     from .api.doctor import Health, doctor
+    from .api.export import export_model
     from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
     from .api.importing import Import, ImportDraft, draft_import, import_log
     from .api.lists import (
@@ -87,6 +88,7 @@ __all__ = [
     "diagnose",
     "doctor",
     "draft_import",
+    "export_model",
     "fetch",
     "generate",
     "identify",
@@ -150,6 +152,7 @@ _HOME = {
     "diagnose": ("api.diagnosis", "diagnose"),
     "doctor": ("api.doctor", "doctor"),
     "draft_import": ("api.importing", "draft_import"),
+    "export_model": ("api.export", "export_model"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),
     "identify": ("api.identification", "identify"),

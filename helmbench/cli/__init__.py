@@ -22,6 +22,7 @@ from .compare import compare
 from .completion import completion
 from .diagnose import diagnose
 from .doctor import doctor
+from .export import export
 from .fetch import fetch
 from .identify import identify
 from .import_ import import_command
@@ -43,7 +44,7 @@ def cli() -> None:
 
 COMMANDS = (
     *(open_command, list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
-    *(run, report, compare, merge, reproduce, fetch, doctor, completion),
+    *(run, report, compare, merge, reproduce, export, fetch, doctor, completion),
 )
 NUMBA_SETTINGS = Path(".numba_config.yaml")
 """File of the working folder that numba reads by itself: it may say where compiled code is taken from."""

@@ -1,0 +1,124 @@
+"""The derivative of a model as a list of assignments, in the language of a printer."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+from sympy.printing.octave import OctaveCodePrinter
+from sympy.printing.pycode import PythonCodePrinter
+
+from ..errors import BadInput
+from ..kernels import definition_of
+
+if TYPE_CHECKING:
+    from ..definition import Definition
+    from ..model import Model
+
+
+class Octave(OctaveCodePrinter):
+    """Expressions of MATLAB and Octave, the models' own functions among them."""
+
+    def _print_absv(self, expr: sp.Expr) -> str:
+        return f"abs({self._print(expr.args[0])})"
+
+    def _print_sgn(self, expr: sp.Expr) -> str:
+        return f"sign({self._print(expr.args[0])})"
+
+    def _print_step(self, expr: sp.Expr) -> str:
+        return f"double({self._print(expr.args[0])} > 0)"
+
+    def _print_atan2v(self, expr: sp.Expr) -> str:
+        return f"atan2({self._print(expr.args[0])}, {self._print(expr.args[1])})"
+
+
+class Python(PythonCodePrinter):
+    """Expressions of Python's `math`, the models' own functions among them."""
+
+    def _print_absv(self, expr: sp.Expr) -> str:
+        return f"abs({self._print(expr.args[0])})"
+
+    def _print_sgn(self, expr: sp.Expr) -> str:
+        return f"(({self._print(expr.args[0])}) > 0) - (({self._print(expr.args[0])}) < 0)"
+
+    def _print_step(self, expr: sp.Expr) -> str:
+        return f"float({self._print(expr.args[0])} > 0)"
+
+    def _print_atan2v(self, expr: sp.Expr) -> str:
+        return f"math.atan2({self._print(expr.args[0])}, {self._print(expr.args[1])})"
+
+
+def definition(model: Model) -> Definition:
+    """The equations of a model as it is integrated; BadInput where it has no numbers."""
+    if not model.known:
+        raise BadInput(f"{model.id} has no coefficients", hint="give a vessel or a model.json that `identify` wrote")
+    return definition_of(model.family).simulated()
+
+
+def statements(own: Definition, printer: Octave | Python) -> list[tuple[str, str]]:
+    """(name, expression) of the helpers, then of every state's derivative, `d_NAME`, in the order of evaluation.
+
+    Names are those of states, inputs, coefficients and constants.  M(p) a = F is solved by Cramer's rule: k <= 3.
+    """
+    count = len(own.forces)
+    forces = sp.symbols([f"F_{place}" for place in range(1, count + 1)], real=True)
+    matrix = sp.Matrix(count, count, lambda i, j: sp.Symbol(f"M_{i + 1}{j + 1}", real=True) if own.mass[i, j] else 0)
+    named = [(symbol.name, value) for symbol, value in own.helpers.items()]
+    named += [(str(symbol), value) for symbol, value in zip(forces, own.forces, strict=True)]
+    named += [(str(matrix[i]), own.mass[i]) for i in range(count**2) if matrix[i] != 0]
+    solved = [sp.simplify(value) for value in matrix.adjugate() * sp.Matrix(forces) / matrix.det()]
+    names = [f"d_{symbol.name}" for symbol in own.states]
+    named += list(zip(names, [*solved, *own.kinematics], strict=True))
+    return [(name, printer.doprint(sp.sympify(value))) for name, value in named]
+
+
+def numbers(model: Model) -> dict[str, float]:
+    """Value of every coefficient and constant by name."""
+    values = [*model.coefficients.tolist(), *model.constants.tolist()]
+    return dict(zip((*model.coordinates, *model.constant_names), values, strict=True))
+
+
+def mass_matrix(model: Model) -> NDArray[np.float64]:
+    """Mass, static moment and moment of inertia (3, 3) of a 3-DOF model with their added parts: kg, kg m, kg m2."""
+    own = definition(model)
+    if own.force_scale is None or not all(own.force_scale):
+        raise BadInput(f"{model.id}: a model of heading alone or at a fixed speed", hint="export a 3-DOF model")
+    values = {sp.Symbol("rho", real=True): model.environment_numbers()["rho"]}
+    values |= {symbol: numbers(model)[symbol.name] for symbol in own.parameters}
+    scaled = sp.Matrix(3, 3, lambda i, j: own.mass[i, j] / own.force_scale[i]).xreplace(values)
+    return np.array(scaled.evalf(), dtype=float)
+
+
+def identifier(model: Model) -> str:
+    """The model's id as a name of MATLAB and Python."""
+    name = re.sub(r"\W+", "_", model.id, flags=re.ASCII).strip("_") or "model"
+    return name if name[0].isalpha() else f"model_{name}"
+
+
+def heading(model: Model) -> list[str]:
+    """Lines that say what a file holds, and what of the model it does not hold."""
+    lines = [f"{model.title or model.id}: family {model.family}"]
+    lines += ["SI units and radians; x forward, y to starboard, z down"]
+    lines += [f"a positive rudder angle turns the ship to {model.positive_rudder}"]
+    lines += [f"source: {model.source}"] if model.source else []
+    left: Mapping[str, Any] = {
+        "instruments (rudder linkage and sensors)": model.instruments,
+        "wind force": model.windage,
+        "heading controller": model.controller,
+    }
+    absent = [name for name, value in left.items() if value]
+    lines += [f"not exported: {', '.join(absent)}"] if absent else []
+    return [" ".join(line.split()) for line in lines]
+
+
+def gear(model: Model) -> dict[str, float]:
+    """Limits of the steering gear, inf where there is none."""
+    return {
+        "max_rad": float(model.rudder.max_rad),
+        "rate_rad_s": float(model.rudder.rate_rad_s),
+        "lag_s": float(model.rudder.lag_s),
+    }

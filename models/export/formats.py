@@ -1,0 +1,31 @@
+"""Every format that a model is exported to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from ..errors import BadInput
+from ..suggestions import suggestion
+from .gazebo import gazebo
+from .mmgdynamics import mmgdynamics
+from .simulink import simulink
+from .vehicle_simulator import vehicle_simulator
+
+if TYPE_CHECKING:
+    from ..model import Model
+
+FORMATS: Mapping[str, Callable[[Model], dict[str, str]]] = {
+    "simulink": simulink,
+    "vehicle-simulator": vehicle_simulator,
+    "mmgdynamics": mmgdynamics,
+    "gazebo": gazebo,
+}
+"""Name -> function of a model that gives file names with their texts."""
+
+
+def exported(model: Model, to: str) -> dict[str, str]:
+    """File name -> text of a model in a format; BadInput where there is no such format or it cannot hold the model."""
+    if to not in FORMATS:
+        raise BadInput(f"unknown format {to!r}", hint=suggestion(to, FORMATS) or f"known: {', '.join(FORMATS)}")
+    return FORMATS[to](model)
