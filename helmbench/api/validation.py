@@ -8,12 +8,14 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike, fspath
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..estimation.validation import result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit
+from .documents import text_writer, write_together
 from .identification import as_model, as_records, labels, listed, rudder_sign_doubt
 from .results import Result
 
@@ -42,6 +44,17 @@ class Validation(result.Validation, Result):
         import pandas as pd
 
         return pd.DataFrame([vars(score) for score in self.scores])
+
+    def certificate(self) -> str:
+        """One page (HTML, for one sheet of paper) on the first model: what it was tried on, errors ahead, limits."""
+        from ..reporting.validation.certificate import certificate
+
+        return certificate(self)
+
+    def write_certificate(self, path: FilePath) -> Path:
+        """Write the certificate to a file; BadInput where it cannot be written."""
+        place = Path(path)
+        return write_together(place.parent, {place.name: text_writer(self.certificate())})[0]
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw the measured channels of a record and the free runs of all models over time.

@@ -12,6 +12,7 @@ from ._shared import (
     MODEL,
     SIDES,
     Greedy,
+    check_file,
     check_folder,
     echo,
     force_option,
@@ -35,6 +36,7 @@ class Validate(Greedy):
 )
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
+@click.option("--certificate", type=FILE, help="A page on the model: what it was tried on, errors, limits (HTML).")
 @force_option
 @output_options
 def validate(
@@ -43,6 +45,7 @@ def validate(
     compare: tuple[str, ...],
     positive_rudder: str | None,
     output: Path | None,
+    certificate: Path | None,
     force: bool,
     as_json: bool,
     quiet: bool,
@@ -50,7 +53,8 @@ def validate(
     """Compare a simulation with records: free runs, predictions ahead, IMO manoeuvring indices.
 
     MODEL is a vessel id or a model.json, also an extended model.  With -o it writes validation.json and a page with
-    the free runs drawn over the records.  Nothing is fitted.
+    the free runs drawn over the records, with --certificate one page that says what the model was tried on, how its
+    errors grow with the time ahead, and where its limits are.  Nothing is fitted.
     """
     import helmbench
 
@@ -58,12 +62,16 @@ def validate(
 
     if output is not None:
         check_folder(output, FILES, force)
+    if certificate is not None:
+        check_file(certificate, force)
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", helmbench.RudderSignWarning)
         found = helmbench.validate(model, records, compare, positive_rudder=positive_rudder)
     for doubt in (one for one in doubts if issubclass(one.category, helmbench.RudderSignWarning)):
         echo(f"helmbench: warning: {doubt.message}", err=True)
     paths = found.write(output) if output is not None else ()
+    if certificate is not None:
+        paths = (*paths, found.write_certificate(certificate))
     if as_json:
         print_json(found.to_json())
     elif not quiet:

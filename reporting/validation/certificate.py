@@ -1,0 +1,119 @@
+"""The certificate of a model on one page: what it was tried on, its errors by the time ahead, its limits."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib.metadata import version
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..numbers import DEG, number
+from ..tables import Column, Table, make_table
+from ..templating import render
+from .tables import free_table, horizon_table, index_table, left_out_table, trusted_lines
+
+if TYPE_CHECKING:
+    from ...estimation.validation.result import Measured, Validation
+    from ...models.model import Model
+
+
+class Reach(NamedTuple):
+    """What a record holds: least and largest rudder, yaw rate, drift angle (rad) and surge (m/s); nan: not measured."""
+
+    rudder: tuple[float, float]
+    yaw_rate: tuple[float, float]
+    drift: tuple[float, float]
+    surge: tuple[float, float]
+
+
+REACHES: Mapping[str, tuple[str, str, float]] = {
+    "rudder": ("rudder angle", "deg", DEG),
+    "yaw_rate": ("yaw rate", "deg/s", DEG),
+    "drift": ("drift angle", "deg", DEG),
+    "surge": ("surge speed", "m/s", 1.0),
+}
+"""Field of `Reach` -> what it is called, its unit, and the factor to it."""
+
+
+def certificate(found: Validation) -> str:
+    """The page of the first model, self-contained, for one sheet of paper."""
+    name, model = next(iter(found.models.items()))
+    own = replace(
+        found,
+        models={name: model},
+        scores=tuple(score for score in found.scores if score.model == name),
+        indices=tuple(index for index in found.indices if index.model == name),
+        trusted_s={key: time for key, time in found.trusted_s.items() if key == name},
+    )
+    return render(
+        "certificate.html.j2",
+        name=name,
+        model=model,
+        digest=digest(model),
+        version=version("helmbench"),
+        statement=trusted_lines(own) or ["no time ahead was tried: the records are too short"],
+        records=record_table(own),
+        free=free_table(own),
+        horizons=horizon_table(own),
+        indices=index_table(own),
+        limits=limits(own),
+        left_out=left_out_table(own),
+        doubts=own.doubts,
+    )
+
+
+def digest(model: Model) -> str:
+    """SHA-256 of family, sign, coefficients and constants: the same for the same equations and numbers."""
+    facts = [model.family, model.positive_rudder, model.coefficients.tolist(), model.constants.tolist()]
+    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
+
+
+def reach_of(record: Measured) -> Reach:
+    """The ranges of a record."""
+    none = np.full(record.time_s.size, np.nan)
+    surge, sway = (record.channels.get(channel, none) for channel in ("surge_m_s", "sway_m_s"))
+    drift = np.where(np.hypot(surge, sway) > 0.0, np.arctan2(-sway, surge), np.nan)
+    yaw_rate = record.channels.get("yaw_rate_rad_s", none)
+    return Reach(_ends(record.rudder), _ends(yaw_rate), _ends(drift), _ends(surge))
+
+
+def _ends(values: np.ndarray) -> tuple[float, float]:
+    known = values[np.isfinite(values)]
+    return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+
+
+def whole_reach(found: Validation) -> Reach:
+    """The ranges of all records together."""
+    each = [reach_of(record) for record in found.records]
+    return Reach(*(_ends(np.array([getattr(one, field) for one in each]).ravel()) for field in Reach._fields))
+
+
+def limits(found: Validation) -> list[str]:
+    """Sentences: beyond what the certificate says nothing."""
+    reach, lines = whole_reach(found), []
+    for field, (title, unit, factor) in REACHES.items():
+        low, high = (factor * end for end in getattr(reach, field))
+        known = np.isfinite(low)
+        lines.append(f"{title} {number(low)} to {number(high)} {unit}" if known else f"{title}: not measured")
+    diverged = [f"{run.record}: {run.told}" for run in found.runs if run.told and run.model in found.models]
+    return [*lines, *diverged]
+
+
+def record_table(found: Validation) -> Table:
+    """A row a record: duration, samples and ranges."""
+    columns = [
+        Column("record", lambda record: record.name),
+        Column("duration, s", lambda record: number(record.time_s[-1] - record.time_s[0])),
+        Column("samples", lambda record: str(record.time_s.size)),
+    ]
+    for field, (title, unit, factor) in REACHES.items():
+        columns.append(Column(f"{title}, {unit}", lambda r, f=field, k=factor: _range(getattr(reach_of(r), f), k)))
+    return make_table(columns, found.records)
+
+
+def _range(ends: tuple[float, float], factor: float) -> str:
+    return " to ".join(number(factor * end) for end in ends)
