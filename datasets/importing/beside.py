@@ -93,7 +93,7 @@ def _sides(letters: Texts, before: RawColumn) -> bool:
 def _joined(numbers: Texts, letters: Texts) -> Texts:
     """Numbers with the letters beside them; nothing where there is no number."""
     sides = np.where(letters.among(GAPS), "", np.strings.upper(letters.trimmed))
-    both = np.strings.add(np.strings.add(numbers.trimmed, " "), sides)
+    both = numbers.trimmed + " " + sides
     return Texts(np.where(numbers.trimmed == "", "", both))
 
 

@@ -73,7 +73,7 @@ def statements(own: Definition, printer: Octave | Python) -> list[tuple[str, str
     solved = [sp.simplify(value) for value in matrix.adjugate() * sp.Matrix(forces) / matrix.det()]
     names = [f"d_{symbol.name}" for symbol in own.states]
     named += list(zip(names, [*solved, *own.kinematics], strict=True))
-    return [(name, printer.doprint(sp.sympify(value))) for name, value in named]
+    return [(name, str(printer.doprint(sp.sympify(value)))) for name, value in named]
 
 
 def numbers(model: Model) -> dict[str, float]:
@@ -85,11 +85,12 @@ def numbers(model: Model) -> dict[str, float]:
 def mass_matrix(model: Model) -> NDArray[np.float64]:
     """Mass, static moment and moment of inertia (3, 3) of a 3-DOF model with their added parts: kg, kg m, kg m2."""
     own = definition(model)
-    if own.force_scale is None or not all(own.force_scale):
+    scale = own.force_scale
+    if scale is None or not all(scale):
         raise BadInput(f"{model.id}: a model of heading alone or at a fixed speed", hint="export a 3-DOF model")
     values = {sp.Symbol("rho", real=True): model.environment_numbers()["rho"]}
     values |= {symbol: numbers(model)[symbol.name] for symbol in own.parameters}
-    scaled = sp.Matrix(3, 3, lambda i, j: own.mass[i, j] / own.force_scale[i]).xreplace(values)
+    scaled = sp.Matrix(3, 3, lambda i, j: own.mass[i, j] / scale[i]).xreplace(values)
     return np.array(scaled.evalf(), dtype=float)
 
 

@@ -108,7 +108,7 @@ def _matrices(model: Model, own: Definition, name: str) -> str:
     lines += [f"{symbol.name} = p.constants.{symbol.name};" for symbol in own.constants]
     for letter, by in (("A", own.states), ("B", own.inputs)):
         rows = rates.jacobian(list(by)).tolist()
-        lines += [f"{letter} = [{'; '.join(', '.join(Octave().doprint(v) for v in row) for row in rows)}];"]
+        lines += [f"{letter} = [{'; '.join(', '.join(str(Octave().doprint(v)) for v in row) for row in rows)}];"]
     count = len(own.states)
     return "\n".join([*lines, f"C = eye({count});", f"D = zeros({count}, {len(own.inputs)});", "end", ""])
 
