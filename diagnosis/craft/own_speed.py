@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -32,6 +32,16 @@ VARIED = 0.05
 """Spread of the revolutions over their mean, below which they tell nothing."""
 
 
+class _Motion(NamedTuple):
+    """Times, u, v, r and n (N,) of a stretch between long gaps; v is nan, n zero where they were not measured."""
+
+    time: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    r: np.ndarray
+    n: np.ndarray
+
+
 def numbers_of(train: Sequence[Record], time_s: float, turns: bool) -> dict[str, float]:
     """The numbers of surge and, where it was measured, sway; none where the records measure no surge.
 
@@ -40,10 +50,10 @@ def numbers_of(train: Sequence[Record], time_s: float, turns: bool) -> dict[str,
     found = list(_stretches(train, time_s))
     if not found:
         return {}
-    every = np.concatenate([n for *_, n in found])
+    every = np.concatenate([motion.n for motion in found])
     by_propeller = turns and bool(np.std(every) > VARIED * np.abs(np.mean(every)))
-    surge = np.concatenate([_surge_rows(*stretch, SURGE * time_s) for stretch in found])
-    sway = np.concatenate([_sway_rows(*stretch, SWAY * time_s) for stretch in found])
+    surge = np.concatenate([_surge_rows(motion, SURGE * time_s) for motion in found])
+    sway = np.concatenate([_sway_rows(motion, SWAY * time_s) for motion in found])
     if len(surge) < FEWEST:
         return {}
     free = [0, 1, 2, *([3] if by_propeller else [])]
@@ -67,31 +77,28 @@ def with_own_speed(model: Model, numbers: dict[str, float]) -> Model:
     return replace(model, family=family, coefficients=values, title=f"{model.title}; surge and sway of its own")
 
 
-def _stretches(train: Sequence[Record], time_s: float) -> Iterator[tuple[np.ndarray, ...]]:
-    """Times, u, v, r, n (N,) of the stretches between long gaps; v is nan, n zero where they were not measured."""
+def _stretches(train: Sequence[Record], time_s: float) -> Iterator[_Motion]:
     for record in train:
         for part in parts_of(record, time_s / 20.0):
             states = smoothed_states(part, part.time_s) if part.n >= SHORTEST else {}
             if {"u", "r"} <= set(states):
                 turns, v = samples(part, "n"), states.get("v", np.full(part.n, np.nan))
-                yield part.time_s, states["u"], v, states["r"], np.zeros(part.n) if turns is None else turns
+                n = np.zeros(part.n) if turns is None else np.nan_to_num(turns)
+                yield _Motion(part.time_s, states["u"], v, states["r"], n)
 
 
-def _surge_rows(
-    time: np.ndarray, u: np.ndarray, v: np.ndarray, r: np.ndarray, n: np.ndarray, long_s: float
-) -> np.ndarray:
+def _surge_rows(m: _Motion, long_s: float) -> np.ndarray:
     """Rows (W, 5): what drive, drag, turn_drag and push bring over a window, and the change of u."""
-    first, last = _windows(time, long_s)
-    columns = [np.ones(time.size), -u * np.abs(u), -(r**2), np.nan_to_num(n) * np.abs(np.nan_to_num(n))]
-    return np.column_stack([*(_over(time, c, first, last) for c in columns), u[last] - u[first]])
+    first, last = _windows(m.time, long_s)
+    columns = [np.ones(m.time.size), -m.u * np.abs(m.u), -(m.r**2), m.n * np.abs(m.n)]
+    return np.column_stack([*(_over(m.time, c, first, last) for c in columns), m.u[last] - m.u[first]])
 
 
-def _sway_rows(
-    time: np.ndarray, u: np.ndarray, v: np.ndarray, r: np.ndarray, n: np.ndarray, long_s: float
-) -> np.ndarray:
+def _sway_rows(m: _Motion, long_s: float) -> np.ndarray:
     """Rows (W, 3): what the lever and the time bring over a window, and minus the integral of v."""
-    first, last = _windows(time, long_s)
-    return np.column_stack([_over(time, r, first, last), v[last] - v[first], -_over(time, v, first, last)])
+    first, last = _windows(m.time, long_s)
+    drift = _over(m.time, m.v, first, last)
+    return np.column_stack([_over(m.time, m.r, first, last), m.v[last] - m.v[first], -drift])
 
 
 def _windows(time: np.ndarray, long_s: float) -> tuple[np.ndarray, np.ndarray]:
