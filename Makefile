@@ -1,4 +1,4 @@
-# make bench | board-picture | board-pages | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
+# make bench | board-picture | board-pages | advice | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -48,6 +48,7 @@ help:
 	@echo "make fit-times  time simulation, every method's fit, a suite row and record files; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make reports  run the suites of the published leaderboard into out/, write reports/leaderboard"
+	@echo "make advice   test the leaderboard's advice in 60 fresh situations, write reports/leaderboard/advice.md"
 	@echo "make board-pages  write README and page of reports/leaderboard anew from its tables"
 	@echo "make hashes   write requirements/hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
 	@echo "make packages  build wheel and sdist into dist/, install and use them with every Python of 3.11 to 3.14 found here"
@@ -201,6 +202,12 @@ reports: env
 	@for suite in $(SUITES); do \
 	  $(BIN)/helmbench run --suite $$suite -o out/$$suite --resume || test $$? -eq 1 || exit 2; done
 	$(BIN)/python -m helmbench.reporting.leaderboard.publish $(addprefix out/,$(SUITES)) reports/leaderboard
+
+# Goes on where it stopped; then README says what the advice is worth.
+advice: env
+	$(BIN)/helmbench advice reports/leaderboard -o out/advice
+	cp out/advice/advice.md reports/leaderboard/advice.md
+	$(BIN)/python -m helmbench.reporting.leaderboard.publish reports/leaderboard
 
 # From the tables that lie there: no suite is run.
 board-pages: env

@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api.advice import AdviceTest, check_advice
     from .api.assessment import Assessment, Comparison, compare
     from .api.calibration import Calibration, calibrate
     from .api.check import Check, check
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "AdviceTest",
     "Assessment",
     "BadInput",
     "Calibration",
@@ -83,6 +85,7 @@ __all__ = [
     "build_model",
     "calibrate",
     "check",
+    "check_advice",
     "compare",
     "compare_results",
     "diagnose",
@@ -120,6 +123,7 @@ __all__ = [
 
 # public name -> (module below helmbench, name there)
 _HOME = {
+    "AdviceTest": ("api.advice", "AdviceTest"),
     "Assessment": ("api.assessment", "Assessment"),
     "BadInput": ("models.errors", "BadInput"),
     "Calibration": ("api.calibration", "Calibration"),
@@ -147,6 +151,7 @@ _HOME = {
     "build_model": ("api.craft", "build_model"),
     "calibrate": ("api.calibration", "calibrate"),
     "check": ("api.check", "check"),
+    "check_advice": ("api.advice", "check_advice"),
     "compare": ("api.assessment", "compare"),
     "compare_results": ("api.suites", "compare_results"),
     "diagnose": ("api.diagnosis", "diagnose"),

@@ -16,6 +16,7 @@ from typing import NoReturn
 import click
 
 from ._shared import BAD_INPUT, INTERRUPTED, OK, complain, echo
+from .advice import advice
 from .calibrate import calibrate
 from .check import check
 from .compare import compare
@@ -44,7 +45,7 @@ def cli() -> None:
 
 COMMANDS = (
     *(open_command, list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
-    *(run, report, compare, merge, reproduce, export, fetch, doctor, completion),
+    *(run, report, advice, compare, merge, reproduce, export, fetch, doctor, completion),
 )
 NUMBA_SETTINGS = Path(".numba_config.yaml")
 """File of the working folder that numba reads by itself: it may say where compiled code is taken from."""

@@ -33,7 +33,7 @@ from .standings import CELL, Frame, Leaderboard
 from .statistics import Statistics
 from .tables import overall_table
 
-README, PAGE, PICTURE = "README.md", "leaderboard.html", "ranking.svg"
+README, PAGE, PICTURE, ADVICE = "README.md", "leaderboard.html", "ranking.svg", "advice.md"
 DATA = '<script type="application/json" id="data">'
 SHOWN = (
     "method",
@@ -66,7 +66,7 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
     traces = [entry for source in sources for entry in read_traces(source)]
     manifest = combined(manifests)
     written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters), MANIFEST: _json(manifest)}
-    return _written(folder, written | pages(manifest, results, parameters, traces))
+    return _written(folder, written | pages(manifest, results, parameters, traces, advice=_tested(folder)))
 
 
 def publish_again(folder: str | Path) -> tuple[Path, ...]:
@@ -85,7 +85,15 @@ def publish_again(folder: str | Path) -> tuple[Path, ...]:
     except (OSError, ValueError) as error:
         raise BadInput(f"cannot be read ({error})", file=folder) from None
     old = json.loads((folder / PAGE).read_text().partition(DATA)[2].partition("</script>")[0])
-    return _written(folder, pages(manifest, results, parameters, (), old))
+    return _written(folder, pages(manifest, results, parameters, (), old, _tested(folder)))
+
+
+def _tested(folder: Path) -> str:
+    """What the test of the advice says that lies in the folder (`helmbench advice`); empty without one."""
+    if not (folder / ADVICE).is_file():
+        return ""
+    said = (folder / ADVICE).read_text(encoding="utf-8").split("\n\n")[1]
+    return f"{said} See [{ADVICE}]({ADVICE})."
 
 
 def _written(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
@@ -100,6 +108,7 @@ def pages(
     parameters: Frame,
     traces: Sequence[Mapping[str, Any]],
     old: Mapping[str, Any] | None = None,
+    advice: str = "",
 ) -> dict[str, bytes]:
     """README, page and picture by name.
 
@@ -108,6 +117,7 @@ def pages(
     Parameters
     ----------
     old : data of an earlier page of the same results, whose curves are kept.
+    advice : what the test of the advice says.
     """
     estimates = summarised(parameters)
     runs = standings.judged(results, estimates)
@@ -121,7 +131,9 @@ def pages(
     data = as_script(shown)
     lines = headline_lines(found.board, every.board)
     texts = {
-        README: readme(manifest, results, board, lines, found, told(runs, found, every)),
+        README: readme(
+            manifest, results, board, [*lines, *([advice] if advice else [])], found, told(runs, found, every)
+        ),
         PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else ""),
         PICTURE: picture(board),
     }
@@ -162,6 +174,7 @@ def readme(
     lines: Sequence[str],
     found: Statistics,
     findings: Sequence[Finding],
+    advice: str = "",
 ) -> str:
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
     ranking = overall_table(board)
@@ -173,6 +186,7 @@ def readme(
         [
             "# Leaderboard",
             *(f"**{tables.in_markdown(line)}**" for line in lines),
+            *([advice] if advice else []),
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
             f"Save [{PAGE}]({PAGE}) and open it: it chooses by vessel, excitation, noise, disturbance, channels and "
             f"time, and shows every run. The runs are in [{RESULTS}]({RESULTS}) and [{PARAMETERS}]({PARAMETERS}); "

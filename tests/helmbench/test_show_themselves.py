@@ -58,6 +58,7 @@ def shown(records, results, raw_log, logged):
     biased = train.with_channels(yaw_rate_rad_s=train.column("yaw_rate_rad_s") + 0.005)
     row = {"paper": "003", "item": "table 5", "quantity": "<K>", "verdict": "agrees", "reason": "within 1 %"}
     return {
+        "AdviceTest": helmbench.AdviceTest("# Advice\n\nIt is <good> in 3 of 4.\n", ({"regret": 1.0},), ()),
         "Assessment": estimate.assess(other),
         "Changes": helmbench.compare_results(results.directory, results.directory),
         "Check": helmbench.check([biased, other]),

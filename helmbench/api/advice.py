@@ -1,0 +1,125 @@
+"""The advice of a leaderboard, tested in fresh situations."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..models.argument_types import typed
+from ..models.errors import BadInput
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from ..reporting.leaderboard.advice import Tested
+    from ..reporting.leaderboard.contest import Contest
+
+PAGE, ROWS, RUNS = "advice.md", "advice.json", "runs"
+
+
+@dataclass(frozen=True, repr=False)
+class AdviceTest:
+    """What the advice of a leaderboard is worth: a row a situation, and the page and rows that were written.
+
+    `rows` hold the situation, the advised and the best method with their errors, and the regret: the ratio of both.
+    """
+
+    text: str
+    rows: tuple[dict[str, Any], ...]
+    paths: tuple[Path, ...]
+
+    def summary(self) -> str:
+        """The page as Markdown."""
+        return self.text
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values for `--json`."""
+        return {"situations": list(self.rows), "files": [str(path) for path in self.paths]}
+
+    def __repr__(self) -> str:
+        return f"<AdviceTest of {len(self.rows)} situations>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(self.text)}</pre>"
+
+
+@typed
+def check_advice(
+    board: str | PathLike[str],
+    *,
+    directory: str | PathLike[str],
+    situations: int = 60,
+    seed: int = 0,
+    methods: Sequence[str] = (),
+    jobs: int | None = None,
+    timeout_s: float | None = None,
+    progress: bool = False,
+) -> AdviceTest:
+    """Draw fresh situations, ask a leaderboard which method to take, run all methods, and compare.
+
+    A situation is a ship, its own or simpler equations, manoeuvres to learn from and to predict, sensor noise, channels
+    and a disturbance.  An interrupted test goes on where it stopped when it is called again.
+
+    Parameters
+    ----------
+    board : directory of the results of a suite, or a published leaderboard.
+    directory : of the runs and of the page, `advice.md`.
+    situations : how many are drawn; seed : from which.
+    methods : only these methods; default: all, with the robust output error.
+    jobs, timeout_s, progress : as for `run_suite`.
+
+    Raises
+    ------
+    BadInput : the board holds no results, or the directory those of other situations.
+    """
+    from ..bench.situations import SUITE, draw, suite_text
+    from ..models.folders import make_folder, write_atomic
+    from ..reporting.leaderboard import advice
+    from .suites import run_suite
+
+    if situations < 1:
+        raise BadInput(f"situations is {situations}, at least 1 is needed")
+    rule, folder, drawn = _contest(Path(board)), Path(directory), draw(situations, seed)
+    text = suite_text(drawn, methods or ("all", "output-error,loss=student"))
+    make_folder(folder)
+    suite = folder / SUITE
+    if suite.is_file() and suite.read_text() != text:
+        raise BadInput("holds other situations", file=suite, hint="give a new directory with -o")
+    write_atomic(suite, text.encode())
+    run_suite(
+        str(suite), directory=folder / RUNS, jobs=jobs, timeout_s=timeout_s, progress=progress, resume=True, trust=True
+    )
+    found = advice.tested(rule, _contest(folder / RUNS), drawn)
+    return _written(folder, advice.report(found, seed), found)
+
+
+def _contest(folder: Path) -> Contest:
+    from ..reporting.leaderboard import standings
+    from ..reporting.leaderboard.compact import read_compact
+    from ..reporting.leaderboard.contest import contest
+    from ..reporting.leaderboard.estimates import summarised
+
+    results, parameters = read_compact(folder)
+    if results.empty:
+        raise BadInput("no run is finished yet", file=folder)
+    runs = standings.judged(results, summarised(parameters))
+    return contest(standings.cell_table(runs), runs)
+
+
+def _written(folder: Path, text: str, found: Sequence[Tested]) -> AdviceTest:
+    from ..models.folders import write_atomic
+    from ..reporting.leaderboard.advice import as_rows
+
+    rows = tuple(as_rows(found))
+    plain = [{name: _plain(value) for name, value in row.items()} for row in rows]
+    write_atomic(folder / PAGE, text.encode())
+    write_atomic(folder / ROWS, (json.dumps(plain, indent=1) + "\n").encode())
+    return AdviceTest(text, rows, (folder / PAGE, folder / ROWS))
+
+
+def _plain(value: Any) -> Any:
+    return None if isinstance(value, float) and value in (float("inf"), float("-inf")) else value

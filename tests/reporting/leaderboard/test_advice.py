@@ -1,0 +1,106 @@
+"""The test of the advice: situations, the page's rule, and the regret, on made-up results where the best is known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from helmbench import check_advice
+from helmbench.bench.kinds import IDENTIFICATION, kind_of
+from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.identification.plan import plan
+from helmbench.bench.situations import Situation, draw, suite_text
+from helmbench.bench.store import Store, frames
+from helmbench.bench.suites import load_suite
+from helmbench.models.errors import BadInput
+from helmbench.reporting.leaderboard import advice, contest, standings
+from helmbench.reporting.leaderboard.estimates import summarised
+
+SHIPS = ("mariner", "s175", "kvlcc2-l7")
+CALM, WINDY = {}, {"disturbance": "wind:8@40deg"}
+
+
+def board_of(runs):
+    results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
+    judged = standings.judged(results, summarised(parameters))
+    return contest.contest(standings.cell_table(judged), judged)
+
+
+@pytest.fixture
+def calm_and_windy(run_of):
+    """In calm water `a` is best on every ship, in wind `b`; `c` is better than both but seldom applies."""
+    errors = {("a", False): 0.02, ("b", False): 0.1, ("a", True): 0.5, ("b", True): 0.1}
+    return [
+        run_of(error=0.1, r2=1.0 - e**2, method=m, vessel=ship, **(WINDY if windy else CALM))
+        for (m, windy), e in errors.items()
+        for ship in SHIPS
+    ]
+
+
+def test_the_advice_is_that_of_the_conditions(calm_and_windy):
+    board = board_of(calm_and_windy)
+    known = {"case": "equations known", "noise": "low", "model": "abkowitz"}
+    calm = advice.advise(board, known | {"disturbance": "none"}, ["a", "b"])
+    windy = advice.advise(board, known | {"disturbance": "wind:5@200deg"}, ["a", "b"])
+    assert (calm.method, windy.method) == ("a", "b") and windy.chosen["disturbance"] == "wind:8@40deg"
+    assert advice.advise(board, known | {"disturbance": "none"}, ["b"]).method == "b"
+    assert advice.advise(board, {"case": "measured ships"}, ["a"]) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "level"),
+    [
+        ("wind:12@10deg", "wind:15@40deg"),
+        ("wind:3@10deg", "wind:8@40deg"),
+        ("current:0.2@0deg", None),
+        ("none", "none"),
+    ],
+)
+def test_the_nearest_level_is_of_the_same_kind(text, level):
+    assert advice.nearest(["none", "wind:8@40deg", "wind:15@40deg"], text) == level
+
+
+def test_channels_that_are_missing_count_before_the_size_of_the_noise():
+    levels = ["low", "high", "low,only=heading"]
+    assert advice.nearest(levels, "high,only=heading") == "low,only=heading" and advice.nearest(levels, "gross") is None
+
+
+def test_regret_is_the_ratio_of_the_errors(calm_and_windy, run_of):
+    windy = Situation("cargo", "own", ("zigzag:20/20",), ("turn:35",), "low", "wind:9@0deg")
+    calm = Situation("cargo", "own", ("zigzag:20/20",), ("turn:35",), "low", "none")
+    errors = {("a", "none"): 0.3, ("b", "none"): 0.1, ("a", "wind:9@0deg"): 0.4, ("b", "wind:9@0deg"): 0.2}
+    fresh = [run_of(error=0.1, r2=1.0 - e**2, method=m, vessel="cargo", disturbance=d) for (m, d), e in errors.items()]
+    found = advice.tested(board_of(calm_and_windy), board_of(fresh), [windy, calm])
+    assert [one.advice.method for one in found] == ["b", "a"]
+    assert [one.regret for one in found] == pytest.approx([1.0, 3.0], rel=1e-3)
+    assert "in 50 % [" in advice.summary(found) and "own equations, disturbed" in advice.report(found, 7)
+    lost = advice.Tested(calm, found[0].advice, math.inf, "b", 0.001)
+    small = advice.Tested(calm, found[0].advice, 0.009, "b", 0.001)
+    assert lost.regret == math.inf and small.regret == 1.0
+
+
+def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_path):
+    seed = int(np.random.SeedSequence().generate_state(1)[0])
+    print(f"situations: seed {seed}")
+    drawn = draw(60, seed)
+    assert draw(7, seed) == drawn[:7] and draw(7, seed + 1) != drawn[:7]
+    path = tmp_path / "situations.yaml"
+    path.write_text(suite_text(drawn, ["ls"]))
+    specs = plan(load_suite(str(path)), Selection("situations"))
+    assert len(specs) == len(set(drawn))
+    assert all(not set(one.train) & set(one.held_out) for one in drawn)
+
+
+def test_an_advice_is_tested_and_goes_on_where_it_stopped(tmp_path, manifest, calm_and_windy):
+    with Store.create(tmp_path / "board", manifest(len(calm_and_windy))) as store:
+        for run in calm_and_windy:
+            store.append(run)
+        store.write_tables()
+    asked = {"directory": tmp_path / "out", "situations": 2, "methods": ("mean", "straight-line"), "jobs": 1}
+    found = check_advice(tmp_path / "board", **asked)
+    assert (tmp_path / "out" / "advice.md").read_text() == found.summary()
+    stored = (tmp_path / "out" / "runs" / "runs.jsonl").read_bytes()
+    again = check_advice(tmp_path / "board", **asked)
+    assert again.rows == found.rows and (tmp_path / "out" / "runs" / "runs.jsonl").read_bytes() == stored
+    with pytest.raises(BadInput, match="other situations"):
+        check_advice(tmp_path / "board", **asked | {"seed": 1})
