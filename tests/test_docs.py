@@ -26,6 +26,8 @@ RUN = [p for p in PAGES if BLOCK.search(p.read_text(encoding="utf-8"))]
 def run_block(language: str, text: str, names: dict) -> None:
     if language == "python":
         exec(compile(text, "example", "exec"), names)
+    elif language == "yaml" and text.startswith("# "):
+        Path(text[2:].partition(",")[0]).write_text(text, encoding="utf-8")
     elif language == "bash":
         for line in text.strip().splitlines():
             command, *arguments = shlex.split(line)
@@ -45,7 +47,7 @@ def test_the_examples_of_a_page_run_in_an_empty_folder(page, tmp_path, monkeypat
 
 def test_the_example_suite_is_one(tmp_path):
     text = (DOCS / "how-to" / "compare-methods.md").read_text(encoding="utf-8")
-    (suite,) = (block for language, block in BLOCK.findall(text) if language == "yaml")
+    suite = next(block for language, block in BLOCK.findall(text) if language == "yaml")
     (tmp_path / "mine.yaml").write_text(suite, encoding="utf-8")
     assert load_suite(str(tmp_path / "mine.yaml")).title == "two methods on one ship at two noise levels"
 
