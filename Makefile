@@ -16,6 +16,7 @@ RATE_ROUNDS ?= 2
 TIMES := out/timing.json
 ROWS := out/timing/rows.jsonl
 STAMP := .venv/installed-at
+BOARD := leaderboard.html results.parquet parameters.parquet environment.json
 TYPES := build/types/helmbench
 TOOLS := build/tools
 SUITES ?= default measured mismatch channels minutes generalise response-models \
@@ -28,7 +29,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 endif
 
 .PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
-	browser reports board-pages reproduction-pages dist packages sizes image
+	browser reports board-pages reproduction-pages asset dist packages sizes image
 .DELETE_ON_ERROR:
 
 help:
@@ -51,6 +52,7 @@ help:
 	@echo "make advice   test the leaderboard's advice in 60 fresh situations, write reports/leaderboard/advice.md"
 	@echo "make board-pages  write README and page of reports/leaderboard anew from its tables"
 	@echo "make hashes   write requirements/hashes.txt anew, the digests of the pinned files; make audit: look for known vulnerabilities"
+	@echo "make asset    pack the pages and tables of reports/ that are not in the repository into dist/, for a release"
 	@echo "make packages  build wheel and sdist into dist/, install and use them with every Python of 3.11 to 3.14 found here"
 	@echo "make sizes    MB and seconds of the base and of each extra in a clean environment, for the installation page"
 	@echo "make image    build the container of the Dockerfile and run the README's two commands in it"
@@ -183,6 +185,12 @@ dist: env
 	mkdir -p build/source
 	git archive HEAD | tar -x -C build/source
 	$(BIN)/python -m build --no-isolation --outdir dist build/source > build/packages.log
+
+# Attached to a release: the pages and tables of reports/ that the repository does not hold.
+asset:
+	@ls $(BOARD:%=reports/leaderboard/%) > /dev/null || { echo "make reports first, or unpack the archive of a release" >&2; exit 2; }
+	mkdir -p dist
+	tar -czf dist/helmbench-reports-$$(sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml).tar.gz $(BOARD:%=reports/leaderboard/%)
 
 packages: dist
 	$(BIN)/python .ci/packages.py try dist

@@ -70,11 +70,11 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
 
 
 def publish_again(folder: str | Path) -> tuple[Path, ...]:
-    """README, page and picture of a published folder anew, from its tables and the runs that its page holds.
+    """README, page and picture of a published folder anew, from its tables and the runs that its page, if any, holds.
 
     Raises
     ------
-    BadInput : a file of the folder is missing or cannot be read.
+    BadInput : a table of the folder is missing or cannot be read.
     """
     import pandas as pd
 
@@ -84,7 +84,8 @@ def publish_again(folder: str | Path) -> tuple[Path, ...]:
         results, parameters = (pd.read_parquet(folder / name) for name in (RESULTS, PARAMETERS))
     except (OSError, ValueError) as error:
         raise BadInput(f"cannot be read ({error})", file=folder) from None
-    old = json.loads((folder / PAGE).read_text().partition(DATA)[2].partition("</script>")[0])
+    page = folder / PAGE
+    old = json.loads(page.read_text().partition(DATA)[2].partition("</script>")[0]) if page.is_file() else None
     return _written(folder, pages(manifest, results, parameters, (), old, _tested(folder)))
 
 
@@ -188,9 +189,9 @@ def readme(
             *(f"**{tables.in_markdown(line)}**" for line in lines),
             *([advice] if advice else []),
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
-            f"Save [{PAGE}]({PAGE}) and open it: it chooses by vessel, excitation, noise, disturbance, channels and "
-            f"time, and shows every run. The runs are in [{RESULTS}]({RESULTS}) and [{PARAMETERS}]({PARAMETERS}); "
-            "`make reports` makes all of it anew.",
+            f"`{PAGE}` chooses by vessel, excitation, noise, disturbance, channels and time, and shows every run; the "
+            f"runs are in `{RESULTS}` and `{PARAMETERS}`. These files are in the archive `helmbench-reports` of a "
+            "release (`make asset`), and not in the repository; `make reports` makes all of it anew.",
             "Times are CPU times of a fit; they hardly depend on what else the machine does.",
             f"![Median prediction error of every method with its interval]({PICTURE})",
             f"## Ranking{_in_suite(results)}",
