@@ -90,7 +90,7 @@ def seconds_to_start(python: Path) -> list[float]:
 
 def _seconds(command: list) -> float:
     began = time.monotonic()
-    subprocess.run(command, check=True, capture_output=True)
+    subprocess.run(command, check=True, capture_output=True, cwd=command[0].parent)  # the checkout is not installed
     return time.monotonic() - began
 
 
