@@ -80,6 +80,8 @@ class HybridPredictor:
 
         states = np.full((len(inputs), len(start)), np.nan)
         states[0] = simulated_states(self.model, start[None], inputs[:1, 0])[0]
+        if len(self._columns) + inputs.shape[1] != self.learnt.mean.size:  # compiled code does not look
+            raise ValueError(f"{inputs.shape[1]} inputs instead of {self.learnt.mean.size - len(self._columns)}")
         if (packed := self.learnt.packed) is not None:
             hybrid_run(
                 *packed, self.share, np.array(self._columns), self.model.kernels.rhs, self.model.theta, dt,

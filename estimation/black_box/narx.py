@@ -129,6 +129,8 @@ class NarxPredictor:
         known = k * self.lags.outputs
         z = np.full((len(driven), k), np.nan)
         z[0] = first
+        if known + driven.shape[1] != self.learnt.mean.size:  # compiled code does not look
+            raise ValueError(f"{driven.shape[1]} lagged inputs instead of {self.learnt.mean.size - known}")
         if (packed := self.learnt.packed) is not None:
             difference_run(*packed, self.lags.outputs, h, driven, z)
             return z

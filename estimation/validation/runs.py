@@ -59,7 +59,8 @@ class Stretch:
     @classmethod
     def of(cls, model: Model, record: Record, predictor: Predictor | None = None) -> Stretch:
         """Raises CannotFit where the record lacks an input or measures no state of the model."""
-        return cls(model, record, with_weather(series_of(record, model, SYMBOLS), record, model), predictor)
+        series = series_of(record, model, SYMBOLS)  # a black box knows the model's inputs alone
+        return cls(model, record, series if predictor else with_weather(series, record, model), predictor)
 
     @property
     def grid_s(self) -> np.ndarray:

@@ -13,6 +13,7 @@ from helmbench.datasets.record import Record
 from helmbench.estimation.validation.horizons import STRAIGHT, TURNS_ON, horizons_of
 from helmbench.estimation.validation.result import FREE, ONE_STEP
 from helmbench.estimation.validation.validate import label, validate
+from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 
@@ -293,3 +294,23 @@ def test_overshoots_of_measured_zigzags_are_the_published_peaks():
     peaks = psi.max(), psi.min()
     assert peaks == pytest.approx((19.69, -30.54), abs=0.01)
     assert 9.0 < values["first_overshoot"] < 10.0 and 19.5 < values["second_overshoot"] < 20.6
+
+
+def test_a_black_box_is_given_the_models_inputs_alone_where_wind_is_measured():
+    """Compiled free runs do not look at the number of columns: more of them wrote into other memory."""
+    model = resolve("mariner")
+    record = generate(Case("mariner", "zigzag:20/20", duration_s=120.0))
+    n = record.n
+    windy = record.with_channels(wind_speed_m_s=np.full(n, 8.0), wind_direction_rad=np.linspace(0.0, 1.0, n))
+    shapes = set()
+
+    class Spy:
+        def simulate(self, inputs, dt, start):
+            shapes.add(inputs.shape[1])
+            return np.tile(start, (len(inputs), 1))
+
+    validate({"model": model}, {"windy": windy}, {"model": Spy()})
+    assert shapes == {len(model.inputs)}
+    fitted = make("narx-poly,trials=1").fit([record], model.blanked()).predictor
+    with pytest.raises(ValueError, match="lagged inputs instead of"):
+        fitted.simulate(np.zeros((60, len(model.inputs) + 7)), record.dt, np.zeros(len(model.states)))
