@@ -14,8 +14,10 @@ from .vector import CHANNELS
 
 BLOCK = 128
 """Columns that are carried at a time."""
-LANES = 4
+FORCES = 4
 """Places for the variances of up to three forces and their correlation time."""
+LANES = FORCES + CHANNELS
+"""Places for them and for the log standard deviations of the sensors."""
 
 
 @njit(inline="always")
@@ -97,7 +99,7 @@ def carry(transition, slopes, gains, roots, n, nf, axes, forcing, pushes, initia
 
 
 @njit(inline="always")
-def _measured(root, e, slope, gain, nf, shift, part, spread, even, scaled, ds, dnu, by_e, by_log_s, at):
+def _measured(root, e, slope, gain, own_variance, lane, shift, part, spread, even, scaled, ds, dnu, by_e, by_log_s, at):
     """Derivatives of one innovation and its variance; the changes of states and covariance after its update."""
     nx, wide = shift.shape[0], spread.size
     inverse, nu = root * root, e / root
@@ -120,7 +122,8 @@ def _measured(root, e, slope, gain, nf, shift, part, spread, even, scaled, ds, d
         if w != 0.0:
             for b in range(LANES):
                 ds[b] += w * spread[j * LANES + b]
-    for b in range(nf + 1):
+    ds[lane] += 2.0 * own_variance
+    for b in range(LANES):
         by_e[b, at] = dnu[b] * root - 0.5 * e * ds[b] * inverse
         by_log_s[b, at] = 0.5 * ds[b] * inverse
     for i in range(nx):
@@ -167,8 +170,8 @@ def _moved(transition, shift, moved, part, half, turned):
 
 @njit(**JIT, **BORROWED)
 def _along(
-    transition, slopes, gains, roots, spreads, whitened, states, time, force_sd, tau, n, nf, quantum, first, by_e,
-    by_log_s, shift, moved, part, half, turned, spread, even, scaled, ds, dnu,
+    transition, slopes, gains, roots, spreads, whitened, states, time, sensor_sd, force_sd, tau, n, nf, quantum, first,
+    by_e, by_log_s, shift, moved, part, half, turned, spread, even, scaled, ds, dnu,
 ):  # fmt: skip
     """Sample after sample of `vary`; the last arrays are working space."""
     size, nx = transition.shape[0], transition.shape[1]
@@ -177,8 +180,8 @@ def _along(
             if roots[k, c] != 0.0:
                 at = (first + k) * CHANNELS + c
                 _measured(
-                    roots[k, c], whitened[k, c], slopes[k, c], gains[k, c], nf, shift, part, spread, even, scaled, ds,
-                    dnu, by_e, by_log_s, at,
+                    roots[k, c], whitened[k, c], slopes[k, c], gains[k, c], sensor_sd[c] ** 2, FORCES + c, shift, part,
+                    spread, even, scaled, ds, dnu, by_e, by_log_s, at,
                 )  # fmt: skip
         if k == size - 1:
             break
@@ -187,28 +190,31 @@ def _along(
         decay = np.exp(-dt / tau)
         slower = decay * dt / tau
         for i in range(nf):
-            moved[n + i, nf] += slower * states[k, n + i]
+            moved[n + i, FORCES - 1] += slower * states[k, n + i]
             for j in range(nx):
                 w = 0.0
                 for j2 in range(nx):
                     w += spreads[k, i, j2] * transition[k, j, j2]
-                part[n + i, j * LANES + nf] += slower * w
+                part[n + i, j * LANES + FORCES - 1] += slower * w
             own = (n + i) * LANES
             part[n + i, own + i] += 0.5 * quantum**2 * (1.0 - decay * decay)
-            part[n + i, own + nf] -= slower * decay * force_sd[i] ** 2
+            part[n + i, own + FORCES - 1] -= slower * decay * force_sd[i] ** 2
         shift, moved = moved, shift
 
 
-@njit(types.void(A3, A3, A3, A2, A3, A2, A2, A1, A1, f8, i8, f8, i8, A2, A2), **JIT)
+@njit(types.void(A3, A3, A3, A2, A3, A2, A2, A1, A1, A1, f8, i8, f8, i8, A2, A2), **JIT)
 def vary(
-    transition, slopes, gains, roots, spreads, whitened, states, time, force_sd, tau, n, quantum, first, by_e, by_log_s
-):
-    """Derivatives of innovations and log S / 2 by the forces' variances (in quanta^2) and their log correlation time.
+    transition, slopes, gains, roots, spreads, whitened, states, time, sensor_sd, force_sd, tau, n, quantum, first,
+    by_e, by_log_s,
+):  # fmt: skip
+    """Derivatives of innovations and log S / 2 by the forces' variances (in quanta^2) and their log correlation time,
+    and by the log standard deviations of the sensors.
 
-    transition (T, nx, nx), slopes, gains (T, 6, nx), roots (T, 6), spreads (T, nf, nx), whitened (T, 6), states (T, nx)
-    of a run; force_sd (nf,) and correlation time tau of the noise.  Filled: by_e, by_log_s (4, N * 6) from sample
-    `first` on, rows 0..nf - 1 the variances, row nf the time.  How the model's slopes change with its states is left
-    out.
+    transition (T, nx, nx), slopes, gains (T, 6, nx), roots (T, 6), spreads (T, nf, nx), whitened (T, 6),
+    states (T, nx) of a run; sensor_sd (6,), force_sd (nf,) and correlation time tau of the noise.  Filled: by_e,
+    by_log_s (LANES, N * 6) from sample `first` on, rows 0..nf - 1 the variances, row FORCES - 1 the time, the last six
+    the sensors.  Left out: how the model's slopes change with its states, and the variance of the first state with the
+    sensors.
     """
     nx, nf = transition.shape[1], spreads.shape[1]
     wide = nx * LANES
@@ -220,6 +226,6 @@ def vary(
     for i in range(nf):
         part[n + i, (n + i) * LANES + i] = 0.5 * quantum**2
     _along(
-        transition, slopes, gains, roots, spreads, whitened, states, time, force_sd, tau, n, nf, quantum, first, by_e,
-        by_log_s, shift, moved, part, half, turned, spread, even, scaled, ds, dnu,
+        transition, slopes, gains, roots, spreads, whitened, states, time, sensor_sd, force_sd, tau, n, nf, quantum,
+        first, by_e, by_log_s, shift, moved, part, half, turned, spread, even, scaled, ds, dnu,
     )  # fmt: skip

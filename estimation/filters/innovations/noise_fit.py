@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...likelihood.minimiser import Damping, try_steps
+from ...likelihood.minimiser import Damping, Trial, try_steps
 from .settings import Noise
 from .vector import CHANNELS
 
@@ -24,8 +24,10 @@ SHORTEST_TAU_S, LONGEST_TAU_S = 1.0, 60.0
 RULE = Damping(growth=10.0, least=0.1, trials=5)
 """Shares of the Fisher information added to its diagonal: 0, then 0.1 and tenfold each time (forces of response models
 are nearly collinear)."""
-SENSORS_ONLY = 100.0
-"""Share from which the forces stay and only the sensors move."""
+REDUCED = 0.1
+"""Factor on the damping after a step that succeeds at the first trial."""
+RIDGE = 1e-9
+"""Share of the Fisher information that is always added to its diagonal."""
 ROUNDING = 1e-6
 """Fall of the log likelihood that a step may end with."""
 CLIP = 4.5
@@ -48,15 +50,19 @@ class Point(NamedTuple):
 
 
 def fit_noise(est: Estimator, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
-    """Noise of largest likelihood near a setting, by at most `most` steps of Fisher scoring.
+    """Noise of largest likelihood near a setting, by at most `most` steps of damped Fisher scoring.
 
     Eq. 1 of docs/mathematics/default-route.md.
     """
-    point = _stored(est, s)
+    point, damping = _stored(est, s), 0.0
     for _ in range(most):
         if point.now.diverged:
             break
-        gain, point = _step(est, point)
+        trial = _step(est, point, damping)
+        if not trial.better:
+            break
+        gain, point = point.cost - trial.point.cost, trial.point
+        damping = trial.damping * (REDUCED if trial.number == 0 else 1.0)
         if gain < tolerance:
             break
     return point.setting, point.now
@@ -82,97 +88,102 @@ def _stored(est: Estimator, s: Setting) -> Point:
     return Point(s, est.gathered([run for run, _ in stored]), stored)
 
 
-def _step(est: Estimator, point: Point) -> tuple[float, Point]:
-    """Gain of one step, and where it leads."""
-    nf, noise, now = est.n_forces, point.setting.noise, point.now
-    sensors = _sensor_step(est, noise, now)
-    q = (noise.force_sd / QUANTUM) ** 2
-    gradient, fisher = _force_scores(est, point)
-    if not (np.isfinite(gradient).all() and np.isfinite(fisher).all()):
-        return 0.0, point
+def _step(est: Estimator, point: Point, damping: float) -> Trial[Point]:
+    """The last trial of one step of sensors and forces."""
+    gradient, fisher = _scores(est, point)
+    noise = point.setting.noise
+    held = _held(est, noise)
 
     def step(damping: float) -> tuple[np.ndarray, float]:
-        if damping >= SENSORS_ONLY:
-            return np.zeros(nf + 1), np.inf
-        return _bounded_step(gradient, fisher + damping * np.diag(np.diag(fisher)), q), np.inf
-
-    calm: list[Point] = []  # without forces their time is nothing to the likelihood: another such trial fails as well
+        return _bounded_step(gradient, fisher + damping * np.diag(np.diag(fisher)), held), np.inf
 
     def reached(change: np.ndarray) -> Point:
-        there = _moved(est, noise, sensors, change)
-        if there.has_forces:
-            return _stored(est, replace(point.setting, noise=there))
-        if not calm:
-            calm.append(_stored(est, replace(point.setting, noise=there)))
-        return calm[0]
+        return _stored(est, replace(point.setting, noise=_moved(est, noise, change)))
 
-    trial = try_steps(step, reached, point.cost + ROUNDING, 0.0, 0.0, RULE)
-    return (point.cost - trial.point.cost, trial.point) if trial.better else (0.0, point)
+    return try_steps(step, reached, point.cost + ROUNDING, damping, 0.0, RULE)
 
 
-def _moved(est: Estimator, noise: Noise, sensors: np.ndarray, change: np.ndarray) -> Noise:
-    """Noise with these sensors, its forces changed by (nf variances, log correlation time)."""
+def _held(est: Estimator, noise: Noise) -> np.ndarray:
+    """Which numbers of `_scores` are at their lower bound."""
+    return np.concatenate([noise.force_sd <= 0.0, [not noise.has_forces], noise.sensor_sd <= est.floors])
+
+
+def _moved(est: Estimator, noise: Noise, change: np.ndarray) -> Noise:
+    """Noise changed by (nf variances of forces, log correlation time, 6 log sds of sensors)."""
+    nf = noise.force_sd.size
     q = (noise.force_sd / QUANTUM) ** 2
-    new = np.clip(q + change[:-1], 0.0, 30.0 * q + 100.0)
-    tau = noise.correlation_time_s * np.exp(np.clip(change[-1], -0.7, 0.7))
+    new = np.clip(q + change[:nf], 0.0, 30.0 * q + 100.0)
+    tau = noise.correlation_time_s * np.exp(np.clip(change[nf], -0.7, 0.7))
     return Noise(
-        sensors,
+        np.maximum(noise.sensor_sd * np.exp(np.clip(change[nf + 1 :], -0.4, 0.4)), est.floors),
         QUANTUM * np.sqrt(np.where(new < 1e-6, 0.0, new)),
         float(np.clip(tau, SHORTEST_TAU_S * est.clock, LONGEST_TAU_S * est.clock)),
     )
 
 
-def _sensor_step(est: Estimator, noise: Noise, now: Innovations) -> np.ndarray:
-    """Sensor sds (6,) after one scoring step."""
-    share = noise.sensor_sd**2 / np.exp(2.0 * now.log_s)
-    used = now.e != 0.0
-    excess = np.sum((np.clip(now.e, -CLIP, CLIP) ** 2 - 1.0) * share * used, axis=0)
-    weight = np.maximum(np.sum(share**2 * used, axis=0), 1e-9)
-    return np.maximum(noise.sensor_sd * np.exp(np.clip(0.5 * excess / weight, -0.4, 0.4)), est.floors)
+def _scores(est: Estimator, point: Point) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient (nf + 7,) and Fisher information of the numbers of `by_noise`.
 
-
-def _force_scores(est: Estimator, point: Point) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient (nf + 1,) and Fisher information of variances (QUANTUM^2) and log correlation time of the forces."""
-    nf, e = est.n_forces, point.now.e.ravel()
+    Where a derivative along an unstable run is not finite, that by a sensor is taken with the filter's gains held, and
+    that by a force is left out.
+    """
+    e = point.now.e.ravel()
     de, dl = by_noise(est, point)
-    with np.errstate(over="ignore", invalid="ignore"):  # a run on its way to divergence: judged by the caller
-        gradient = -np.sum(dl + e * de, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):  # a run on its way to divergence
         mean = de + e * dl
         fisher = mean @ mean.T + 2.0 * dl @ dl.T
-    fisher[nf, nf] += 1.0
-    return gradient, fisher
+    lost = ~np.isfinite(np.diag(fisher))
+    if lost.any():
+        held = _with_gains_held(est, point)
+        de[lost], dl[lost] = held[0][lost], held[1][lost]
+        mean = de + e * dl
+        fisher = mean @ mean.T + 2.0 * dl @ dl.T
+    fisher[est.n_forces, est.n_forces] += 1.0
+    return -np.sum(dl + e * de, axis=1), fisher
+
+
+def _with_gains_held(est: Estimator, point: Point) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives as `by_noise` gives them, of the sensors with the filter's gains held and none of the forces."""
+    now, first = point.now, est.n_forces + 1
+    share = np.where(now.e != 0.0, point.setting.noise.sensor_sd**2 * np.exp(-2.0 * now.log_s), 0.0)
+    dl = np.zeros((first + CHANNELS, *share.shape))
+    dl[first:] = share * np.eye(CHANNELS)[:, None, :]
+    return (-now.e * dl).reshape(len(dl), -1), dl.reshape(len(dl), -1)
 
 
 def by_noise(est: Estimator, point: Point) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives (nf + 1, N*6) of innovations and of log S / 2 by variances (QUANTUM^2) and log time of forces."""
-    from ._derivatives import LANES, vary  # numba
+    """Derivatives (nf + 7, N*6) of innovations and of log S / 2 by variances (QUANTUM^2) and log time of the forces,
+    and by the log standard deviations of the sensors."""
+    from ._derivatives import FORCES, LANES, vary  # numba
 
     by_e, by_log_s = np.zeros((2, LANES, est.edges[-1] * CHANNELS))
     noise, n = point.setting.noise, len(est.kernels.STATES)
 
     def along(i: int) -> None:
         run, t = point.stored[i]
-        done = (t.transition, t.slopes, t.gains, t.roots, t.spreads, run.e, run.states)
-        vary(
-            *done, est.segments[i].time, noise.force_sd, noise.correlation_time_s, n, QUANTUM, est.edges[i], by_e,
-            by_log_s,
-        )  # fmt: skip
+        done = (t.transition, t.slopes, t.gains, t.roots, t.spreads, run.e, run.states, est.segments[i].time)
+        sds = (noise.sensor_sd, noise.force_sd, noise.correlation_time_s)
+        vary(*done, *sds, n, QUANTUM, est.edges[i], by_e, by_log_s)
 
     est.in_threads(along, range(len(est.segments)))
-    return by_e[: est.n_forces + 1], by_log_s[: est.n_forces + 1]
+    rows = [*range(est.n_forces), *range(FORCES - 1, LANES)]
+    return by_e[rows], by_log_s[rows]
 
 
-def _bounded_step(gradient: np.ndarray, fisher: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Scoring step of (variances, log tau) that keeps variances at zero which want to be negative."""
-    nf = q.size
-    active = [j for j in range(nf) if not (q[j] <= 0.0 and gradient[j] <= 0.0)]
-    active += [nf] if q.max() > 1e-4 else []
-    while active:
-        step = np.zeros(nf + 1)
+def _bounded_step(gradient: np.ndarray, fisher: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Scoring step that leaves the numbers at their lower bound (held) which want to be smaller."""
+    active = np.diag(fisher) > 0.0
+    active &= ~(held & (gradient <= 0.0))
+    step = np.zeros(gradient.size)
+    while active.any():
         block = fisher[np.ix_(active, active)]
-        step[active] = np.linalg.solve(block + 1e-9 * np.trace(block) * np.eye(len(active)), gradient[active])
-        blocked = [j for j in active if j < nf and q[j] <= 0.0 and step[j] < 0.0]
-        if not blocked:
+        size = np.sqrt(np.diag(block))
+        step[:] = 0.0
+        step[active] = (
+            np.linalg.solve(block / np.outer(size, size) + RIDGE * np.eye(size.size), gradient[active] / size) / size
+        )
+        blocked = active & held & (step < 0.0)
+        if not blocked.any():
             return step
-        active = [j for j in active if j not in blocked]
-    return np.zeros(nf + 1)
+        active &= ~blocked
+    return np.zeros(gradient.size)
