@@ -5,21 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...checks.result import NORMAL_90
 from ...estimation.fit import arithmetic_guard, blas_limited
-from ...estimation.gaps import unbroken
 from ...estimation.mixed_effects.left_out import jackknife
-from ...estimation.mixed_effects.problem import THRUST, LocalChange, Problem, pooled, problem, squares
+from ...estimation.mixed_effects.problem import Problem, pooled
 from ...models.coefficient_groups import every_own_number, groups_of, grown, stated_groups
-from ...models.errors import BadInput, CannotFit
+from ...models.errors import BadInput
 from ...models.linear_algebra import finite
-from ...models.model import CHANNELS
-from ...models.time_scale import time_scale_s
 from ..causes.registry import bank
 from ..causes.rudder_offset import RudderOffset
 from ..discrepancy.diagnosed import of_uncertain_base
@@ -29,6 +25,8 @@ from ..prepared import corrected_records
 from .advice import next_runs
 from .every_number import every_number
 from .forward import ADEQUATE, LONG, Attempt, Selection, attempt, select
+from .ingredients import floor, ingredients
+from .problems import FEWEST, Problems, Records, columns_of, errors_of, problems_of
 from .regimes import best_in_regime
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
@@ -43,10 +41,6 @@ if TYPE_CHECKING:
     from ..prepared import Prepared
     from ..result import Trace
 
-FEWEST = 3
-"""Records that leaving one out needs; fewer are cut into pieces."""
-PIECE = 10.0
-"""Shortest piece of a record, in ship lengths sailed."""
 NAMED, PARTLY = 0.8, 0.2
 """Shares of the explainable squared error that a verdict needs."""
 
@@ -94,13 +88,6 @@ def causes_of(model: Model) -> dict[str, str]:
     return {g.id: by_extension[g.extension] for g in stated_groups(model) if g.extension in by_extension}
 
 
-class Records(NamedTuple):
-    """True motions: records behind a model's instruments, in its rudder sign."""
-
-    train: Sequence[Record]
-    held_out: Sequence[Record]
-
-
 def calibrate_on(
     model: Model,
     given: Records | Prepared,
@@ -125,9 +112,9 @@ def calibrate_on(
     whole = grown(model, groups)
     if not model.is_3dof and len(train) < FEWEST:  # pieces of the same run do not tell which terms a model lacks
         groups = [g for g in groups if g.extension in (None, RudderOffset.extension)]
-    inside = outside = _problem(whole, felt or given, threads)
+    inside = outside = problems_of(whole, felt or given, threads)
     if felt is not None and felt is not given:
-        outside = _problem(whole, given, threads)
+        outside = problems_of(whole, given, threads)
         outside = outside if outside.runs == inside.runs else inside
     if identified:
         own, lacking = every_own_number(groups), [g for g in groups if g.extension is not None]
@@ -151,7 +138,7 @@ def calibrate_on(
     calibrated = calibrated if local is None else local.extended(calibrated)
     settled = identified or local is not None or verdict == "adequate"
     wide = found.final if settled else every_number(inside.train, groups, found)
-    before, after = _errors(outside, base), _errors(inside, found.final)
+    before, after = errors_of(outside, base), errors_of(inside, found.final)
     traces = _traces(outside, inside, found.final)
     return Calibration(
         model=model,
@@ -187,75 +174,21 @@ def calibrate_on(
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
         regime=None if local is None else local.stated,
+        predicted=after if wide is found.final else errors_of(inside, wide),
+        ingredients=ingredients(inside, before, wide),
+        floor=floor(inside, wide, groups),
     )
 
 
-def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
-    """The records, or equal pieces of them where there are fewer than FEWEST.
-
-    Raises
-    ------
-    CannotFit : they are too short to be cut.
-    """
-    if len(records) >= FEWEST:
-        return list(records)
-    shortest, out = PIECE * time_scale_s(model), []
-    for record in records:
-        duration = float(record.time_s[-1] - record.time_s[0])
-        parts = min(int(duration / shortest), 6)
-        edges = np.linspace(0, record.n, max(parts, 1) + 1).astype(int).tolist()
-        cuts = [record.slice(a, b) for a, b in pairwise(edges)]
-        out += [replace(cut, name=f"{record.name}, part {i + 1}") for i, cut in enumerate(cuts)]
-    if len(out) < FEWEST:
-        raise CannotFit(f"the records last less than {FEWEST * shortest:.0f} s: no part can be left out")
-    return out
-
-
-class _Problems(NamedTuple):
-    """Training and held-out records with the model."""
-
-    train: Problem
-    held_out: Problem | None
-
-    def with_change(self, local: LocalChange | None) -> _Problems:
-        """The same with what differs in a regime."""
-        held_out = None if self.held_out is None else replace(self.held_out, local=local)
-        return _Problems(replace(self.train, local=local), held_out)
-
-    @property
-    def runs(self) -> list[str]:
-        """Names of all runs."""
-        return [run.name for p in (self.train, self.held_out) if p is not None for run in p.runs]
-
-
-def _problem(whole: Model, records: Records | Prepared, threads: int) -> _Problems:
-    held_out = problem(whole, unbroken(records.held_out, whole)) if records.held_out else None
-    return _Problems(problem(whole, _pieces(unbroken(records.train, whole), whole), threads), held_out)
-
-
-def _both(on: _Problems, attempt: Attempt) -> tuple[dict[str, float], dict[str, float]]:
-    errors = _errors(on, attempt)
+def _both(on: Problems, attempt: Attempt) -> tuple[dict[str, float], dict[str, float]]:
+    errors = errors_of(on, attempt)
     held = {c: new for c, (_, new) in errors.items() if new is not None}
     return {c: old for c, (old, _) in errors.items()}, held
 
 
-def _errors(on: _Problems, attempt: Attempt) -> dict[str, tuple[float, float | None]]:
-    """Column -> errors of left-out training records and of held-out records."""
-    own = dict(zip(_columns(on.train), pooled([x.free for x in attempt.left_out]).tolist(), strict=True))
-    held: Mapping[str, float] = {}
-    if on.held_out is not None:
-        parts = [squares(on.held_out, attempt.fitted.theta, run) for run in on.held_out.runs]
-        held = dict(zip(_columns(on.held_out), pooled(parts).tolist(), strict=True))
-    return {column: (value, held.get(column)) for column, value in own.items()}
-
-
-def _traces(given: _Problems, felt: _Problems, final: Attempt) -> tuple[Trace, ...]:
+def _traces(given: Problems, felt: Problems, final: Attempt) -> tuple[Trace, ...]:
     trained = left_out_traces(given.train, felt.train, final)
     return (*trained, *held_out_traces(given.held_out, felt.held_out, final))
-
-
-def _columns(p: Problem) -> list[str]:
-    return [c if c == THRUST else CHANNELS[c] for c in p.channels]
 
 
 def _calibrated(model: Model, final: Attempt) -> Model:
@@ -296,7 +229,7 @@ def _shares(p: Problem, given: Attempt, found: Selection) -> dict[str, Share]:
     adapted = np.minimum(pooled([x.adapted for x in found.final.left_out]) ** 2, after)
     noise = np.minimum(p.noise_variance, adapted)
     out = {}
-    for c, column in enumerate(_columns(p)):
+    for c, column in enumerate(columns_of(p)):
         parts = (beside[c] - after[c], after[c] - adapted[c], noise[c], adapted[c] - noise[c], base[c] - beside[c])
         out[column] = Share(*(float(part / base[c]) for part in parts))
     return out
@@ -306,7 +239,7 @@ def _verdict(p: Problem, given: Attempt, found: Selection, shares: Mapping[str, 
     """The verdict, and the sentence that supports it (eq. 34 of docs/mathematics/default-route.md)."""
     base = pooled([x.adapted for x in given.left_out])
     matter = [c for c, motion in zip(p.state_places, p.motion, strict=True) if base[c] > ADEQUATE * motion]
-    columns = _columns(p)
+    columns = columns_of(p)
     if not matter and not found.steps:
         limit = f"{100 * ADEQUATE:.0f} % of each channel's motion"
         return "adequate", f"but for the trim of single runs, free-run errors are below {limit}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ...models.plain import plain
@@ -115,6 +115,15 @@ class Remaining:
 
 
 @dataclass(frozen=True)
+class Ingredient:
+    """What one ingredient of the prediction removes: column -> share of the squared error that comes back where all
+    numbers are fitted again without it."""
+
+    what: str
+    removes: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class RunEffect:
     """A record's own neutral rudder angle (rad) about the common one."""
 
@@ -142,6 +151,9 @@ class Calibration:
         second is None without held-out records.
     traces, predicting_traces : measured against free runs before and after, by the calibrated model and by that for
         predictions; after of a training record is by a fit without it.
+    predicted : the same as `after`, by the model for predictions.
+    ingredients : what measured inputs and the numbers that moved each remove of the error.
+    floor : column -> error (SI) of held-out records by a fit to these records themselves; empty without them.
     regime : where one of the numbers is wrong; None where all are wrong everywhere.
     doubts : what is doubtful about the records, a sentence each.
     worse : columns in which held-out records are predicted worse than 1.05 times the base model's error.
@@ -167,6 +179,9 @@ class Calibration:
     worse: tuple[str, ...]
     wall_s: float
     regime: StatedRegime | None = None
+    predicted: Mapping[str, tuple[float, float | None]] = field(default_factory=dict)
+    ingredients: tuple[Ingredient, ...] = ()
+    floor: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:

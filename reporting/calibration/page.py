@@ -23,6 +23,8 @@ def html(found: Calibration) -> str:
         words=words,
         moved=words.moved_table(found),
         steps=words.steps_table(found),
+        models=words.models_table(found),
+        ingredients=words.ingredients_table(found),
         shares=words.shares_table(found),
         remaining=words.remaining_table(found),
         refused=words.refused_table(found),

@@ -10,6 +10,8 @@ from ..numbers import DEG, interval, number, percent
 from ..tables import Column, Table, console, field, html, make_table
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from ...diagnosis.calibration.result import Calibration, Moved, StepTold
 
 VERDICTS = {
@@ -100,7 +102,7 @@ def _gain(step: StepTold) -> str:
 
 
 def _error_column(column: str, place: int, side: str) -> Column:
-    word, unit, factor = ("thrust", "N", 1.0) if column == THRUST else channel(column)
+    word, unit, factor = _channel(column)
     return Column(
         f"{word}, {unit}, {side}",
         lambda row: number(factor * row[place][column]) if column in row[place] else "",
@@ -116,7 +118,7 @@ def shares_table(found: Calibration) -> Table:
         ("sensor noise", "noise"),
         ("remaining", "remaining"),
     )
-    columns = [Column("channel", lambda row: "thrust" if row[0] == THRUST else channel(row[0])[0])]
+    columns = [Column("channel", lambda row: _channel(row[0])[0])]
     columns += [
         Column(
             title, lambda row, name=name: percent(getattr(row[1], name)), lambda row, name=name: getattr(row[1], name)
@@ -126,8 +128,47 @@ def shares_table(found: Calibration) -> Table:
     return make_table(columns, list(found.shares.items()))
 
 
-def _share_column(title: str, name: str) -> Column:
-    return Column(title, lambda row: percent(getattr(row[1], name)), lambda row: getattr(row[1], name))
+def models_table(found: Calibration) -> Table:
+    """Errors of held-out records, of left-out training records where none are held out, by every model, and the floor:
+    the error of a fit to the held-out records themselves."""
+    place = 1 if any(new is not None for _, new in found.before.values()) else 0
+    models = (
+        (BASE, found.before),
+        ("numbers that moved", found.after),
+        ("all numbers, under their priors", found.predicted or found.after),
+    )
+    columns = [Column("channel", lambda c: _channel(c)[0]), Column("unit", lambda c: _channel(c)[1])]
+    columns += [_model_column(title, {c: pair[place] for c, pair in errors.items()}) for title, errors in models]
+    columns += [_model_column("floor of the structure", found.floor)] if found.floor else []
+    return make_table(columns, list(found.before))
+
+
+def _model_column(title: str, errors: Mapping[str, float | None]) -> Column:
+    def shown(column: str) -> float | None:
+        value = errors.get(column)
+        return None if value is None else _channel(column)[2] * value
+
+    return Column(title, lambda c: "" if shown(c) is None else number(shown(c)), shown)
+
+
+def _channel(column: str) -> tuple[str, str, float]:
+    return ("thrust", "N", 1.0) if column == THRUST else channel(column)
+
+
+def ingredients_table(found: Calibration) -> Table:
+    """Share of the squared error of these records that every ingredient removes: it comes back where all numbers are
+    fitted again without it."""
+    columns = [Column("ingredient", lambda one: one.what)]
+    columns += [_removed_column(column) for column in found.before]
+    return make_table(columns, found.ingredients)
+
+
+def _removed_column(column: str) -> Column:
+    return Column(
+        _channel(column)[0],
+        lambda one: percent(one.removes[column]) if column in one.removes else "",
+        lambda one: one.removes.get(column),
+    )
 
 
 def remaining_table(found: Calibration) -> Table:

@@ -93,10 +93,18 @@ def _base(found: Diagnosis) -> list[str]:
     parts = ["### The base model's own numbers", FREE_RUNS]
     parts += [tables.markdown(calibration.moved_table(base))] if base.moved else []
     parts += [tables.markdown(calibration.steps_table(base))]
+    parts += [MODELS, tables.markdown(calibration.models_table(base))]
+    if base.ingredients:
+        parts += [INGREDIENTS, tables.markdown(calibration.ingredients_table(base))]
     parts += ["Shares of the base model's squared free-run error:", tables.markdown(calibration.shares_table(base))]
     return parts
 
 
+MODELS = (
+    "Every model on held-out records, or on left-out training records where none are held out. The floor is the error "
+    "of a fit to the held-out records themselves: what stays there is the structure's."
+)
+INGREDIENTS = "Share of the squared error that every ingredient removes; all numbers are fitted again without it:"
 FREE_RUNS = (
     "Root mean square errors of free runs. Left out: training records, each predicted by a fit without it; held-out "
     "records took no part in any choice. Every record has a neutral rudder angle and an initial state of its own."

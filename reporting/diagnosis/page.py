@@ -52,6 +52,8 @@ def _base_tables(found: Diagnosis) -> dict[str, Table] | None:
     return {
         "moved": calibration.moved_table(base),
         "steps": calibration.steps_table(base),
+        "models": calibration.models_table(base),
+        "ingredients": calibration.ingredients_table(base),
         "shares": calibration.shares_table(base),
         "remaining": calibration.remaining_table(base),
     }

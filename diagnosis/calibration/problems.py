@@ -1,0 +1,103 @@
+"""Training and held-out records with a model whose numbers move, and the errors of its free runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...estimation.gaps import unbroken
+from ...estimation.mixed_effects.problem import THRUST, LocalChange, Problem, Run, pooled, problem, squares
+from ...models.errors import CannotFit
+from ...models.model import CHANNELS
+from ...models.time_scale import time_scale_s
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.model import Model
+    from ..prepared import Prepared
+    from .forward import Attempt
+
+FEWEST = 3
+"""Records that leaving one out needs; fewer are cut into pieces."""
+PIECE = 10.0
+"""Shortest piece of a record, in ship lengths sailed."""
+
+
+class Records(NamedTuple):
+    """True motions: records behind a model's instruments, in its rudder sign."""
+
+    train: Sequence[Record]
+    held_out: Sequence[Record]
+
+
+class Problems(NamedTuple):
+    """Training and held-out records with the model."""
+
+    train: Problem
+    held_out: Problem | None
+
+    def with_change(self, local: LocalChange | None) -> Problems:
+        """The same with what differs in a regime."""
+        held_out = None if self.held_out is None else replace(self.held_out, local=local)
+        return Problems(replace(self.train, local=local), held_out)
+
+    @property
+    def runs(self) -> list[str]:
+        """Names of all runs."""
+        return [run.name for p in (self.train, self.held_out) if p is not None for run in p.runs]
+
+    def with_runs(self, change: Callable[[Run], Run]) -> Problems:
+        """The same with every run changed."""
+        parts = (None if p is None else replace(p, runs=tuple(map(change, p.runs))) for p in self)
+        return Problems(*parts)
+
+
+def problems_of(whole: Model, records: Records | Prepared, threads: int) -> Problems:
+    """The records of a diagnosis as problems.
+
+    Raises
+    ------
+    CannotFit : a record lacks what free runs need, or the records are too short to leave a part out.
+    """
+    held_out = problem(whole, unbroken(records.held_out, whole)) if records.held_out else None
+    return Problems(problem(whole, _pieces(unbroken(records.train, whole), whole), threads), held_out)
+
+
+def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
+    """The records, or equal pieces of them where there are fewer than FEWEST.
+
+    Raises
+    ------
+    CannotFit : they are too short to be cut.
+    """
+    if len(records) >= FEWEST:
+        return list(records)
+    shortest, out = PIECE * time_scale_s(model), []
+    for record in records:
+        duration = float(record.time_s[-1] - record.time_s[0])
+        parts = min(int(duration / shortest), 6)
+        edges = np.linspace(0, record.n, max(parts, 1) + 1).astype(int).tolist()
+        cuts = [record.slice(a, b) for a, b in pairwise(edges)]
+        out += [replace(cut, name=f"{record.name}, part {i + 1}") for i, cut in enumerate(cuts)]
+    if len(out) < FEWEST:
+        raise CannotFit(f"the records last less than {FEWEST * shortest:.0f} s: no part can be left out")
+    return out
+
+
+def errors_of(on: Problems, attempt: Attempt) -> dict[str, tuple[float, float | None]]:
+    """Column -> errors of left-out training records and of held-out records."""
+    own = dict(zip(columns_of(on.train), pooled([x.free for x in attempt.left_out]).tolist(), strict=True))
+    held: Mapping[str, float] = {}
+    if on.held_out is not None:
+        parts = [squares(on.held_out, attempt.fitted.theta, run) for run in on.held_out.runs]
+        held = dict(zip(columns_of(on.held_out), pooled(parts).tolist(), strict=True))
+    return {column: (value, held.get(column)) for column, value in own.items()}
+
+
+def columns_of(p: Problem) -> list[str]:
+    """Names of the columns that count."""
+    return [c if c == THRUST else CHANNELS[c] for c in p.channels]
