@@ -52,8 +52,11 @@ class Problems(NamedTuple):
 
     def with_runs(self, change: Callable[[Run], Run]) -> Problems:
         """The same with every run changed."""
-        parts = (None if p is None else replace(p, runs=tuple(map(change, p.runs))) for p in self)
-        return Problems(*parts)
+
+        def changed(p: Problem) -> Problem:
+            return replace(p, runs=tuple(map(change, p.runs)))
+
+        return Problems(changed(self.train), None if self.held_out is None else changed(self.held_out))
 
 
 def problems_of(whole: Model, records: Records | Prepared, threads: int) -> Problems:
