@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, FORMATS, MODEL, check_folder, force_option, show_files
+from ._shared import FILE, FORMATS, MODEL, check_folder, force_option, output_options, print_json, show_files
 
 
 @click.command("export")
@@ -14,7 +14,8 @@ from ._shared import FILE, FORMATS, MODEL, check_folder, force_option, show_file
 @click.option("--to", required=True, type=FORMATS, help="What the files are for.")
 @click.option("-o", "--output", required=True, type=FILE, help="Folder of the files.")
 @force_option
-def export(model: str, to: str, output: Path, force: bool) -> None:
+@output_options
+def export(model: str, to: str, output: Path, force: bool, as_json: bool, quiet: bool) -> None:
     """Write a model as files that another program reads.
 
     MODEL is a vessel id or a model.json.  Each file says its frame, its signs, and what of the model it cannot hold.
@@ -22,4 +23,8 @@ def export(model: str, to: str, output: Path, force: bool) -> None:
     import helmbench
 
     check_folder(output, (), force)
-    show_files(helmbench.export_model(model, to, output, force=force))
+    paths = helmbench.export_model(model, to, output, force=force)
+    if as_json:
+        print_json({"model": model, "to": to, "files": [str(path) for path in paths]})
+    elif not quiet:
+        show_files(paths)
