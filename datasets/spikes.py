@@ -21,6 +21,8 @@ MANY = 3
 ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
 """Rounds of the search, samples that a neighbour may be away, the share of gross errors from which on two may stand
 side by side, and how many times those of the first round may become: more are the corners of a motion."""
+BESIDE, OUTSIDE = 8, 10.0
+"""Samples beside one of a record's ends, and how many times their usual step it is off when it is a gross error."""
 
 
 def without_spikes_in_time(values: np.ndarray, time_s: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, int, int]:
@@ -46,19 +48,24 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
     least : standard deviation that the noise has at least, as that of a coarse channel.
     """
     spike, known = np.zeros(values.size, bool), np.isfinite(values)
-    first = spike
+    first, settled = spike, None
     least = max(least, LEAST * float(np.std(values[known])) if known.any() else 0.0)
     if values.size < 12 or known.sum() < 12:
         return values.copy(), 0, 0
+    ends = _at_ends(values, known, LIMIT * _spread(_departures(values, known), least))
+    known &= ~ends
     for _ in range(ROUNDS):
         good = known & ~spike
         departure, judged = _departures(values, good)
-        usual = departure[good & judged]
-        spread = max(1.4826 * float(np.median(usual)), least) if usual.size else least
+        spread = _spread((departure, good & judged), least)
         peak = departure >= _largest_beside(np.where(spike, 0.0, departure))
         found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
-        if np.array_equal(found, spike) and spike.sum() > OFTEN * values.size:
-            found = spike | _twins(values, good, LIMIT * spread)
+        if np.array_equal(found, spike):
+            if settled is not None and np.array_equal(spike, settled):
+                break  # those side by side lead back to it
+            settled = spike
+            if spike.sum() > OFTEN * values.size:
+                found = spike | _twins(values, good, LIMIT * spread)
         if np.array_equal(found, spike):
             break
         first = found if not spike.any() else first
@@ -66,9 +73,12 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
             spike = first
             break
         spike = found
+    else:
+        spike = spike if settled is None else settled
     spike &= ~_in_runs(spike)
     spike &= ~_corners(values, known & ~spike, NEARLY * spread)
-    near = peak & ~spike & (departure > NEAR * spread)
+    near = peak & ~spike & ~ends & (departure > NEAR * spread)
+    spike |= ends
     return np.where(spike, np.nan, values), int(spike.sum()), int(near.sum())
 
 
@@ -97,6 +107,26 @@ def _in_runs(spike: np.ndarray) -> np.ndarray:
         ends = start < MANY or stop > spike.size - MANY
         run[start:stop] = ends and stop - start >= MANY
     return run
+
+
+def _spread(departures: tuple[np.ndarray, np.ndarray], least: float) -> float:
+    """Robust standard deviation, at least `least`, of the distances (T,) that are judged (T,)."""
+    usual = departures[0][departures[1]]
+    return max(1.4826 * float(np.median(usual)), least) if usual.size else least
+
+
+def _at_ends(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
+    """(T,) first and last two good samples, which no curve through both sides judges, that are further from the next
+    one than the limit and than OUTSIDE times the usual step of the BESIDE samples after it."""
+    gross = np.zeros(y.size, bool)
+    for order in (1, -1):
+        own = np.flatnonzero(good)[::order][: BESIDE + 2]
+        for at in (1, 0) if own.size > BESIDE and limit > 0.0 else ():
+            inner = own[at + 1 :][~gross[own[at + 1 :]]]
+            step = float(np.median(np.abs(np.diff(y[inner]) / np.diff(inner))))
+            off, away = abs(float(y[own[at]] - y[inner[0]])), abs(int(inner[0] - own[at]))
+            gross[own[at]] = off > max(np.sqrt(2.0) * limit, OUTSIDE * step * away)
+    return gross
 
 
 def _twins(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:

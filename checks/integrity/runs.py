@@ -71,10 +71,18 @@ def _noisy(values: np.ndarray) -> bool:
 
 
 def _jump(values: np.ndarray, run: Run) -> float:
-    """Larger of the steps into and out of a run; 0 at the record's ends and beside gaps."""
-    before = abs(values[run.start] - values[run.start - 1]) if run.start > 0 else 0.0
-    after = abs(values[run.stop] - values[run.stop - 1]) if run.stop < values.size else 0.0
-    return float(np.nanmax([before, after, 0.0]))
+    """Larger of the steps into and out of a run; 0 at the record's ends and beside gaps.
+
+    A step counts as far as the second sample beyond the run confirms it: one gross error beside a run is none.
+    """
+    sides = (values[max(run.start - 2, 0) : run.start], values[run.stop : run.stop + 2])
+    return max(
+        (float(np.min(np.abs(side - values[run.start]), initial=np.inf)) for side in sides if _whole(side)), default=0.0
+    )
+
+
+def _whole(side: np.ndarray) -> bool:
+    return bool(side.size and np.isfinite(side).all())
 
 
 def held_rows(values: np.ndarray) -> int:

@@ -45,3 +45,15 @@ def test_errors_that_bias_a_fit_are_warned_of(rng):
     rate[rng.choice(np.arange(10, record.n - 10, 7), 8, replace=False)] += 20.0 * np.std(rate)
     with pytest.warns(helmbench.PlausibilityWarning, match="stand more than"):
         helmbench.identify(record.with_channels(yaw_rate_rad_s=rate), "nomoto-1", "ls")
+
+
+def test_errors_at_both_ends_are_found_and_no_start_of_a_motion_is(rng):
+    record = generate(Case("kvlcc2-l7", "zigzag:20/20", "low", seed=int(rng.integers(2**31))))
+    for name in ("yaw_rate_rad_s", "surge_m_s", "sway_m_s", "heading_rad"):
+        values = record.column(name).copy()
+        assert without_spikes(values)[1] == 0
+        at = [[0], [1], [-1], [-2], [0, 1], [0, -1]][rng.integers(6)]
+        values[at] += rng.choice([-20.0, 20.0], len(at)) * np.std(values)
+        assert np.array_equal(
+            np.isnan(without_spikes(values)[0]), np.isin(np.arange(record.n), np.arange(record.n)[at])
+        )
