@@ -52,12 +52,12 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
     least = max(least, LEAST * float(np.std(values[known])) if known.any() else 0.0)
     if values.size < 12 or known.sum() < 12:
         return values.copy(), 0, 0
-    ends = _at_ends(values, known, LIMIT * _spread(_departures(values, known), least))
+    ends = _at_ends(values, known, LIMIT * _spread(*_departures(values, known), least))
     known &= ~ends
     for _ in range(ROUNDS):
         good = known & ~spike
         departure, judged = _departures(values, good)
-        spread = _spread((departure, good & judged), least)
+        spread = _spread(departure, good & judged, least)
         peak = departure >= _largest_beside(np.where(spike, 0.0, departure))
         found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
         if np.array_equal(found, spike):
@@ -109,9 +109,9 @@ def _in_runs(spike: np.ndarray) -> np.ndarray:
     return run
 
 
-def _spread(departures: tuple[np.ndarray, np.ndarray], least: float) -> float:
+def _spread(departure: np.ndarray, judged: np.ndarray, least: float) -> float:
     """Robust standard deviation, at least `least`, of the distances (T,) that are judged (T,)."""
-    usual = departures[0][departures[1]]
+    usual = departure[judged]
     return max(1.4826 * float(np.median(usual)), least) if usual.size else least
 
 

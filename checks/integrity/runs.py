@@ -76,13 +76,8 @@ def _jump(values: np.ndarray, run: Run) -> float:
     A step counts as far as the second sample beyond the run confirms it: one gross error beside a run is none.
     """
     sides = (values[max(run.start - 2, 0) : run.start], values[run.stop : run.stop + 2])
-    return max(
-        (float(np.min(np.abs(side - values[run.start]), initial=np.inf)) for side in sides if _whole(side)), default=0.0
-    )
-
-
-def _whole(side: np.ndarray) -> bool:
-    return bool(side.size and np.isfinite(side).all())
+    known = [side for side in sides if side.size and np.isfinite(side).all()]
+    return max((float(np.min(np.abs(side - values[run.start]))) for side in known), default=0.0)
 
 
 def held_rows(values: np.ndarray) -> int:

@@ -8,11 +8,12 @@ import os
 import pytest
 
 from ..injections import ALONE, COMMON, SPECIAL, fewest
+from .two_numbers import TWO_NUMBERS
 
 DRAWS = int(os.environ.get("HELMBENCH_RATE_DRAWS", "20"))
 EXPECTATIONS = {
     **{f"alone-{cause}": expected for cause, expected in ALONE.items()},
-    **{expected.name: expected for expected in (*SPECIAL, *COMMON)},
+    **{expected.name: expected for expected in (*SPECIAL, *COMMON, TWO_NUMBERS)},
 }
 
 

@@ -1,6 +1,5 @@
-"""How often two wrong numbers of an imperfect base are named, and no other: `make rates`."""
+"""How often two wrong numbers of an imperfect base are named, and no other."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -10,11 +9,8 @@ from helmbench.bench.faults import Case, inject
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
-from ..injections import fewest
+from ..injections import Expectation
 
-DRAWS = int(os.environ.get("HELMBENCH_RATE_DRAWS", "20"))
-PROMISED = 0.8
-"""In the other draws one number is named that explains both, or an effect of the sensors in its place."""
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:30", "zigzag:25/5", "turn:15:port")
 
 
@@ -41,7 +37,5 @@ def two_wrong_numbers_are_named_and_no_other(rng: np.random.Generator) -> bool:
     )
 
 
-def test_two_wrong_numbers_are_named_as_often_as_promised(rng):
-    passed = sum(two_wrong_numbers_are_named_and_no_other(rng) for _ in range(DRAWS))
-    print(f"{passed} of {DRAWS}, promised {PROMISED}")
-    assert passed >= fewest(DRAWS, PROMISED)
+TWO_NUMBERS = Expectation(two_wrong_numbers_are_named_and_no_other, 0.8)
+"""In the other draws one number is named that explains both, or a rudder offset beside them."""
