@@ -34,6 +34,8 @@ FLOOR = 0.05
 """Amplitude (rad) from which a deviation matters."""
 SHARE = 0.2
 """Share of the sway that turning leaves unexplained which the pattern must explain."""
+LAGS = (0.5, 2.0)
+"""Time constants with which the sway follows the yaw rate, in times in which the ship changes its turn."""
 DEVIATION, STREAM = [0, 1], [2, 3]
 
 
@@ -49,11 +51,22 @@ class Deviation(NamedTuple):
 
 
 def deviation(records: Sequence[Record]) -> Deviation | None:
-    """The compass deviation that the drift angles of all records show together; None where there is none."""
+    """The compass deviation that the drift angles of all records show together; None where there is none.
+
+    It must be there whether the sway follows the yaw rate at once or with lags: a ship in its first turn, which sways
+    late, shows a pattern of the heading else.
+    """
     usable = [r for r in records if r.has(*NEEDED) and np.isfinite(r.column("sway_m_s")).sum() > MEANS]
+    if not usable or _pattern(usable, LAGS) is None:
+        return None
+    return _pattern(usable, ())
+
+
+def _pattern(records: Sequence[Record], lags: Sequence[float]) -> Deviation | None:
+    """The pattern that records show beside a sway that follows the yaw rate at once and with lags."""
     parts, headings, names = [], [], []
-    for record in usable:
-        rows, place, heading = _rows(record)
+    for record in records:
+        rows, place, heading = _rows(record, lags)
         if rows.y.size >= FEWEST:
             parts.append(sums_of(rows, place))
             headings.append(heading)
@@ -90,7 +103,7 @@ def _chance(parts: Sequence[Sums], columns: list[int]) -> float:
     return rows / inflation * float(np.log(max(square - explained(parts, columns), 1e-300)))
 
 
-def _rows(record: Record) -> tuple[Rows, np.ndarray, np.ndarray]:
+def _rows(record: Record, lags: Sequence[float]) -> tuple[Rows, np.ndarray, np.ndarray]:
     """Rows of a record's means where it makes way, where they stand, and the headings there."""
     time = record.time_s - record.time_s[0]
     heading = bridged(record.heading_unwrapped(), time)
@@ -101,9 +114,20 @@ def _rows(record: Record) -> tuple[Rows, np.ndarray, np.ndarray]:
     rate = np.gradient(heading, time)
     fast = u > SLOW * float(np.max(u))
     pattern = [u * np.cos(heading), u * np.sin(heading), -np.sin(heading), np.cos(heading)]
-    turning = [rate, rate * np.abs(rate), np.gradient(rate, time)]
+    turning = _of_turning(time, rate, lags)
     rows = Rows(v[fast], np.stack(pattern, axis=1)[fast], np.stack(turning, axis=1)[fast])
     return rows, (time / max(time[-1], 1e-12))[fast], heading[fast]
+
+
+def _of_turning(time: np.ndarray, rate: np.ndarray, lags: Sequence[float]) -> list[np.ndarray]:
+    """Columns (N,) of the sway that a turn causes: at once, and after lags."""
+    from scipy.signal import lfilter
+
+    slope = np.gradient(rate, time)
+    turning_time = float(np.sqrt(np.mean(rate**2) / max(float(np.mean(slope**2)), 1e-300)))
+    left = [float(np.exp(-np.median(np.diff(time)) / max(lag * turning_time, 1e-300))) for lag in lags]
+    after = [lfilter([1.0 - a], [1.0, -a], rate) for a in left]
+    return [rate, rate * np.abs(rate), slope, *after]
 
 
 def _range(headings: np.ndarray) -> float:
