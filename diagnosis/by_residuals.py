@@ -87,7 +87,7 @@ def concluded(
     left = found.left if found.left is not None else _what_looks_like(refused, state)
     immaterial = _why(found.small, SMALL) | _why(weak, IN_NOISE) | _why(predicted.idle, HARDLY_GAINS)
     told, immaterial = ({}, immaterial | refused) if doubtful and not known else (refused, immaterial)
-    findings = all_findings(state, given.faults, given.tracks, told, immaterial, rng)
+    findings = all_findings(state, given.faults, given.shown, told, immaterial, rng)
     named = any(f.stage == "dynamics" for f in findings)
     instead = named and left is not None and left is state.rival
     est = state.est
@@ -97,7 +97,7 @@ def concluded(
         options,
         verdict.decide(found.poor, left, instead, findings),
         findings,
-        bank_entries(state, found.cannot, findings, given.tracks, immaterial),
+        bank_entries(state, found.cannot, findings, given.shown, immaterial),
         (predicted.gain, predicted.traces),
         noise=noise_of(est, state.setting),
         poor=found.poor,

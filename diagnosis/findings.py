@@ -17,6 +17,7 @@ from .causes.base import Cause
 from .causes.registry import causes
 from .residuals.unmodelled import confirmed
 from .result import Diagnosis, Entry, Finding, Gain, Trace
+from .starting import DECIDED
 from .state import Candidate, State, Unmodelled, covariance, matters
 from .verdict import next_manoeuvre, power, where
 
@@ -26,14 +27,14 @@ if TYPE_CHECKING:
     from ..estimation.filters.innovations.estimator import Estimator
     from ..estimation.filters.innovations.settings import Setting
     from ..models.model import Model
-    from .kinematics.tracks import Tracks
+    from .kinematics.stage import Shown
     from .options import Options
 
 SMALL = "below the size that matters"
 
 
 def all_findings(
-    state: State, faults: Sequence[ColumnFault], tracks: Tracks, barred: Mapping[str, str],
+    state: State, faults: Sequence[ColumnFault], shown: Shown, barred: Mapping[str, str],
     immaterial: Collection[str], rng: np.random.Generator,
 ) -> list[Finding]:  # fmt: skip
     """Findings of all stages.
@@ -42,7 +43,7 @@ def all_findings(
     immaterial : causes (ids) that are not told.
     """
     own = [_left_out(f, barred) for f in _of_selection(state, rng) if f.cause not in immaterial]
-    return [*(of_fault(f) for f in faults), *tracks.findings, *own]
+    return [*(of_fault(f) for f in faults), *shown.findings, *own]
 
 
 def of_fault(fault: ColumnFault) -> Finding:
@@ -103,7 +104,7 @@ def bank_entries(
     state: State,
     cannot: Mapping[Cause, str],
     findings: Sequence[Finding],
-    tracks: Tracks,
+    shown: Shown,
     immaterial: Mapping[str, str],
 ) -> tuple[Entry, ...]:
     """One line for every cause of the taxonomy.
@@ -113,7 +114,7 @@ def bank_entries(
     named = {f.cause: f for f in findings}
     tied = {name: f for f in findings for name in f.tied_with}
     every = [
-        _entry(state, cause, named, tied, cannot, dict(tracks.statistics))
+        _entry(state, cause, named, tied, cannot, shown.statistics)
         if isinstance(cause, Cause)
         else _of_check(cause, named)
         for cause in causes().values()
@@ -136,7 +137,7 @@ def _entry(
     named: Mapping[str, Finding],
     tied: Mapping[str, Finding],
     cannot: Mapping[Cause, str],
-    tracks: Mapping[Cause, float],
+    sensors: Mapping[Cause, float],
 ) -> Entry:
     statistic, p = _first_statistic(state, cause)
     own = power(state, cause)
@@ -146,9 +147,9 @@ def _entry(
     if cause.id in tied:
         why = f"cannot be told from {tied[cause.id].cause} on these records"
         return Entry(cause.id, "tied", statistic, p, own, why)
-    if cause in tracks:
-        p = float(min(1.0, len(tracks) * np.exp(log_tail(tracks[cause], 1))))
-        return Entry(cause.id, "not_significant", tracks[cause], p, own, "heading, log and positions agree without it")
+    if cause in sensors:
+        p = float(min(1.0, len(sensors) * np.exp(log_tail(sensors[cause], 1))))
+        return Entry(cause.id, "not_significant", sensors[cause], p, own, DECIDED)
     if cause in cannot:
         return Entry(cause.id, "not_testable", statistic, p, own, cannot[cause])
     if cause in state.failed and _candidate(state, cause) is None:

@@ -65,7 +65,7 @@ def by_free_runs(
     regime = base.regime
     if regime is not None:  # it was a part of what is wrong in the regime only
         before = [f for f in before if f.cause != causes_of(found.model).get(regime.group)]
-    before += [f for f in given.tracks.findings if f.cause not in {b.cause for b in before}]
+    before += [f for f in given.shown.findings if f.cause not in {b.cause for b in before}]
     named = {f.cause for f in before}
     if found.base_parameters == "identify":  # the records have decided on the model's own numbers already
         named |= {BaseCoefficients.id}

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from ..checks.comparison.chains import track_chain
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
 from .checked import examined
-from .kinematics import tracks
+from .kinematics.stage import Shown, sensors_of
 
 if TYPE_CHECKING:
     from ..checks.columns._base import ColumnFault
@@ -17,13 +18,12 @@ if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
     from .causes.base import Cause
-    from .kinematics.tracks import Tracks
     from .options import Options
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """Records in the model's rudder sign with what was corrected: gross faults, and sensors by the tracks.
+    """Records in the model's rudder sign with what was corrected: gross faults, and what channels show of sensors.
 
     checked : what the checks of the files found, corrected where they can be.
     decided : causes that the sensors' channels have decided on without a model.
@@ -32,7 +32,7 @@ class Prepared:
     train: list[Record]
     held_out: list[Record]
     faults: list[ColumnFault]
-    tracks: Tracks
+    shown: Shown
     checked: tuple[CheckFinding, ...] = ()
     decided: frozenset[Cause] = frozenset()
 
@@ -40,18 +40,18 @@ class Prepared:
     def instruments(self) -> dict[str, float]:
         """What was corrected, as instruments of a model."""
         faults = {name: value for fault in self.faults for name, value in fault.instruments.items()}
-        return faults | dict(self.tracks.instruments)
+        return faults | self.shown.instruments
 
 
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
     """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
     corrected."""
     records, checked, faults = examined(prepared([*train, *held_out], model, options), model)
-    found = tracks.Tracks()
+    own, others, shown = records[: len(train)], records[len(train) :], Shown()
     if not {"v", "x", "y"} <= set(model.states):
-        found = tracks.compare(records[: len(train)], options.alpha, options.causes())
-        records = [corrected(r, dict(found.instruments)) for r in records]
-    return Prepared(records[: len(train)], records[len(train) :], faults, found, checked)
+        sensors = sensors_of(own, others, options.causes(), [track_chain()])
+        own, others, shown = sensors.train, sensors.held_out, sensors.shown
+    return Prepared(own, others, faults, shown, checked)
 
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:

@@ -126,7 +126,7 @@ def _of_turning(time: np.ndarray, rate: np.ndarray, lags: Sequence[float]) -> li
     slope = np.gradient(rate, time)
     turning_time = float(np.sqrt(np.mean(rate**2) / max(float(np.mean(slope**2)), 1e-300)))
     left = [float(np.exp(-np.median(np.diff(time)) / max(lag * turning_time, 1e-300))) for lag in lags]
-    after = [lfilter([1.0 - a], [1.0, -a], rate) for a in left]
+    after = [np.asarray(lfilter([1.0 - a], [1.0, -a], rate)) for a in left]
     return [rate, rate * np.abs(rate), slope, *after]
 
 

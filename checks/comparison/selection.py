@@ -56,14 +56,14 @@ class Sizes(NamedTuple):
 @dataclass(frozen=True)
 class Compared:
     """One chain on some records: what was selected, the records corrected, why others could not be compared, and the
-    options that were tested."""
+    options that were tested with the z of each by itself."""
 
     chain: Chain
     records: tuple[Record, ...]
     found: tuple[Sizes, ...]
     reasons: tuple[str, ...]
     corrected: Sequence[Record] = ()
-    tested: tuple[Option, ...] = ()
+    tested: tuple[tuple[Option, float], ...] = ()
 
 
 def compare(chain: Chain, records: Sequence[Record]) -> Compared:
@@ -80,9 +80,10 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
             reasons.append(f"{record.name} cannot be compared: {error}")
     if not kept or not options:
         return Compared(chain, (), (), tuple(reasons))
-    chosen, facts = _forward(chain, kept, options)
+    chosen, facts, alone = _forward(chain, kept, options)
     found = _without_small(chain, kept, _sized(chain, kept, chosen, facts))
-    return Compared(chain, tuple(kept), found, tuple(reasons), _corrected_for(kept, found), tuple(options))
+    tested = tuple(zip(options, alone, strict=True))
+    return Compared(chain, tuple(kept), found, tuple(reasons), _corrected_for(kept, found), tested)
 
 
 def _testable(option: Option, chain: Chain, records: Sequence[Record]) -> bool:
@@ -98,8 +99,12 @@ def _columns(options: Sequence[Option]) -> list[list[int]]:
 
 
 def _forward(chain: Chain, records: Sequence[Record], options: Sequence[Option]):
-    """Chosen options in order, and for each its rivals, p-value and z; records are corrected for those before."""
+    """Chosen options in order, and for each its rivals, p-value and z; records are corrected for those before.
+
+    Third, the z of every option by itself.
+    """
     chosen: list[Option] = []
+    alone: list[float] = []
     facts: list[tuple[tuple[Option, ...], float, float]] = []
     while len(chosen) < MOST:
         left = [o for o in options if o.cause not in [c.cause for c in chosen]]
@@ -110,6 +115,8 @@ def _forward(chain: Chain, records: Sequence[Record], options: Sequence[Option])
         trials: dict[int, tuple[float, float, float, float]] = {}
         for i in range(len(chosen), len(tried)):
             p, z, inflation = _evidence(parts, held, at[i], tried[i])
+            if not chosen:
+                alone.append(z)
             if p < LEVEL:
                 trials[i] = explained(parts, [*held, *at[i]]), p, z, inflation
         if not trials:
@@ -119,7 +126,7 @@ def _forward(chain: Chain, records: Sequence[Record], options: Sequence[Option])
         near = [tried[i] for i, t in trials.items() if i != best and top - t[0] < TIE * inflation]
         facts.append((tuple(o for o in near if o.cause != tried[best].cause), p, z))
         chosen.append(tried[best])
-    return chosen, facts
+    return chosen, facts, alone
 
 
 def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Option) -> tuple[float, float, float]:

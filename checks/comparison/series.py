@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import numpy as np
 
 from ...datasets.signals import bridged, integral, sensor_sd
-from .whitening import whitened_steps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -190,34 +189,6 @@ def path_of(record: Record) -> Path:
     time = record.time_s - record.time_s[0]
     heading = bridged(record.heading_unwrapped(), time)
     return Path(time, heading, *(bridged(record.column(name), time) for name in NEEDED[1:]))
-
-
-def whitened(record: Record, effects: list[SensorEffect]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of one record: departure (2T,), columns (2T, k) of the effects and (2T, 2) of a steady drift, whitened.
-
-    The log's noise is a random walk of the way made and the positions' noise white.
-    """
-    path = path_of(record)
-    zero = np.zeros_like(path.time)
-    drift = [np.stack([path.time, zero]), np.stack([zero, path.time])]
-    series = [np.stack([path.north, path.east]) - path.way, *(effect.column(path) for effect in effects), *drift]
-    place = max(sensor_sd(path.north), sensor_sd(path.east), 1e-6)
-    speed = float(np.mean(np.hypot(path.surge, path.sway)))
-    walk = np.hypot(max(sensor_sd(path.surge), sensor_sd(path.sway)), speed * sensor_sd(path.heading))
-    known = np.isfinite(record.column("north_m")) & np.isfinite(record.column("east_m"))
-    rows = local_level(np.stack(series), known, place, float(walk * np.median(np.diff(path.time))))
-    return rows[0], rows[1 : 1 + len(effects)].T, rows[1 + len(effects) :].T
-
-
-def local_level(series: np.ndarray, known: np.ndarray, place: float, walk: float) -> np.ndarray:
-    """Whitened innovations (m, 2 T) of series (m, 2, T) under white noise on a random walk from an unknown start."""
-    own = np.flatnonzero(known | (np.arange(known.size) == 0))
-    steps = np.diff(own)
-    out = np.zeros_like(series)
-    for axis in range(series.shape[1]):
-        rows = whitened_steps(series[:, axis, own], np.full(steps.size, True), place, walk * np.sqrt(steps))
-        out[:, axis, own[1:]] = rows
-    return out.reshape(len(series), -1)
 
 
 TurnEffect = SensorEffect[Turn]

@@ -129,12 +129,13 @@ def _estimator(model: Model, records: Sequence[Record], options: Options) -> Est
 
 def behind_sensors(given: Prepared, sensors: Sensors) -> Prepared:
     """Records with the sensors' errors removed, and what was found of these."""
-    found = replace(
-        given.tracks,
-        findings=(*given.tracks.findings, *sensors.findings),
-        instruments=tuple(combined(dict(given.tracks.instruments), sensors.instruments).items()),
+    return replace(
+        given,
+        train=sensors.train,
+        held_out=sensors.held_out,
+        shown=given.shown.then(sensors.shown),
+        decided=frozenset(sensors.shown.statistics),
     )
-    return replace(given, train=sensors.train, held_out=sensors.held_out, tracks=found, decided=sensors.decided)
 
 
 def _exact(found: Found) -> bool:
@@ -204,7 +205,7 @@ def _told(
     findings = _findings(done, rng)
     of_numbers = any(BaseCoefficients.id in (f.cause, *f.tied_with) for f in findings)
     causes, own = _built_in(done, of_numbers, raw.est)
-    values = {name: value for name, value in sensors.instruments.items() if name in raw.est.index}
+    values = {name: value for name, value in sensors.shown.instruments.items() if name in raw.est.index}
     setting = raw.est.with_entries(own, values)
     entered = [Candidate(a.cause, a.variant, a.log_p, a.statistic, setting, raw.now) for a in causes]
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
@@ -214,8 +215,8 @@ def _told(
     behind = felt(cleaned.train, raw.est, own, SELECTED), cleaned.held_out
     if held_out:
         behind = behind[0], felt(cleaned.held_out, *held_out_setting(state, own, held_out), SELECTED)
-    every = (*map(of_fault, given.faults), *given.tracks.findings, *once(sensors.findings, findings))
-    instruments = combined(given.instruments, sensors.instruments)
+    every = (*map(of_fault, given.faults), *given.shown.findings, *once(sensors.shown.findings, findings))
+    instruments = combined(given.instruments, sensors.shown.instruments)
     extended = extended_model(raw.est, setting, [a.cause for a in causes], {**instruments})
     noise = noise_of(raw.est, done.found.final.setting)
     bank = _bank(done, every, cannot)

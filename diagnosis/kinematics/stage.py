@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.check import UNUSABLE, distinct
-from ...checks.comparison.chains import heading_chain, track_chain
+from ...checks.comparison.chains import Chain, heading_chain, track_chain
 from ...checks.comparison.selection import compare
 from ...checks.findings import of_sizes
 from ...checks.statistics.tails import log_tail
 from ...datasets.instruments import corrected
+from ...models.instruments import combined
 from ..causes.registry import bank
 from ..result import Finding
 
@@ -28,24 +29,42 @@ FARTHEST = 1.0
 
 
 @dataclass(frozen=True)
+class Shown:
+    """What channels show of their sensors: findings, the numbers that were removed as instruments, and for each cause
+    that was tested the statistic (z squared) of its evidence by itself."""
+
+    findings: tuple[Finding, ...] = ()
+    instruments: dict[str, float] = field(default_factory=dict)
+    statistics: dict[Cause, float] = field(default_factory=dict)
+
+    def then(self, later: Shown) -> Shown:
+        """This and what the corrected records show."""
+        instruments = combined(self.instruments, later.instruments)
+        return Shown((*self.findings, *later.findings), instruments, self.statistics | later.statistics)
+
+
+@dataclass(frozen=True)
 class Sensors:
-    """Records with the sensors' errors removed, findings, the numbers that were removed as instruments, and the causes
-    that the channels have decided on."""
+    """Records with the sensors' errors removed, and what was shown of these."""
 
     train: list[Record]
     held_out: list[Record]
-    findings: tuple[Finding, ...] = ()
-    instruments: dict[str, float] = field(default_factory=dict)
-    decided: frozenset[Cause] = frozenset()
+    shown: Shown = field(default_factory=Shown)
 
 
-def sensors_of(train: Sequence[Record], held_out: Sequence[Record], only: Collection[Cause] | None = None) -> Sensors:
-    """Compare heading with yaw rate, then positions with velocities, and correct the records one after the other.
+def sensors_of(
+    train: Sequence[Record],
+    held_out: Sequence[Record],
+    only: Collection[Cause] | None = None,
+    chains: Sequence[Chain] | None = None,
+) -> Sensors:
+    """Compare channels along the chains (None: heading with yaw rate, then positions with velocities), and correct the
+    records one after the other.
 
     Training records are corrected by sizes of their own where these differ, held-out ones by the mean.
     """
     done = Sensors(distinct(train), list(held_out))
-    for chain in (heading_chain(), track_chain()):
+    for chain in (heading_chain(), track_chain()) if chains is None else chains:
         known = [c for c in bank() if only is None or c in only]
         ids = {c.id: c for c in known}
         options = tuple(o for o in chain.options if o.cause.id in ids and all(e.instruments for e in o.effects))
@@ -69,12 +88,14 @@ def sensors_of(train: Sequence[Record], held_out: Sequence[Record], only: Collec
             for slot in effect.instruments
         }
         told = tuple(_finding(f, ids) for f in of_sizes(found) if f.material)
+        evidence: dict[Cause, float] = {}
+        for option, z in found.tested:
+            own = ids[option.cause.id]
+            evidence[own] = max(z**2, evidence.get(own, 0.0))
         done = Sensors(
             [fixed.get(r.name, r) for r in done.train],
             [corrected(r, numbers) for r in done.held_out] if numbers else done.held_out,
-            (*done.findings, *told),
-            done.instruments | numbers,
-            done.decided | {ids[option.cause.id] for option in found.tested},
+            done.shown.then(Shown(told, numbers, evidence)),
         )
     return done
 

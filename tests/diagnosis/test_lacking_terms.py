@@ -10,8 +10,7 @@ from helmbench.diagnosis.by_residuals import NOT_SHOWN, concluded, selected
 from helmbench.diagnosis.calibration.calibrate import Records, calibrate_on
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose, identified
-from helmbench.diagnosis.kinematics.stage import sensors_of
-from helmbench.diagnosis.kinematics.tracks import Tracks
+from helmbench.diagnosis.kinematics.stage import Shown, sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared
 from helmbench.diagnosis.starting import DECIDED
@@ -128,7 +127,7 @@ LOSS = {"loss_gain": 0.0, "loss_time": 80.0, "loss_power": 1.5}
 
 def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     records = runs(rng, cubic=400.0)
-    decided = {c.id for c in sensors_of(records, ()).decided}
+    decided = {c.id for c in sensors_of(records, ()).shown.statistics}
     assert {"yaw_rate_scale", "yaw_rate_bias", "heading_delay"} <= decided <= set(ids())
     found = diagnose(resolve("nomoto-1"), records, options=Options(base_parameters="identify"))
     entries = {entry.cause: entry for entry in found.bank}
@@ -140,7 +139,7 @@ def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
 def test_a_cause_that_free_runs_refuse_is_told_alone_and_not_beside_what_remains(rng):
     records = runs(rng, cubic=400.0)[:3]
     options = Options(base_parameters="identify").checked(resolve("nomoto-1"))
-    model, given = identified(resolve("nomoto-1"), records), Prepared(records, [], [], Tracks())
+    model, given = identified(resolve("nomoto-1"), records), Prepared(records, [], [], Shown())
     shown = selected(model, given, options)
     names = {cause.id for cause in shown.state.causes}
     other = Candidate(Unmodelled("something else"), (), 0.0, 0.0, shown.state.setting, shown.state.now)

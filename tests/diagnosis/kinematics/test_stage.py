@@ -13,9 +13,9 @@ def test_a_bias_is_found_and_removed_from_all_records(rng):
     case = injected("mariner", ("yaw_rate_bias",), rng)
     found = sensors_of(case.train, case.held_out)
     truth = case.truth[0]["parameters"]["b"]
-    print(truth, found.findings)
-    assert [f.cause for f in found.findings] == ["yaw_rate_bias"]
-    assert found.instruments["yaw_rate_bias"] == pytest.approx(truth, rel=0.2)
+    print(truth, found.shown.findings)
+    assert [f.cause for f in found.shown.findings] == ["yaw_rate_bias"]
+    assert found.shown.instruments["yaw_rate_bias"] == pytest.approx(truth, rel=0.2)
     for before, after in zip((*case.train, *case.held_out), (*found.train, *found.held_out), strict=True):
         moved = before.column("yaw_rate_rad_s") - after.column("yaw_rate_rad_s")
         assert np.nanmean(moved) == pytest.approx(truth, rel=0.4)
@@ -24,13 +24,13 @@ def test_a_bias_is_found_and_removed_from_all_records(rng):
 def test_sound_sensors_leave_the_records_as_they_are(rng):
     case = injected("mariner", (), rng)
     found = sensors_of(case.train, case.held_out)
-    assert found.findings == () and found.instruments == {}
+    assert found.shown.findings == () and found.shown.instruments == {}
     assert all(a.column("heading_rad") is b.column("heading_rad") for a, b in zip(case.train, found.train, strict=True))
 
 
 def test_only_chosen_causes_are_looked_for(rng):
     case = injected("mariner", ("yaw_rate_bias",), rng)
-    assert sensors_of(case.train, [], {cause("rudder_offset")}).findings == ()
+    assert sensors_of(case.train, [], {cause("rudder_offset")}).shown.findings == ()
 
 
 def test_a_scale_that_no_sensor_has_is_not_told(rng):
@@ -39,8 +39,8 @@ def test_a_scale_that_no_sensor_has_is_not_told(rng):
         r.with_channels(yaw_rate_rad_s=10.0 * r.column("yaw_rate_rad_s")) for r in injected("mariner", (), rng).train
     ]
     found = sensors_of(records, ())
-    print(found.findings)
-    assert found.findings == () and found.instruments == {}
+    print(found.shown.findings)
+    assert found.shown.findings == () and found.shown.instruments == {}
     assert all(
         a.column("yaw_rate_rad_s") is b.column("yaw_rate_rad_s") for a, b in zip(records, found.train, strict=True)
     )
@@ -54,14 +54,14 @@ def test_sizes_of_other_signs_are_none_of_the_instrument(rng):
         r.with_channels(sway_m_s=r.column("sway_m_s") + b) for r, b in zip(records, (sway, -sway, 0.0), strict=True)
     ]
     found = sensors_of(leaning, ())
-    print(found.findings)
-    assert found.findings == () and found.instruments == {}
+    print(found.shown.findings)
+    assert found.shown.findings == () and found.shown.instruments == {}
     zero = 0.1 * float(np.nanstd(records[0].column("yaw_rate_rad_s")))
     drifting = [
         r.with_channels(yaw_rate_rad_s=r.column("yaw_rate_rad_s") + b)
         for r, b in zip(records, (zero, -zero, 0.0), strict=True)
     ]
-    assert [f.cause for f in sensors_of(drifting, ()).findings] == ["yaw_rate_bias"]
+    assert [f.cause for f in sensors_of(drifting, ()).shown.findings] == ["yaw_rate_bias"]
 
 
 def test_one_size_that_differs_leaves_the_others_as_they_are(rng):
@@ -73,6 +73,6 @@ def test_one_size_that_differs_leaves_the_others_as_they_are(rng):
         for r, b in zip(records, (sway, -sway, 0.0), strict=True)
     ]
     found = sensors_of(both, ())
-    print(found.findings)
-    (scale,) = [f for f in found.findings if f.cause == "speed_scale"]
+    print(found.shown.findings)
+    (scale,) = [f for f in found.shown.findings if f.cause == "speed_scale"]
     assert scale.sizes[0].value == pytest.approx(0.03, abs=0.006)

@@ -6,14 +6,19 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, inject
+from helmbench.checks.comparison.chains import track_chain
 from helmbench.datasets.instruments import corrected, observed
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.kinematics.tracks import compare
+from helmbench.diagnosis.kinematics.stage import Shown, sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
 CAUSES = ("speed_scale", "sway_offset", "heading_offset", "axis_misalignment", "velocity_delay")
 SHIPS = ("mariner", "s175", "kvlcc2-l7")
+
+
+def compare(records) -> Shown:
+    return sensors_of(records, (), chains=[track_chain()]).shown
 
 
 def records(cause, rng, strength="large"):
@@ -27,7 +32,7 @@ def test_the_track_shows_it(cause, rng):
     hits = 0
     for _ in range(3):
         injected = records(cause, rng)
-        found = compare(injected.train, 0.01).findings
+        found = compare(injected.train).findings
         print(injected.truth[0], found)
         hits += any(cause in (f.cause, *f.tied_with) for f in found)
     assert hits >= 2
@@ -35,9 +40,7 @@ def test_the_track_shows_it(cause, rng):
 
 def test_nothing_is_found_where_dynamics_are_wrong(rng):
     """Wind, current and a bad coefficient leave the track alone: level .001 a draw, of 8 none or one."""
-    alarms = sum(
-        bool(compare(records(c, rng).train, 0.01).findings) for c in ("", "wind", "current", "loading_change") * 2
-    )
+    alarms = sum(bool(compare(records(c, rng).train).findings) for c in ("", "wind", "current", "loading_change") * 2)
     assert alarms <= 1
 
 
@@ -45,9 +48,9 @@ def test_sizes_put_the_records_right(rng):
     """A scale of 1 % and a sway offset together, from noise-free channels."""
     true = inject(Case("mariner", ()), rng).train
     errors = {"surge_scale": 0.01, "sway_scale": 0.01, "sway_bias": 0.05}
-    found = compare([observed(r, errors) for r in true], 0.01)
+    found = compare([observed(r, errors) for r in true])
     assert {f.cause for f in found.findings} == {"speed_scale", "sway_offset"}
-    back = corrected(observed(true[0], errors), dict(found.instruments))
+    back = corrected(observed(true[0], errors), found.instruments)
     for name in ("surge_m_s", "sway_m_s"):
         assert back.column(name) == pytest.approx(true[0].column(name), abs=0.02)
 
@@ -55,14 +58,14 @@ def test_sizes_put_the_records_right(rng):
 def test_a_size_below_the_floor_is_neither_told_nor_corrected(rng):
     """A scale of .1 %, a fifth of the floor, that channels show beyond doubt."""
     true = inject(Case("mariner", ()), rng).train
-    found = compare([observed(r, {"surge_scale": 1e-3, "sway_scale": 1e-3}) for r in true], 0.01)
-    assert found.findings == () and found.instruments == ()
-    assert {c.id: s for c, s in found.statistics}["speed_scale"] > 20.0
+    found = compare([observed(r, {"surge_scale": 1e-3, "sway_scale": 1e-3}) for r in true])
+    assert found.findings == () and found.instruments == {}
+    assert {c.id: s for c, s in found.statistics.items()}["speed_scale"] > 20.0
 
 
 def test_records_without_a_track_say_nothing(rng):
     bare = [r.with_channels(north_m=None) for r in inject(Case("mariner", ()), rng).train]
-    assert compare(bare, 0.01).findings == () and compare(bare, 0.01).statistics == ()
+    assert compare(bare) == Shown()
 
 
 def test_a_response_model_is_told_of_the_log(rng):
