@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from .comparison.series import Path, SensorEffect, Turn
+    from .comparison.series import Log, Path, SensorEffect, Turn
     from .fault import Fault
 
 
@@ -71,8 +71,9 @@ class FileCheck(Check):
 class SensorError(Check):
     """Base class of sensor errors that show between channels that must agree.
 
-    turn, track : what it leaves between heading and yaw rate, and between positions and velocities; track_without_model
-    : the same, where a model's filter is not to be asked for it.
+    turn, track, log : what it leaves between heading and yaw rate, between positions and velocities, and between
+    positions along the heading and a log that measures no sway; track_without_model : as track, where a model's filter
+    is not to be asked for it.
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
     can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
     """
@@ -80,6 +81,7 @@ class SensorError(Check):
     where = "sensor"
     turn: ClassVar[tuple[SensorEffect[Turn], ...]] = ()
     track: ClassVar[tuple[SensorEffect[Path], ...]] = ()
+    log: ClassVar[tuple[SensorEffect[Log], ...]] = ()
     track_without_model: ClassVar[tuple[SensorEffect[Path], ...]] = ()
     track_rivals: ClassVar[tuple[str, ...]] = ()
     least_turn: ClassVar[float] = 0.0

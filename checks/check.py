@@ -16,7 +16,7 @@ import numpy as np
 from ..datasets.record import RUDDERS
 from ..models.errors import BadInput, CannotFit
 from .base import FileCheck
-from .comparison.chains import Chain, heading_chain, sums, track_chain, why_not
+from .comparison.chains import Chain, chains, sums, why_not
 from .comparison.courses import deviation
 from .comparison.selection import Compared, compare
 from .fault import Fault, cleaned
@@ -168,15 +168,15 @@ def check_sensors(
     """
     found: list[CheckFinding] = []
     current = list(records)
-    for chain in (heading_chain(), track_chain()):
-        use, skipped = _split(chain, current, derived)
+    for chain in chains():
+        use, skipped = _split(chain, chain.taken(current), derived)
         reasons += skipped
         try:
             use, doubts = _as_velocities_were_made(chain, use, records)
             reasons += doubts
             done = compare(chain, use)
             found += of_sizes(done)
-            found += of_drift(done) if chain.target == ("north_m", "east_m") and done.records else []
+            found += of_drift(done) if chain.of_positions and done.records else []
         except UNUSABLE as error:
             reasons.append(f"{chain.title} cannot be compared: {error}")
             continue

@@ -109,7 +109,8 @@ def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
 
 
 def _late(s: Sizes) -> str:
-    names = [slot.removesuffix("_delay").replace("_", " ") for slot in s.option.effects[0].instruments]
+    slots = s.option.effects[0].instruments or (s.option.cause.id,)
+    names = [slot.removesuffix("_delay").replace("_", " ") for slot in slots]
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
@@ -119,9 +120,8 @@ def of_drift(done: Compared) -> list[CheckFinding]:
     found = drifts(done.chain, done.corrected, chosen)
     if not is_there(found):
         return []
-    speeds = [
-        float(np.hypot(np.nanmean(r.column("surge_m_s")), np.nanmean(r.column("sway_m_s")))) for r in done.records
-    ]
+    columns = [n for n in ("surge_m_s", "sway_m_s") if n in done.chain.integrated]
+    speeds = [float(np.linalg.norm([np.nanmean(r.column(n)) for n in columns])) for r in done.records]
     near = [] if chosen else rivals(done.chain, done.corrected, done.chain.options)
     sizes = [size for d in found for size in _drift_sizes(d)]
     material = any(np.hypot(*d.velocity) > DRIFT_SHARE * v for d, v in zip(found, speeds, strict=True))

@@ -38,11 +38,11 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
     channels = _swapped(dict(record.channels), q)
     channels = {name: _freed(name, values, q) for name, values in channels.items()}
     if HEADING in channels:
-        channels[HEADING] = _moved(record.time_s, channels[HEADING], q.get("heading_delay", 0.0), angle=True)
+        channels[HEADING] = moved(record.time_s, channels[HEADING], q.get("heading_delay", 0.0), angle=True)
     channels = _turned(channels, q, record.name, back=True)
     for short, (name, _) in SENSORS.items():
         if name in channels and name != HEADING:
-            channels[name] = _moved(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
+            channels[name] = moved(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
     return _with_felt_rudder(record.with_channels(**_gone(record, channels)), q)
 
 
@@ -72,7 +72,7 @@ def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Ge
     for short, (name, _) in SENSORS.items():
         if name in channels:
             late = q.get(f"{short}_delay", 0.0)
-            channels[name] = _moved(record.time_s, channels[name], -late, name == HEADING, hold=True)
+            channels[name] = moved(record.time_s, channels[name], -late, name == HEADING, hold=True)
     if HEADING in true:
         channels = {**_turned(channels | {HEADING: true[HEADING]}, q, record.name), HEADING: channels[HEADING]}
     else:
@@ -168,8 +168,8 @@ def _turned(channels: dict[str, np.ndarray], q: Mapping[str, float], record: str
     return {**channels, SURGE: along * cosine + across * sine, SWAY: -along * sine + across * cosine}
 
 
-def _moved(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = False, hold: bool = False) -> np.ndarray:
-    """values(time + ahead) by a cubic spline; nan in gaps, and at the ends unless they are held."""
+def moved(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = False, hold: bool = False) -> np.ndarray:
+    """A channel (N,) as it is `ahead` s later, by a cubic spline; nan in gaps, and at the ends unless they are held."""
     known = np.isfinite(values)
     if ahead == 0.0 or known.sum() < 4:
         return values
@@ -178,11 +178,11 @@ def _moved(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fal
     series = np.unwrap(values[known]) if angle else values[known]
     first, last = time[known][0], time[known][-1]
     wanted = np.clip(time + ahead, first, last)
-    moved = CubicSpline(time[known], series)(wanted)
+    later = CubicSpline(time[known], series)(wanted)
     gap = np.interp(wanted, time, (~known).astype(float)) > 0.0
     if not hold:
         gap |= (time + ahead > last) | (time + ahead < first)
-    return np.where(gap, np.nan, moved)
+    return np.where(gap, np.nan, later)
 
 
 def _rocked(

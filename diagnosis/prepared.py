@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from ..checks.comparison.chains import track_chain
+from ..checks.comparison.chains import chains
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
 from .checked import examined
@@ -49,7 +49,7 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
     records, checked, faults = examined(prepared([*train, *held_out], model, options), model)
     own, others, shown = records[: len(train)], records[len(train) :], Shown()
     if not {"v", "x", "y"} <= set(model.states):
-        sensors = sensors_of(own, others, options.causes(), [track_chain()])
+        sensors = sensors_of(own, others, options.causes(), [c for c in chains() if c.of_positions])
         own, others, shown = sensors.train, sensors.held_out, sensors.shown
     return Prepared(own, others, faults, shown, checked)
 

@@ -1,6 +1,7 @@
-"""The two comparisons that need no hull model, as whitened regressions: heading against yaw rate, track against log.
+"""The comparisons that need no hull model, as whitened regressions: heading against yaw rate, track against log.
 
-psi' = r and (north, east)' = R(psi) (surge, sway) hold for any ship.  What the channels leave of them is regressed on
+psi' = r and (north, east)' = R(psi) (surge, sway) hold for any ship; of a log that measures no sway, the part along the
+heading.  What the channels leave of them is regressed on
 what each sensor error would leave; noise is white in heading and positions, and a random walk from the noise of rates
 and velocities.
 """
@@ -13,10 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...datasets.instruments import corrected
-from ...datasets.signals import sensor_sd
+from ...datasets.signals import integral, sensor_sd
 from ..registry import sensor_errors
 from .blocks import Rows, Sums, sums_of
-from .series import NEEDED, Motion, SensorEffect, path_of, turn_of
+from .series import NEEDED, Motion, SensorEffect, log_of, path_of, turn_of
 from .whitening import LONGEST_GAP, whitened_steps
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class Chain(NamedTuple):
     """One comparison: what it is called, the columns it needs, its options, and how a record becomes rows.
 
     integrated, target : columns that are integrated, and those they are compared with.  opposed : columns of which one
-    must not be made from the others.
+    must not be made from the others.  without : columns of which a record must have none (another chain takes it then).
     motion : record -> its integrated channels.  departure : motion -> (axes, T).  nuisances : motion -> (d, axes, T).
     noise : motion -> standard deviations of the white noise and of the random walk after a second.
     """
@@ -61,6 +62,21 @@ class Chain(NamedTuple):
     departure: Callable[[Any], np.ndarray]
     nuisances: Callable[[Any], np.ndarray]
     noise: Callable[[Any], tuple[float, float]]
+    without: tuple[str, ...] = ()
+
+    @property
+    def of_positions(self) -> bool:
+        """Whether positions are the target, of which a current may carry the ship away."""
+        return self.target == ("north_m", "east_m")
+
+    def taken(self, records: Sequence[Record]) -> list[Record]:
+        """The records that are not another chain's."""
+        return [r for r in records if not any(map(r.has, self.without))]
+
+
+def chains() -> tuple[Chain, ...]:
+    """All comparisons, in the order in which records are corrected for what they show."""
+    return heading_chain(), track_chain(), log_chain()
 
 
 def heading_chain() -> Chain:
@@ -92,6 +108,23 @@ def track_chain() -> Chain:
         lambda path: np.stack([path.north, path.east]) - path.way,
         lambda path: drift_columns(path),
         _track_noise,
+    )
+
+
+def log_chain() -> Chain:
+    """Way of the positions along the heading against a log that measures no sway, a steady drift estimated along."""
+    return Chain(
+        "positions along the heading against the log",
+        ("heading_rad", "surge_m_s", "north_m", "east_m"),
+        ("heading_rad", "surge_m_s"),
+        ("north_m", "east_m"),
+        ("surge_m_s", "north_m", "east_m"),
+        tuple(Option(c, (e,)) for c in sensor_errors() for e in c.log),
+        log_of,
+        lambda log: (log.ahead - log.run)[None],
+        lambda log: integral(np.stack([np.cos(log.heading), np.sin(log.heading)]), log.time)[:, None],
+        lambda log: (log.place_sd, sensor_sd(log.surge) * np.sqrt(log.step_s)),
+        without=("sway_m_s",),
     )
 
 

@@ -25,7 +25,8 @@ class SensorEffect(Generic[M]):
     """What a sensor error of size one leaves between channels that must agree.
 
     Of a track (M is `Path`): of the positions, less the way made by velocities and heading.  Of a turn (M is `Turn`):
-    of the heading, less the integrated yaw rate.
+    of the heading, less the integrated yaw rate.  Of a log (M is `Log`): of the way along the heading, less the
+    integrated surge.
 
     parameter, unit : of its size.  instruments : the numbers that correct it.  column : (2, T) north and east of a
     path, or (1, T) of a turn.  floor : the size from which it matters in a record.  delay : the size cannot be
@@ -191,5 +192,38 @@ def path_of(record: Record) -> Path:
     return Path(time, heading, *(bridged(record.column(name), time) for name in NEEDED[1:]))
 
 
+@dataclass(frozen=True)
+class Log(Motion):
+    """Way (T,) that the positions make along the heading, m, and surge (T,) of a log that measures no sway; gaps are
+    bridged."""
+
+    ahead: np.ndarray
+    surge: np.ndarray
+    place_sd: float
+
+    @cached_property
+    def run(self) -> np.ndarray:
+        """(T,) way that the surge gives, m."""
+        return integral(self.surge, self.time)
+
+    @property
+    def late_speed(self) -> np.ndarray:
+        """(1, T) change of the surge, smoothed: the way that a surge a second late leaves out."""
+        quiet = smoothed(self.surge)
+        return (quiet - quiet[0])[None]
+
+
+def log_of(record: Record) -> Log:
+    """A record's surge, and the way of its positions along its heading, with gaps bridged."""
+    time = record.time_s - record.time_s[0]
+    heading, surge = bridged(record.heading_unwrapped(), time), bridged(record.column("surge_m_s"), time)
+    north, east = (bridged(record.column(name), time) for name in ("north_m", "east_m"))
+    middle = 0.5 * (heading[1:] + heading[:-1])
+    steps = np.diff(north) * np.cos(middle) + np.diff(east) * np.sin(middle)
+    ahead = np.concatenate([[0.0], np.cumsum(steps)])
+    return Log(time, heading, ahead, surge, max(sensor_sd(north), sensor_sd(east)))
+
+
 TurnEffect = SensorEffect[Turn]
 TrackEffect = SensorEffect[Path]
+LogEffect = SensorEffect[Log]

@@ -17,27 +17,45 @@ CLEAR = 6.0
 """The same in standard deviations."""
 DEPENDENT = 2.31
 """Variance of the correlation of two white noises' third differences, times their number."""
+BESIDE = -0.75
+"""Correlation of third differences of white noise a sample apart: what two series share at one instant has it too."""
+UNLIKE = 0.15
+"""Share of the correlation by which that a sample apart may differ from it, beyond three standard deviations."""
 WANDER = 0.2
 """Share of the wander that independent noise would give, below which one channel is made from the other."""
 
 
 def shared_noise(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
     """Correlation at lag zero of the noise of two series (N,), and the same in standard deviations; 0 where either
-    shows no noise."""
+    shows no noise, or where they do not go together at one instant.
+
+    A ship that answers its rudder, or a helmsman who answers the sea, within a sampling step correlates them before or
+    after it as well.
+    """
     if not (white_noise(one) > 0.0 and white_noise(other) > 0.0):
         return 0.0, 0.0
     a, b = np.diff(one, 3), np.diff(other, 3)
     known = np.isfinite(a) & np.isfinite(b)
-    a, b = _clipped(a[known]), _clipped(b[known])
-    if a.size < 30 or not (a.std() > 0.0 and b.std() > 0.0):
+    if known.sum() < 30:
         return 0.0, 0.0
-    correlation = float(np.corrcoef(a, b)[0, 1])
-    return correlation, correlation * np.sqrt(a.size / DEPENDENT)
+    a, b = _clipped(a, known), _clipped(b, known)
+    size = float(np.sqrt((a @ a) * (b @ b)))
+    if not size > 0.0:
+        return 0.0, 0.0
+    before, correlation, after = float(a[1:] @ b[:-1]) / size, float(a @ b) / size, float(a[:-1] @ b[1:]) / size
+    deviation = float(np.sqrt(DEPENDENT / known.sum()))
+    slack = UNLIKE * abs(correlation) + 3.0 * deviation
+    at_once = abs(correlation) > max(abs(before), abs(after))
+    if not at_once or any(abs(c - BESIDE * correlation) > slack for c in (before, after)):
+        return 0.0, 0.0
+    return correlation, correlation / deviation
 
 
-def _clipped(x: np.ndarray) -> np.ndarray:
-    limit = 4.0 * 1.4826 * float(np.median(np.abs(x)))
-    return np.clip(x, -limit, limit)
+def _clipped(x: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """A series (N,) less its mean, outliers clipped, zero where it is not known."""
+    limit = 4.0 * 1.4826 * float(np.median(np.abs(x[known])))
+    clipped = np.clip(x, -limit, limit)
+    return np.where(known, clipped - float(np.mean(clipped[known])), 0.0)
 
 
 def rate_is_derived(values: np.ndarray, rate: np.ndarray, time: np.ndarray) -> str | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..base import SensorError
-from ..comparison.series import TrackEffect, half_a_percent
+from ..comparison.series import LogEffect, TrackEffect, half_a_percent
 
 
 class SpeedScale(SensorError):
@@ -13,3 +13,4 @@ class SpeedScale(SensorError):
     unit = "1"
     separate_by = "a measured mile in both directions"
     track = (TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way, half_a_percent),)
+    log = (LogEffect("s", "1", ("surge_scale",), lambda log: -log.run[None], half_a_percent),)

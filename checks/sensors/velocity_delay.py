@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..base import SensorError
-from ..comparison.series import TrackEffect, late_floor
+from ..comparison.series import LogEffect, TrackEffect, late_floor
 
 ALL_LATE = ("surge_delay", "sway_delay", "yaw_rate_delay", "heading_delay")
 
@@ -19,3 +19,4 @@ class VelocityDelay(SensorError):
         TrackEffect("tau", "s", ("surge_delay", "sway_delay"), lambda path: path.late_speeds, late_floor, delay=True),
         TrackEffect("tau", "s", ALL_LATE, lambda path: path.late_motion, late_floor, delay=True),
     )
+    log = (LogEffect("tau", "s", ("surge_delay",), lambda log: log.late_speed, late_floor, delay=True),)

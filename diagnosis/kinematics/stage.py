@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.check import UNUSABLE, distinct
-from ...checks.comparison.chains import Chain, heading_chain, track_chain
+from ...checks.comparison.chains import Chain, chains
 from ...checks.comparison.selection import compare
 from ...checks.findings import of_sizes
 from ...checks.statistics.tails import log_tail
@@ -56,20 +56,19 @@ def sensors_of(
     train: Sequence[Record],
     held_out: Sequence[Record],
     only: Collection[Cause] | None = None,
-    chains: Sequence[Chain] | None = None,
+    along: Sequence[Chain] | None = None,
 ) -> Sensors:
-    """Compare channels along the chains (None: heading with yaw rate, then positions with velocities), and correct the
-    records one after the other.
+    """Compare channels along the chains (None: all), and correct the records one after the other.
 
     Training records are corrected by sizes of their own where these differ, held-out ones by the mean.
     """
     done = Sensors(distinct(train), list(held_out))
-    for chain in (heading_chain(), track_chain()) if chains is None else chains:
+    for chain in chains() if along is None else along:
         known = [c for c in bank() if only is None or c in only]
         ids = {c.id: c for c in known}
         options = tuple(o for o in chain.options if o.cause.id in ids and all(e.instruments for e in o.effects))
         try:
-            found = compare(chain._replace(options=options), done.train)
+            found = compare(chain._replace(options=options), chain.taken(done.train))
         except UNUSABLE:
             continue
         named = [s for s in found.found if s.material]

@@ -18,7 +18,7 @@ SHIPS = ("mariner", "s175", "kvlcc2-l7")
 
 
 def compare(records) -> Shown:
-    return sensors_of(records, (), chains=[track_chain()]).shown
+    return sensors_of(records, (), along=[track_chain()]).shown
 
 
 def records(cause, rng, strength="large"):
