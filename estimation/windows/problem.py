@@ -38,7 +38,8 @@ LOST = 30.0
 
 class Scales(NamedTuple):
     """The craft's own units: its time L/U [s] as a hard turn shows it, yaw rate [rad/s] and rudder or command [rad] of
-    hard manoeuvres (95 % of all samples are below), speed [m/s] and revolutions [1/s], nan where they are not known."""
+    hard manoeuvres (95 % of all samples are below), speed [m/s] and revolutions [1/s] at which the way is made (means
+    over it, so that a time at rest does not count), nan where they are not known."""
 
     time_s: float
     rate: float
@@ -154,14 +155,22 @@ def scales_of(records: Sequence[Record]) -> Scales:
     rudder = _high([_centred(record.rudder()) for record in records])
     if not (rate > 0.0 and rudder > 0.0):
         raise CannotFit("the records hold no yaw motion, or the rudder or command never moves")
-    return Scales(
-        TURN / rate, rate, rudder, _high(list(map(_speed, records)), 0.75), _high(list(map(_turns, records)), 0.75)
-    )
+    speed, turns = (_over_the_way([of(record) for record in records]) for of in (_speed, _turns))
+    return Scales(TURN / rate, rate, rudder, speed, turns)
 
 
-def _high(parts: Sequence[np.ndarray], share: float = 0.95) -> float:
-    known = np.concatenate([np.abs(part[np.isfinite(part)]) for part in parts])
-    return float(np.quantile(known, share)) if known.size and np.any(known > 0.0) else float("nan")
+def _known(parts: Sequence[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.abs(part[np.isfinite(part)]) for part in parts])
+
+
+def _high(parts: Sequence[np.ndarray]) -> float:
+    known = _known(parts)
+    return float(np.quantile(known, 0.95)) if known.size and np.any(known > 0.0) else float("nan")
+
+
+def _over_the_way(parts: Sequence[np.ndarray]) -> float:
+    known = _known(parts)
+    return float(known @ known / known.sum()) if np.any(known > 0.0) else float("nan")
 
 
 def _centred(values: np.ndarray) -> np.ndarray:

@@ -70,6 +70,13 @@ def test_no_window_reaches_across_a_gap_and_stillness_is_refused(rng):
         scales_of([record.with_channels(rudder_rad=np.zeros(record.n))])
 
 
+def test_a_time_at_rest_does_not_count_for_the_speed(rng):
+    """Four samples of five at rest, one at 2 m/s: the model's speed is that under way."""
+    record = nomoto(rng)
+    speed = np.where(np.arange(record.n) % 5 == 0, 2.0, 0.0)
+    assert scales_of([record.with_channels(surge_m_s=speed)]).speed == pytest.approx(2.0)
+
+
 def test_the_fall_of_errors_is_the_logarithm_of_their_ratio(rng):
     _, windows, _ = fitted([nomoto(rng, noise=1e-4)])
     error = rng.standard_normal((2 * len(windows.inputs), windows.inputs.shape[1], 2)) * windows.motion
