@@ -410,7 +410,7 @@ def _mean_row(ties: Frame) -> dict[str, Any]:
 
 
 def _false_discovery_row(cases: Frame) -> dict[str, Any]:
-    """False discovery rate: mean over the cases of the share of names that are false, 0 where nothing is named.
+    """False discovery rate: mean over the cases of the share of names that are false, 0 where nothing is stated.
 
     The interval is that of Clopper and Pearson for the same mean: no variable in 0 .. 1 has a larger variance.
     """

@@ -39,9 +39,9 @@ POWER, LEVEL = 0.99, 0.001
 
 def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str = EXACT) -> dict[str, Any]:
     """The scored columns of one case: verdict, what was named, outcome, false alarm, wrong name, size of the tie, how
-    many further names are none of the hull's, and how many names there are and are false.
+    many further names are none of the hull's, and how many names are stated and are false.
 
-    Of planted nulls every name is false.
+    Of planted nulls every name is false.  An unexplained error states none: what fits it best is said not to explain it.
     base : what is wrong with the base model itself (`bases.BASES`); unless it is exact, names of what it lacks itself
     are right, and count only where such an effect is injected.
     """
@@ -55,7 +55,7 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str =
         findings = [held for f, held in pairs if not _of_base(f.cause, base) or held & set(injected)]
     holding = [found for found in findings if found & set(injected)]
     outcome = _outcome(diagnosis, group, injected, findings)
-    confident = diagnosis.verdict in ("named", "tied")
+    confident, stated = diagnosis.verdict in ("named", "tied"), diagnosis.verdict != "unexplained"
     return {
         "verdict": diagnosis.verdict,
         "named": "+".join("/".join((f.cause, *sorted(f.tied_with))) for f in diagnosis.causes),
@@ -64,8 +64,8 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str =
         "confident_wrong": confident and any(len(found) == 1 and not found & set(injected) for found in findings),
         "tie_size": max(map(len, holding)) if holding else None,
         "extra_names": len(others),
-        "names": len(diagnosis.causes),
-        "false_names": len(others if imperfect else extra),
+        "names": len(diagnosis.causes) if stated else 0,
+        "false_names": len(others if imperfect else extra) if stated else 0,
     }
 
 
@@ -80,7 +80,7 @@ def judge_names(diagnosis: Diagnosis, right: frozenset[str]) -> dict[str, Any]:
     findings = named(diagnosis)
     holding = [found for found in findings if found & right]
     extra = len(findings) - len(holding)
-    confident = diagnosis.verdict in ("named", "tied")
+    confident, stated = diagnosis.verdict in ("named", "tied"), diagnosis.verdict != "unexplained"
     return {
         "verdict": diagnosis.verdict,
         "named": "+".join("/".join(sorted(found, key=lambda name: (name not in right, name))) for found in findings),
@@ -89,8 +89,8 @@ def judge_names(diagnosis: Diagnosis, right: frozenset[str]) -> dict[str, Any]:
         "confident_wrong": confident and any(len(found) == 1 and not found & right for found in findings),
         "tie_size": max(map(len, holding)) if holding else None,
         "extra_names": extra,
-        "names": len(findings),
-        "false_names": extra,
+        "names": len(findings) if stated else 0,
+        "false_names": extra if stated else 0,
     }
 
 

@@ -80,6 +80,11 @@ def test_names_that_are_false_are_counted(diagnosis_of, group, base, findings, n
     assert (scored["names"], scored["false_names"]) == (names, false)
 
 
+def test_what_fits_best_of_an_unexplained_error_is_no_stated_name(diagnosis_of):
+    scored = judge(diagnosis_of("wind", verdict="unexplained"), "unforeseen", ("memory",))
+    assert (scored["named"], scored["names"], scored["false_names"]) == ("wind", 0, 0)
+
+
 def test_gains_keep_known_channels_only(diagnosis_of):
     assert gain(diagnosis_of(ratio=0.5)) == {"rmse_before_heading_rad": 1.0, "rmse_after_heading_rad": 0.5}
 
