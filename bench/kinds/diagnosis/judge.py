@@ -41,7 +41,7 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str =
     """The scored columns of one case: verdict, what was named, outcome, false alarm, wrong name, size of the tie, how
     many further names are none of the hull's, and how many names are stated and are false.
 
-    Of planted nulls every name is false.  An unexplained error states none: what fits it best is said not to explain it.
+    Of planted nulls every name is false.  An unexplained error states none: what fits it best does not explain it.
     base : what is wrong with the base model itself (`bases.BASES`); unless it is exact, names of what it lacks itself
     are right, and count only where such an effect is injected.
     """
