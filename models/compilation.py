@@ -15,15 +15,19 @@ from typing import Any
 import numba
 import numpy as np
 from numba import types
-from numba.core.caching import CompileResultCacheImpl, NullCache
-from numba.core.ccallback import CFunc
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.dispatcher import Dispatcher
-from numba.core.serialize import dumps
-from numba.core.sigutils import normalize_signature
 
 from .cache import BUILDING, FIRST_USE, cache_folder, lock_of, store, stored
-from .typing_memo import operators_typed_once
+from .numba_internals import (
+    CFunc,
+    Dispatcher,
+    Form,
+    NullCache,
+    dumps,
+    found_at_once,
+    global_compiler_lock,
+    normalize_signature,
+    operators_typed_once,
+)
 
 f8, i8, b1 = types.float64, types.int64, types.boolean
 A1 = types.Array(f8, 1, "C")
@@ -50,19 +54,10 @@ def njit(*signatures: Any, cache: bool = False, **options: Any) -> Callable[[Cal
         if signatures:
             dispatcher.disable_compile()
         if len(signatures) == 1:
-            _found_at_once(dispatcher)
+            found_at_once(dispatcher)
         return dispatcher
 
     return decorate
-
-
-def _found_at_once(dispatcher: Any) -> None:
-    """Remember where the only version of a function lies: numba looks for it at every call that takes the function as
-    an argument, which costs .1 ms."""
-    ((types_of_arguments, compiled),) = dispatcher.overloads.items()
-    search = dispatcher.get_compile_result
-    compiled.library.get_pointer_to_function = cache(compiled.library.get_pointer_to_function)
-    dispatcher.get_compile_result = lambda sig: compiled if sig.args == types_of_arguments else search(sig)
 
 
 def callback(signature: Any, function: Callable[..., Any]) -> Any:
@@ -74,17 +69,6 @@ def callback(signature: Any, function: Callable[..., Any]) -> Any:
     return compiled
 
 
-class _Form(CompileResultCacheImpl):
-    """How numba writes and reads a compiled function; where it lies is said by `KernelCache`."""
-
-    class _Locator:
-        def __init__(self, file: str) -> None:
-            self._py_file = file
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self._lineno, self._locator = function.__code__.co_firstlineno, self._Locator(function.__code__.co_filename)
-
-
 class KernelCache(NullCache):
     """numba's cache of one function: a file for each signature, processor, set of options and version of its sources.
 
@@ -92,7 +76,7 @@ class KernelCache(NullCache):
     """
 
     def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
-        self._function, self._form, self._locks = function, _Form(function), dict[Path, Any]()
+        self._function, self._form, self._locks = function, Form(function), dict[Path, Any]()
         self._options = sorted((name, str(sorted(v) if isinstance(v, set) else v)) for name, v in options.items())
 
     @property

@@ -10,8 +10,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import types
-from numba.core.errors import NumbaExperimentalFeatureWarning
+from numba import NumbaExperimentalFeatureWarning, types
 
 from ...datasets.manoeuvres import Manoeuvre, parse_manoeuvre
 from ...models.compilation import callback
