@@ -70,11 +70,11 @@ def by_free_runs(
     if found.base_parameters == "identify":  # the records have decided on the model's own numbers already
         named |= {BaseCoefficients.id}
     causes = (*before, *(f for f in _findings(base) if f.cause not in named))
-    known = combined(base.calibrated.instruments, given.instruments)
+    known = combined(base.extended.instruments, given.instruments)
     explained = found.extended if felt is not given else replace(found.model, instruments=known)
     return replace(
         found,
-        extended=_with_causes(base.calibrated, explained, before),
+        extended=_with_causes(base.extended, explained, before),
         **_for_predictions(base, explained, before, found.seed),
         verdict=base.verdict,
         reason=base.reason,
@@ -90,17 +90,17 @@ def by_free_runs(
 
 def _for_predictions(base: Calibration, explained: Model, causes: Sequence[Finding], seed: int) -> dict[str, Any]:
     """The model for predictions with its gain; none where no number has moved."""
-    if np.array_equal(base.predicting.theta, base.model.theta):
+    if np.array_equal(base.calibrated.theta, base.model.theta):
         return {"calibrated": None, "calibrated_gain": {}}
-    gain = gains_of_traces(base.predicting_traces, np.random.default_rng(seed))
-    return {"calibrated": _with_causes(base.predicting, explained, causes), "calibrated_gain": gain}
+    gain = gains_of_traces(base.calibrated_traces, np.random.default_rng(seed))
+    return {"calibrated": _with_causes(base.calibrated, explained, causes), "calibrated_gain": gain}
 
 
-def _with_causes(calibrated: Model, explained: Model, causes: Sequence[Finding]) -> Model:
+def _with_causes(moved: Model, explained: Model, causes: Sequence[Finding]) -> Model:
     """The model with the numbers that moved, and with what an extended model holds of causes beside them."""
     ids = {f.cause for f in causes}
     wanted = {c.extension for c in bank() if c.id in ids and c.extension is not None}
-    out, values = replace(calibrated, instruments=explained.instruments), explained.parameters
+    out, values = replace(moved, instruments=explained.instruments), explained.parameters
     for name in explained.family.split("+"):
         if name in wanted and name not in out.family.split("+"):
             out = extended(out, name, {n: values[n] for n in extension_of(name).units})

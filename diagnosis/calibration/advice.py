@@ -28,7 +28,7 @@ DURATION = 20.0
 SHOWN = 3
 
 
-def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequence[Group]) -> tuple[NextRun, ...]:
+def next_runs(extended: Model, whole: Model, found: Selection, groups: Sequence[Group]) -> tuple[NextRun, ...]:
     """The candidates that add most information (`estimation.design`) on the numbers that
     moved, that were tied, and that were refused last."""
     open_ids = {g.id for g in found.final.groups} | {g.id for s in found.steps for g in s.tied_with}
@@ -40,7 +40,7 @@ def next_runs(calibrated: Model, whole: Model, found: Selection, groups: Sequenc
     unmeasured = {CHANNELS[symbol]: None for symbol in MEASURED if symbol not in p.channels}
     out = []
     for text in CANDIDATES:
-        record = record_run(calibrated, parse_manoeuvre(text), duration_s=DURATION * p.length_s, dt_s=0.03 * p.length_s)
+        record = record_run(extended, parse_manoeuvre(text), duration_s=DURATION * p.length_s, dt_s=0.03 * p.length_s)
         one = replace(problem(whole, [record.with_channels(**unmeasured)]), local=p.local)
         shared = [p.channels.index(c) for c in one.channels]
         still = np.zeros((1, one.own_sd.size))

@@ -131,19 +131,19 @@ def calibrate_on(
     verdict, reason = _verdict(inside.train, base, found, shares)
     if local is not None:
         verdict, reason = local.verdict(verdict, reason)
-    calibrated = _calibrated(model, found.final)
+    extended = _with_numbers(model, found.final)
     moved = _moved(found.final, groups)
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
-    advised = next_runs(calibrated, whole, found, groups)
-    calibrated = calibrated if local is None else local.extended(calibrated)
+    advised = next_runs(extended, whole, found, groups)
+    extended = extended if local is None else local.extended(extended)
     settled = identified or local is not None or verdict == "adequate"
     wide = found.final if settled else every_number(inside.train, groups, found)
     before, after = errors_of(outside, base), errors_of(inside, found.final)
     traces = _traces(outside, inside, found.final)
     return Calibration(
         model=model,
-        calibrated=calibrated,
-        predicting=calibrated if wide is found.final else _calibrated(model, wide),
+        extended=extended,
+        calibrated=extended if wide is found.final else _with_numbers(model, wide),
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
@@ -169,7 +169,7 @@ def calibrate_on(
             for run, own in zip(inside.train.runs, found.final.fitted.own, strict=True)
         ),
         traces=traces,
-        predicting_traces=traces if wide is found.final else _traces(outside, inside, wide),
+        calibrated_traces=traces if wide is found.final else _traces(outside, inside, wide),
         next_runs=advised,
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
@@ -191,7 +191,7 @@ def _traces(given: Problems, felt: Problems, final: Attempt) -> tuple[Trace, ...
     return (*trained, *held_out_traces(given.held_out, felt.held_out, final))
 
 
-def _calibrated(model: Model, final: Attempt) -> Model:
+def _with_numbers(model: Model, final: Attempt) -> Model:
     """The base model with the extensions of the chosen groups only, and all numbers where the fit put them."""
     smallest = grown(model, final.groups)
     known = dict(zip(final.fitted.problem.names, final.fitted.theta.tolist(), strict=True))

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..result import Trace
 
-SCHEMA = 1
+SCHEMA = 2
 EXPLAINABLE = 0.05
 """Least share of the squared error that counts as explainable by the model."""
-HIDDEN = ("model", "calibrated", "predicting", "traces", "predicting_traces")
+HIDDEN = ("model", "extended", "calibrated", "traces", "calibrated_traces")
 """Fields that are not written as plain data."""
 VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 
@@ -143,15 +143,15 @@ class NextRun:
 class Calibration:
     """The outcome of `calibrate`.
 
-    model, calibrated : base model, and the model with the numbers that moved.
-    predicting : the model for predictions: all its numbers moved a little where that predicts left-out records better,
-        else the calibrated one.
+    model, extended : base model, and the model with the numbers that moved, as few as explain the records.
+    calibrated : the model for predictions: all its numbers moved a little where that predicts left-out records better,
+        else the extended one.
     records : (name, 'train' | 'held_out').
     before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
         second is None without held-out records.
-    traces, predicting_traces : measured against free runs before and after, by the calibrated model and by that for
-        predictions; after of a training record is by a fit without it.
-    predicted : the same as `after`, by the model for predictions.
+    traces, calibrated_traces : measured against free runs before and after, by the extended and the calibrated model;
+        after of a training record is by a fit without it.
+    predicted : the same as `after`, by the calibrated model.
     ingredients : what measured inputs and the numbers that moved each remove of the error.
     floor : column -> error (SI) of held-out records by a fit to these records themselves; empty without them.
     regime : where one of the numbers is wrong; None where all are wrong everywhere.
@@ -160,8 +160,8 @@ class Calibration:
     """
 
     model: Model
+    extended: Model
     calibrated: Model
-    predicting: Model
     records: tuple[tuple[str, str], ...]
     verdict: str
     reason: str
@@ -174,7 +174,7 @@ class Calibration:
     remaining: tuple[Remaining, ...]
     runs: tuple[RunEffect, ...]
     traces: tuple[Trace, ...]
-    predicting_traces: tuple[Trace, ...]
+    calibrated_traces: tuple[Trace, ...]
     next_runs: tuple[NextRun, ...]
     worse: tuple[str, ...]
     wall_s: float
@@ -188,4 +188,4 @@ class Calibration:
         """The calibration as plain data, without the models' equations."""
         document = {name: value for name, value in self.__dict__.items() if name not in HIDDEN}
         told = plain(document)
-        return {"schema": SCHEMA, "model": self.model.id, "calibrated_family": self.calibrated.family, **told}
+        return {"schema": SCHEMA, "model": self.model.id, "extended_family": self.extended.family, **told}

@@ -19,4 +19,4 @@ def corrected(ship: Model, train: Sequence[Record]) -> tuple[Model, list[str]]:
         found = calibrate_on(ship, Records([r.turned(ship.positive_rudder) for r in train], ()))
     except (CannotFit, FitFailed) as reason:
         return ship, [f"The simulation of the particulars is as it was given: {reason}."]
-    return found.predicting, []
+    return found.calibrated, []

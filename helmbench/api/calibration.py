@@ -21,14 +21,15 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .identification import Path as FilePath
 
-FILES = ("calibration.json", "calibration.html", "calibrated_model.json")
+FILES = ("calibration.json", "calibration.html", "extended_model.json", "calibrated_model.json")
 
 
 class Calibration(result.Calibration, Result):
     """The outcome of `calibrate`: which numbers of the model moved, by how much, and what they take off the error.
 
     `moved` are the numbers with intervals, `steps` the groups in the order in which they entered, `shares` what the
-    free-run error consists of, `calibrated` the calibrated model, which `simulate` and `diagnose` take like any other.
+    free-run error consists of.  `extended` is the model with these numbers, `calibrated` that with all numbers moved
+    under their priors, as `diagnose` gives them; `simulate` and `diagnose` take either like any other.
     """
 
     room, files, pictured = "calibration", FILES[:2], "measured channels and simulations"
@@ -53,7 +54,7 @@ class Calibration(result.Calibration, Result):
         return trace_figure(trace, runs, self.model.id)
 
     def _models(self) -> dict[str, Model]:
-        return {FILES[2]: self.calibrated}
+        return {FILES[2]: self.extended, FILES[3]: self.calibrated}
 
     def __repr__(self) -> str:
         groups = ", ".join(step.group for step in self.steps)

@@ -34,7 +34,8 @@ def calibrate(
 ) -> int:
     """Find which numbers of a model are wrong and by how much, by free runs of records that were left out.
 
-    Writes calibration.json, calibration.html and calibrated_model.json.
+    Writes calibration.json, calibration.html, extended_model.json (the numbers that moved) and
+    calibrated_model.json (all numbers, moved under their priors).
     """
     import helmbench
 

@@ -29,7 +29,7 @@ def html(found: Calibration) -> str:
         remaining=words.remaining_table(found),
         refused=words.refused_table(found),
         runs=words.runs_table(found),
-        equations=equations(found.calibrated, found.model) if found.moved else None,
+        equations=equations(found.extended, found.model) if found.moved else None,
         panels=[panel(trace, after=bool(found.moved)) for trace in traces],
         colours={"measured": MEASURED, "before": BEFORE, "after": AFTER},
     )

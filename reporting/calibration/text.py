@@ -32,7 +32,7 @@ def terminal(found: Calibration) -> str:
     lines += [f"{found.model.id}: {found.verdict.replace('_', ' ')}. {verdict(found)}", sentence(found.reason)]
     lines += ["", console(moved_table(found), "  ")] if found.moved else []
     lines += ["", "free-run errors, step by step:", console(steps_table(found), "  ")]
-    lines += [worse(found.worse, "calibrated")] if found.worse else []
+    lines += [worse(found.worse, "extended")] if found.worse else []
     return "\n".join([*lines, next_sentence(found)])
 
 

@@ -102,9 +102,9 @@ def test_shares_add_up(found):
     assert found.shares["surge_m_s"].coefficients > 0.8
 
 
-def test_the_calibrated_model_gives_the_told_errors_when_it_is_read_again(found, ship, tmp_path):
-    model_to_json(found.calibrated, tmp_path / "calibrated.json")
-    again = resolve(tmp_path / "calibrated.json")
+def test_the_extended_model_gives_the_told_errors_when_it_is_read_again(found, ship, tmp_path):
+    model_to_json(found.extended, tmp_path / "extended.json")
+    again = resolve(tmp_path / "extended.json")
     rng = np.random.default_rng(20261122)
     trims = np.deg2rad(1.0 + 0.2 * rng.normal(size=len(MANOEUVRES)))
     held = runs(altered(ship, 0.25, 0.0), rng, trims)[-1]
@@ -128,7 +128,7 @@ def test_an_exact_base_stays_as_it_is(ship, rng):
     found = calibrate(ship, records)
     print(found.moved, found.steps, found.refused)
     assert found.verdict == "adequate" and found.moved == ()
-    assert np.array_equal(found.calibrated.theta, ship.theta)
+    assert np.array_equal(found.extended.theta, ship.theta)
 
 
 def test_records_of_an_independent_simulator_are_adequate(rng):

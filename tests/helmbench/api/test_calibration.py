@@ -52,8 +52,9 @@ def test_the_command_writes_what_python_finds(found, records, tmp_path, capsys):
     assert found.verdict.replace("_", " ") in capsys.readouterr().out
     document = json.loads((tmp_path / "out" / "calibration.json").read_text())
     assert [m["after"] for m in document["moved"]] == pytest.approx([m.after for m in found.moved])
-    written = helmbench.resolve(tmp_path / "out" / "calibrated_model.json")
-    assert np.array_equal(written.theta, found.calibrated.theta)
+    for name, model in (("extended", found.extended), ("calibrated", found.calibrated)):
+        written = helmbench.resolve(tmp_path / "out" / f"{name}_model.json")
+        assert np.array_equal(written.theta, model.theta)
     assert (tmp_path / "out" / "calibration.html").stat().st_size > 10_000
 
 
