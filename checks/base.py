@@ -76,6 +76,7 @@ class SensorError(Check):
     is not to be asked for it.
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
     can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
+    farthest : size beyond which it is none of an instrument: then something else is wrong with a channel.
     """
 
     where = "sensor"
@@ -86,3 +87,4 @@ class SensorError(Check):
     track_rivals: ClassVar[tuple[str, ...]] = ()
     least_turn: ClassVar[float] = 0.0
     drifts: ClassVar[bool] = False
+    farthest: ClassVar[float] = float("inf")

@@ -176,11 +176,13 @@ def check_sensors(
             reasons += doubts
             done = compare(chain, use)
             found += of_sizes(done)
-            found += of_drift(done) if chain.of_positions and done.records else []
+            found += of_drift(done) if chain.of_positions and done.records and done.absurd is None else []
         except UNUSABLE as error:
             reasons.append(f"{chain.title} cannot be compared: {error}")
             continue
         reasons += [f"{chain.title}: {why}" for why in done.reasons]
+        if done.absurd is not None:
+            return found, reasons
         current = _merged(current, done)
     if not any(f.cause == "compass_deviation" and f.material for f in found):
         try:

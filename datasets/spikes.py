@@ -21,8 +21,10 @@ MANY = 3
 ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
 """Rounds of the search, samples that a neighbour may be away, the share of gross errors from which on two may stand
 side by side, and how many times those of the first round may become: more are the corners of a motion."""
-BESIDE, OUTSIDE = 8, 10.0
-"""Samples beside one of a record's ends, and how many times their usual step it is off when it is a gross error."""
+AROUND = 7
+"""Samples of whose median those are far that the search begins with, and those at the ends that are gross errors."""
+OUTSIDE = 10.0
+"""Times the way of usual steps that a sample at one of a record's ends is off when it is a gross error."""
 
 
 def without_spikes_in_time(values: np.ndarray, time_s: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, int, int]:
@@ -47,13 +49,14 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
 
     least : standard deviation that the noise has at least, as that of a coarse channel.
     """
-    spike, known = np.zeros(values.size, bool), np.isfinite(values)
-    first, settled = spike, None
+    known = np.isfinite(values)
+    first = settled = None
     least = max(least, LEAST * float(np.std(values[known])) if known.any() else 0.0)
     if values.size < 12 or known.sum() < 12:
         return values.copy(), 0, 0
     ends = _at_ends(values, known, LIMIT * _spread(*_departures(values, known), least))
     known &= ~ends
+    spike = _off_the_median(values, known, LIMIT * _spread(*_departures(values, known), least))
     for _ in range(ROUNDS):
         good = known & ~spike
         departure, judged = _departures(values, good)
@@ -68,7 +71,7 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
                 found = spike | _twins(values, good, LIMIT * spread)
         if np.array_equal(found, spike):
             break
-        first = found if not spike.any() else first
+        first = found if first is None else first
         if found.sum() > GROWTH * first.sum() + 2:
             spike = first
             break
@@ -80,6 +83,18 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
     near = peak & ~spike & ~ends & (departure > NEAR * spread)
     spike |= ends
     return np.where(spike, np.nan, values), int(spike.sum()), int(near.sum())
+
+
+def _off_the_median(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
+    """(T,) good samples further than the limit from the median of the AROUND good ones about them, which gross errors
+    beside each other do not move; a motion that goes on one way is its own median."""
+    own, off = np.flatnonzero(good), np.zeros(y.size, bool)
+    if own.size >= AROUND and limit > 0.0:
+        around = np.lib.stride_tricks.sliding_window_view(y[own], AROUND)
+        middle = np.pad(np.median(around, axis=1), AROUND // 2, mode="edge")
+        inner = slice(AROUND // 2, own.size - AROUND // 2)  # at the ends the median is no middle of the motion
+        off[own[inner]] = np.abs(y[own] - middle)[inner] > limit
+    return off
 
 
 def _corners(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
@@ -116,16 +131,17 @@ def _spread(departure: np.ndarray, judged: np.ndarray, least: float) -> float:
 
 
 def _at_ends(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
-    """(T,) first and last two good samples, which no curve through both sides judges, that are further from the next
-    one than the limit and than OUTSIDE times the usual step of the BESIDE samples after it."""
-    gross = np.zeros(y.size, bool)
+    """(T,) first and last good samples, which no curve through both sides judges, that are further from the median of
+    the AROUND there than the limit and than OUTSIDE times the way of usual steps from its middle."""
+    gross, middle = np.zeros(y.size, bool), AROUND // 2
     for order in (1, -1):
-        own = np.flatnonzero(good)[::order][: BESIDE + 2]
-        for at in (1, 0) if own.size > BESIDE and limit > 0.0 else ():
-            inner = own[at + 1 :][~gross[own[at + 1 :]]]
-            step = float(np.median(np.abs(np.diff(y[inner]) / np.diff(inner))))
-            off, away = abs(float(y[own[at]] - y[inner[0]])), abs(int(inner[0] - own[at]))
-            gross[own[at]] = off > max(np.sqrt(2.0) * limit, OUTSIDE * step * away)
+        own = np.flatnonzero(good)[::order][:AROUND]
+        if own.size < AROUND or not limit > 0.0:
+            continue
+        off = np.abs(y[own] - np.median(y[own]))[:middle]
+        step = float(np.median(np.abs(np.diff(y[own]) / np.diff(own))))
+        away = np.abs(own[middle] - own[:middle])
+        gross[own[:middle]] = off > np.maximum(np.sqrt(2.0) * limit, OUTSIDE * step * away)
     return gross
 
 

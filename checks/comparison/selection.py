@@ -56,7 +56,10 @@ class Sizes(NamedTuple):
 @dataclass(frozen=True)
 class Compared:
     """One chain on some records: what was selected, the records corrected, why others could not be compared, and the
-    options that were tested with the z of each by itself."""
+    options that were tested with the z of each by itself.
+
+    absurd : why nothing is said of the sensors: one would have an error that no instrument has.
+    """
 
     chain: Chain
     records: tuple[Record, ...]
@@ -64,6 +67,7 @@ class Compared:
     reasons: tuple[str, ...]
     corrected: Sequence[Record] = ()
     tested: tuple[tuple[Option, float], ...] = ()
+    absurd: str | None = None
 
 
 def compare(chain: Chain, records: Sequence[Record]) -> Compared:
@@ -83,7 +87,22 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
     chosen, facts, alone = _forward(chain, kept, options)
     found = _without_small(chain, kept, _sized(chain, kept, chosen, facts))
     tested = tuple(zip(options, alone, strict=True))
+    absurd = next((why for s in found if s.material and (why := _no_instruments(chain, s))), None)
+    if absurd is not None:
+        return Compared(chain, tuple(kept), (), (*reasons, absurd), kept, tested, absurd)
     return Compared(chain, tuple(kept), found, tuple(reasons), _corrected_for(kept, found), tested)
+
+
+def _no_instruments(chain: Chain, s: Sizes) -> str | None:
+    """Why a size is none of an instrument; None where it may be."""
+    entry = s.option.cause
+    size = max((abs(mean.value) for mean in s.means), default=0.0)
+    if size <= entry.farthest:
+        return None
+    return (
+        f"{entry.id} would be {size:.3g} {s.option.effects[0].unit}, which no instrument has: "
+        f"something else is wrong with {' or '.join(chain.needed)}"
+    )
 
 
 def _testable(option: Option, chain: Chain, records: Sequence[Record]) -> bool:

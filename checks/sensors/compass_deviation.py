@@ -29,6 +29,8 @@ class CompassDeviation(SensorError):
     least_turn = np.pi
     """Range of headings (rad) from which it is told from a scale error."""
 
+    farthest = 0.6
+
     def corrected_for(self, record: Record, values: np.ndarray) -> Record:
         """The record with the deviation (c, s) removed from its heading, by fixed-point steps."""
         given = record.heading_unwrapped()

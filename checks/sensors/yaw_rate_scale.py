@@ -12,4 +12,5 @@ class YawRateScale(SensorError):
     id = "yaw_rate_scale"
     unit = "1"
     separate_by = "a heading channel of another instrument over a full turn"
+    farthest = 1.0
     turn = (TurnEffect("s", "1", ("yaw_rate_scale",), lambda turn: -turn.turned[None], half_a_percent),)

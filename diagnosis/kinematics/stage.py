@@ -24,10 +24,6 @@ if TYPE_CHECKING:
     from ..causes.base import Cause
 
 
-FARTHEST = 1.0
-"""Error of a scale that no sensor has: the columns are not what their names say, nothing is told of their sensors."""
-
-
 @dataclass(frozen=True)
 class Shown:
     """What channels show of their sensors: findings, the numbers that were removed as instruments, and for each cause
@@ -72,13 +68,8 @@ def sensors_of(
         except UNUSABLE:
             continue
         named = [s for s in found.found if s.material]
-        if any(
-            abs(m.value) > FARTHEST
-            for s in named
-            for e, m in zip(s.option.effects, s.means, strict=True)
-            if e.unit == "1"
-        ):
-            continue
+        if found.absurd is not None:
+            break
         fixed = {r.name: r for r in found.corrected}
         numbers = {
             slot: mean.value
