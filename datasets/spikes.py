@@ -23,8 +23,9 @@ ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
 side by side, and how many times those of the first round may become: more are the corners of a motion."""
 AROUND = 7
 """Samples of whose median those are far that the search begins with, and those at the ends that are gross errors."""
-OUTSIDE = 10.0
-"""Times the way of usual steps that a sample at one of a record's ends is off when it is a gross error."""
+OUTSIDE, BEND = 8.0, 1.0
+"""Usual steps by which a gross error is off the median of the samples there, and those that a motion which turns there
+is off beside its noise."""
 
 
 def without_spikes_in_time(values: np.ndarray, time_s: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, int, int]:
@@ -86,14 +87,14 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
 
 
 def _off_the_median(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
-    """(T,) good samples further than the limit from the median of the AROUND good ones about them, which gross errors
-    beside each other do not move; a motion that goes on one way is its own median."""
-    own, off = np.flatnonzero(good), np.zeros(y.size, bool)
+    """(T,) good samples further than the limit, and than OUTSIDE times the way of usual steps across, from the median
+    of the AROUND good ones about them, which gross errors beside each other do not move."""
+    own, off, reach = np.flatnonzero(good), np.zeros(y.size, bool), AROUND // 2
     if own.size >= AROUND and limit > 0.0:
-        around = np.lib.stride_tricks.sliding_window_view(y[own], AROUND)
-        middle = np.pad(np.median(around, axis=1), AROUND // 2, mode="edge")
-        inner = slice(AROUND // 2, own.size - AROUND // 2)  # at the ends the median is no middle of the motion
-        off[own[inner]] = np.abs(y[own] - middle)[inner] > limit
+        middle = np.median(np.lib.stride_tricks.sliding_window_view(y[own], AROUND), axis=1)
+        way = reach * float(np.median(np.abs(np.diff(y[own]))))
+        inner = own[reach : own.size - reach]
+        off[inner] = np.abs(y[inner] - middle) > max(limit, OUTSIDE * way)
     return off
 
 
@@ -132,7 +133,7 @@ def _spread(departure: np.ndarray, judged: np.ndarray, least: float) -> float:
 
 def _at_ends(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
     """(T,) first and last good samples, which no curve through both sides judges, that are further from the median of
-    the AROUND there than the limit and than OUTSIDE times the way of usual steps from its middle."""
+    the AROUND there than the limit and than OUTSIDE usual steps."""
     gross, middle = np.zeros(y.size, bool), AROUND // 2
     for order in (1, -1):
         own = np.flatnonzero(good)[::order][:AROUND]
@@ -140,8 +141,8 @@ def _at_ends(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
             continue
         off = np.abs(y[own] - np.median(y[own]))[:middle]
         step = float(np.median(np.abs(np.diff(y[own]) / np.diff(own))))
-        away = np.abs(own[middle] - own[:middle])
-        gross[own[:middle]] = off > np.maximum(np.sqrt(2.0) * limit, OUTSIDE * step * away)
+        rows = np.abs(own[middle] - own[:middle]) / np.arange(middle, 0, -1)  # from one known sample to the next
+        gross[own[:middle]] = off > np.maximum(np.sqrt(2.0) * limit + BEND * step, OUTSIDE * step * rows)
     return gross
 
 
