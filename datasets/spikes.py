@@ -23,6 +23,8 @@ ROUNDS, REACH, OFTEN, GROWTH = 12, 5, 0.01, 2.0
 side by side, and how many times those of the first round may become: more are the corners of a motion."""
 AROUND = 7
 """Samples of whose median those are far that the search begins with, and those at the ends that are gross errors."""
+LARGE = 0.9
+"""Share of a channel's steps that are no larger than those of its motion: gross errors make fewer."""
 OUTSIDE, BEND = 8.0, 1.0
 """Usual steps by which a gross error is off the median of the samples there, and those that a motion which turns there
 is off beside its noise."""
@@ -87,12 +89,12 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
 
 
 def _off_the_median(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
-    """(T,) good samples further than the limit, and than OUTSIDE times the way of usual steps across, from the median
-    of the AROUND good ones about them, which gross errors beside each other do not move."""
+    """(T,) good samples further than the limit, and than OUTSIDE times the way of the motion's large steps across, from
+    the median of the AROUND good ones about them, which gross errors beside each other do not move."""
     own, off, reach = np.flatnonzero(good), np.zeros(y.size, bool), AROUND // 2
     if own.size >= AROUND and limit > 0.0:
         middle = np.median(np.lib.stride_tricks.sliding_window_view(y[own], AROUND), axis=1)
-        way = reach * float(np.median(np.abs(np.diff(y[own]))))
+        way = reach * float(np.quantile(np.abs(np.diff(y[own])), LARGE))
         inner = own[reach : own.size - reach]
         off[inner] = np.abs(y[inner] - middle) > max(limit, OUTSIDE * way)
     return off
