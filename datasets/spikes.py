@@ -113,7 +113,8 @@ def _corners(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
         return np.abs(y[k] - y[i] - (y[j] - y[i]) * (k - i) / (j - i))
 
     corner = np.zeros(y.size, bool)
-    corner[k] = np.minimum(off(a, b), off(c, d)) < np.maximum(ONE_SIDE * off(b, c), limit)
+    share = np.where(c - b > 2, 2.0 * ONE_SIDE, ONE_SIDE)  # across a gap the motion has bent further
+    corner[k] = np.minimum(off(a, b), off(c, d)) < np.maximum(share * off(b, c), limit)
     return corner
 
 
