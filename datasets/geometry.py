@@ -22,6 +22,8 @@ def _without_slips(angle: np.ndarray) -> np.ndarray:
     steps to, between and from them that add up to a turn, between small ones."""
     steps = np.diff(angle)
     large = np.abs(steps) > LARGE
+    if not large.any():
+        return angle
     for count in (2, 3):
         for k in np.flatnonzero(large[: large.size - count + 1]).tolist():
             inside, beside = slice(k, k + count), [i for i in (k - 1, k + count) if 0 <= i < large.size]

@@ -47,3 +47,10 @@ def test_a_fast_turn_stays_one():
     true = np.cumsum(np.concatenate([np.full(20, 1.2), np.full(20, 2.0), np.full(20, -1.5)]))
     found = unwrapped(np.mod(true, 2.0 * np.pi))
     assert np.allclose(found - found[0], true - true[0])
+
+
+@pytest.mark.parametrize("count", range(5))
+def test_headings_of_few_samples_are_unwrapped(count):
+    assert unwrapped(np.array([3.0, -3.0, 3.0, -3.0, 3.0])[:count]) == pytest.approx(
+        np.array([3.0, 2.0 * np.pi - 3.0, 3.0, 2.0 * np.pi - 3.0, 3.0])[:count]
+    )
