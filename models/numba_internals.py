@@ -1,8 +1,8 @@
 """Everything of numba that is not its public interface: no other file imports `numba.core` or sets what numba owns.
 
-NUMBA says which versions it was tried with, as `pyproject.toml` does.  Beside the names that `compilation` needs, two
-changes: operators are typed once (numba asks anew for the type of every `a * b`, two fifths of the time of compiling a
-kernel), and a function with one signature is found at once where it is an argument.
+`pyproject.toml` bounds the version.  Beside the names that `compilation` needs, two changes: operators are typed once
+(numba asks anew for the type of every `a * b`, two fifths of the time of compiling a kernel), and a function with one
+signature is found at once where it is an argument.
 """
 
 from __future__ import annotations

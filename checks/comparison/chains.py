@@ -1,9 +1,8 @@
 """The comparisons that need no hull model, as whitened regressions: heading against yaw rate, track against log.
 
 psi' = r and (north, east)' = R(psi) (surge, sway) hold for any ship; of a log that measures no sway, the part along the
-heading.  What the channels leave of them is regressed on
-what each sensor error would leave; noise is white in heading and positions, and a random walk from the noise of rates
-and velocities.
+heading.  What the channels leave of them is regressed on what each sensor error would leave; noise is white in heading
+and positions, and a random walk from the noise of rates and velocities.
 """
 
 from __future__ import annotations

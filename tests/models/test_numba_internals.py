@@ -77,6 +77,13 @@ def test_numba_has_what_is_used_of_it():
 
 
 def test_no_other_file_knows_numbas_internals():
+    others = {".venv", "build", "tests", "out", "dist"}
+    own = [p for p in ROOT.rglob("*.py") if not others & set(p.relative_to(ROOT).parts)]
+    users = [p.relative_to(ROOT) for p in own if re.search(r"numba\.core|llvmlite\.", p.read_text("utf-8"))]
+    assert [p.as_posix() for p in users] == ["models/numba_internals.py"]
+
+
+def test_the_versions_are_bounded_alike():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     (asked,) = [d for d in project["dependencies"] if d.startswith("numba")]
     bounds = re.search(r">=([\d.]+),<([\d.]+)", asked)
