@@ -57,9 +57,10 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
     least = max(least, LEAST * float(np.std(values[known])) if known.any() else 0.0)
     if values.size < 12 or known.sum() < 12:
         return values.copy(), 0, 0
-    ends = _at_ends(values, known, LIMIT * _spread(*_departures(values, known), least))
+    usual = LIMIT * _spread(*_departures(values, known), least)
+    ends = _at_ends(values, known, usual)
     known &= ~ends
-    spike = _off_the_median(values, known, LIMIT * _spread(*_departures(values, known), least))
+    spike = _off_the_median(values, known, usual)
     for _ in range(ROUNDS):
         good = known & ~spike
         departure, judged = _departures(values, good)
