@@ -286,8 +286,11 @@ def climb(ladder: Ladder) -> Climb:
         falls = [(r, a, *better(now, a)) for r, a in tried]
         entering = [t for t in falls if enters(now, *t[1:])]
         if not entering:
-            refused = tuple((r.id, gain, error) for r, _, gain, error in falls)
-            break
+            before, now = now, _richer_law(ladder, now, steps)
+            if now is before:
+                refused = tuple((r.id, gain, error) for r, _, gain, error in falls)
+                break
+            continue
         rung, attempt, gain, error = max(entering, key=lambda t: t[2] / (t[1].count - now.count))
         now = ladder.attempt(
             now.law, attempt.rungs, now.sign, attempt.linkage, attempt.fitted.coefficients, attempt.fitted.shifts, LONG
@@ -333,6 +336,21 @@ def _other_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:
         return now
     attempt, gain, error = max(entering, key=lambda t: t[1])
     steps.append(Step(attempt.law.id, f"instead: {attempt.law.title}", attempt, gain, error))
+    return attempt
+
+
+def _richer_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:
+    """Another law with a rung that the present one has not, where both together do better than all that it can add:
+    before that rung the records did not tell the laws apart."""
+    own = ladder.rungs(now.law)
+    others = [a for law in ladder.laws() if law is not now.law and (a := ladder.with_law(now, law))]
+    tried = [(r, b) for a in others for r in ladder.rungs(a.law) if r not in own and (b := ladder.with_rung(a, r))]
+    found = [(r, b, *better(now, b)) for r, b in tried]
+    entering = [t for t in found if t[2] > max(LEAST, ERRORS * t[3])]
+    if not entering:
+        return now
+    rung, attempt, gain, error = max(entering, key=lambda t: t[2])
+    steps.append(Step(rung.id, f"instead: {attempt.law.title}; {rung.title}", attempt, gain, error))
     return attempt
 
 

@@ -62,12 +62,13 @@ def best_subsets(profile: Profile) -> tuple[Subset, ...]:
 
 def _exchanged(profile: Profile, chosen: list[int]) -> list[int]:
     """The set after exchanges of one number at a time as long as the gain rises."""
+    reached = profile.gain(chosen)
     while True:
         trials = [(*profile.without(chosen, i)[0], i) for i in range(len(chosen))]
         gain, j, i = max(trials)
-        if gain <= profile.gain(chosen) * (1.0 + 1e-9):
+        if not gain > reached + 1e-9 * abs(reached):  # not a number: no set is better
             return chosen
-        chosen = [*chosen[:i], j, *chosen[i + 1 :]]
+        chosen, reached = [*chosen[:i], j, *chosen[i + 1 :]], gain
 
 
 def _rivals(profile: Profile, chosen: Sequence[int], i: int) -> tuple[str, ...]:

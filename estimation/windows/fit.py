@@ -29,6 +29,8 @@ ENOUGH = 1e-3
 SHARE, NORMAL = 0.95, 1.148
 """Share of the errors whose root mean square is their size, and what makes it that of a normal distribution.  A median
 would not do: a craft that lies still half of the time has no error there."""
+COMMON = "rudder_offset"
+"""The shift of the first input that all records have in common."""
 TAIL = 6.0
 """Scale of Cauchy's loss in the errors' own sizes; larger errors than that count as this in scores."""
 
@@ -80,7 +82,8 @@ def fit(
     weight = _weight(windows, time_s)
     for steps in (max(most // 3, 2), max(most // 2, 2), most):
         sizes = _sizes(windows, here, own)
-        here, own = _descended(_Criterion(windows, tuple(numbers), weight, shift_sd, sizes), here, own, steps)
+        criterion = _Criterion(windows, tuple(numbers), weight, shift_sd, sizes)
+        here, own = _levelled(criterion, *_descended(criterion, here, own, steps))
     last = _Criterion(windows, tuple(numbers), weight, shift_sd, _sizes(windows, here, own))
     normal, _, parts = last.equations(here, own)
     return Fitted(windows, tuple(numbers), here, own, last.sizes, last.value(here, own), normal, parts)
@@ -186,6 +189,21 @@ def _descended(c: _Criterion, here: np.ndarray, own: np.ndarray, most: int) -> t
         if before - cost < ENOUGH * max(abs(cost), 1.0):
             break
     return here, own
+
+
+def _levelled(c: _Criterion, here: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the records' own shifts have in common moved to the common one, where that is free: errors stay as they
+    are and the priors fall, but along such a line damped steps are short."""
+    common = next((n for n in c.numbers if n.name == COMMON), None)
+    if common is None:
+        return here, own
+    mine, theirs = common.sd**-2.0, c.shift_sd**-2.0
+    move = (theirs * np.sum(own) - mine * (here[common.place] - common.mean)) / (theirs * own.size + mine)
+    level = here.copy()
+    level[common.place] += move
+    level = _clipped(level, c.numbers)
+    moved = own - (level[common.place] - here[common.place])
+    return (level, moved) if c.value(level, moved) < c.value(here, own) else (here, own)
 
 
 def _clipped(coefficients: np.ndarray, numbers: Sequence[Number]) -> np.ndarray:

@@ -33,6 +33,20 @@ def test_exchanges_lead_from_wrong_numbers_to_the_right_ones(profile):
     assert set(subsets._exchanged(profile, [0, 1])) == {3, 8}
 
 
+class Rounded(Profile):
+    """Gains that hang on the order of the numbers, as those of nearly dependent columns do by rounding."""
+
+    def gain(self, chosen):
+        return super().gain(chosen) + 1e-6 * (len(chosen) > 1 and chosen[0] > chosen[-1])
+
+
+@pytest.mark.parametrize("slope", [np.zeros(4), np.full(4, np.nan), np.array([1.0, 1.0, 0.0, 0.0])], ids=str)
+def test_exchanges_end_where_gains_are_rounded_or_unknown(slope):
+    rounded = Rounded(tuple("abcd"), np.eye(4), slope, 1.0, 400)
+    assert len(set(subsets._exchanged(rounded, [0, 1]))) == 2
+    assert len(subsets.best_subsets(rounded)) == 4
+
+
 def test_what_would_do_as_well_is_what_is_nearly_the_same(profile):
     twin = Profile(
         (*profile.names, "twin"),
