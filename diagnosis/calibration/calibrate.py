@@ -131,7 +131,7 @@ def calibrate_on(
     verdict, reason = _verdict(inside.train, base, found, shares)
     if local is not None:
         verdict, reason = local.verdict(verdict, reason)
-    extended = _with_numbers(model, found.final)
+    extended = _with_numbers(model, found.final, "extended")
     moved = _moved(found.final, groups)
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
     advised = next_runs(extended, whole, found, groups)
@@ -143,7 +143,7 @@ def calibrate_on(
     return Calibration(
         model=model,
         extended=extended,
-        calibrated=extended if wide is found.final else _with_numbers(model, wide),
+        calibrated=extended if wide is found.final else _with_numbers(model, wide, "calibrated"),
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
@@ -191,13 +191,14 @@ def _traces(given: Problems, felt: Problems, final: Attempt) -> tuple[Trace, ...
     return (*trained, *held_out_traces(given.held_out, felt.held_out, final))
 
 
-def _with_numbers(model: Model, final: Attempt) -> Model:
-    """The base model with the extensions of the chosen groups only, and all numbers where the fit put them."""
+def _with_numbers(model: Model, final: Attempt, kind: str) -> Model:
+    """The base model with the extensions of the chosen groups only, and all numbers where the fit put them; kind : of
+    the two models, in the name of the new one."""
     smallest = grown(model, final.groups)
     known = dict(zip(final.fitted.problem.names, final.fitted.theta.tolist(), strict=True))
     coefficients = np.array([known[name] for name in smallest.coordinates])
     constants = np.array([known[name] for name in smallest.constant_names])
-    name = f"{model.id}+calibrated" if final.groups else model.id
+    name = f"{model.id}+{kind}" if final.groups else model.id
     return replace(smallest, id=name, coefficients=coefficients, constants=constants)
 
 

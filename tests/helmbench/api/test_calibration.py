@@ -55,6 +55,7 @@ def test_the_command_writes_what_python_finds(found, records, tmp_path, capsys):
     for name, model in (("extended", found.extended), ("calibrated", found.calibrated)):
         written = helmbench.resolve(tmp_path / "out" / f"{name}_model.json")
         assert np.array_equal(written.theta, model.theta)
+    assert (found.extended.id == found.calibrated.id) == (found.extended is found.calibrated)
     assert (tmp_path / "out" / "calibration.html").stat().st_size > 10_000
 
 
