@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..models.linear_algebra import lstsq
 from .plausibility import PlausibilityWarning
 from .record import Record, Side
 
@@ -91,5 +92,5 @@ def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
 
 def _least_squares(columns: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     """First coefficient and sum of squared residuals."""
-    solution = np.linalg.lstsq(columns, values, rcond=None)[0]
+    solution = lstsq(columns, values)
     return float(solution[0]), float(np.sum((values - columns @ solution) ** 2))

@@ -16,7 +16,7 @@ from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
 from ..estimation.filters.innovations.vector import CHANNELS
 from ..estimation.threads import in_context
-from ..models.linear_algebra import finite, information_inverse
+from ..models.linear_algebra import information_inverse, pinv
 from .statistics.gusts import GustLikelihood
 from .statistics.score_tests import Projector, Score
 
@@ -304,7 +304,7 @@ def strengths(state: State) -> list[float]:
         k = len(a.variant) if isinstance(a.cause, Unmodelled) else a.cause.search.n_sizes(a.variant)
         size = np.array([state.est.value(state.setting, p) for p in a.variant[:k]])
         block = spread[at : at + k, at : at + k]
-        wald = float(size @ np.linalg.pinv(finite(block), hermitian=True) @ size) if a.variant else 0.0
+        wald = float(size @ pinv(block, hermitian=True) @ size) if a.variant else 0.0
         found.append(max(wald, a.statistic))
         at += len(a.variant)
     return found

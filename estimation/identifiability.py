@@ -14,6 +14,7 @@ import numpy as np
 
 from ..datasets.signals import sensor_sd
 from ..models.errors import CannotFit, FitFailed
+from ..models.linear_algebra import svd
 from .bounds import NULL, information
 from .design import candidate_information, information_gain
 from .fit import blas_limited, numerical_guard, prepared
@@ -296,7 +297,7 @@ def _groups(
 
 def _regular(unit: np.ndarray) -> np.ndarray:
     """Covariance (q, q) in units of the columns' lengths; undetermined directions get a large finite variance."""
-    _, s, vt = np.linalg.svd(unit, full_matrices=False)
+    _, s, vt = svd(unit, full_matrices=False)
     s = np.maximum(s, NULL * s[0])
     return (vt.T / s**2) @ vt
 

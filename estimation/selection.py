@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..models.linear_algebra import lstsq
 from . import free_run
 from .series import Series
 
@@ -49,7 +50,7 @@ def _improved(model: Model, series: Series) -> np.ndarray:
     if not (columns and known.any() and np.isfinite(slopes).all()):
         return series.start
     start = series.start.copy()
-    start[free] += np.linalg.lstsq(slopes, (error * weight)[known], rcond=1e-10)[0]
+    start[free] += lstsq(slopes, (error * weight)[known], rcond=1e-10)
     return start
 
 

@@ -13,6 +13,7 @@ from ..estimation.regression.least_squares import least_squares
 from ..estimation.regression.samples import RegressionSamples, n_accelerations
 from ..estimation.regression.schemes import regression_samples
 from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.linear_algebra import condition_number
 from .base import Method
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def _solved(factor: np.ndarray, n: int, printed: bool) -> tuple[np.ndarray, np.n
         raise FitFailed("the regression has no finite, non-zero columns")
     a, b = factor[:, used], factor[:, -1]
     x, covariance = np.zeros(factor.shape[1] - 1), np.diag(np.full(factor.shape[1] - 1, np.inf))
-    condition = float(np.linalg.cond(a))
+    condition = condition_number(a)
     if printed:
         inverse = np.linalg.inv(a.T @ a)
         x[used] = inverse @ (a.T @ b)

@@ -12,6 +12,7 @@ from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..estimation.regression.weighted import RegressionRows
 from ..estimation.tuning.space import Real
 from ..models.errors import BadInput
+from ..models.linear_algebra import svd
 from .base import Method
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> RidgeSolu
     a, b = factor[:, :-1], factor[:, -1]
     length = np.linalg.norm(a, axis=0)
     length = np.where(length > 0.0, length, 1.0)
-    u, s, vt = np.linalg.svd(a / length, full_matrices=False)
+    u, s, vt = svd(a / length, full_matrices=False)
     scores = u.T @ b
     outside = max(float(b @ b - scores @ scores), 0.0)
     square = s**2 / max(float(s[0]) ** 2, np.finfo(float).tiny)

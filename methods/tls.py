@@ -13,6 +13,7 @@ from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..estimation.regression.weighted import RegressionRows, mad
 from ..estimation.tuning.space import Choice
 from ..models.errors import BadInput, FitFailed
+from ..models.linear_algebra import svd
 from .base import Method
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> TotalS
     unit = np.where(noise > 0.0, noise, length)
     triangle = np.asarray(np.linalg.qr(factor[:, order] / unit[order], mode="r"), float)
     rest = triangle[exact.size :, exact.size :]
-    _, s, vt = np.linalg.svd(rest, full_matrices=True)
+    _, s, vt = svd(rest, full_matrices=True)
     vector = vt[-1]
     if abs(vector[-1]) < 1e-14:
         raise FitFailed("total least squares has no solution: the regressors are linearly dependent within their noise")
@@ -149,7 +150,7 @@ def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> TotalS
     if exact.size:
         x[exact] = factors.solve(np.column_stack([triangle[: exact.size, : exact.size], right])).x
     least = float(s[-1]) if len(s) == rest.shape[1] else 0.0
-    alone = np.linalg.svd(rest[:, :-1], compute_uv=False)[-1] if noisy.size else np.inf
+    alone = svd(rest[:, :-1], compute_uv=False)[-1] if noisy.size else np.inf
     covariance = _covariance(triangle, exact.size, float((x[noisy] ** 2).sum()), least, n)
     back = np.empty(m)
     back[order[:-1]] = unit[m] / unit[order[:-1]]
@@ -164,7 +165,7 @@ def _covariance(triangle: np.ndarray, exact: int, size: float, least: float, n: 
     """
     m = triangle.shape[1] - 1
     variance = least**2 / max(n - m, 1)
-    _, s, vt = np.linalg.svd(triangle[:, :-1], full_matrices=False)
+    _, s, vt = svd(triangle[:, :-1], full_matrices=False)
     middle = (vt.T * s**2) @ vt - np.diag(n * variance * (np.arange(m) >= exact))
     values, vectors = np.linalg.eigh((middle + middle.T) / 2.0)
     values = np.maximum(values, 1e-14 * s[0] ** 2)

@@ -1,12 +1,18 @@
-"""Guards of linear algebra."""
+"""Linear algebra that ends: some builds of LAPACK never return from a matrix that holds an infinity.
+
+Everything here raises LinAlgError where a number of the matrix is not finite, and takes the options of the function of
+numpy.linalg that it stands for.
+"""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
 
 def finite(matrix: np.ndarray) -> np.ndarray:
-    """The matrix itself, for decompositions: some builds of LAPACK never return from one that is not finite.
+    """The matrix itself, for decompositions.
 
     Raises
     ------
@@ -15,6 +21,31 @@ def finite(matrix: np.ndarray) -> np.ndarray:
     if not np.isfinite(matrix).all():
         raise np.linalg.LinAlgError("a matrix is not finite")
     return matrix
+
+
+def lstsq(matrix: np.ndarray, values: np.ndarray, rcond: float | None = None) -> np.ndarray:
+    """Solution (k,) or (k, m) of least squares and least size of matrix (n, k) and values (n,) or (n, m)."""
+    return np.linalg.lstsq(finite(matrix), values, rcond=rcond)[0]
+
+
+def pinv(matrix: np.ndarray, **options: Any) -> np.ndarray:
+    """Pseudo-inverse (..., k, n) of a matrix (..., n, k)."""
+    return np.linalg.pinv(finite(matrix), **options)
+
+
+def svd(matrix: np.ndarray, **options: Any) -> Any:
+    """Singular value decomposition of a matrix (..., n, k)."""
+    return np.linalg.svd(finite(matrix), **options)
+
+
+def matrix_rank(matrix: np.ndarray) -> Any:
+    """Rank (...) of a matrix (..., n, k)."""
+    return np.linalg.matrix_rank(finite(matrix))
+
+
+def condition_number(matrix: np.ndarray) -> float:
+    """Ratio of the largest to the least singular value of a matrix (n, k)."""
+    return float(np.linalg.cond(finite(matrix)))
 
 
 def information_inverse(matrix: np.ndarray, rcond: float) -> np.ndarray:
@@ -29,4 +60,4 @@ def information_inverse(matrix: np.ndarray, rcond: float) -> np.ndarray:
     diagonal = np.diag(matrix)
     scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
     outer = np.outer(scale, scale)
-    return np.linalg.pinv(finite(matrix * outer), rcond=rcond, hermitian=True) * outer
+    return pinv(matrix * outer, rcond=rcond, hermitian=True) * outer

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...models.linear_algebra import matrix_rank, pinv
 from ..statistics.tails import f_tail
 
 BLOCKS = 12
@@ -66,7 +67,7 @@ def explained(parts: Sequence[Sums], active: Sequence[int]) -> float:
     if not len(active):
         return 0.0
     gram, score = total(parts, active)
-    return float(score @ np.linalg.pinv(gram, hermitian=True) @ score)
+    return float(score @ pinv(gram, hermitian=True) @ score)
 
 
 def fit(parts: Sequence[Sums], active: Sequence[int]) -> Fit:
@@ -76,7 +77,7 @@ def fit(parts: Sequence[Sums], active: Sequence[int]) -> Fit:
     """
     act = list(active)
     gram, score = total(parts, act)
-    inverse = np.linalg.pinv(gram, hermitian=True)
+    inverse = pinv(gram, hermitian=True)
     values = inverse @ score
     scores = np.concatenate([p.score[:, act] - p.gram[:, act][:, :, act] @ values for p in parts])
     blocks = len(scores)
@@ -95,7 +96,7 @@ def p_value(found: Fit, places: Sequence[int]) -> float:
     at = list(places)
     k, dof = len(at), found.blocks - found.values.size
     spread = found.covariance[np.ix_(at, at)]
-    if dof < 1 or not np.isfinite(spread).all() or np.linalg.matrix_rank(spread) < k:
+    if dof < 1 or not np.isfinite(spread).all() or matrix_rank(spread) < k:
         return 1.0
     x = found.values[at]
     wald = float(x @ np.linalg.solve(spread, x))

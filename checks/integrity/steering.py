@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.signals import sensor_sd
-from ...models.linear_algebra import finite
+from ...models.linear_algebra import lstsq, pinv
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -108,10 +108,10 @@ def _fitted(grids: Sequence[_Grid], shift: int) -> tuple[float, float, float]:
         target.append(g.slope[own])
     phi, y = np.vstack(rows), np.concatenate(target)
     phi = phi / np.maximum(np.linalg.norm(phi, axis=0), 1e-300)
-    b = np.linalg.lstsq(finite(phi), y, rcond=None)[0]
+    b = lstsq(phi, y)
     error = y - phi @ b
-    without = y - phi[:, 1:] @ np.linalg.lstsq(phi[:, 1:], y, rcond=None)[0]
-    inverse = np.linalg.pinv(phi.T @ phi)
+    without = y - phi[:, 1:] @ lstsq(phi[:, 1:], y)
+    inverse = pinv(phi.T @ phi)
     sd = float(np.sqrt(max(inverse[0, 0], 0.0) * (error @ error) / max(y.size - phi.shape[1], 1)))
     share = 1.0 - float(error @ error) / max(float(without @ without), 1e-300)
     return float(b[0] / max(sd, 1e-300)), share, float(b[0])
@@ -131,5 +131,5 @@ def motion_shows(record: Record) -> bool:
     noise = sensor_sd(rate) * np.sqrt(2.0 / samples) / grid.step_s
     r = grid.rate / max(float(np.max(np.abs(grid.rate))), 1e-300)
     phi = np.column_stack([r, r * np.abs(r), np.ones(r.size)])
-    left = grid.slope - phi @ np.linalg.lstsq(finite(phi), grid.slope, rcond=None)[0]
+    left = grid.slope - phi @ lstsq(phi, grid.slope)
     return float(np.std(left)) > SHOWN * noise

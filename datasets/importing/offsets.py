@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...models.linear_algebra import lstsq
 from ..geometry import unwrapped
 from .convert import Stream
 
@@ -117,11 +118,11 @@ def _refined(t1, x1, t2, x2, lag: float, step: float, name: str) -> Offset | Non
         a, b = np.interp(grid, t1, x1), np.interp(grid, t2 + lag, x2)
         slope = np.gradient(b, grid)
         columns = np.column_stack([-slope, np.ones(grid.size), grid - grid[0]])
-        solution = np.linalg.lstsq(columns, a - b, rcond=None)[0]
+        solution = lstsq(columns, a - b)
         rest = a - b - columns @ solution
         lag += float(np.clip(solution[0], -5.0 * step, 5.0 * step))
         stderr = _stderr(rest, slope)
-        line = columns[:, 1:] @ np.linalg.lstsq(columns[:, 1:], a, rcond=None)[0]
+        line = columns[:, 1:] @ lstsq(columns[:, 1:], a)
         correlation = math.sqrt(max(0.0, 1.0 - float(rest @ rest) / max(float(np.sum((a - line) ** 2)), 1e-300)))
         if abs(solution[0]) < 1e-4 * step:
             break

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...estimation.filters.innovations.estimator import estimator
+from ...models.linear_algebra import pinv
 from ..causes.base import Cause
 from ..causes.registry import causes
 from ..findings import diagnosis_of
@@ -67,7 +68,7 @@ def findings(runs: FreeRuns, chosen: Sequence[Chosen], rng: np.random.Generator)
     for cause, variant, fit in chosen:
         gained = before.criterion() - fit.criterion()
         scaled = fit.columns * np.tile(1.0 / rms(fit.residuals), len(fit.residuals))
-        sizes = cause.sizes(runs.est, fit.setting, variant, np.linalg.pinv(scaled @ scaled.T), rng)
+        sizes = cause.sizes(runs.est, fit.setting, variant, pinv(scaled @ scaled.T), rng)
         said = f"BIC falls by {gained:.4g}"
         out.append(Finding(cause.id, (), "dynamics", gained, float("nan"), sizes, evidence=said))
         before = fit

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.filters.innovations.estimator import estimator
+from ...models.linear_algebra import lstsq
 from ..gain.free_runs import START_S
 
 if TYPE_CHECKING:
@@ -120,4 +121,4 @@ def _step(columns: np.ndarray, residuals: np.ndarray, weight: np.ndarray) -> np.
     target = -np.where(np.isfinite(residuals), residuals, 0.0).ravel() * weights
     matrix = (columns * weights).T
     size = np.linalg.norm(matrix, axis=0) + 1e-300
-    return np.linalg.lstsq(matrix / size, target, rcond=1e-8)[0] / size
+    return lstsq(matrix / size, target, rcond=1e-8) / size

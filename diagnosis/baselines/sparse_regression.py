@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.geometry import body_velocities
+from ...models.linear_algebra import lstsq
 from ..causes.registry import testable
 from ..prepared import prepared
 from ..registry import Diagnoser
@@ -104,7 +105,7 @@ def survivors(y: np.ndarray, library: dict[str, np.ndarray], causes: dict[str, s
         chosen.append(j)
         found.append((gained, names[j], causes[names[j]]))
         explained += gained
-        left = y - x[:, chosen] @ np.linalg.lstsq(x[:, chosen], y, rcond=None)[0]
+        left = y - x[:, chosen] @ lstsq(x[:, chosen], y)
     return found
 
 
@@ -114,7 +115,7 @@ def _predicted(x: np.ndarray, y: np.ndarray) -> float:
     left = 0.0
     for fold in folds:
         seen = np.setdiff1d(np.arange(y.size), fold)
-        left += float(np.sum((y[fold] - x[fold] @ np.linalg.lstsq(x[seen], y[seen], rcond=None)[0]) ** 2))
+        left += float(np.sum((y[fold] - x[fold] @ lstsq(x[seen], y[seen])) ** 2))
     return 1.0 - left / float(np.sum(y**2) + 1e-300)
 
 

@@ -15,7 +15,7 @@ from ...estimation.mixed_effects.left_out import jackknife
 from ...estimation.mixed_effects.problem import Problem, pooled
 from ...models.coefficient_groups import every_own_number, groups_of, grown, stated_groups
 from ...models.errors import BadInput
-from ...models.linear_algebra import finite
+from ...models.linear_algebra import pinv
 from ..causes.registry import bank
 from ..causes.rudder_offset import RudderOffset
 from ..discrepancy.diagnosed import of_uncertain_base
@@ -210,7 +210,7 @@ def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
     fitted = final.fitted
     if not fitted.numbers:
         return ()
-    spread = np.sqrt(np.diag(np.linalg.pinv(finite(fitted.normal))))
+    spread = np.sqrt(np.diag(pinv(fitted.normal)))
     spread = np.maximum(spread, jackknife(np.array([x.values for x in final.left_out])))
     owner = {name: group.id for group in groups for name in group.every}
     out = []

@@ -11,6 +11,7 @@ from scipy.ndimage import median_filter
 from ...datasets.columns import TWIN
 from ...estimation.series import samples, speed_of, yaw_rate_of
 from ...models.errors import CannotFit
+from ...models.linear_algebra import lstsq
 from .rungs import PAIR, SPEED, TURNS, WIDE, WIND, Craft
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def copied_input(pieces: Sequence[Piece]) -> float:
         known = np.isfinite(y)
         if known.sum() < 20 or np.std(y[known]) == 0.0:
             continue
-        rest = y[known] - x[known] @ np.linalg.lstsq(x[known], y[known], rcond=None)[0]
+        rest = y[known] - x[known] @ lstsq(x[known], y[known])
         shares.append(1.0 - float(np.var(rest) / np.var(y[known])))
     return min(shares, default=0.0)
 

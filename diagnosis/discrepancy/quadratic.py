@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import CLIP
-from ...models.linear_algebra import finite
+from ...models.linear_algebra import finite, lstsq, pinv
 from .terms import NUMBERS, SIDE
 
 AXES = 3
@@ -163,7 +163,7 @@ def inflation(q: Quadratic, at: Mode, places: np.ndarray) -> float:
     Eq. 11 of docs/mathematics/default-route.md.
     """
     model = at.covariance[np.ix_(places, places)]
-    ratio = np.linalg.lstsq(finite(model), finite(robust_covariance(q, at, places)), rcond=None)[0]
+    ratio = lstsq(model, finite(robust_covariance(q, at, places)))
     return float(max(1.0, np.trace(ratio) / places.size))
 
 
@@ -185,6 +185,6 @@ def by_record(q: Quadratic, variances: np.ndarray, places: np.ndarray) -> tuple[
         slope[at] = part[places]
     scale = 1.0 / np.sqrt(np.diag(matrix))
     outer = np.outer(scale, scale)
-    covariance = np.linalg.pinv(finite(matrix * outer), hermitian=True, rcond=1e-13) * outer
+    covariance = pinv(matrix * outer, hermitian=True, rcond=1e-13) * outer
     z = covariance @ slope
     return z[held.size :].reshape(count, k), np.sqrt(np.diag(covariance)[held.size :]).reshape(count, k)

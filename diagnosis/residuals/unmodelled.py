@@ -13,7 +13,7 @@ from ...estimation.filters.innovations.derivatives import responses, traces
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.settings import Noise, Setting
 from ...estimation.filters.innovations.vector import CHANNELS
-from ...models.linear_algebra import finite
+from ...models.linear_algebra import pinv
 from ..state import IN_SPAN, Candidate, State, Unmodelled, candidate, exceeds_misfit, projector
 from ..statistics.gusts import gust_cost, penalised_likelihood
 from ..statistics.score_tests import independent_tests
@@ -170,7 +170,7 @@ def _periodic(state: State, lines: tuple[Sequence[tuple[Feature, Feature]], int]
         both = [f for pair in block for f in pair]
         columns = here.columns([f.axis for f in both], [f.series for f in both])
         information, slope = here.projector.products(columns.reshape(len(block), 2, -1))
-        return np.einsum("ij,ijk,ik->i", slope, np.linalg.pinv(finite(information), hermitian=True), slope)
+        return np.einsum("ij,ijk,ik->i", slope, pinv(information, hermitian=True), slope)
 
     if not waves:
         return []

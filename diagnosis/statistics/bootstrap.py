@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import CLIP
-from ...models.linear_algebra import finite
+from ...models.linear_algebra import pinv
 from .score_tests import Projector, Score, independent_tests
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def independent_variances(
 
     def tests(terms: np.ndarray) -> float:
         fixed, own = terms[: len(nuisance)], terms[len(nuisance) :]
-        left = own - own @ np.linalg.pinv(finite(fixed)) @ fixed
+        left = own - own @ pinv(fixed) @ fixed
         kept = np.sum(left**2, axis=1) > TESTABLE * np.sum(own**2, axis=1)
         return independent_tests(rng, left[kept], sided=True)
 

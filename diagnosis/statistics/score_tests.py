@@ -11,7 +11,7 @@ from ...checks.statistics.tails import chi2_tail, normal_tail
 from ...estimation.filters.innovations.estimator import Innovations
 from ...estimation.filters.innovations.noise_fit import CLIP
 from ...estimation.filters.innovations.vector import CHANNELS
-from ...models.linear_algebra import finite, information_inverse
+from ...models.linear_algebra import finite, information_inverse, pinv, svd
 
 DRAWS = 5000
 
@@ -103,7 +103,7 @@ def effective_number(
     at = 0
     for columns, variants in flat:
         k = len(columns)
-        inverse = np.linalg.pinv(finite(correlation[at : at + k, at : at + k]), rcond=1e-9, hermitian=True)
+        inverse = pinv(correlation[at : at + k, at : at + k], rcond=1e-9, hermitian=True)
         own = draws[:, at : at + k]
         at += k
         statistic = np.einsum("ij,ij->i", own @ inverse, own)
@@ -168,4 +168,4 @@ def cauchy_combination(log_p: Sequence[float]) -> float:
 def canonical_correlation(projector: Projector, first: np.ndarray, second: np.ndarray) -> float:
     """Largest canonical correlation of the projected columns of two causes."""
     a, b = (np.linalg.qr(finite(projector.project(c).T))[0] for c in (first, second))
-    return float(np.linalg.svd(a.T @ b, compute_uv=False)[0])
+    return float(svd(a.T @ b, compute_uv=False)[0])

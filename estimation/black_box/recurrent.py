@@ -20,6 +20,7 @@ from scipy.optimize import minimize
 
 from ...models.errors import CannotFit, FitFailed
 from ...models.extras import extras_told
+from ...models.linear_algebra import lstsq
 from .predictor import evenly_spaced
 from .state_space import Training, pasts
 
@@ -163,7 +164,7 @@ def _first(windows: Windows, hidden: int, units: int, rng: np.random.Generator) 
     rates = windows.outputs[0][known] - now[:, :k]
     penalty = 1e-3 * np.sqrt(len(now)) * np.eye(now.shape[1])
     padded = np.vstack([rates, np.zeros((now.shape[1], k))])
-    linear = np.linalg.lstsq(np.vstack([now, penalty]), padded, rcond=None)[0]
+    linear = lstsq(np.vstack([now, penalty]), padded)
     a = 0.01 * rng.normal(size=(n + nu + 1, n))
     a[np.ix_([*range(k), *range(n, n + nu + 1)], range(k))] = linear
     a[k:n, k:] -= 0.5 * np.eye(hidden)

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...models.errors import CannotFit, FitFailed
+from ...models.linear_algebra import lstsq, svd
 from .rows import Signals
 from .state_space import Training, pasts
 
@@ -72,7 +73,7 @@ def identify(training: Training, order: int) -> tuple[LinearSystem, int]:
     rows = _rows(training, steps)
     try:
         gamma = _observability(rows, order)
-        a, c = _stable(np.linalg.lstsq(gamma[:-k], gamma[k:], rcond=None)[0]), gamma[:k]
+        a, c = _stable(lstsq(gamma[:-k], gamma[k:])), gamma[:k]
         b, d, offset = _input_matrices(training, a, c)
         system = LinearSystem(a, b, c, d, offset, np.zeros((order, rows.past.shape[1])), np.zeros(order))
         system = LinearSystem(*map(np.ascontiguousarray, _with_start(system, rows)))
@@ -109,7 +110,7 @@ def _observability(rows: _Rows, order: int) -> np.ndarray:
     first = np.hstack([np.ones((len(rows.past), 1)), rows.inputs])
     r = np.asarray(np.linalg.qr(np.hstack([first, rows.past, rows.outputs]), mode="r"))
     start, end = first.shape[1], first.shape[1] + rows.past.shape[1]
-    u, size, _ = np.linalg.svd(r[start:end, end:].T, full_matrices=False)
+    u, size, _ = svd(r[start:end, end:].T, full_matrices=False)
     return u[:, :order] * np.sqrt(size[:order])
 
 
@@ -170,7 +171,7 @@ def _least_squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     size[size == 0.0] = 1.0
     penalty = np.sqrt(RIDGE * len(x)) * np.eye(x.shape[1])
     padded = np.vstack([y, np.zeros((x.shape[1], y.shape[1]))])
-    return np.linalg.lstsq(np.vstack([x / size, penalty]), padded, rcond=None)[0] / size[:, None]
+    return lstsq(np.vstack([x / size, penalty]), padded) / size[:, None]
 
 
 def _with_start(system: LinearSystem, rows: _Rows) -> LinearSystem:

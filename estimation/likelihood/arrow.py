@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...models.linear_algebra import matrix_rank
 from ..regression import factors
 
 
@@ -71,7 +72,7 @@ class Arrow:
         found = 0
         for own in self.own:
             length = _unit(np.linalg.norm(own.triangle, axis=1))
-            found += int(np.linalg.matrix_rank(own.triangle / length[:, None, :]).sum())
+            found += int(matrix_rank(own.triangle / length[:, None, :]).sum())
         return found
 
 

@@ -15,6 +15,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from ...models.linear_algebra import lstsq, svd
 from ..regression import factors
 from .arrow import LinearArrow
 from .problem import Point, Problem
@@ -64,7 +65,7 @@ class LinearProblem:
         self.a, self.b = factor[:, :-1], factor[:, -1]
         full = np.linalg.norm(self.a, axis=0) if length is None else length
         self.length = np.where(full > 0.0, full, 1.0)
-        u, s, vt = np.linalg.svd(self.a / self.length, full_matrices=False)
+        u, s, vt = svd(self.a / self.length, full_matrices=False)
         kept = s > NULL * s[0]
         self.singular, self.projected = s[kept], (u.T @ self.b)[kept]
         self.back = vt[kept].T / self.length[:, None]
@@ -91,7 +92,7 @@ class LinearProblem:
             rest = self.b - self.a[:, ~inside] @ step[~inside]
             damped = np.vstack([a, np.sqrt(damping) * np.eye(a.shape[1])])
             right = np.concatenate([rest, np.zeros(a.shape[1])])
-            step[inside] = np.linalg.lstsq(damped, right, rcond=NULL)[0] / self.length[inside]
+            step[inside] = lstsq(damped, right, rcond=NULL) / self.length[inside]
             outside = inside & ((step < low) | (step > high))
             if not outside.any():
                 break

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...models.linear_algebra import lstsq, pinv
+
 if TYPE_CHECKING:
     from ...models.model import Model
     from ..regression.least_squares import LeastSquares
@@ -123,7 +125,7 @@ class Unknowns:
         if source is None:
             return self.clipped(full[self.estimated])
         jacobian = Unknowns.all_of(self.model).jacobian(full)
-        rows = np.linalg.pinv(source.half)
+        rows = pinv(source.half)
         left, right = rows @ jacobian, rows @ (source.coefficients - self.model.from_parameters(full))
         shift = np.where(np.isnan(self.values), 0.0, self.values - full)
         prior = self.prior_rows(full[self.estimated])
@@ -131,7 +133,7 @@ class Unknowns:
         b = np.concatenate([right - left @ shift, prior[:, -1]])
         length = np.linalg.norm(a, axis=0)
         length = np.where(length > 0.0, length, 1.0)
-        y = full[self.estimated] + np.linalg.lstsq(a / length, b, rcond=1e-12)[0] / length
+        y = full[self.estimated] + lstsq(a / length, b, rcond=1e-12) / length
         return self.clipped(y) if np.isfinite(y).all() else None
 
     def _published(self, coefficients: np.ndarray) -> np.ndarray | None:

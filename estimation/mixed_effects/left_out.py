@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...models.linear_algebra import lstsq
 from ..threads import in_threads
 from .expansion import Expansion
 from .fit import LONGEST, Fitted, Number, equations, moved
@@ -65,13 +66,13 @@ def predicted(
     prior_sd = np.array([n.sd for n in chosen])
     for _ in range(SIZES):
         normal, slope, blocks = equations(p, own, chosen, found.theta, sd)
-        step = _bounded(np.linalg.lstsq(normal, slope, rcond=None)[0], prior_sd)
+        step = _bounded(lstsq(normal, slope), prior_sd)
         errors = pooled([e.squares(step, e.adapted(step, b[2])) for e, b in zip(own, blocks, strict=True)])
         sd = np.where(p.known, p.floor, np.sqrt(errors**2 + p.floor**2))
     normal, slope, blocks = equations(p, own, chosen, found.theta, sd)
     out = []
     for e, (matrix, pull, follow) in zip(own, blocks, strict=True):
-        step = _bounded(np.linalg.lstsq(normal - matrix, slope - pull, rcond=None)[0], prior_sd)
+        step = _bounded(lstsq(normal - matrix, slope - pull), prior_sd)
         effects = e.adapted(step, follow)
         penalty = 0.5 * float(np.sum((effects / p.own_sd) ** 2))
         values = found.theta[[n.place for n in chosen]] + step

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...models.linear_algebra import svd
+
 BLOCK = 8192
 """Rows folded at a time."""
 
@@ -73,7 +75,7 @@ def solve(factor: np.ndarray, tolerance: float | None = None) -> Solution:
     a, b = factor[:, :-1], factor[:, -1]
     scale = np.linalg.norm(a, axis=0)
     scale = np.where(scale > 0.0, scale, 1.0)
-    u, s, vt = np.linalg.svd(a / scale, full_matrices=True)
+    u, s, vt = svd(a / scale, full_matrices=True)
     m = a.shape[1]
     limit = (np.finfo(float).eps * max(m, 10) if tolerance is None else tolerance) * (s[0] if s.size else 0.0)
     rank = int((s > limit).sum())

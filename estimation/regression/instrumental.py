@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import FitFailed
+from ...models.linear_algebra import pinv
 from ..restarted_run import restarted_run
 from ..series import series_of
 from ..starts import starts_of
@@ -210,4 +211,4 @@ def _pseudo_inverse(matrix: np.ndarray) -> np.ndarray:
     """Pseudo-inverse by singular values, columns scaled to unit length."""
     scale = np.linalg.norm(matrix, axis=0)
     scale = np.where(scale > 0.0, scale, 1.0)
-    return np.linalg.pinv(matrix / scale, rcond=SMALLEST_SINGULAR) / scale[:, None]
+    return pinv(matrix / scale, rcond=SMALLEST_SINGULAR) / scale[:, None]

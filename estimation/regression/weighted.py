@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import FitFailed
+from ...models.linear_algebra import lstsq
 from . import factors
 from .least_squares import equation_factors, least_squares
 from .samples import RegressionSamples, n_accelerations
@@ -128,7 +129,7 @@ def reweighted(
         solution = factors.solve(rows.factor(weight(residuals / s) / s**2))
         if not np.isfinite(solution.x).all():
             raise FitFailed("the reweighted regression has no finite solution")
-        change = np.linalg.lstsq(solution.half, solution.x - c, rcond=None)[0]
+        change = lstsq(solution.half, solution.x - c)
         c = solution.x
         if np.abs(change).max(initial=0.0) < tolerance * max(1.0, np.abs(solution.scores).max(initial=0.0) * 1e-4):
             return Reweighted(solution, s, iteration, True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 from ...models.errors import BadInput, CannotFit, FitFailed
+from ...models.linear_algebra import pinv
 from ..fit import Fit
 from ..regression import factors
 from ..regression.filtered import DENSE
@@ -255,7 +256,7 @@ def _sandwich(rows: TrainingRows, regressor: Any) -> np.ndarray:
     scale = np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-300)
     x = x / scale
     # d(w e)/d e of the adaptive weights is replaced by w: their standard errors are somewhat too large
-    bread = np.linalg.pinv((x * weights[:, None]).T @ x, rcond=1e-14, hermitian=True)
+    bread = pinv((x * weights[:, None]).T @ x, rcond=1e-14, hermitian=True)
     labels, place = np.unique(rows.block, return_inverse=True)
     scores = np.zeros((len(labels), x.shape[1]))
     np.add.at(scores, place, x * (weights * error)[:, None])

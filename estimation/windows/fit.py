@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...models.linear_algebra import lstsq, pinv
 from .problem import Windows
 
 DIFFERENCE = 1e-3
@@ -178,7 +179,7 @@ def _descended(c: _Criterion, here: np.ndarray, own: np.ndarray, most: int) -> t
         normal, slope, _ = c.equations(here, own)
         before = cost
         for _ in range(6):
-            step = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), slope, rcond=None)[0]
+            step = lstsq(normal + damping * np.diag(np.diag(normal)), slope)
             step *= min(1.0, LONGEST / max(float(np.max(np.abs(step) / c.scale)), 1e-12))
             trial, theirs = _moved(here, c.numbers, step), own + step[q:]
             new = c.value(trial, theirs)
@@ -250,14 +251,14 @@ def covariance_of(found: Fitted, shift_sd: float) -> np.ndarray:
     """
     q, blocks, shifts = len(found.numbers), len(found.parts), found.shifts
     names = [n.name for n in found.numbers]
-    out = np.linalg.pinv(found.normal)[:q, :q]
+    out = pinv(found.normal)[:q, :q]
     if "rudder_offset" in names:
         known = (shift_sd**2 + shifts @ shifts) / (1.0 + shifts.size) / shift_sd**2
         scale = np.where(np.array(names) == "rudder_offset", np.sqrt(min(known, 1.0)), 1.0)
         out *= np.outer(scale, scale)
     if blocks < 4:
         return out
-    moved = np.array([np.linalg.lstsq(found.normal - h, -g, rcond=None)[0][:q] for h, g in found.parts])
+    moved = np.array([lstsq(found.normal - h, -g)[:q] for h, g in found.parts])
     moved -= moved.mean(axis=0)
     return out + (blocks - 1.0) / blocks * moved.T @ moved
 
@@ -269,7 +270,7 @@ def left_out_errors(found: Fitted) -> np.ndarray:
     scale = np.array([n.sd for n in found.numbers])
     sets, shifts = np.empty((len(w.inputs), found.coefficients.size)), np.empty(len(w.inputs))
     for block, (matrix, vector) in enumerate(found.parts):
-        step = np.linalg.lstsq(found.normal - matrix, -vector, rcond=None)[0]
+        step = lstsq(found.normal - matrix, -vector)
         step *= min(1.0, 2.0 * LONGEST / max(float(np.max(np.abs(step[:q]) / scale, initial=0.0)), 1e-12))
         pick = w.block == block
         sets[pick] = _moved(found.coefficients, found.numbers, step)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BadInput
+from ..linear_algebra import lstsq
 from ..simulate import accelerations
 from .equations import heading, identifier, mass_matrix
 
@@ -85,12 +86,12 @@ def damping(model: Model, matrix: NDArray[np.float64]) -> Damping:
     tags: dict[str, float] = {}
     held: dict[str, float] = {}
     for axis, name, own in (("Y", "y", forces[1]), ("N", "n", forces[2])):
-        found = np.linalg.lstsq(columns / scale, own, rcond=None)[0] / scale
+        found = lstsq(columns / scale, own) / scale
         tags |= {f"{name}{ending}": float(value) for ending, value in zip(CROSS, found, strict=True)}
         held[axis] = 1.0 - float(np.var(own - columns @ found) / np.var(own))
     u = np.linspace(0.5, 1.1, POINTS) * speed
     surge = _forces(model, matrix, u, np.zeros(POINTS), np.zeros(POINTS))[0]
-    thrust, drag = np.linalg.lstsq(np.stack([np.ones(POINTS), u * np.abs(u)], axis=1), surge, rcond=None)[0]
+    thrust, drag = lstsq(np.stack([np.ones(POINTS), u * np.abs(u)], axis=1), surge)
     held["X"] = 1.0 - float(np.var(surge - thrust - drag * u * np.abs(u)) / np.var(surge))
     return Damping({"xUabsU": float(drag)} | tags, float(thrust), held)
 

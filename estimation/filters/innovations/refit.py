@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....models.linear_algebra import finite
+from ....models.linear_algebra import lstsq
 from .derivatives import columns
 from .noise_fit import fit_noise
 
@@ -53,7 +53,7 @@ def gauss_newton(
     fisher, gradient = fisher + np.diag(weight), gradient - weight * values
     scale = np.sqrt(np.diag(fisher)) + 1e-30
     matrix = fisher / np.outer(scale, scale) + 1e-9 * np.eye(scale.size)
-    change = np.linalg.lstsq(finite(matrix), gradient / scale, rcond=None)[0] / scale
+    change = lstsq(matrix, gradient / scale) / scale
     penalty = 0.5 * float(np.sum(weight * values**2))
     for power in range(6):
         trial = s

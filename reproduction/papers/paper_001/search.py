@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....models.linear_algebra import lstsq
 from ...claims.files import load
 from ..study import StudyResult, point
 from .studies import METHODS, Setting, backward, fitted, median_error, sailed, vessel
@@ -99,7 +100,7 @@ def _solved(columns: np.ndarray, left: np.ndarray, normal: bool) -> np.ndarray:
     if not normal:
         lengths = np.linalg.norm(columns, axis=0)
         lengths[lengths == 0.0] = 1.0
-        return np.linalg.lstsq(columns / lengths, left, rcond=None)[0] / lengths
+        return lstsq(columns / lengths, left) / lengths
     try:
         return np.linalg.inv(columns.T @ columns) @ (columns.T @ left)
     except np.linalg.LinAlgError:

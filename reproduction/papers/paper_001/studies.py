@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ....models.linear_algebra import condition_number, lstsq
 from ...claims.files import load
 from ..study import Study, StudyResult, point
 
@@ -182,7 +183,7 @@ def _condition(record: Record, model: Model) -> float:
     part = regression_samples([record], model, "forward")[0]
     terms = np.concatenate([phi[:, 0] for _, phi in part.blocks(model)])
     columns = np.column_stack([part.states[:, 0], terms[:, np.any(terms != 0.0, axis=0)]])
-    return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
+    return condition_number(columns / np.linalg.norm(columns, axis=0))
 
 
 def _pairings(setting: Setting) -> dict[str, float]:
@@ -229,7 +230,7 @@ def _least_absolute(columns: np.ndarray) -> np.ndarray:
     weight = np.ones(len(columns))
     factors = np.zeros(columns.shape[1])
     for _ in range(50):
-        factors = np.linalg.lstsq(columns * weight[:, None], weight, rcond=None)[0]
+        factors = lstsq(columns * weight[:, None], weight)
         weight = 1.0 / np.sqrt(np.maximum(np.abs(columns @ factors - 1.0), 1e-2))
     return factors
 

@@ -15,6 +15,7 @@ from ....estimation.svr.regression import BuildRegressor, ls_svr
 from ....methods.eso_rw_lssvr import EsoRwLssvr
 from ....methods.svf_ls import SvfLs
 from ....models.errors import CannotFit, FitFailed
+from ....models.linear_algebra import svd
 from ....models.model import Model, resolve
 from ...claims.files import load
 from ..study import StudyResult
@@ -241,7 +242,7 @@ def behind_observer(
 def _rank(run: Motion) -> int:
     """Directions that the regressors span after the start-up transient (second half of a run)."""
     rows = _rows(run)[len(run.psi) // 2 :]
-    sizes = np.linalg.svd(rows / np.linalg.norm(rows, axis=0), compute_uv=False)
+    sizes = svd(rows / np.linalg.norm(rows, axis=0), compute_uv=False)
     return int(np.sum(sizes > 1e-6 * sizes[0]))
 
 
