@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from .names import words
-from .quantities import side_words, word_list
+from .quantities import quantities, side_words, word_list
 from .units import NO_UNIT, TIME_WORDS, Unit, tidy, unit_of
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
@@ -32,6 +32,10 @@ EAST_NORTH = re.compile(
 SCALED = re.compile(r"(?:x|\*|×)?\s*([0-9]*[.,]?[0-9]+(?:e[-+]?\d+)?)\s*(?:x|\*|×)?\s*([^\d].*)")
 
 
+HEMISPHERE = re.compile(r"(?<![a-z])[nsew](?![a-z])", re.IGNORECASE)
+"""A letter alone in the header of a latitude or longitude."""
+MAGNETIC = re.compile(r"((?i:°|deg|degs|degrees?))[\s(]*(?i:m|mag|magnetic)\)?|M|(?i:mag|magnetic)")
+"""The unit of a direction that counts from magnetic north; a small m alone is a metre."""
 TIMES = re.compile(r"(?<![a-zA-Z0-9])[x×*]\s?(10+)(?![\d.])")
 
 
@@ -62,6 +66,8 @@ def read_header(name: str, unit: str = "") -> Header:
     """The parts of a header; `unit` is what a row of units says."""
     name, unit = (unicodedata.normalize("NFKC", text).replace("\u2212", "-") for text in (name, unit))
     positive, name, unit = _sign(name, unit)
+    if _hemisphere(name, unit):
+        name, unit = (HEMISPHERE.sub(" ", text) for text in (name, unit))
     times = TIMES.search(name)
     name = TIMES.sub(" ", name)
     pieces = [part.strip() for found in BRACKETS.findall(name) for part in re.split(r"[;,|]", found)]
@@ -71,6 +77,10 @@ def read_header(name: str, unit: str = "") -> Header:
         pieces.append(tail[1].strip())
         rest = rest[: tail.start()]
     pieces += [part.strip() for part in re.split(r"[;,|]", unit)]
+    if set(words(rest)) & _words_of("heading", "course_over_ground"):
+        magnetic = [MAGNETIC.fullmatch(piece) for piece in pieces]
+        pieces = [piece if match is None else match[1] or "" for piece, match in zip(pieces, magnetic, strict=True)]
+        rest = f"{rest} mag" if any(magnetic) and "mag" not in words(rest) else rest
     units = tuple(piece for piece in pieces if piece and says_unit(piece))
     other = [piece for piece in pieces if piece and not says_unit(piece)]
     known = words(" ".join([rest, *other]))
@@ -78,6 +88,19 @@ def read_header(name: str, unit: str = "") -> Header:
     foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
     return Header(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign,
                   float(times[1]) if times else 1.0)  # fmt: skip
+
+
+def _hemisphere(name: str, unit: str) -> str:
+    """The letter n, s, e or w that stands alone in the header of a latitude or longitude; '' for none or several."""
+    letters = HEMISPHERE.findall(f"{name} {unit}") if set(words(name)) & _words_of("latitude", "longitude") else []
+    return letters[0].lower() if len(letters) == 1 else ""
+
+
+@cache
+def _words_of(*kinds: str) -> frozenset[str]:
+    """All words in the names of quantities, single letters left out."""
+    found = (word for kind in kinds for name in quantities()[kind].names for word in words(name))
+    return frozenset(word for word in found if len(word) > 1)
 
 
 def _sized(text: str) -> bool:
@@ -186,6 +209,8 @@ def _without(text: str, start: int, stop: int) -> str:
 
 def west_or_south(name: str, unit: str) -> bool | None:
     """Whether a longitude counts to the west, a latitude to the south; None where nothing is stated."""
+    if letter := _hemisphere(name, unit):
+        return letter in "ws"
     text = _same_length(f"{name} {unit}")
     if WEST_SOUTH.search(text) or re.search(r"(°|\bdeg)\s*[ws]\b", text):
         return True

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...models.errors import BadInput
 from .beside import with_halves, with_notes, with_sides
 from .cell_texts import CHUNK, Texts
 from .cells import GAPS, PLAIN, is_number, table_style
@@ -239,7 +240,7 @@ def table_of(
     if layout is None:
         return None
     start = sample[layout.start].number
-    body = _Body(layout)
+    body = _Body(layout, file)
     for line in lines:
         if line.number >= start:
             body.add(line)
@@ -260,8 +261,8 @@ def table_of(
 class _Body:
     """The rows of data of a table, stored column by column, and what is left out."""
 
-    def __init__(self, layout: Layout) -> None:
-        self.layout = layout
+    def __init__(self, layout: Layout, file: str) -> None:
+        self.layout, self.file = layout, file
         self.faults: list[Rejected] = []
         self.numbers: list[np.ndarray] = []
         self._kept: list[Line] = []
@@ -269,7 +270,12 @@ class _Body:
         self._comments = self._headers = 0
 
     def add(self, line: Line) -> None:
-        """Keep a line, or count it among what is left out."""
+        """Keep a line, or count it among what is left out.
+
+        Raises
+        ------
+        BadInput : the line is a header with other names or units than the first one.
+        """
         cells, width = line.cells, self.layout.width
         if not any(cells) or not any(cell.strip() for cell in cells):
             return
@@ -278,11 +284,25 @@ class _Body:
         elif len(cells) != width:
             self.faults.append((line.number, f"{len(cells)} cells under {width} columns", ",".join(cells)))
         elif _is_header_again(cells, self.layout):
+            self._check_again(line)
             self._headers += 1
         else:
             self._kept.append(line)
             if len(self._kept) == CHUNK:
                 self.store()
+
+    def _check_again(self, line: Line) -> None:
+        """Refuse a repeated header (or row of units) that names the columns or their units in another way."""
+        header = self.layout.header
+        split = [_name_and_unit(cell) for cell in line.cells]
+        known = [{re.sub(r" \(\d+\)$", "", n), below, ""} for n, below in zip(header.names, header.below, strict=True)]
+        same = [name in own for (name, _), own in zip(split, known, strict=True)]
+        if not _names_again(line.cells, self.layout):  # a row of units
+            split, same = [("", cell.strip().strip("[]()")) for cell in line.cells], [True]
+        units = [not own or tidy(own) == tidy(unit) for (_, own), unit in zip(split, header.units, strict=True)]
+        if not (all(same) and all(units)):
+            said = f"a second header, with other columns or units: {','.join(line.cells)}"
+            raise BadInput(said, file=self.file, row=line.number, hint="cut the file in two there")
 
     def store(self) -> None:
         """Put the kept lines away as columns."""
@@ -309,6 +329,10 @@ class _Body:
 def _is_header_again(cells: Sequence[str], layout: Layout) -> bool:
     if any(map(PLAIN.fullmatch, cells)) or any(map(is_number, cells)):
         return False
+    return _names_again(cells, layout) or _units_row(cells, layout.width)
+
+
+def _names_again(cells: Sequence[str], layout: Layout) -> bool:
+    """Whether more than half of the cells name columns of the table, in any order."""
     names = [_name_and_unit(cell)[0] for cell in cells]
-    same = sum(a == b for a, b in zip(names, layout.header.names, strict=True)) > 0.5 * layout.width
-    return same or _units_row(cells, layout.width)
+    return sum(name in layout.header.names for name in names) > 0.5 * layout.width

@@ -42,8 +42,8 @@ def write(folder: Path, recipe: Recipe) -> None:
 
 def commands(recipe: Recipe) -> str:
     """A shell script: the import, and the analysis of the parts that lie in `records`."""
-    imported = ["helmbench", "import", *recipe.logs, "--map", recipe.mapping, "-o", "log.csv"]
-    told = "# The log as records, one a run; the parts of them that were used lie in the folder records."
+    imported = ["helmbench", "import", *recipe.logs, "--map", recipe.mapping, "-o", "imported.csv"]
+    told = "# Put the log beside this file.  It is imported anew; the parts that were used lie in the folder records."
     lines = ["#!/bin/sh", told, _shell(imported), _shell(_analysis(recipe))]
     return "\n".join(lines) + "\n"
 

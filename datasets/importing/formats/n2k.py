@@ -154,4 +154,9 @@ def _columns(name: str, quantity: str, unit: str, numbers: np.ndarray, fields: l
 
 
 def _number(value: Any) -> float:
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else float("nan")
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return float("nan")
+    try:
+        return float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        return float("nan")

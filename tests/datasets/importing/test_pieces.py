@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import helmbench
+from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.geometry import body_velocities
 from helmbench.datasets.importing.cell_texts import Texts
@@ -13,7 +14,7 @@ from helmbench.datasets.importing.cells import decorated, numbers_of, table_styl
 from helmbench.datasets.importing.clock import guess_form, seconds, spread
 from helmbench.datasets.importing.convert import Stream
 from helmbench.datasets.importing.geodesy import on_plane
-from helmbench.datasets.importing.headers import read_header
+from helmbench.datasets.importing.headers import read_header, west_or_south
 from helmbench.datasets.importing.names import named
 from helmbench.datasets.importing.offsets import estimate_offset
 from helmbench.datasets.importing.raw import RawColumn
@@ -118,6 +119,50 @@ def test_what_a_header_states(text, dimension, unit, positive):
     header = read_header(text)
     found = header.unit(dimension)[0]
     assert (found.name if found else None) == unit and header.positive == positive
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "turned"),
+    [
+        ("Latitude (S)", ("latitude",), True),
+        ("Lat S [deg]", ("lat",), True),
+        ("Lon W", ("lon",), True),
+        ("Longitude [°E]", ("longitude",), False),
+        ("Breite [° N]", ("breite",), False),
+        ("Latitude [deg]", ("latitude",), None),
+        ("Latitude N/S", ("latitude", "n", "s"), None),
+    ],
+)
+def test_the_letter_of_a_hemisphere(text, words, turned):
+    assert read_header(text).words == words and west_or_south(text, "") is turned
+
+
+@pytest.mark.parametrize("text", ["Hdg (M) [deg]", "Hdg [deg M]", "Heading [°M]", "Heading (mag)"])
+def test_a_direction_from_magnetic_north_is_no_true_heading(text):
+    assert named(read_header(text).words).may_be == ("heading_magnetic",)
+
+
+def test_a_letter_for_metres_is_no_direction():
+    assert read_header("Head [m]").words == ("head",) and read_header("Heading [deg T]").words == ("heading",)
+
+
+@pytest.mark.parametrize(
+    ("again", "refused"),
+    [
+        ("t [s],heading [deg],rot [deg/min],rudder [deg]", False),
+        ("t,heading,rot,rudder", False),
+        ("t [s],heading [deg],rot [deg/s],rudder [deg]", True),
+        ("t [s],rudder [deg],heading [deg],rot [deg/min]", True),
+        ("s,deg,deg/s,deg", True),
+    ],
+)
+def test_a_header_within_the_data_is_the_first_one_or_refused(again, refused, tmp_path, capsys):
+    rows = [f"{0.5 * i},{10 + i % 7},{i % 5 - 2},{i % 3 - 1}" for i in range(60)]
+    lines = ["t [s],heading [deg],rot [deg/min],rudder [deg]", *rows[:30], again, *rows[30:]]
+    (tmp_path / "log.csv").write_text("\n".join(lines), "utf-8")
+    status_of(["import", str(tmp_path / "log.csv"), "--yes", "-o", str(tmp_path / "out.csv")])
+    said = capsys.readouterr().err
+    assert ("row 32: a second header" in said and "cut the file in two there" in said) is refused
 
 
 def test_a_stated_unit_that_the_heading_contradicts_is_asked(tmp_path):

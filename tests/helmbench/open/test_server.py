@@ -3,6 +3,7 @@
 import http.client
 import io
 import json
+import shlex
 import stat
 import zipfile
 from pathlib import Path
@@ -14,6 +15,7 @@ import requests
 from hypothesis import given
 from hypothesis import strategies as st
 
+from helmbench.cli import status_of
 from helmbench.open import app, projects
 from helmbench.open.guard import HEADERS
 
@@ -272,6 +274,10 @@ def test_a_check_finds_the_bias_and_gives_its_files(client, read, log, tmp_path,
         if cell["cell_type"] == "code":
             exec(cell["source"], names)
     assert names["found"].to_json() == json.loads((tmp_path / "check.json").read_text("utf-8"))
+    lines = (tmp_path / "commands.sh").read_text("utf-8").splitlines()
+    commands = [shlex.split(line)[1:] for line in lines if line.startswith("helmbench ")]
+    assert [words[0] for words in commands] == ["import", "check"]
+    assert [status_of(words) for words in commands] == [0, 0]
 
 
 def test_a_job_is_cancelled_at_once_and_projects_do_not_disturb_each_other(client, read, log):
