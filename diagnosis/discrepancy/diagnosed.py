@@ -31,7 +31,7 @@ from ..state import Candidate, State
 from .entering import entering
 from .fit import Base, Fitted
 from .projection import number_of, projected
-from .quadratic import mode
+from .quadratic import MOST, mode
 from .regimes import Local, local_errors
 from .search import Accepted, Found, search
 from .shares import Shares, shares, simulating_variances
@@ -55,6 +55,9 @@ OF_HULL = ("shallow_water",)
 """Causes beside those of the hull that describe its numbers."""
 EXACT = 3.0
 """Nats of marginal likelihood below which the base model's own numbers count as exact."""
+BOUND = 0.98
+"""Share of the largest variance of the model's numbers from which they are further off than their priors hold: no cause
+can be told beside them, and free runs have to say more."""
 NAMED, PARTLY = 0.8, 0.2
 MOVED = 2.0
 """Posterior standard deviations from which a number counts as moved."""
@@ -160,7 +163,7 @@ def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.ra
     together take little off, none but waves, which no free run has."""
     every = sized(found, bank)
     parts = shares(found.null, found.final, places_of(found), rng)
-    held = not found.final.beyond_priors
+    held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS]
     enough = _explained(parts, ()) >= PARTLY
     matter = [held and _matters(found.final, one, felt and enough) for one, felt in zip(every, parts.felt, strict=True)]
     chosen = list(enumerate(every))

@@ -12,7 +12,6 @@ import numpy as np
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from .quadratic import MOST, START, Quadratic, mode, quadratic, scales
-from .terms import NUMBERS
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -27,8 +26,6 @@ ROUNDS, ENOUGH, MOVING = 8, 0.3, 3.0
 free."""
 STATED = np.minimum(MOST, 1.0)
 """Variances that hold first, those of the priors as stated: from far off a fit would be led astray."""
-BOUND = 0.98
-"""Share of the largest variance of the model's numbers from which they are further off than their priors hold."""
 HALVINGS = 5
 FORCE = 3e-5
 """Random forces, in force units, at which the fit of the noise starts: without any, it ends far from the best where the
@@ -91,8 +88,7 @@ class Base:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A fit: values x of the terms and of the causes' parameters, variances of the groups and the largest that they
-    could be, marginal likelihood."""
+    """A fit: values x of the terms and of the causes' parameters, variances of the groups, marginal likelihood."""
 
     base: Base
     variant: Variant
@@ -100,7 +96,6 @@ class Fitted:
     now: Innovations
     x: np.ndarray
     variances: np.ndarray
-    most: np.ndarray
     evidence: float
 
     @property
@@ -113,17 +108,6 @@ class Fitted:
     def sizes(self) -> np.ndarray:
         """Values of the causes' parameters."""
         return self.x[self.free]
-
-    @property
-    def beyond_priors(self) -> bool:
-        """Whether the model's numbers are further off than any prior holds: no cause can be told beside them, and free
-        runs have to say more."""
-        return bool(self.variances[NUMBERS] >= BOUND * MOST[NUMBERS])
-
-    @property
-    def at_bound(self) -> bool:
-        """Whether the model's numbers are further off than the priors that held when the rounds ended."""
-        return bool(self.variances[NUMBERS] >= BOUND * self.most[NUMBERS])
 
     @cached_property
     def expansion(self) -> Quadratic:
@@ -176,7 +160,7 @@ def fit(
             s, now = fit_noise(est, s, 2, ROUGH)
             evidence = _evidence(q, x, variances, now.log_likelihood)
             if best is None or evidence > best.evidence:
-                best = Fitted(base, variant, s, now, x, variances, most, evidence)
+                best = Fitted(base, variant, s, now, x, variances, evidence)
             rises, before = evidence - before > (ENOUGH if most is MOST else MOVING), evidence
             if rises or not settled:
                 continue
@@ -185,7 +169,7 @@ def fit(
         settled, most = True, MOST
     if best is None:
         evidence = _evidence(expanded(base, s, now, x, variant), x, variances, now.log_likelihood)
-        best = Fitted(base, variant, s, now, x, variances, most, evidence)
+        best = Fitted(base, variant, s, now, x, variances, evidence)
     return best
 
 

@@ -73,8 +73,7 @@ class Found:
 def search(
     state: State, base: Base, bank: Mapping[Cause, Sequence[Variant]], most: int, rng: np.random.Generator
 ) -> Found:
-    """Accept causes one after the other while they pass the level, and while the numbers stay within what their priors
-    hold: beside numbers that do not, no cause is told.
+    """Accept causes one after the other while they pass the level.
 
     Eq. 12 of docs/mathematics/default-route.md.
 
@@ -102,8 +101,6 @@ def search(
         near = [c.cause for c in tried[1:] if _near(best, c, threshold)]
         accepted.append(replace(best, tied=tuple(near[:MOST_TIED])))
         final = best.fitted
-        if final.at_bound:
-            break
     kept, final = _without_needless(accepted, final, float(np.log(state.alpha * LATER / TESTS)))
     return Found(null, kept, final, first)
 
