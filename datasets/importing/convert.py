@@ -16,8 +16,9 @@ from .raw import RawColumn, RawTable
 from .report import Fault
 from .units import UNITS
 
-FEW, MANY = 0.02, 0.2
-"""Share of rows that may be left out, and of cells of a column that may be gaps for not being numbers."""
+FEW, MANY, HALF = 0.02, 0.2, 0.5
+"""Share of rows that may be left out, of cells of a column that may be gaps for not being numbers, and of sentences or
+messages that may be left out: their checksums tell the bad ones from the others."""
 ANGLE = re.compile(
     r"([NSEWO+-]?)\s*(\d{1,3})[°\s:]\s*(\d{1,2}(?:[.,]\d+)?)['\u2032\s:]?\s*(\d{1,2}(?:[.,]\d+)?)?[\"\u2033]?\s*([NSEWO]?)"
 )
@@ -90,7 +91,7 @@ def _row_faults(table: RawTable) -> list[Fault]:
     if not table.faults:
         return []
     total = max(table.lines, table.n + len(table.faults))
-    many = len(table.faults) > FEW * total and len(table.faults) > 2
+    many = len(table.faults) > (HALF if table.lines else FEW) * total and len(table.faults) > 2
     row, message, _ = next(iter(table.faults))
     more = f" ({len(table.faults)} of {total} rows are wrong, this is the first)" if len(table.faults) > 1 else ""
     hint = "mend or remove them" if many else "left out"

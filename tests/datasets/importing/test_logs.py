@@ -101,3 +101,18 @@ def test_the_mapping_that_was_written_imports_the_next_log(make, sources, tmp_pa
     shared = min(one.n, other.n) - 5
     for name in one.channels:
         assert other.column(name)[5:shared] == pytest.approx(one.column(name)[5:shared], rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.12, 0), (1.0, 2)])
+def test_sentences_with_a_wrong_checksum_are_kept_aside(share, status, sources, rng, tmp_path, capsys):
+    """One sentence of eight is a noisy line; where all are wrong there is no log."""
+    (path,) = LOGS["autopilot"](sources["mariner"], tmp_path)
+    lines = path.read_text("utf-8").splitlines()
+    wrong = [line[:-2] + "ZZ" if "*" in line and rng.random() < share else line for line in lines]
+    path.write_text("\n".join(wrong), "utf-8")
+    assert status_of(["import", str(path), "--yes", "-o", str(tmp_path / "out.csv")]) == status
+    told = capsys.readouterr()
+    if status == 0:
+        assert "rows are wrong, this is the first" in told.out + told.err
+        record = read_record(tmp_path / "out.csv")
+        assert np.ptp(record.time_s) == pytest.approx(np.ptp(sources["mariner"].time_s), abs=2.0)
