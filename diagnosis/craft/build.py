@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -52,7 +52,20 @@ LOST = 0.1
 """R2 of the yaw rate that a surge of its own may lose: where nothing was recorded of the thrust, it is far more."""
 
 
-def build(train: Sequence[Record], held_out: Sequence[Record] = (), ship: Model | None = None) -> CraftDiagnosis:
+CLIMBING, LEFT_OUT, AHEAD = (
+    "what steers the craft, and what simpler models lack",
+    "predicting records that were left out",
+    "errors ahead and the heading band",
+)
+"""Stages that `build` tells."""
+
+
+def build(
+    train: Sequence[Record],
+    held_out: Sequence[Record] = (),
+    ship: Model | None = None,
+    watch: Callable[[str], object] = lambda stage: None,
+) -> CraftDiagnosis:
     """Build a model of a craft from its records alone, or beside a simulation of its particulars.
 
     Parameters
@@ -61,6 +74,7 @@ def build(train: Sequence[Record], held_out: Sequence[Record] = (), ship: Model 
         choice but for one guard: the model that is returned is not worse along them than the chosen law alone.
     ship : a simulation of surge, sway and yaw (`models/particulars.py`); it is corrected by the training records and
         judged beside the model that is built.
+    watch : called with every stage when it begins.
 
     Raises
     ------
@@ -77,21 +91,25 @@ def build(train: Sequence[Record], held_out: Sequence[Record] = (), ship: Model 
         cleaned = [without_spikes(r.turned("starboard")) for r in (*train, *held_out)]
         spikes = [f"{r.name}: {n} samples that stand out of their neighbours are left out." for r, n in cleaned if n]
         records = [r for r, _ in cleaned]
-        return _built(records[: len(train)], records[len(train) :], ship, spikes)
+        return _built(records[: len(train)], records[len(train) :], ship, spikes, watch)
 
 
 def _built(
-    train: Sequence[Record], held_out: Sequence[Record], ship: Model | None, spikes: Sequence[str]
-) -> CraftDiagnosis:
+    train: Sequence[Record], held_out: Sequence[Record], ship: Model | None, spikes: Sequence[str],
+    watch: Callable[[str], object],
+) -> CraftDiagnosis:  # fmt: skip
     started = time.perf_counter()
+    watch(CLIMBING)
     scales = scales_of(train)
     pieces = pieces_of(train, scales)
     craft, given = craft_of([*train, *held_out], scales)
     ladder = Ladder(pieces, craft, given, commands=not all(r.has(RUDDERS[0]) for r in train))
     found = climb(ladder)
+    watch(LEFT_OUT)
     kept = _guarded(ladder, found, [*train, *held_out])
     simulation, told = (None, []) if ship is None else corrected(ship, train)
     speed = numbers_of(train, scales.time_s, TURNS in given)
+    watch(AHEAD)
     kept, model, ahead, notes = _judged(ladder, kept, train, held_out, simulation, speed)
     notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps)), *told, *notes]
     final = kept[-1].attempt

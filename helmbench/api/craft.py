@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..diagnosis.craft import result
 from ..models.argument_types import typed
-from .diagnosis import FILES, training_and_held_out
+from .diagnosis import FILES, READING, shown_stages, training_and_held_out
 from .identification import labels
 from .results import Result
 
@@ -63,6 +63,7 @@ def build_model(
     *,
     positive_rudder: str | None = None,
     particulars: Model | FilePath | None = None,
+    progress: bool | Callable[[str], object] = False,
 ) -> CraftDiagnosis:
     """Build a model of a craft for which none is known, and say how far ahead it can be trusted.
 
@@ -78,6 +79,8 @@ def build_model(
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
     particulars : YAML file of the ship's particulars (docs/mathematics/craft.md), or another simulation of surge, sway
         and yaw: it is corrected by the training records and told beside the built model, `ship` of the outcome.
+    progress : show on standard error which stage it is in; or a function that is called with every stage when it
+        begins.
 
     Raises
     ------
@@ -85,13 +88,17 @@ def build_model(
         its columns say.
     CannotFit : the records hold no yaw motion, the rudder or command never moves, or all stretches are too short.
     """
-    from ..diagnosis.craft.build import build
-    from ..models.model import resolve
-    from .identification import as_model
+    from ..models.cache import FIRST_USE
 
-    ship = None if particulars is None else as_model(particulars)
-    records, others, doubts = training_and_held_out(resolve("nomoto-1"), train, held_out, positive_rudder)
-    found = build(records, others, ship)
+    with shown_stages(progress) as watch, FIRST_USE.told_to(watch):
+        watch(READING)
+        from ..diagnosis.craft.build import build
+        from ..models.model import resolve
+        from .identification import as_model
+
+        ship = None if particulars is None else as_model(particulars)
+        records, others, doubts = training_and_held_out(resolve("nomoto-1"), train, held_out, positive_rudder)
+        found = build(records, others, ship, watch)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
     return CraftDiagnosis.of(replace(found, records=tuple(names), doubts=doubts))

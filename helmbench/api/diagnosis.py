@@ -117,7 +117,7 @@ def diagnose(
     """
     from ..models.cache import FIRST_USE
 
-    with _shown_stages(progress) as watch, FIRST_USE.told_to(watch):
+    with shown_stages(progress) as watch, FIRST_USE.told_to(watch):
         watch(READING)
         from ..diagnosis import diagnose as engine
         from ..diagnosis.ahead import with_errors_ahead
@@ -137,7 +137,7 @@ def diagnose(
 
 
 @contextmanager
-def _shown_stages(progress: bool | Callable[[str], object]) -> Generator[Callable[[str], object]]:
+def shown_stages(progress: bool | Callable[[str], object]) -> Generator[Callable[[str], object]]:
     """A function that shows the stage of a diagnosis on standard error, and how long it has taken, where asked."""
     if callable(progress):
         yield progress

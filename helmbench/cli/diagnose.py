@@ -79,14 +79,18 @@ def diagnose(
     check_folder(output, FILES, force)
     if particulars is not None and model is not None:
         raise click.UsageError("--particulars goes without --model: a file of particulars is a model as well.")
-    if model is None:
-        return find_and_write(
-            lambda: helmbench.build_model(train, held_out, positive_rudder=positive_rudder, particulars=particulars),
-            "no model can be built",
-            output,
-            as_json,
-            quiet,
+
+    def build() -> helmbench.CraftDiagnosis:
+        return helmbench.build_model(
+            train,
+            held_out,
+            positive_rudder=positive_rudder,
+            particulars=particulars,
+            progress=shows_progress(quiet or as_json),
         )
+
+    if model is None:
+        return find_and_write(build, "no model can be built", output, as_json, quiet)
 
     def find() -> helmbench.Diagnosis:
         return helmbench.diagnose(

@@ -277,8 +277,7 @@ def _diagnosed(train: list[Record], held_out: list[Record], model: str, method: 
     from ..reporting.open.views import craft_view, diagnosis_view
 
     if model == NO_MODEL:
-        stage("building a model from the records: steering laws, then what they lack")
-        built = build_model(train, held_out)
+        built = build_model(train, held_out, progress=stage)
         return built, craft_view(built)
     found = diagnose(model, train, held_out, progress=stage)
     return found, diagnosis_view(found)

@@ -53,3 +53,9 @@ def test_a_function_is_told_every_stage_from_the_reading_on(record):
     helmbench.diagnose("response-1", record, causes=["rudder_offset"], progress=told.append)
     assert told[:2] == ["reading the model and the records", "checks of sensors and files"]
     assert len(told) == len(set(told)) > 2
+
+
+def test_a_model_that_is_built_tells_its_stages(record):
+    told = []
+    helmbench.build_model(record, progress=told.append)
+    assert told[0] == "reading the model and the records" and len(told) == len(set(told)) == 4
