@@ -53,7 +53,7 @@ def mariner_under_wind():
     seed = int(np.random.SeedSequence().generate_state(1)[0])
     print(f"mariner under wind: seed {seed}")
     model, records = _under_wind("mariner", seed)
-    return model, records, Pem().fit(records, model.blanked())
+    return model, records, Pem(max_iterations=100).fit(records, model.blanked())
 
 
 def test_standard_errors_nearly_hold_under_wind_with_sixty_coefficients(mariner_under_wind):
@@ -62,9 +62,10 @@ def test_standard_errors_nearly_hold_under_wind_with_sixty_coefficients(mariner_
 
 
 def test_standard_errors_nearly_hold_under_wind(seed):
-    """Mean wind and gusts are not in the model; the filter takes them as forces of zero mean."""
+    """Mean wind and gusts are not in the model; the filter takes them as forces of zero mean.  The search ends after 18
+    to 36 iterations (150 draws), the default of 30 sometimes a few hundredths of log likelihood before."""
     model, records = _under_wind("s175", seed)
-    _assert_nearly_held(Pem().fit(records, model.blanked()), model)
+    _assert_nearly_held(Pem(max_iterations=100).fit(records, model.blanked()), model)
 
 
 def _median_error(estimate, model):
