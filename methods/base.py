@@ -17,6 +17,7 @@ from ..estimation.recursive.stream import Stream
 from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extras import extras_told
+from ..models.model import resolve
 from ..models.suggestions import suggestion
 
 if TYPE_CHECKING:
@@ -121,14 +122,14 @@ class Method:
         """The method itself, on checked records; may raise CannotFit and FitFailed."""
         raise NotImplementedError(f"{type(self).__name__} does not implement estimate()")
 
-    def fit(self, records: Record | Sequence[Record], model: Model) -> Estimate:
+    def fit(self, records: Record | Sequence[Record], model: Model | str) -> Estimate:
         """Identify the model's coefficients from records.
 
         Parameters
         ----------
         records : one record or several, in SI units; their rudder sign is turned to the model's.  Not modified.
-        model : the structure to identify; only methods with an option for prior knowledge use its own coefficients, if
-            it has any.
+        model : the structure to identify, or its id; only methods with an option for prior knowledge use its own
+            coefficients, if it has any.
 
         Raises
         ------
@@ -137,6 +138,7 @@ class Method:
         BadInput : an option of the method is impossible.
         """
         self.check_options()
+        model = resolve(model) if isinstance(model, str) else model
         checked = prepared([records] if isinstance(records, Record) else records, model)
         wall, cpu = time.perf_counter(), time.process_time()
         fit = self._guarded(checked, self.visible(model))

@@ -46,6 +46,9 @@ def test_a_grid_search_compares_options_by_free_runs_of_left_out_records():
     best = search.best_estimator_
     assert best.estimate_.parameters == best.fit(records, model).parameters
     assert best.score(records) == pytest.approx(search.score(records))
+    assert search.fit(records, model="nomoto-1-cubic").best_estimator_.estimate_.parameters == best.estimate_.parameters
+    with pytest.raises(helmbench.BadInput, match="nomoto-9"):
+        best.fit(records, "nomoto-9")
 
 
 def test_a_method_that_was_not_fitted_has_no_score():
