@@ -8,8 +8,8 @@ import unicodedata
 from dataclasses import dataclass
 from functools import cache
 
-from .names import words
-from .quantities import quantities, side_words, word_list
+from .names import named, words
+from .quantities import side_words, word_list
 from .units import NO_UNIT, TIME_WORDS, Unit, tidy, unit_of
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
@@ -77,7 +77,7 @@ def read_header(name: str, unit: str = "") -> Header:
         pieces.append(tail[1].strip())
         rest = rest[: tail.start()]
     pieces += [part.strip() for part in re.split(r"[;,|]", unit)]
-    if set(words(rest)) & _words_of("heading", "course_over_ground"):
+    if _means(rest, "heading", "heading_magnetic", "course_over_ground"):
         magnetic = [MAGNETIC.fullmatch(piece) for piece in pieces]
         pieces = [piece if match is None else match[1] or "" for piece, match in zip(pieces, magnetic, strict=True)]
         rest = f"{rest} mag" if any(magnetic) and "mag" not in words(rest) else rest
@@ -92,15 +92,15 @@ def read_header(name: str, unit: str = "") -> Header:
 
 def _hemisphere(name: str, unit: str) -> str:
     """The letter n, s, e or w that stands alone in the header of a latitude or longitude; '' for none or several."""
-    letters = HEMISPHERE.findall(f"{name} {unit}") if set(words(name)) & _words_of("latitude", "longitude") else []
-    return letters[0].lower() if len(letters) == 1 else ""
+    letters = HEMISPHERE.findall(f"{name} {unit}")
+    if len(letters) != 1 or not _means(HEMISPHERE.sub(" ", name), "latitude", "longitude"):
+        return ""
+    return letters[0].lower()
 
 
-@cache
-def _words_of(*kinds: str) -> frozenset[str]:
-    """All words in the names of quantities, single letters left out."""
-    found = (word for kind in kinds for name in quantities()[kind].names for word in words(name))
-    return frozenset(word for word in found if len(word) > 1)
+def _means(text: str, *kinds: str) -> bool:
+    """Whether a name, without what stands in its brackets, can mean one of these quantities."""
+    return not set(named(words(BRACKETS.sub(" ", text))).may_be).isdisjoint(kinds)
 
 
 def _sized(text: str) -> bool:

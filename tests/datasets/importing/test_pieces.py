@@ -131,6 +131,8 @@ def test_what_a_header_states(text, dimension, unit, positive):
         ("Breite [° N]", ("breite",), False),
         ("Latitude [deg]", ("latitude",), None),
         ("Latitude N/S", ("latitude", "n", "s"), None),
+        ("Position E [m]", ("position", "e"), None),
+        ("GPS N [m]", ("gps", "n"), None),
     ],
 )
 def test_the_letter_of_a_hemisphere(text, words, turned):
@@ -143,6 +145,7 @@ def test_a_direction_from_magnetic_north_is_no_true_heading(text):
 
 
 def test_a_letter_for_metres_is_no_direction():
+    assert read_header("Rudder angle (M) [deg]").words == ("rudder", "angle")
     assert read_header("Head [m]").words == ("head",) and read_header("Heading [deg T]").words == ("heading",)
 
 
