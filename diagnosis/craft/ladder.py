@@ -343,8 +343,9 @@ def _richer_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:
     """Another law with a rung that the present one has not, where both together do better than all that it can add:
     before that rung the records did not tell the laws apart."""
     own = ladder.rungs(now.law)
-    others = [a for law in ladder.laws() if law is not now.law and (a := ladder.with_law(now, law))]
-    tried = [(r, b) for a in others for r in ladder.rungs(a.law) if r not in own and (b := ladder.with_rung(a, r))]
+    more = {law: [r for r in ladder.rungs(law) if r not in own] for law in ladder.laws()}
+    others = [a for law, rungs in more.items() if rungs and (a := ladder.with_law(now, law))]
+    tried = [(r, b) for a in others for r in more[a.law] if (b := ladder.with_rung(a, r))]
     found = [(r, b, *better(now, b)) for r, b in tried]
     entering = [t for t in found if t[2] > max(LEAST, ERRORS * t[3])]
     if not entering:
