@@ -65,16 +65,16 @@ def test_a_drawn_cause_on_a_drawn_base(rng):
 
 
 def test_nothing_is_named_where_only_the_base_is_wrong(rng):
-    """In three draws of seven at least: of clean records 2 % may be named something (the suite `imperfect` holds the
-    rate), so that five of seven are less than once in 1e6 runs."""
+    """In 15 draws of 20 at least: of 240 clean records two were named something, so that six of 20 are less than once
+    in 1e6 runs; the suite `imperfect` holds the rate."""
     named = []
-    for _ in range(7):
+    for _ in range(20):
         vessel = str(rng.choice(["mariner", "response-1"]))
         case = injected(vessel, (), rng)
         found = diagnose(base_model("off-10", vessel, rng), case.train)
-        print(vessel, found.verdict, found.causes)
-        named += [vessel] if strangers(found) else []
-    assert len(named) <= 4
+        named += [(vessel, found.verdict, found.causes)] if strangers(found) else []
+    print(named)
+    assert len(named) <= 5
 
 
 @pytest.mark.parametrize("vessel", ["response-1", "cargo"])
