@@ -1,4 +1,5 @@
-"""Whether a model follows its records far better with half or twice the rudder: then the column holds another angle."""
+"""Whether the rudder's column holds another angle: beyond the ship's stops, or a model follows its records far better
+with half or twice of it."""
 
 from __future__ import annotations
 
@@ -23,13 +24,35 @@ UNITS = {0.45: "twice", 0.5: "twice", 0.55: "twice", 1.8: "half", 2.0: "half", 2
 FALL = 0.3
 """Share of the squared error of free runs that may be left with another factor."""
 RUDDERS = ("rudder_rad", "rudder_command_rad")
+BEYOND, USUAL = 1.1, 0.98
+"""Times the angle of the stops that a column must reach, and the share of the samples that may lie further out."""
 
 
 def rudder_doubt(records: Sequence[Record], model: Model) -> CheckFinding | None:
-    """A finding that stands where free runs with half or twice the rudder follow the yaw motion far better; else None.
+    """A finding that stands where the rudder goes far beyond the model's stops, or where free runs with half or twice
+    the rudder follow the yaw motion far better; else None.
 
     records : in the model's sign of the rudder, behind its instruments.
     """
+    return _beyond_stops(records, model) or _other_angle(records, model)
+
+
+def _beyond_stops(records: Sequence[Record], model: Model) -> CheckFinding | None:
+    steered = [r for r in records if any(r.has(name) for name in RUDDERS) and np.isfinite(r.rudder()).any()]
+    most = {r.name: float(np.nanquantile(np.abs(r.rudder()), USUAL)) for r in steered}
+    names = tuple(name for name, angle in most.items() if angle > BEYOND * model.rudder.max_rad)
+    if not names:
+        return None
+    largest = max(most[name] for name in names)
+    said = (
+        f"the rudder reaches {np.rad2deg(largest):.3g} deg, beyond the stops of {model.id} at "
+        f"{np.rad2deg(model.rudder.max_rad):.3g} deg: another unit or scale, or another ship"
+    )
+    size = Size("factor", *[model.rudder.max_rad / largest] * 3, "1")
+    return CheckFinding("wrong_unit", "file", names, ("rudder_rad",), (size,), said, standing=True)
+
+
+def _other_angle(records: Sequence[Record], model: Model) -> CheckFinding | None:
     if not model.known:
         return None
     with np.errstate(all="ignore"):

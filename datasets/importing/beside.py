@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -69,19 +68,27 @@ def with_sides(columns: Sequence[RawColumn]) -> list[RawColumn]:
 def with_halves(columns: Sequence[RawColumn]) -> list[RawColumn]:
     """Columns of the angle to one side and to the other, one of them zero at any time, as one signed column."""
     out = list(columns)
-    for i, j in itertools.combinations(range(len(out)), 2):
-        one, other = out[i], out[j]
-        words_i, words_j = set(words(one.name)), set(words(other.name))
-        to = [side_words()[side] for side in ("starboard", "port")]
-        if words_i & to[1] and words_j & to[0]:
-            i, j, one, other, words_i, words_j = j, i, other, one, words_j, words_i
-        if not (words_i & to[0] and words_j & to[1] and words_i - to[0] == words_j - to[1]) or one.unit != other.unit:
+    starboard, port = (_of_side(columns, side) for side in ("starboard", "port"))
+    pairs = [(places, port[key]) for key, places in starboard.items() if key in port]
+    for (i, *more), (j, *others) in pairs:
+        if more or others:
             continue
+        one, other = out[i], out[j]
         a, b = np.nan_to_num(one.numbers), np.nan_to_num(other.numbers)
         if (a >= 0.0).all() and (b >= 0.0).all() and a.any() and b.any() and np.mean((a > 0.0) & (b > 0.0)) < 0.05:
             out[i] = replace(one, values=one.numbers - other.numbers, said=(*one.said, "positive to starboard"))
             out[j] = replace(other, known="not used", source=f"the other side of column {one.name}, taken off it")
     return out
+
+
+def _of_side(columns: Sequence[RawColumn], side: str) -> dict[tuple[frozenset[str], str], list[int]]:
+    """(The other words of a name, its unit) -> places of the columns that have a word of that side."""
+    found: dict[tuple[frozenset[str], str], list[int]] = {}
+    for place, column in enumerate(columns):
+        own = frozenset(words(column.name))
+        if own & side_words()[side]:
+            found.setdefault((own - side_words()[side], column.unit), []).append(place)
+    return found
 
 
 def _sides(letters: Texts, before: RawColumn) -> bool:

@@ -180,7 +180,7 @@ def _without(table: RawTable, answers: Dict[str, str]) -> TableTime:
     key = answers.get(f"{table.label}/time", "")
     if re.fullmatch(r"\d*\.?\d+(e-?\d+)?", key) and float(key) > 0.0:
         return TableTime((), "rows", "rows", float(key), "stated", "as answered")
-    able = [c for c in table.columns if c.numeric and np.mean(np.diff(c.numbers) > 0.0) > 0.95]
+    able = [c for c in table.columns if c.numeric and len(c.numbers) > 1 and np.mean(np.diff(c.numbers) > 0.0) > 0.95]
     pairs: dict[str, tuple[str, Form]] = {
         f"{column.name}: {form}": (column.name, form)
         for column in able

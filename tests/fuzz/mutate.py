@@ -84,7 +84,7 @@ def _data_changed(data: bytes, rng: random.Random) -> bytes:
         if not isinstance(content, dict | list) or not content:
             return data
         return _dumped(_changed(content, rng))
-    except (ValueError, LookupError, yaml.YAMLError, RecursionError, TypeError, AttributeError):  # of PyYAML, some
+    except (ValueError, LookupError, yaml.YAMLError, RecursionError, TypeError, AttributeError, ArithmeticError):
         pass
     try:  # a line of a journal
         lines[place] = _dumped(_changed(json.loads(lines[place]), rng))
