@@ -187,7 +187,8 @@ def gains(
     held: Estimator, before: Sequence[np.ndarray], after: Sequence[np.ndarray], starts: Sequence[int],
     sensor_sd: np.ndarray, rng: np.random.Generator,
 ) -> dict[str, Gain]:  # fmt: skip
-    """Gain of every measured channel over the held-out records, with a block-bootstrap interval of the ratio."""
+    """Gain of every measured channel over the held-out records, with a block-bootstrap interval of the ratio; none
+    where no record lasts until scoring starts."""
     out = {}
     for c in np.flatnonzero(held.channels).tolist():
         old, new, spread = [], [], []
@@ -198,7 +199,8 @@ def gains(
             new += error_blocks(error_of(y, b[k:, c], c), block)
             known = y[np.isfinite(y)]
             spread += [np.sum((known - known.mean()) ** 2) if known.size else 0.0]
-        out[COLUMNS[SYMBOLS[c]]] = _gain(np.array(old), np.array(new), float(np.sum(spread)), sensor_sd[c], rng)
+        if old:
+            out[COLUMNS[SYMBOLS[c]]] = _gain(np.array(old), np.array(new), float(np.sum(spread)), sensor_sd[c], rng)
     return out
 
 
@@ -253,7 +255,7 @@ def _gain(old: np.ndarray, new: np.ndarray, spread: float, floor: float, rng: np
     _, low, high = ratio_of(old, new, rng)
     gap = max(a**2 - floor**2, 1e-300)
     closed = (a**2 - b**2) / gap if a > 1.05 * floor else 0.0
-    r2 = [1.0 - x[:, 0].sum() / max(spread, 1e-300) for x in (old, new)]
+    r2 = [1.0 - x[:, 0].sum() / spread if spread > 0.0 else np.nan for x in (old, new)]
     return Gain(
         float(a), float(b), float(low), float(high), float(r2[0]), float(r2[1]), float(np.clip(closed, -9.0, 1.0))
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import io
-import json
 import zipfile
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -17,6 +17,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from ..models.errors import BadInput
+from ..models.plain import plain
 from .projects import LOGS, MODEL_FILE, MODELS, MOST_PARTS, PARTIAL, Project, Projects
 from .tasks import NO_MODEL, VIEW
 
@@ -99,6 +100,7 @@ def application(projects: Projects, assets: Path, style: Path) -> Starlette:
         Route("/", server.page),
         Route("/assets/{name}", server.asset),
         Route("/api/about", server.about),
+        Route("/api/choices", server.choices),
         Route("/api/projects", server.listed),
         Route("/api/projects", server.new, methods=["POST"]),
         Route(one, server.state),
@@ -107,6 +109,7 @@ def application(projects: Projects, assets: Path, style: Path) -> Starlette:
         Route(f"{one}/logs/{{name}}", server.drop_log, methods=["DELETE"]),
         Route(f"{one}/read", server.read, methods=["POST"]),
         Route(f"{one}/parts", server.parts, methods=["POST"]),
+        Route(f"{one}/question", server.question, methods=["POST"]),
         Route(f"{one}/analyses", server.analyse, methods=["POST"]),
         Route(f"{one}/cancel", server.cancel, methods=["POST"]),
         Route(f"{one}/columns", server.columns),
@@ -149,6 +152,9 @@ class _Server:
 
     async def about(self, _: Request) -> Response:
         return JSONResponse(await asyncio.to_thread(_about))
+
+    async def choices(self, _: Request) -> Response:
+        return JSONResponse(await asyncio.to_thread(_choices))
 
     async def listed(self, _: Request) -> Response:
         return JSONResponse(self._projects.listed())
@@ -215,13 +221,20 @@ class _Server:
             project.changed()
         return JSONResponse(project.to_json())
 
+    async def question(self, request: Request) -> Response:
+        project, asked = self._project(request), await _body(request, Asked)
+        with project.lock:
+            project.question = asked.model_dump()
+            project.changed()
+        return JSONResponse(project.to_json())
+
     async def analyse(self, request: Request) -> Response:
         project, asked = self._project(request), await _body(request, Asked)
-        about = await asyncio.to_thread(_about)
-        known = {NO_MODEL, *([] if asked.kind == "diagnose" else ["auto"]), *about["models"], *about["vessels"]}
-        if not asked.model.startswith(MODEL_FILE) and asked.model not in known:
+        known = await asyncio.to_thread(_choices)
+        models = {NO_MODEL, *([] if asked.kind == "diagnose" else ["auto"]), *known["models"], *known["vessels"]}
+        if not asked.model.startswith(MODEL_FILE) and asked.model not in models:
             raise BadInput(f"unknown model {asked.model!r}", hint="choose one of the list, or drop a model.json")
-        if asked.method not in about["methods"]:
+        if asked.method not in known["methods"]:
             raise BadInput(f"unknown method {asked.method!r}", hint="choose one of the list")
         self._projects.analyse(project, asked.kind, asked.model, asked.method)
         return JSONResponse(project.to_json())
@@ -327,16 +340,18 @@ def _zipped(folder: Path, files: tuple[str, ...]) -> bytes:
     return buffer.getvalue()
 
 
-_KNOWN: dict[str, Any] = {}
-
-
+@cache
 def _about() -> dict[str, Any]:
-    """What there is to choose from; looked up once."""
-    from .. import list_methods, list_models, list_vessels
+    """What the columns may be, and how much is taken: known at once."""
     from ..api.importing import list_quantities
 
-    if not _KNOWN:
-        methods = {name: title for name, title in list_methods().items() if ":" not in name}
-        known = {"models": list_models(), "vessels": list_vessels(), "methods": methods}
-        _KNOWN.update(known, quantities=list_quantities(), version=version("helmbench"), most_bytes=MOST_BYTES)
-    return json.loads(json.dumps(_KNOWN))
+    return plain({"quantities": list_quantities(), "version": version("helmbench"), "most_bytes": MOST_BYTES})
+
+
+@cache
+def _choices() -> dict[str, Any]:
+    """Models, vessels and methods to choose from: takes seconds of imports."""
+    from .. import list_methods, list_models, list_vessels
+
+    methods = {name: title for name, title in list_methods().items() if ":" not in name}
+    return plain({"models": list_models(), "vessels": list_vessels(), "methods": methods})

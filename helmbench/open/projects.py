@@ -13,6 +13,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from ..models.errors import BadInput
+from .tasks import READING_STEPS, steps_of
 from .workers import UNFINISHED, Job, Workers
 
 MOST_PROJECTS, MOST_FILES, MOST_PARTS = 64, 64, 200
@@ -43,7 +44,7 @@ class Project:
 
     log : outcome of the last reading (`tasks.read_logs`);  answers : id of a question -> its answer;
     choices : what the user says of columns;  version : counts changes;  reading : folder of the last reading;
-    parts : of the records with these `spans`, (name, from, to) in s.
+    parts : of the records with these `spans`, (name, from, to) in s;  question : what the user means to ask.
     """
 
     id: str
@@ -58,6 +59,7 @@ class Project:
     reading: Path | None = None
     parts: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
     spans: list[tuple[str, float, float]] = field(default_factory=list[tuple[str, float, float]])
+    question: dict[str, Any] | None = None
     job: Job | None = None
     analyses: list[Analysis] = field(default_factory=list[Analysis])
 
@@ -116,6 +118,7 @@ class Project:
                 "log": self.log,
                 "reading": self.reading.name if self.reading else "",
                 "parts": self.parts,
+                "question": self.question,
                 "job": self.job.to_json() if self.job else None,
                 "analyses": [one.to_json() for one in reversed(self.analyses)],
             }
@@ -213,7 +216,7 @@ class Projects:
             if spans and spans != project.spans:  # a choice that makes no record costs no part
                 project.parts, project.spans = found["parts"], spans
 
-        self._start(project, Job("read", arguments), keep)
+        self._start(project, Job("read", arguments, READING_STEPS), keep)
 
     def analyse(self, project: Project, kind: str, model: str, method: str) -> None:
         """Check, identify or diagnose the parts.
@@ -252,7 +255,7 @@ class Projects:
             files = [name for name in files if name != "view.json"]
             project.analyses.append(Analysis(number, out, told, tuple(files)))
 
-        self._start(project, Job("analyse", arguments), keep)
+        self._start(project, Job("analyse", arguments, steps_of(kind, model)), keep)
 
     def _start(self, project: Project, job: Job, keep: Callable[[Any], object]) -> None:
         with project.lock:

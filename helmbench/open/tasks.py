@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -20,19 +21,30 @@ if TYPE_CHECKING:
     from .. import ImportDraft
     from ..datasets.record import Record
 
+TAKE_TIME = ("pandas", "numba", "scipy.signal", "..reporting.open.views")
+"""Modules that the tasks need: imported while there is none, so that the next begins at once."""
 Stage = Callable[[str], object]
 """Is called with what begins now, in words."""
 VIEW, RECORDS, MAP, COLUMNS = "view.json", "records", "log.map.yaml", "columns.json"
 NO_MODEL = ""
 """Stands for a ship of which no simulation is known."""
+READING_STEPS = 4
+"""Stages of a reading: the start of the process and those that `read_logs` tells."""
+
+
+def steps_of(kind: str, model: str) -> int:
+    """The most stages of an analysis, the start of its process among them."""
+    return {"check": 4, "identify": 5, "diagnose": 7 if model == NO_MODEL else 8}[kind]
 
 
 def work(pipe: Connection) -> None:
     """Do tasks until the server is gone: takes (name, arguments), sends stages and then one outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's, which ends this process
-    _import_what_takes_time()
+    ahead = list(TAKE_TIME)
     while True:
         try:
+            while ahead and not pipe.poll():
+                import_module(ahead.pop(0), __package__)
             name, arguments = pipe.recv()
             pipe.send(outcome(name, arguments, lambda text: pipe.send(("stage", text))))
         except (EOFError, OSError):
@@ -55,17 +67,8 @@ def outcome(name: str, arguments: Mapping[str, Any], stage: Stage) -> tuple[str,
 
 def _line(error: Exception, arguments: Mapping[str, Any]) -> str:
     """One line without the folders of this program."""
-    text = " ".join(str(error).split())
-    for place in (arguments.get("logs"), arguments.get("out")):
-        text = text.replace(f"{place}/", "") if place else text
-    return text
-
-
-def _import_what_takes_time() -> None:
-    """Everything that every task needs, so that the first one begins at once."""
-    for name in ("numba", "pandas", "scipy.signal"):
-        import_module(name)
-    import_module("..reporting.open.views", __package__)
+    folder = re.escape(str(Path(arguments["out"]).parent))
+    return re.sub(rf"{folder}[/\\](?:[\w-]+[/\\])*", "", " ".join(str(error).split()))
 
 
 # ------------------------------------------------------------------------------------------------ logs
@@ -100,7 +103,7 @@ def read_logs(
     try:
         draft = draft_import([Path(logs, name) for name in files], positive_rudder=positive_rudder)
     except BadInput as error:
-        return found | {"line": _line(error, {"logs": logs}), "faults": _faults(error)}
+        return found | {"line": _line(error, {"out": out}), "faults": _faults(error)}
     draft = _told(draft, answers, choices)
     stage("drawing the columns")
     found["columns"], found["faults"] = _columns(draft), _faults(draft)
@@ -112,7 +115,7 @@ def read_logs(
     try:
         log = draft.import_log()
     except BadInput as error:
-        return found | {"line": _line(error, {"logs": logs}), "faults": _faults(error)}
+        return found | {"line": _line(error, {"out": out}), "faults": _faults(error)}
     log.write_mapping(Path(out, MAP), force=True)
     found |= {"steps": list(log.report.steps), "faults": _faults(log.report)}
     return found | _stored(log.records, Path(out))

@@ -22,11 +22,13 @@ LOST = "the process that computed it ended (out of memory?); the logs and all ea
 class Job:
     """One job and how far it is.
 
-    stages : text and time of its begin, s since the start;  seconds : that it took, or has taken until now.
+    steps : most stages that it has;  stages : text and time of its begin, s since the start;  seconds : that it took,
+    or has taken until now.
     """
 
     task: str
     arguments: Mapping[str, Any]
+    steps: int = 1
     state: str = WAITING
     message: str = ""
     stages: list[tuple[str, float]] = field(default_factory=list[tuple[str, float]])
@@ -48,7 +50,7 @@ class Job:
         """What the page shows of it."""
         stages = [{"text": text, "at": round(at, 1)} for text, at in self.stages]
         return {"task": self.task, "state": self.state, "message": self.message, "stages": stages,
-                "seconds": round(self.seconds, 1)}  # fmt: skip
+                "steps": self.steps, "seconds": round(self.seconds, 1)}  # fmt: skip
 
 
 class Worker:

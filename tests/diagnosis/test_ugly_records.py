@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import helmbench
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
@@ -60,6 +61,15 @@ def test_nothing_is_named_for_a_defect_of_the_logger(seed, defect):
         return found.verdict in ("adequate", "inconclusive") and not found.causes
 
     assert quiet(seed) or quiet(seed + 1)
+
+
+@pytest.mark.parametrize("samples", [2, 3, 5])
+def test_a_few_samples_are_told_as_no_manoeuvre(record, samples, tmp_path):
+    short = replace(record.slice(0, samples), name="short"), replace(record.slice(100, 100 + samples), name="later")
+    found = helmbench.diagnose("response-1", short[0], short[1])
+    found.write(tmp_path / "out")
+    assert found.verdict == "inconclusive" and "no manoeuvre" in found.reason and not found.causes
+    assert all(np.isnan(gain.r2_before) or abs(gain.r2_before) < 1e9 for gain in found.gain.values())
 
 
 def test_numbers_beyond_all_arithmetic_are_one_line(record):

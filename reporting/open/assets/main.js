@@ -84,9 +84,7 @@ listen(async (state) => {
 });
 
 async function open() {
-  const about = await get("/api/about");
-  columns.start(about);
-  result.start(about);
+  columns.start(await get("/api/about"));
   await begin().catch(failed);
   await showWork();
 }

@@ -10,11 +10,9 @@ const QUESTIONS = {
   diagnose: ["Diagnose", "What does a simulation get wrong, and what is the cause?"],
 };
 const NAMES = { check: "check", identify: "identification", diagnose: "diagnosis" };
-let about = null;
+let choices = null, coming = null;
 let kind = "check", model = { identify: "auto", diagnose: "" }, method = "output-error";
-let asked = "", listed = "", chosen = null, loaded = { id: "", view: null };
-
-export function start(known) { about = known; }
+let remembered = "", asked = "", listed = "", chosen = null, loaded = { id: "", view: null };
 
 function failed(error) { document.getElementById("alert").textContent = error.message; }
 
@@ -24,21 +22,37 @@ export function showQuestion(state) {
   const ready = Boolean(state.log?.records.length);
   ask.parentElement.hidden = !ready;
   if (!ready) return;
+  if (remembered !== state.id) remember(state);
+  coming ??= get("/api/choices").then((found) => { choices = found; asked = ""; showQuestion(current()); }).catch(failed);
   const now = JSON.stringify([kind, model, method, state.models, Boolean(running()), state.parts.some((part) => part.role === "train")]);
   if (now === asked) return;
   asked = now;
-  const again = () => showQuestion(current());
+  const again = () => {
+    showQuestion(current());
+    post("/question", question()).catch(failed);
+  };
   const rows = [el("fieldset", {}, el("legend", {}, "What do you want to know?"), Object.entries(QUESTIONS).map(([value, [title, what]]) =>
     el("label", { className: "radio", htmlFor: `kind-${value}` },
       el("input", { type: "radio", name: "kind", id: `kind-${value}`, value, checked: kind === value, onchange: () => { kind = value; again(); } }),
       el("b", {}, title), el("span", { className: "sub" }, what))))];
-  if (kind !== "check") rows.push(el("div", { className: "tools" }, models(state, again), kind === "identify" ? methods(again) : null));
+  if (kind !== "check" && !choices) rows.push(el("p", { className: "sub" }, "The lists of models and methods are being read …"));
+  if (kind !== "check" && choices) rows.push(el("div", { className: "tools" }, models(state, again), kind === "identify" ? methods(again) : null));
   if (kind === "diagnose" && model.diagnose === "") {
     rows.push(el("p", { className: "sub" }, "Without a simulation the records tell what steers the craft and what simpler models lack, and a model is built."));
   }
   rows.push(el("div", { className: "tools" }, button("Start", begin, { id: "start", className: "primary", disabled: running() || !state.parts.some((part) => part.role === "train") })));
   fill(ask, rows);
 }
+
+function remember(state) {
+  remembered = state.id;
+  if (!state.question) return;
+  kind = state.question.kind;
+  method = state.question.method;
+  if (kind !== "check") model = { ...model, [kind]: state.question.model };
+}
+
+function question() { return { kind, model: kind === "check" ? "" : model[kind], method }; }
 
 function models(state, again) {
   const options = (known) => Object.entries(known).map(([value, title]) => ({ value, text: `${value}: ${title}` }));
@@ -47,19 +61,19 @@ function models(state, again) {
   const own = state.models.map((name) => ({ value: `file:${name}`, text: name }));
   return select("model", kind === "identify" ? "model" : "simulation of the ship", [...first,
     ...(own.length ? [{ label: "your models", options: own }] : []),
-    { label: "ships", options: options(about.vessels) }, { label: "families", options: options(about.models) }],
+    { label: "ships", options: options(choices.vessels) }, { label: "families", options: options(choices.models) }],
   model[kind], (value) => { model = { ...model, [kind]: value }; again(); });
 }
 
 function methods(again) {
-  return select("method", "method", Object.entries(about.methods).map(([value, title]) => ({ value, text: `${value}: ${title}` })), method,
+  return select("method", "method", Object.entries(choices.methods).map(([value, title]) => ({ value, text: `${value}: ${title}` })), method,
     (value) => { method = value; again(); });
 }
 
 function begin() {
   document.getElementById("alert").textContent = "";
   chosen = null;
-  post("/analyses", { kind, model: kind === "check" ? "" : model[kind], method }).catch(failed);
+  post("/analyses", question()).catch(failed);
 }
 
 // ---- how far it is
@@ -74,8 +88,9 @@ export function showJob(state) {
   const stages = now.stages;
   const begins = !job.querySelector(".job");
   fill(job, el("div", { className: "job" },
-    el("p", {}, el("b", {}, stages.length ? stages[stages.length - 1].text : "waiting for a free processor"), ` … ${Math.round(now.seconds)} s`),
-    el("progress", { "aria-label": "progress" }),
+    el("p", {}, el("b", {}, stages.length ? stages[stages.length - 1].text : "waiting for a free processor"), ` … ${Math.round(now.seconds)} s`,
+      el("span", { className: "sub" }, ` (step ${Math.max(stages.length, 1)} of at most ${now.steps})`)),
+    el("progress", { "aria-label": "progress", max: now.steps, value: stages.length - 1 }),
     el("ol", { className: "sub" }, stages.slice(0, -1).map((stage, i) => el("li", {}, `${stage.text}: ${(stages[i + 1].at - stage.at).toFixed(1)} s`))),
     button("Cancel", () => post("/cancel").catch(failed), { id: "cancel" })));
   if (begins) job.scrollIntoView({ block: "nearest" });

@@ -4,6 +4,7 @@ import json
 import shutil
 
 import numpy as np
+import pandas as pd
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
@@ -82,9 +83,14 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
     tab.locator("#kind-check").focus()
     tab.keyboard.press("ArrowDown")
     tab.keyboard.press("ArrowDown")
-    tab.select_option("#model", "mariner")
+    with tab.expect_response("**/question"):
+        tab.select_option("#model", "mariner")
+    tab.reload()  # loses no choice
+    tab.wait_for_selector("#model")
+    assert tab.is_checked("#kind-diagnose") and tab.input_value("#model") == "mariner"
     tab.locator("#start").press("Enter")
     tab.wait_for_selector("#cancel")
+    assert tab.evaluate("(bar => 0 <= bar.position && bar.position < 1)(document.querySelector('#job progress'))")
     tab.wait_for_selector("#verdict", timeout=LONG_MS)
     told = tab.inner_text("#verdict .first")
     assert "yaw rate bias" in told
@@ -133,14 +139,20 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
         assert serious(again) == []
 
 
-def test_a_long_log_is_read_and_drawn(opened, tmp_path):
-    time = 0.5 * np.arange(100_000)
+def test_a_log_of_200_mb_is_read_and_drawn(opened, tmp_path):
+    time = 0.1 * np.arange(2_600_000)
     swing = time / 20.0
-    columns = (time, 180.0 + 35.0 * np.sin(swing), 105.0 * np.cos(swing), 15.0 * np.cos(swing + 0.3))
-    head = "time [s],Heading [deg],ROT [deg/min],Rudder [deg]"
-    np.savetxt(tmp_path / "long.csv", np.column_stack(columns), "%.3f", ",", header=head, comments="")
+    columns = {
+        "time [s]": time,
+        "Heading [deg]": 180.0 + 35.0 * np.sin(swing),
+        "ROT [deg/min]": 105.0 * np.cos(swing),
+        "Rudder [deg]": 15.0 * np.cos(swing + 0.3),
+    }
+    spare = {f"Spare {k}": np.random.default_rng(k).normal(size=time.size) for k in range(6)}
+    pd.DataFrame(columns | spare).to_parquet(tmp_path / "long.parquet", compression=None)
+    assert (tmp_path / "long.parquet").stat().st_size > 200e6
     tab = opened()
-    tab.set_input_files("#chooser", tmp_path / "long.csv")
+    tab.set_input_files("#chooser", tmp_path / "long.parquet")
     tab.wait_for_selector("#start", timeout=LONG_MS)
-    assert tab.locator("li.column").count() == 4
-    assert float(tab.input_value("#range-to")) == pytest.approx(49999.5, abs=1.0)
+    assert tab.locator("li.column").count() == 10
+    assert float(tab.input_value("#range-to")) == pytest.approx(259_999.9, abs=1.0)

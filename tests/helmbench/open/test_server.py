@@ -15,7 +15,9 @@ import requests
 from hypothesis import given
 from hypothesis import strategies as st
 
+import helmbench
 from helmbench.cli import status_of
+from helmbench.models.model import model_to_json
 from helmbench.open import app, projects
 from helmbench.open.guard import HEADERS
 
@@ -82,7 +84,9 @@ def test_the_token_is_exchanged_for_a_cookie_and_leaves_the_address(client):
     assert refused.status_code == 403 and "terminal" in refused.text
 
 
-@pytest.mark.parametrize("path", ["/", "/assets/main.js", "/assets/style.css", "/api/about", "/nothing"])
+@pytest.mark.parametrize(
+    "path", ["/", "/assets/main.js", "/assets/style.css", "/api/about", "/api/choices", "/nothing"]
+)
 def test_every_answer_has_the_headers_that_keep_a_page_to_itself(client, path):
     answer = client.get(path)
     assert HEADERS.items() <= {name.lower(): value for name, value in answer.headers.items()}.items()
@@ -278,6 +282,34 @@ def test_a_check_finds_the_bias_and_gives_its_files(client, read, log, tmp_path,
     commands = [shlex.split(line)[1:] for line in lines if line.startswith("helmbench ")]
     assert [words[0] for words in commands] == ["import", "check"]
     assert [status_of(words) for words in commands] == [0, 0]
+
+
+def test_no_answer_names_the_private_folder(client, read, tmp_path):
+    """With a model that was dropped: neither files nor state nor a refusal; the stages are as many as told."""
+    project, state = read
+    folder = str(client.site.projects.folder)
+    model_to_json(helmbench.resolve("mariner"), tmp_path / "own.json")
+    client.upload(project, "own.json", (tmp_path / "own.json").read_bytes(), "models")
+    client.post(f"{project}/parts", {"parts": state["parts"]})
+    assert client.post(f"{project}/analyses", {"kind": "diagnose", "model": "file:own.json"}).status_code == 200
+    after = client.finished(project)
+    assert after["job"]["state"] == "done" and 4 < len(after["job"]["stages"]) <= after["job"]["steps"]
+    archive = client.get(f"{project}/analyses/{after['analyses'][0]['id']}/all.zip").content
+    with zipfile.ZipFile(io.BytesIO(archive)) as files:
+        assert [name for name in files.namelist() if folder.encode() in files.read(name)] == []
+    view = client.get(f"{project}/analyses/{after['analyses'][0]['id']}").text
+    client.upload(project, "broken.json", b"{", "models")
+    client.post(f"{project}/analyses", {"kind": "diagnose", "model": "file:broken.json"})
+    refused = client.finished(project)["job"]
+    assert refused["state"] == "refused" and refused["message"].startswith("broken.json")
+    assert folder not in json.dumps([refused, after, view])
+
+
+def test_the_question_is_remembered(client):
+    project, asked = client.project(), {"kind": "identify", "model": "nomoto-1", "method": "ls"}
+    assert client.post(f"{project}/question", asked).status_code == 200
+    assert client.get(project).json()["question"] == asked
+    assert client.post(f"{project}/question", {"kind": "format"}).status_code == 400
 
 
 def test_a_job_is_cancelled_at_once_and_projects_do_not_disturb_each_other(client, read, log):
