@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 SPEEDS = ("surge_m_s", "sway_m_s")
 TURN = 0.5
-"""Range of headings, rad, over which every ship loses speed and drifts."""
+"""Range of headings, rad, over which every ship loses speed and drifts: a speed that stays the same is none."""
 
 
 class ConstantChannel(FileCheck):
@@ -34,7 +34,9 @@ class ConstantChannel(FileCheck):
                 found.append(Fault(f"{name} has no value at all", (name,)))
             elif known.size > 1 and np.ptp(known) == 0.0:
                 said = f"{name} is {known[0]:.6g} {CANONICAL[name]} in every row"
-                found.append(Fault(said, (name,), material=name in SENSED, biases=name in SPEEDS and _turns(record)))
+                dead = name in SPEEDS and _turns(record)
+                blanks = ((name, 0, record.n),) if dead else ()
+                found.append(Fault(said, (name,), material=name in SENSED, blanks=blanks, biases=dead))
         return found
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import accumulate
 
 from .quantities import date_names, quantities, side_words, time_names, time_parts, vague_names, word_list
 
@@ -82,14 +83,26 @@ def named(parts: tuple[str, ...]) -> Named:
 
 def _longest(parts: list[str]) -> tuple[tuple[str, ...], list[str]]:
     """(what the longest name within the words may mean, the other words)."""
-    spans = [(i, j) for i in range(len(parts)) for j in range(i + 1, len(parts) + 1)]
-    for i, j in sorted(spans, key=lambda span: -len("".join(parts[span[0] : span[1]]))):
-        rest = [*parts[:i], *parts[j:]]
-        text = "".join(parts[i:j])
-        alone = all(p in word_list("harmless") or p.isdigit() for p in rest)
+    harmless = word_list("harmless")
+    odd = list(accumulate((not (p in harmless or p.isdigit()) for p in parts), initial=0))
+    for i, j, text in sorted(_known_spans(parts), key=lambda span: -len(span[2])):
+        alone = odd[j] - odd[i] == odd[-1]
         if (len(text) >= FEWEST or alone or re.match(f"[{HAN}]", text)) and (known := _known(text, short=alone)):
-            return known, rest
+            return known, [*parts[:i], *parts[j:]]
     return (), parts
+
+
+def _known_spans(parts: list[str]) -> Iterator[tuple[int, int, str]]:
+    """(first, behind the last, text) of the words that are a name together."""
+    longest = max(map(len, _names().keys() | _short().keys()))
+    for i in range(len(parts)):
+        text = ""
+        for j in range(i, len(parts)):
+            text += parts[j]
+            if len(text) > longest:
+                break
+            if text in _names() or text in _short():
+                yield i, j + 1, text
 
 
 def _known(text: str, short: bool) -> tuple[str, ...]:

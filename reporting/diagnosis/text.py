@@ -41,13 +41,16 @@ def channel(name: str) -> tuple[str, str, float]:
 
 
 def size(item: Size) -> str:
-    """`delta0 0.31 deg [0.28, 0.34]`, in degrees or per cent where that is usual."""
+    """`delta0 0.31 deg [0.28, 0.34]`, in degrees or per cent where that is usual; `+- 0.07 %` of a narrow interval."""
     factor, unit = scale(item)
     value, low, high = (factor * x for x in (item.value, item.low, item.high))
-    digits = interval_digits(value, low, high)
+    digits = interval_digits(value, low, high, most=3)
     where = f" in {item.record}" if item.record else ""
-    middle = with_unit(value, unit, digits)
-    return f"{item.parameter} {middle} [{number(low, digits)}, {number(high, digits)}]{where}"
+    middle, ends = with_unit(value, unit, digits), (number(low, digits), number(high, digits))
+    if ends[0] == ends[1] and low < high:  # three digits do not show so narrow an interval
+        width = f"+- {number(50.0 * (high - low) / max(abs(value), 1e-300), 1)} %"
+        return f"{item.parameter} {middle} {width}{where}"
+    return f"{item.parameter} {middle} [{ends[0]}, {ends[1]}]{where}"
 
 
 def scale(item: Size) -> tuple[float, str]:
