@@ -6,6 +6,8 @@ import numpy as np
 
 LARGE = 0.8
 """Step between samples, rad, from which a heading may have turned to a gross error."""
+ALIKE, MOST = 3, 7
+"""Large steps in turn that gross errors make: of one sign, and of both."""
 
 
 def unwrapped(angle: np.ndarray) -> np.ndarray:
@@ -18,20 +20,19 @@ def unwrapped(angle: np.ndarray) -> np.ndarray:
 
 
 def _without_slips(angle: np.ndarray) -> np.ndarray:
-    """Unwrapped angles (N,), rad, less the full turns that a gross error, or two in turn, leave behind them: large
-    steps to, between and from them that add up to a turn, between small ones."""
+    """Unwrapped angles (N,), rad, less the full turns that gross errors leave behind them: large steps to, between and
+    from them that add up to a turn, between small ones.  More than `ALIKE` steps of one sign are a turn of the ship."""
     steps = np.diff(angle)
     large = np.abs(steps) > LARGE
-    if not large.any():
-        return angle
-    for count in (2, 3):
-        for k in np.flatnonzero(large[: large.size - count + 1]).tolist():
-            inside, beside = slice(k, k + count), [i for i in (k - 1, k + count) if 0 <= i < large.size]
-            turns = round(float(np.sum(steps[inside])) / (2.0 * np.pi))
-            left = abs(float(np.sum(steps[inside])) - 2.0 * np.pi * turns)
-            if turns and large[inside].all() and left < LARGE and not large[beside].any():
-                steps[k + count - 1] -= 2.0 * np.pi * turns
-    return np.concatenate([angle[:1], angle[0] + np.cumsum(steps)])
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], large, [False]])))
+    for first, behind in edges.reshape(-1, 2).tolist():
+        own = steps[first:behind]
+        turns = round(float(np.sum(own)) / (2.0 * np.pi))
+        left = abs(float(np.sum(own)) - 2.0 * np.pi * turns)
+        most = MOST if own.min() < 0.0 < own.max() else ALIKE
+        if turns and left < LARGE and 2 <= own.size <= most:
+            steps[behind - 1] -= 2.0 * np.pi * turns
+    return np.concatenate([angle[:1], angle[0] + np.cumsum(steps)]) if large.any() else angle
 
 
 def body_velocities(

@@ -18,7 +18,7 @@ COARSE = 3.0
 NEIGHBOURS = 60
 TINY = 1e-9
 SIDE = 5
-"""Samples to each side whose medians must differ, too: an outlier returns, a splice does not."""
+"""Samples that are needed to each side, whose medians must differ, too: an outlier returns, a splice does not."""
 
 
 class Jump(NamedTuple):
@@ -82,7 +82,7 @@ def _jumps(
         a, b = max(k - SIDE, 0), min(k + SIDE, x.size)
         path = np.concatenate([[0.0], np.cumsum(error[a : b - 1])])
         shift = float(np.median(path[k - a :]) - np.median(path[: k - a]))
-        if min(k, x.size - k) >= 2 and abs(shift) > 0.5 * abs(error[k - 1]):
+        if min(k, x.size - k) >= SIDE and abs(shift) > 0.5 * abs(error[k - 1]):
             found.append(Jump(int(known[k]), name, float(x[k] - x[k - 1]), float(allowed[k - 1])))
     return found
 
