@@ -145,6 +145,9 @@ def _imported(
     faults += _too_short([stream for stream, _ in streams])
     short = any(fault.fatal for fault in faults)
     refuse_fatal(faults, rows, draft, () if short else drafted.questions)
+    if not streams:
+        empty = Fault(tables[0].label, "no row has a time and a value", "check the column of the time", fatal=True)
+        refuse_fatal([*faults, empty], rows, draft)
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside, questions = [], {}, []
     for name, run in runs([stream for stream, _ in streams]):
@@ -468,7 +471,8 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
             [],
             [],
         )
-    if np.ptp(record.rudder()[np.isfinite(record.rudder())]) == 0.0:
+    known = record.rudder()[np.isfinite(record.rudder())]
+    if not known.size or np.ptp(known) == 0.0:
         hint = "give --positive-rudder port or starboard"
         return record, [], [Fault(record.name, "the yaw response does not tell the rudder's sign", hint)], []
     text = "To which side does a positive rudder turn the ship? " + (
