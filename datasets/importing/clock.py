@@ -19,7 +19,7 @@ Form = Literal[
     "iso", "day first", "month first", "clock", "hhmmss", "day fraction", "excel", "datenum",
     "epoch s", "epoch ms", "epoch us", "epoch ns", "date parts", "clock parts", "seconds",
     "milliseconds", "microseconds", "nanoseconds", "minutes",
-    "hours", "rows",
+    "hours", "tenths of seconds", "hundredths of seconds", "rows",
 ]  # fmt: skip
 FORMS: tuple[Form, ...] = get_args(Form)
 DATED: tuple[Form, ...] = (
@@ -49,6 +49,8 @@ SCALES: dict[Form, tuple[float, float]] = {
     "nanoseconds": (1e-9, 0.0),
     "minutes": (60.0, 0.0),
     "hours": (3600.0, 0.0),
+    "tenths of seconds": (0.1, 0.0),
+    "hundredths of seconds": (0.01, 0.0),
 }
 """Form of a number -> factor and offset to (epoch) seconds."""
 MAGNITUDES: tuple[tuple[float, float, Form], ...] = (
@@ -77,10 +79,21 @@ UNITS_OF_TIME: dict[Form, tuple[str, ...]] = {
     "minutes": ("min", "minutes", "mins", "minuten"),
     "hours": ("h", "hr", "hours", "std", "stunden"),
     "hhmmss": ("hhmmss", "hhmmss.ss", "hhmmss.sss"),
+    "tenths of seconds": ("ds", "deciseconds", "tenths of seconds", "tenths", "zehntelsekunden"),
+    "hundredths of seconds": ("cs", "centiseconds", "hundredths of seconds", "hundredths", "hundertstelsekunden"),
 }
 """Form -> units that state it."""
+COUNTED: tuple[Form, ...] = (
+    "seconds", "tenths of seconds", "hundredths of seconds", "milliseconds", "microseconds", "nanoseconds", "minutes",
+    "hours",
+)  # fmt: skip
+"""Forms that count from any moment on."""
+MULTIPLE = re.compile(r"[x*]?\s*(1\s*/)?\s*(\d*\.?\d+)\s*[x*]?\s*([a-zµμ秒]+)|([a-zµμ秒]+)\s*/\s*(\d+)")
+"""A unit with a factor: `0.1 s`, `1/10 s`, `100 ms`, `s/10`."""
 SHORTEST_S, LONGEST_S, LEAST_SPAN_S = 0.004, 30.0, 10.0
 """Time steps of a log, and its shortest length."""
+FEWEST_WHOLE = 2.0
+"""Step of whole numbers from which on they may be parts of a second."""
 ROUND = (1.0, 2.0, 2.5, 4.0, 5.0)
 
 
@@ -126,18 +139,34 @@ def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
     steps = np.diff(known)
     rising = bool(np.mean(steps >= 0.0) > 0.95)
     low, high = float(known.min()), float(known.max())
-    stated: Form | None = next((form for form, texts in UNITS_OF_TIME.items() if unit in texts), None)
+    stated = _stated(unit)
     for least, most, form in MAGNITUDES:
         fits = form not in ("excel", "datenum") or (np.median(steps) < 0.05 and stated is None)
         if rising and least <= low and high <= most and fits:
             return TimeGuess((form,), f"values near {low:.6g}")
     if stated is not None:
         return TimeGuess((stated,), f"unit {unit}", True)
+    if re.search(r"\d", unit) and re.search(r"[a-z]", unit):  # a unit of its own, which no word of the name replaces
+        return TimeGuess(COUNTED, f"the unit {unit} is not known")
     if _is_hhmmss(known):
         return TimeGuess(("hhmmss",), "no value has minutes or seconds above 59, and it jumps after them")
     if low >= 0.0 and high <= 1.0 and 0.0 < np.median(np.abs(steps)) < 1e-3:
         return TimeGuess(("day fraction",), "values between 0 and 1 in steps of less than a second of a day")
     return _by_step(steps, high - low) if rising else None
+
+
+def _stated(unit: str) -> Form | None:
+    """The form that a unit states, also one with a factor; None where it is not known."""
+    form = next((form for form, texts in UNITS_OF_TIME.items() if unit in texts), None)
+    match = None if form else MULTIPLE.fullmatch(unit.strip())
+    if match is None:
+        return form
+    text, number = (match[3], float(match[2])) if match[3] else (match[4], 1.0 / max(float(match[5]), 1e-300))
+    base = next((form for form, texts in UNITS_OF_TIME.items() if text in texts and form in SCALES), None)
+    if base is None or number <= 0.0:
+        return None
+    size = SCALES[base][0] * (1.0 / number if match[1] else number)
+    return next((form for form in COUNTED if abs(SCALES[form][0] / size - 1.0) < 1e-6), None)
 
 
 def _by_step(steps: np.ndarray, span: float) -> TimeGuess | None:
@@ -154,6 +183,8 @@ def _by_step(steps: np.ndarray, span: float) -> TimeGuess | None:
     ]
     even: list[Form] = [form for form in able if _is_round(SCALES[form][0] * step)]
     found: tuple[Form, ...] = tuple(even or able)
+    if found == ("seconds",) and step >= FEWEST_WHOLE and np.array_equal(moved, np.round(moved)):
+        return TimeGuess(COUNTED[:3], f"whole numbers in steps of {step:.4g}")
     if not found:
         return TimeGuess(("seconds", "milliseconds", "minutes"), f"steps of {step:.4g}")
     return TimeGuess(found, f"steps of {step:.4g}: no other unit gives steps of a log")

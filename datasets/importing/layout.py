@@ -16,7 +16,7 @@ from .beside import with_halves, with_notes, with_sides
 from .cell_texts import CHUNK, Texts
 from .cells import GAPS, PLAIN, is_number, table_style
 from .cells import SAMPLE as STYLE_SAMPLE
-from .headers import says_unit, sign_stated
+from .headers import says_unit, scaled_unit, sign_stated
 from .raw import RawColumn, RawTable, Rejected
 from .units import tidy
 
@@ -126,11 +126,21 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     if above:
         done.append(f"{len(above)} line{'s' if len(above) > 1 else ''} above the header not used as data")
     split = [_name_and_unit(name) for name in names]
-    units = [own or unit for (_, own), unit in zip(split, units, strict=True)]
-    texts = _distinct([name or f"column {i + 1}" for i, (name, _) in enumerate(split)])
+    differ = [bool(own and unit) and _other_size(own, unit) for (_, own), unit in zip(split, units, strict=True)]
+    done += [f"{name}: the header states {own}, the row of units {unit}: neither is taken"
+             for (name, own), unit, other in zip(split, units, differ, strict=True) if other]  # fmt: skip
+    told = zip(split, units, differ, strict=True)
+    units = ["" if other else own or unit for (_, own), unit, other in told]
+    texts = distinct([name or f"column {i + 1}" for i, (name, _) in enumerate(split)])
     return Header(
         tuple(texts), tuple(units), tuple(below), tuple(done), tuple(" ".join(line.cells).strip() for line in above)
     )
+
+
+def _other_size(one: str, other: str) -> bool:
+    """Whether two texts are both units, and not the same."""
+    sizes = [scaled_unit(text.strip("[]() ")) for text in (one, other)]
+    return all(unit is not None for unit, _ in sizes) and sizes[0] != sizes[1]
 
 
 def _could_be_header(cells: Sequence[str], width: int) -> bool:
@@ -220,7 +230,8 @@ def _name_and_unit(text: str) -> tuple[str, str]:
     return (name.strip(), unit.strip()) if separator and says_unit(unit) and tidy(unit) else (text, "")
 
 
-def _distinct(names: Sequence[str]) -> list[str]:
+def distinct(names: Sequence[str]) -> list[str]:
+    """The names, those that stand there already with a number behind."""
     counts: Counter[str] = Counter()
     out = []
     for name in names:

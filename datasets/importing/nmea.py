@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...models.errors import BadInput
-from .nmea_fields import KINDS, TIMED, VOID, Read
+from .nmea_fields import KINDS, TIMED, Read, is_void
 from .raw import RawColumn, RawTable, Rejected
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
@@ -67,10 +67,12 @@ class Sentences:
     def add(self, line: int, stamp: str, kind: str, talker: str, message: Any) -> None:
         """Keep a sentence."""
         name = kind if kind == "PASHR" else talker + kind
+        if kind == "RPM":  # one table for every shaft and engine
+            name += f" {message.source}{message.engineshaftnum}"
         if name not in self.groups:
             self.groups[name] = Group(kind, talker, numbers=[array("d") for _ in KINDS[kind]])
-        void = kind in VOID and getattr(message, VOID[kind], "A") == "V"
-        self.others[f"{kind} with status V"] += void
+        void = is_void(message)
+        self.others[f"{kind} with status V or mode N"] += void
         self.stamped += bool(stamp)
         self.groups[name].add(line, len(self.clocks), stamp, None if void else message)
         self.clocks.append(_clock(kind, message))

@@ -114,5 +114,10 @@ KINDS: dict[str, tuple[Field, ...]] = {
 """Sentence -> its columns.  The standard states units and signs: turns, rudder and sway positive to starboard."""
 TIMED = ("RMC", "GGA", "GLL", "GNS", "ZDA", "PASHR")
 """Sentences that state the time."""
-VOID = {"RMC": "status", "GLL": "status"}
-"""Sentence -> its field that is V where its data are void; its time is not."""
+
+
+def is_void(message: Any) -> bool:
+    """Whether the data of a sentence are void, its time is not: status V, or the mode of every receiver is N."""
+    status = getattr(message, "status", "") if message.msgID in ("RMC", "GLL") else ""
+    mode = str(getattr(message, "posMode", "") or "")
+    return status == "V" or (mode != "" and set(mode) == {"N"})

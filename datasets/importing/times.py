@@ -12,10 +12,12 @@ from .clock import DATED, UNITS_OF_TIME, Form, TimeGuess, guess_form, rows_as_se
 from .draft import Answer, Question, Sure
 from .mapping import TimeMap, scalar
 from .names import is_date, is_time, part_of_time, words
+from .quantities import word_list
 from .raw import RawColumn, RawTable
 
 ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
 WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
+BRACKETED = re.compile(r"[\[(]([^\])]*)[\])]")
 MEANINGS: dict[str, str] = {
     "day first": "the day stands before the month", "month first": "the month stands before the day",
 }  # fmt: skip
@@ -88,7 +90,8 @@ def _told(table: RawTable) -> TableTime | None:
     for place, column in enumerate(table.columns):
         guess = guess_form(column, _unit(column)) if column.known in ("", "time") else None
         called = is_time(column.name) or column is stated
-        if guess is None or not (called or _first(place, column, guess)):
+        counts = bool(set(words(column.name)) & word_list("counters")) and not _unit(column)
+        if counts or guess is None or not (called or _first(place, column, guess)):
             continue
         texts = guess.stated and not column.numeric
         scored.append((column is stated, called, guess.forms[0] in DATED, texts, guess.stated, -place, column, guess))
@@ -121,6 +124,9 @@ def _unit(column: RawColumn) -> str:
     unit = column.unit.strip("[]() ").lower()
     if unit:
         return unit
+    bracketed = next((text for text in BRACKETED.findall(column.name) if re.search(r"\d", text)), "")
+    if bracketed:
+        return bracketed.strip().lower()
     last = words(column.name)[-1:] or ("",)
     known = {text for texts in UNITS_OF_TIME.values() for text in texts}
     if len(words(column.name)) > 1 and last[0] in known:

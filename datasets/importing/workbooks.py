@@ -88,7 +88,9 @@ def read_mat(data: bytes, path: Path) -> list[RawTable]:
 def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) -> list[RawTable]:
     """A table for every structure and length of arrays."""
     groups: dict[tuple[str, int], dict[str, np.ndarray]] = defaultdict(dict)
-    _collect(content, "", groups, units)
+    told: dict[str, dict[str, str]] = {}
+    _collect(content, "", groups, told)
+    units = _units_by_path(groups, told) | units
     tables = [_mat_table(path, where, group, units) for (where, _), group in groups.items() if len(group) > 1]
     if not tables:
         hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
@@ -96,12 +98,24 @@ def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) ->
     return tables
 
 
-def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[str, str]) -> None:
-    """Sort arrays of a structure into groups by structure and length."""
+def _units_by_path(groups: Mapping[tuple[str, int], Any], told: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+    """Path of an array -> its unit: a structure of units counts for the arrays beside it, and for those of the only
+    structure beside it."""
+    found: dict[str, str] = {}
+    places = {where for where, _ in groups}
+    for where, units in told.items():
+        below = {place for place in places if place != where and place.rpartition(".")[0] == where}
+        for place in {where} | (below if len(below) == 1 else set()):
+            found |= {f"{place}.{name}".strip("."): unit for name, unit in units.items()}
+    return found
+
+
+def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[str, dict[str, str]]) -> None:
+    """Sort arrays of a structure into groups by structure and length, and structures of units by where they stand."""
     for name, value in content.items():
         if isinstance(value, Mapping):
             if name.lower() in UNIT_FIELDS:
-                units |= {str(key): str(text) for key, text in value.items() if isinstance(text, str)}
+                units[where] = {str(key): str(text) for key, text in value.items() if isinstance(text, str)}
             else:
                 _collect(value, f"{where}.{name}".strip("."), groups, units)
             continue
@@ -122,7 +136,9 @@ def _series(name: str, array: np.ndarray) -> list[tuple[str, np.ndarray]]:
 
 
 def _mat_table(path: Path, where: str, group: Mapping[str, np.ndarray], units: Mapping[str, str]) -> RawTable:
-    columns = tuple(RawColumn(name, units.get(name, ""), values) for name, values in group.items())
+    columns = tuple(
+        RawColumn(name, units.get(f"{where}.{name}".strip("."), ""), values) for name, values in group.items()
+    )
     size = columns[0].numbers.size
     return RawTable(
         path.name, columns, np.arange(1, size + 1), where, path.name, done=(f"{len(columns)} arrays of {size}",)

@@ -58,7 +58,9 @@ class Worker:
             self.close()
             return Outcome("hang", f"no answer after {WALL_S:.0f} s", WALL_S)
         try:
-            return self._pipe.recv()
+            found = self._pipe.recv()
+            whole = self.reader.whole if found.state == "hang" else None
+            return found if whole is None else self._whole(whole)
         except EOFError:
             self._process.join()
             code = self._process.exitcode
@@ -68,9 +70,16 @@ class Worker:
             return Outcome("crash", f"the process ended with status {code}")
 
     def _whole(self, read: Callable[[Path], object]) -> Outcome:
-        """What the call comes to that reads in processes of its own; the input ended this one."""
-        started = time.perf_counter()
-        found = _called(read, self.folder / self.reader.name)
+        """What the call comes to that reads in processes of its own; the input ended this one, or held it up."""
+        started, before = time.perf_counter(), signal.signal(signal.SIGPROF, _stop)
+        signal.setitimer(signal.ITIMER_PROF, CPU_S)
+        try:
+            found = _called(read, self.folder / self.reader.name)
+        except _Hang:
+            found = Outcome("hang", f"more than {CPU_S:.0f} s")
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            signal.signal(signal.SIGPROF, before)
         return Outcome(found.state, found.said, time.perf_counter() - started)
 
     def close(self) -> None:

@@ -39,6 +39,8 @@ PX4: dict[str, Fields] = {
 }  # fmt: skip
 """Message -> field -> (name, quantity that the format states, unit): SI or degrees, NED, forward-right-down."""
 MOST = 5_000_000
+FIX = 3.0
+"""Kind of a receiver's fix, in both logs, from which it has a position in the plane and its height."""
 
 
 def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
@@ -68,6 +70,8 @@ def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
 def _messages(path: Path, kind: str, own: list[tuple[float, Any]]) -> RawTable | None:
     fields = ARDUPILOT[kind.split(" ")[0]]
     values = {name: np.array([float(getattr(message, name, np.nan)) for _, message in own]) for name in fields}
+    if kind.startswith("GPS"):
+        values = _with_fix(values, np.array([float(getattr(message, "Status", FIX)) for _, message in own]))
     return _table(path, kind, np.array([time for time, _ in own]), values, fields, "ArduPilot's log states it")
 
 
@@ -108,7 +112,12 @@ def _gps(path: Path, name: str, times: np.ndarray, values: dict[str, np.ndarray]
         "lat": ("latitude", "latitude", "1e-7 deg"), "lon": ("longitude", "longitude", "1e-7 deg"),
         "latitude_deg": ("latitude", "latitude", "deg"), "longitude_deg": ("longitude", "longitude", "deg"),
     }  # fmt: skip
-    return _table(path, name, times, values, fields, by)
+    return _table(path, name, times, _with_fix(values, values.get("fix_type", np.full(times.size, FIX))), fields, by)
+
+
+def _with_fix(values: dict[str, np.ndarray], fix: np.ndarray) -> dict[str, np.ndarray]:
+    """What a receiver gives while it has no fix is no measurement."""
+    return {name: np.where(fix < FIX, np.nan, own) for name, own in values.items()}
 
 
 def _table(

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ....models.errors import BadInput
+from ..layout import distinct
 from ..raw import RawColumn, RawTable, Rejected
 
 KNOTS = ("bsp", "aws", "tws", "sog")
@@ -42,7 +43,8 @@ def read_expedition(text: str, path: Path) -> list[RawTable]:
     used = [place for place in named if any(place in row for _, row in rows)]
     if "0" not in used or len(used) < 2:
         raise BadInput("no rows with a time and a channel", file=path)
-    columns = [_column(named[p], np.array([row.get(p, np.nan) for _, row in rows])) for p in used]
+    names = zip(used, distinct([named[place] for place in used]), strict=True)
+    columns = [_column(name, np.array([row.get(place, np.nan) for _, row in rows])) for place, name in names]
     at = np.array([number for number, _ in rows])
     return [RawTable(path.name, tuple(columns), at, "", path.name, done=("Expedition",), faults=tuple(faults))]
 

@@ -16,7 +16,7 @@ UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNIT", "einheit")
 
 
 def hdf_content(data: bytes, path: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """(arrays and texts in nested dictionaries, name of an array -> its unit); links to other files are not followed.
+    """(arrays and texts in nested dictionaries, path of an array -> its unit); links to other files are not followed.
 
     Raises
     ------
@@ -26,34 +26,34 @@ def hdf_content(data: bytes, path: Path) -> tuple[dict[str, Any], dict[str, str]
     units: dict[str, str] = {}
     try:
         with h5py.File(io.BytesIO(data), "r") as file:
-            return _group(h5py, file, units, [0], 0), units
+            return _group(h5py, file, "", units, [0]), units
     except BadInput:
         raise
     except Exception as error:  # whatever h5py raises on damaged files
         raise BadInput(f"not an HDF5 file that can be read ({type(error).__name__})", file=path) from None
 
 
-def _group(h5py: Any, group: Any, units: dict[str, str], count: list[int], depth: int) -> dict[str, Any]:
+def _group(h5py: Any, group: Any, where: str, units: dict[str, str], count: list[int]) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for name in group:
         count[0] += 1
-        if count[0] > MOST_ITEMS or depth > MOST_DEPTH:
+        if count[0] > MOST_ITEMS or where.count(".") >= MOST_DEPTH:
             raise BadInput("an HDF5 file with too many or too deep groups")
         link = group.get(name, getlink=True)
         if isinstance(link, h5py.ExternalLink) or name.startswith("#"):
             continue
         item = group.get(name)
         if isinstance(item, h5py.Group):
-            out[name] = _group(h5py, item, units, count, depth + 1)
+            out[name] = _group(h5py, item, f"{where}.{name}".strip("."), units, count)
         elif isinstance(item, h5py.Dataset) and not item.is_virtual and not item.external and item.nbytes < MOST_BYTES:
-            _take(h5py, name, item, out, units)
+            _take(h5py, where, name, item, out, units)
     return out
 
 
-def _take(h5py: Any, name: str, item: Any, out: dict[str, Any], units: dict[str, str]) -> None:
+def _take(h5py: Any, where: str, name: str, item: Any, out: dict[str, Any], units: dict[str, str]) -> None:
     unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(item.attrs.get(key)))), "")
     if unit:
-        units[name] = unit
+        units[f"{where}.{name}".strip(".")] = unit
     if _text(item.attrs.get("MATLAB_class")) == "char":
         out[name] = "".join(map(chr, np.asarray(item[()]).ravel(order="F").astype(int).tolist()))
         return
@@ -61,9 +61,20 @@ def _take(h5py: Any, name: str, item: Any, out: dict[str, Any], units: dict[str,
         table = item[()]
         out[name] = {field: table[field] for field in item.dtype.names}
     elif item.dtype.kind in "fiub":
-        out[name] = np.asarray(item[()])
+        out[name] = _unpacked(item)
     elif h5py.check_string_dtype(item.dtype) is not None and item.shape == ():
         out[name] = _text(item[()])
+
+
+def _unpacked(item: Any) -> np.ndarray:
+    """The numbers of an array; packed ones by their attributes (Climate and Forecast conventions 1.11, section 8.1)."""
+    values = np.asarray(item[()])
+    packing = {name: item.attrs[name] for name in ("scale_factor", "add_offset", "_FillValue") if name in item.attrs}
+    if not packing:
+        return values
+    numbers = {name: float(np.ravel(value)[0]) for name, value in packing.items()}
+    real = values.astype(float) * numbers.get("scale_factor", 1.0) + numbers.get("add_offset", 0.0)
+    return np.where(values == numbers["_FillValue"], np.nan, real) if "_FillValue" in numbers else real
 
 
 def _text(value: Any) -> str:

@@ -33,6 +33,14 @@ PGNS: dict[int, dict[str, tuple[str, str, str]]] = {
     127488: {"speed": ("engine speed", "", "rpm")},
 }  # fmt: skip
 """PGN -> field -> (name, quantity, unit).  NMEA 2000 states units in SI; turns count to starboard."""
+REFERRED = {
+    "heading": ("reference", {"true": ("true heading", "heading"), "magnetic": ("magnetic heading", "heading_magnetic"),
+                              "": ("heading", "")}),
+    "course over ground": ("cogreference", {"true": ("course over ground", "course_over_ground"),
+                                            "magnetic": ("magnetic course over ground", "not used"),
+                                            "": ("course over ground", "course_over_ground")}),
+}  # fmt: skip
+"""Direction -> the field that says from which north it counts, and by that its name and quantity."""
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 
 
@@ -52,9 +60,9 @@ def read_n2k(text: str, path: Path) -> list[RawTable]:
     """
     json_lines = JSON_LINE.match(next((line for line in text.splitlines() if '"pgn"' in line), "")) is not None
     messages, faults = (_from_json if json_lines else _decoded)(text, path)
-    groups: dict[tuple[int, int], list[tuple[int, float, dict[str, Any]]]] = defaultdict(list)
+    groups: dict[tuple[int, int, str], list[tuple[int, float, dict[str, Any]]]] = defaultdict(list)
     for line, pgn, source, time, fields in messages:
-        groups[pgn, source].append((line, time, fields))
+        groups[pgn, source, _instance(fields)].append((line, time, fields))
     degrees = json_lines and '"units":"si"' not in text[:400].replace(" ", "")
     dated = not any(YDVR.match(line) for line in text.splitlines()[:20])
     tables = [t for key, own in groups.items() if (t := _table(path, key, own, degrees, dated)) is not None]
@@ -104,11 +112,22 @@ def _from_json(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, 
         try:
             content = json.loads(line.strip().rstrip(","))
             stamp = _moment(str(content["timestamp"]))
-            fields = {re.sub(r"[^a-z]", "", str(key).lower()): value for key, value in content["fields"].items()}
+            fields = {re.sub(r"[^a-z]", "", str(key).lower()): _bare(one) for key, one in content["fields"].items()}
             out.append((number, int(content["pgn"]), int(content.get("src", 0)), stamp, fields))
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError, ArithmeticError):
             faults.append((number, "no message of canboat", line))
     return out, faults
+
+
+def _bare(value: Any) -> Any:
+    """The value of a field; of `{"value": 1, "name": "Magnetic"}` its name."""
+    return value.get("name", value.get("value")) if isinstance(value, dict) else value
+
+
+def _instance(fields: dict[str, Any]) -> str:
+    """The number of the rudder or engine that a message is of; '' where it states none."""
+    found = [value for name, value in fields.items() if name.endswith("instance") and value is not None]
+    return str(found[0]) if found else ""
 
 
 def _moment(text: str) -> float:
@@ -117,8 +136,8 @@ def _moment(text: str) -> float:
     return (moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)).timestamp()
 
 
-def _table(path: Path, key: tuple[int, int], own: list, degrees: bool, dated: bool) -> RawTable | None:
-    pgn, source = key
+def _table(path: Path, key: tuple[int, int, str], own: list, degrees: bool, dated: bool) -> RawTable | None:
+    pgn, source, instance = key
     if pgn not in PGNS or len(own) < 3:
         return None
     times = np.array([time for _, time, _ in own])
@@ -131,26 +150,32 @@ def _table(path: Path, key: tuple[int, int], own: list, degrees: bool, dated: bo
             unit = IN_DEGREES.get(unit, unit) if degrees else unit
             columns += _columns(name, quantity, unit, numbers, [fields for *_, fields in own], by)
     rows = np.array([line for line, _, _ in own])
+    sheet = f"{pgn} of {source}" + (f", instance {instance}" if instance else "")
     return (
-        RawTable(path.name, tuple(columns), rows, f"{pgn} of {source}", path.name, done=(f"{len(own)} messages",))
+        RawTable(path.name, tuple(columns), rows, sheet, path.name, done=(f"{len(own)} messages",))
         if len(columns) > 1
         else None
     )
 
 
 def _columns(name: str, quantity: str, unit: str, numbers: np.ndarray, fields: list, by: str) -> list[RawColumn]:
-    """A column; of a heading the true and the magnetic one."""
-    if name != "heading":
+    """A column; of a heading or course those from true and from magnetic north, and those that do not state it."""
+    if name not in REFERRED:
         return [RawColumn(name, unit, numbers, quantity, by)]
-    magnetic = np.array([str(f.get("reference", "")).lower().startswith("mag") for f in fields])
+    field, kinds = REFERRED[name]
+    stated = np.array([_reference(one.get(field)) for one in fields])
     made = []
-    for own, called, kind in (
-        (~magnetic, "true heading", "heading"),
-        (magnetic, "magnetic heading", "heading_magnetic"),
-    ):
+    for reference, (called, kind) in kinds.items():
+        own = (stated == reference) & np.isfinite(numbers)
         if own.any():
             made.append(RawColumn(called, unit, np.where(own, numbers, np.nan), kind, by))
     return made
+
+
+def _reference(value: Any) -> str:
+    """Whether a direction counts from true or magnetic north; '' where that is not stated."""
+    text = str(value).lower()
+    return "true" if text.startswith("true") or text == "0" else "magnetic" if text[:3] == "mag" or text == "1" else ""
 
 
 def _number(value: Any) -> float:

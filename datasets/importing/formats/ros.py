@@ -50,8 +50,10 @@ def with_ros(table: RawTable) -> RawTable:
         and not any("." in path and field for path, field in zip(paths, fields, strict=True))
     ):
         return table
-    frame = _frame(table.columns, paths)
-    columns = [_told(c, field, frame, paths) for c, field in zip(table.columns, fields, strict=True)]
+    fixed, frame = _frames(table.columns, paths)
+    told = zip(table.columns, fields, strict=True)
+    columns = [_told(c, f, fixed if f and f[0].startswith("position") else frame, paths) for c, f in told]
+    columns = _with_fix(columns, paths)
     for made in (stamped, turned):
         if made is not None:
             parts, extra = made
@@ -59,11 +61,10 @@ def with_ros(table: RawTable) -> RawTable:
                 replace(c, known="not used", source=f"part of {extra[0].name}") if i in parts else c
                 for i, c in enumerate(columns)
             ]
-            columns += _signed(extra, frame)
-    said = (
-        f"frame {frame}: z points {_axis(frame)}"
-        if _axis(frame)
-        else f"frame {frame or 'unknown'}: its axes are not stated"
+            columns += _signed(extra, fixed)
+    said = "; ".join(
+        f"frame {one}: z points {_axis(one)}" if _axis(one) else f"frame {one or 'unknown'}: its axes are not stated"
+        for one in dict.fromkeys((fixed, frame))
     )
     return replace(table, columns=tuple(columns), done=(*table.done, f"ROS messages; {said}"))
 
@@ -72,13 +73,29 @@ def _field(path: str) -> tuple[str, str] | None:
     return next(((name, unit) for pattern, name, unit in FIELDS if re.search(pattern, path, re.IGNORECASE)), None)
 
 
-def _frame(columns: Sequence[RawColumn], paths: Sequence[str]) -> str:
-    """The frame of the message; that of the child where there is one."""
-    for wanted in ("child_frame_id", "frame_id"):
-        for column, path in zip(columns, paths, strict=True):
-            if path.lower().endswith(wanted) and column.texts is not None and column.first(1):
-                return column.first(1)[0]
-    return ""
+def _frames(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[str, str]:
+    """The frames of the pose and of the rates: of an odometry those of the header and of the child, as nav_msgs defines
+    it; else both that of the message."""
+    named = {
+        wanted: column.first(1)[0]
+        for wanted in ("child_frame_id", "frame_id")
+        for column, path in zip(columns, paths, strict=True)
+        if re.search(rf"(?<!child_){wanted}$", path.lower()) and column.texts is not None and column.first(1)
+    }
+    fixed = named.get("frame_id", named.get("child_frame_id", ""))
+    return fixed, named.get("child_frame_id", fixed)
+
+
+def _with_fix(columns: Sequence[RawColumn], paths: Sequence[str]) -> list[RawColumn]:
+    """Columns with the positions of NavSatFix messages without a fix (status below 0) as gaps."""
+    status = next((c for c, p in zip(columns, paths, strict=True) if p.lower().endswith("status.status")), None)
+    if status is None or not status.numeric:
+        return list(columns)
+    lost = status.numbers < 0.0
+    return [
+        replace(c, values=np.where(lost, np.nan, c.numbers)) if c.called in ("latitude", "longitude") else c
+        for c in columns
+    ]
 
 
 def _axis(frame: str) -> str:

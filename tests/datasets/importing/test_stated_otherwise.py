@@ -1,0 +1,155 @@
+"""What a file states in a second place: units in groups, factors, references, instances, receivers without a fix."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import helmbench
+
+N = 60
+TIME = 0.5 * np.arange(N)
+HEADING, RUDDER = 90.0 + 20.0 * np.sin(TIME / 5.0), 20.0 * np.cos(TIME / 5.0)
+
+
+def draft(path):
+    return helmbench.draft_import([path], positive_rudder="starboard")
+
+
+def columns(path):
+    """Name -> (quantity, unit) of the columns that are used."""
+    used = [one for one in draft(path).columns if one.quantity != "not used"]
+    return {one.column: (one.quantity, one.unit) for one in used}
+
+
+def text(tmp_path, header, *rows, name="log.csv", time=TIME):
+    lines = [",".join(f"{value:.6g}" for value in row) for row in zip(time, HEADING, RUDDER, strict=True)]
+    (tmp_path / name).write_text("\n".join([header, *rows, *lines]), "utf-8")
+    return tmp_path / name
+
+
+def stored(path, groups):
+    """An HDF5 file: group -> name -> (values, attributes)."""
+    with h5py.File(path, "w") as file:
+        for group, own in groups.items():
+            for name, (values, attributes) in own.items():
+                file.create_dataset(f"{group}/{name}", data=values).attrs.update(attributes)
+    return path
+
+
+def test_units_of_hdf5_are_those_of_their_own_group(tmp_path):
+    clock = {"time": (TIME, {"units": "s"})}
+    gps = {**clock, "sog": (np.full(N, 15.0), {"units": "kn"})}
+    own = {**clock, "heading": (HEADING, {"units": "deg"}), "rudder": (np.radians(RUDDER), {"units": "rad"}),
+           "sog": (np.full(N, 7.7), {"units": "m/s"})}  # fmt: skip
+    found = draft(stored(tmp_path / "log.h5", {"gps": gps, "ship": own})).columns
+    assert {one.table.partition("[")[2].rstrip("]"): one.unit for one in found if one.column == "sog"} == {
+        "gps": "kn",
+        "ship": "m/s",
+    }
+
+
+def test_units_of_a_structure_are_not_those_of_another(tmp_path):
+    own = {"time": TIME, "rudder": RUDDER, "units": {"time": "s", "rudder": "deg"}}
+    other = {"time": TIME, "heading": HEADING, "rudder": np.radians(RUDDER),
+             "units": {"time": "s", "heading": "deg", "rudder": "rad"}}  # fmt: skip
+    savemat(tmp_path / "log.mat", {"logger": own, "plant": other})
+    found = draft(tmp_path / "log.mat").columns
+    assert sorted(one.unit for one in found if one.column == "rudder") == ["deg", "rad"]
+
+
+def test_packed_numbers_are_unpacked(tmp_path):
+    packed = np.round(RUDDER / 0.5 - 8.0).astype(np.int16)
+    packed[5] = -999
+    ship = {
+        "time": (TIME, {"units": "s"}),
+        "heading": (HEADING, {"units": "deg"}),
+        "rudder": (packed, {"units": "deg", "scale_factor": 0.5, "add_offset": 4.0, "_FillValue": np.int16(-999)}),
+    }
+    values = draft(stored(tmp_path / "log.h5", {"ship": ship})).series("log.h5 [ship]", "rudder")[1]
+    assert np.flatnonzero(np.isnan(values)).tolist() == [5]
+    assert np.delete(values, 5) == pytest.approx(np.delete(RUDDER, 5), abs=0.26)
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [("[1/10 s]", 0.1), ("[0.1 s]", 0.1), ("[100 ms]", 0.1), ("[s/10]", 0.1), ("[ds]", 0.1), ("[cs]", 0.01),
+     ("[10 ms]", 0.01), ("[s]", 1.0), ("(0.1 s)", 0.1)],
+)  # fmt: skip
+def test_a_time_in_parts_of_a_second(tmp_path, header, factor):
+    path = text(tmp_path, f"Time {header},Heading [deg],Rudder [deg]", time=5.0 * np.arange(N))
+    (record,) = draft(path).import_log().records
+    assert record.dt == pytest.approx(5.0 * factor)
+
+
+@pytest.mark.parametrize("header", ["Time [7 s]", "Time step", "Time index", "Time"])
+def test_a_time_whose_unit_is_not_known_is_asked(tmp_path, header):
+    path = text(tmp_path, f"{header},Heading [deg],Rudder [deg]", time=5.0 * np.arange(N))
+    assert [question.about for question in draft(path).questions if question.about == "time"] == ["time"]
+
+
+def test_a_row_of_units_against_the_header_is_asked(tmp_path):
+    path = text(tmp_path, "t [s],Heading [deg],Rudder [deg]", "s,deg,rad")
+    assert [q.about for q in draft(path).questions] == ["unit"]
+    same = text(tmp_path, "t [s],Heading [deg],Rudder [deg]", "s,deg,degrees", name="same.csv")
+    assert columns(same)["Rudder"] == ("rudder", "deg")
+
+
+@pytest.mark.parametrize(("header", "asked"), [("Transverse speed stern [m/s]", True), ("Engine rpm", False)])
+def test_words_that_change_the_meaning(tmp_path, header, asked):
+    """The sway of the stern is asked; revolutions of an engine are no propeller's."""
+    lines = [f"{t:g},{h:.4f},{r:.4f},{3.0 + r / 50.0:.4f}" for t, h, r in zip(TIME, HEADING, RUDDER, strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([f"t [s],Heading [deg],Rudder [deg],{header}", *lines]), "utf-8")
+    found = draft(path)
+    assert bool(found.questions) == asked
+    assert asked or next(one for one in found.columns if "ngine" in one.column).quantity == "not used"
+
+
+def canboat(tmp_path, **fields):
+    """A heading, and a rudder of two instances, with fields beside."""
+    lines = []
+    for t, h, r in zip(TIME, HEADING, RUDDER, strict=True):
+        stamp = f"2026-03-01-10:00:{t:06.3f}"
+        lines.append({"timestamp": stamp, "src": 1, "pgn": 127250, "fields": {"Heading": round(h, 2), **fields}})
+        for instance, angle in ((0, r), (1, -r)):
+            own = {"Instance": instance, "Position": round(angle, 2)}
+            lines.append({"timestamp": stamp, "src": 2, "pgn": 127245, "fields": own})
+    path = tmp_path / "log.json"
+    path.write_text("\n".join(json.dumps(line) for line in lines), "utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("reference", "quantity"),
+    [("Magnetic", "heading_magnetic"), ({"value": 1, "name": "Magnetic"}, "heading_magnetic"), (1, "heading_magnetic"),
+     ({"value": 0, "name": "True"}, "heading"), ("True", "heading"), (0, "heading")],
+)  # fmt: skip
+def test_the_north_of_a_heading_of_nmea_2000(tmp_path, reference, quantity):
+    found = draft(canboat(tmp_path, Reference=reference))
+    assert [one.quantity for one in found.columns if "heading" in one.column] == [quantity]
+    assert any("both a rudder" in question.text for question in found.questions)
+
+
+def nmea(sentence):
+    total = 0
+    for letter in sentence:
+        total ^= ord(letter)
+    return f"${sentence}*{total:02X}"
+
+
+@pytest.mark.parametrize("mode", ["N", "A"])
+def test_a_speed_without_a_fix_is_no_measurement(tmp_path, mode):
+    lines = []
+    for t, h, r in zip(TIME, HEADING, RUDDER, strict=True):
+        stamp = f"2026-03-01T10:00:{t:06.3f}Z"
+        own = "N" if mode == "N" and 10.0 <= t < 20.0 else "A"
+        for sentence in (f"HEHDT,{h:.2f},T", f"IIRSA,{r:.2f},A,,V", f"GPVTG,{h:.1f},T,,M,12.0,N,22.2,K,{own}"):
+            lines.append(f"{stamp} {nmea(sentence)}")
+    (tmp_path / "log.txt").write_text("\n".join(lines), "utf-8")
+    found = draft(tmp_path / "log.txt")
+    table = next(one.table for one in found.columns if one.column == "speed over ground")
+    lost = np.isnan(found.series(table, "speed over ground")[1])
+    assert lost.sum() == (20 if mode == "N" else 0)
