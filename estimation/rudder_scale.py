@@ -48,7 +48,8 @@ def _beyond_stops(records: Sequence[Record], model: Model) -> CheckFinding | Non
         f"the rudder reaches {np.rad2deg(largest):.3g} deg, beyond the stops of {model.id} at "
         f"{np.rad2deg(model.rudder.max_rad):.3g} deg: another unit or scale, or another ship"
     )
-    size = Size("factor", *[model.rudder.max_rad / largest] * 3, "1")
+    factor = float(model.rudder.max_rad / largest)
+    size = Size("factor", factor, factor, factor, "1")
     return CheckFinding("wrong_unit", "file", names, ("rudder_rad",), (size,), said, standing=True)
 
 

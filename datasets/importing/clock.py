@@ -157,12 +157,12 @@ def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
 
 def _stated(unit: str) -> Form | None:
     """The form that a unit states, also one with a factor; None where it is not known."""
-    form = next((form for form, texts in UNITS_OF_TIME.items() if unit in texts), None)
+    form: Form | None = next((form for form, texts in UNITS_OF_TIME.items() if unit in texts), None)
     match = None if form else MULTIPLE.fullmatch(unit.strip())
     if match is None:
         return form
     text, number = (match[3], float(match[2])) if match[3] else (match[4], 1.0 / max(float(match[5]), 1e-300))
-    base = next((form for form, texts in UNITS_OF_TIME.items() if text in texts and form in SCALES), None)
+    base: Form | None = next((form for form, texts in UNITS_OF_TIME.items() if text in texts and form in SCALES), None)
     if base is None or number <= 0.0:
         return None
     size = SCALES[base][0] * (1.0 / number if match[1] else number)
