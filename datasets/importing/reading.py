@@ -181,11 +181,29 @@ def ask_foreign(found: Finding) -> Finding:
     if text.lower() in PULSES:
         said = f"{found.column.name!r} is a servo's pulse, 1500 us amidships: how many degrees are 400 us?"
         return ask_scale(found, said, "degrees at 1900 us", "deg", (35.0, 45.0, 30.0), 400.0, zero=1500.0)
+    if _rests_aside(found.column.numbers):
+        why = (
+            f"in {text} and to one side of 0 only: what it is amidships is not stated; the map takes factor and offset"
+        )
+        return found.unused(why)
     if text.lower() in PERCENT:
         said = f"{found.column.name!r} is in per cent: how many degrees are 100 %?"
         return ask_scale(found, said, "degrees at 100 %", "deg", (35.0, 45.0, 30.0), 100.0)
     said = f"{found.column.name!r} is in {text}: how many degrees are one of it?"
     return ask_scale(found, said, "degrees of one unit of the file", "deg", (1.0,), 1.0)
+
+
+def _rests_aside(numbers: np.ndarray) -> bool:
+    """Whether a signal keeps to one side of 0, which then need not be its middle."""
+    known = numbers[np.isfinite(numbers)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    return min(-low, high) < ONE_SIDED * max(-low, high)
+
+
+ONE_SIDED = 0.1
+"""Share of the largest value to one side that the other must reach for 0 to be the middle."""
+EAST = re.compile(r"\beast\b|\bmath", re.IGNORECASE)
+"""What a header says of a heading that does not count from north."""
 
 
 def _with_sign(found: Finding, positive: str) -> Finding:
@@ -205,7 +223,9 @@ def _with_sign(found: Finding, positive: str) -> Finding:
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
     compass = quantity in ("heading", "heading_magnetic", "course_over_ground")
     mathematical = mathematical_words() & set(read_header(found.column.called or found.column.name).words)
-    if quantity == "heading" and (mathematical or (found.unit is not None and found.unit.name != "deg")):
+    from_east = EAST.search(" ".join((found.column.name, *found.column.said)))
+    in_radians = found.unit is not None and found.unit.name != "deg"
+    if quantity == "heading" and (mathematical or from_east or in_radians):
         return _with_sense(found)
     if compass and positive == "port":
         return found.told("stated", "positive to port stated", signed=True, sign=-1)
@@ -215,7 +235,9 @@ def _with_sign(found: Finding, positive: str) -> Finding:
 def _with_sense(found: Finding) -> Finding:
     """A heading with the way that it counts, where its name or what is said of it states that."""
     text = " ".join((found.column.name, *found.column.said)).lower()
-    if re.search(r"counter-?clockwise from east|\benu\b", text) and found.unit is not None:
+    turns = re.search(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise", text)
+    mathematical = re.search(r"\benu\b|\bmath", text) or (turns and re.search(r"\beast\b", text))
+    if mathematical and found.unit is not None:
         quarter = round(math.pi / 2.0 / found.unit.factor, 9)
         return found.told("stated", "counterclockwise from east stated", signed=True, sign=-1, offset=quarter)
     if re.search(r"(?<!counter)(?<!counter-)clockwise from north|\bned\b", text):

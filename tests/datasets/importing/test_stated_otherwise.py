@@ -108,6 +108,31 @@ def test_words_that_change_the_meaning(tmp_path, header, asked):
     assert asked or next(one for one in found.columns if "ngine" in one.column).quantity == "not used"
 
 
+@pytest.mark.parametrize("name", ["Heading (math, 0=East) [deg]", "Heading (0 = East, CCW) [deg]"])
+def test_a_heading_from_east_counts_from_there(tmp_path, name):
+    """Whatever is asked of it: with the answer 'heading' it counts counterclockwise from east."""
+    path = text(tmp_path, f't [s],"{name}",Rudder [deg]')
+    found = draft(path)
+    while found.questions:
+        first = found.questions[0]
+        wanted = ("heading", "counterclockwise from east")
+        found = found.answer({first.id: next((a.key for a in first.answers if a.key in wanted), first.answers[0].key)})
+    heading = found.import_log().records[0].heading_unwrapped()
+    expected = np.radians(90.0 - HEADING)
+    assert np.diff(heading) == pytest.approx(np.diff(expected), abs=1e-4)
+    assert np.remainder(heading[0] - expected[0] + np.pi, 2.0 * np.pi) == pytest.approx(np.pi, abs=1e-4)
+
+
+@pytest.mark.parametrize(("low", "used"), [(0.0, False), (2.5, False), (-50.0, True)])
+def test_a_rudder_in_per_cent_or_volts_that_stays_on_one_side_is_not_used(tmp_path, low, used):
+    rudder = low + (50.0 if low <= 0.0 else 1.0) * (1.0 + RUDDER / 20.0)
+    lines = [f"{t:g},{h:.4f},{r:.4f}" for t, h, r in zip(TIME, HEADING, rudder, strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([f"t [s],Heading [deg],Rudder [{'V' if low > 0.0 else '%'}]", *lines]), "utf-8")
+    found = next(one for one in draft(path).columns if one.column == "Rudder")
+    assert (found.quantity == "rudder") == used and (used or "amidships is not stated" in found.why)
+
+
 def canboat(tmp_path, **fields):
     """A heading, and a rudder of two instances, with fields beside."""
     lines = []
