@@ -24,6 +24,10 @@ ANGLE = re.compile(
 )
 
 
+HOLE_S, HOLE_STEPS = 60.0, 60.0
+"""Seconds, and median steps, without rows from which on it is told."""
+
+
 @dataclass(frozen=True)
 class Stream:
     """Quantities of one logger, each (N,), over its time (N,) s; `kept` are the rows of the table that they come from.
@@ -69,12 +73,23 @@ def stream_of(table: RawTable, mapping: TableMap, zoned: bool = False) -> tuple[
         quantities[entry.to] = values[kept]
     if any(fault.fatal for fault in faults) or kept.size < 3:
         return None, faults
+    faults += _holes(table, time[kept], kept)
     dated = mapping.time.form in DATED
     clock = table.clock or table.label
     notes = (f"{table.label}: {done}",) if done else ()
     return Stream(
         table.label, clock, dated, time[kept], quantities, kept, mapping.clock_offset_s, notes, zoned=zoned
     ), faults
+
+
+def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[Fault]:
+    """The longest time without rows, where it is that of many."""
+    steps = np.diff(time)
+    k = int(np.argmax(steps))
+    if not steps[k] > max(HOLE_S, HOLE_STEPS * float(np.median(steps))):
+        return []
+    hint = "was the log cut, or its clock set (summer time)? cut the record there"
+    return [Fault(table.label, f"no row for {steps[k]:.4g} s before this one", hint, int(table.rows[kept[k + 1]]))]
 
 
 def _time(table: RawTable, mapping: TableMap) -> tuple[np.ndarray, str]:

@@ -127,7 +127,9 @@ def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Faul
         waiting.remove(own)
     for own in waiting:
         hint = "give clock_offset_s of this table in the mapping"
-        said = f"its clock cannot be compared with that of {out[0].label}: no date and no channel in common"
+        dated = all(stream.dated for stream in (*out, *own))
+        why = "one of them states UTC and the other no zone" if dated else "no date"
+        said = f"its clock cannot be compared with that of {out[0].label}: {why}, and no channel in common"
         faults.append(Fault(own[0].label, said, hint, fatal=True))
     return out, done, faults
 
@@ -142,7 +144,7 @@ def _shift(base: Sequence[Stream], own: Sequence[Stream]) -> tuple[float, str] |
     if found is not None:
         told = f"{found.seconds:+.3f} s (standard error {found.stderr:.2g} s, correlation {found.correlation:.4f})"
         return found.seconds, f"{label}: clock set {told} to that of {reference}, told by {found.quantity}"
-    if all(stream.dated for stream in (*base, *own)):
+    if all(stream.dated for stream in (*base, *own)) and len({stream.zoned for stream in (*base, *own)}) == 1:
         return 0.0, f"{label}: clock taken as that of {reference} (no channel that both hold tells more)"
     return None
 

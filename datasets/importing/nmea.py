@@ -116,7 +116,7 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     found = _parsed(text)
     if not any(KINDS[group.kind] for group in found.groups.values()):
         raise BadInput("no NMEA sentence that can be used", file=path, hint=f"read are {', '.join(KINDS)}")
-    stamped = found.stamped > 0.9 * len(found.clocks)
+    stamped = found.stamped > 0.9 * len(found.clocks) and not _line_numbers(found)
     times = None if stamped else _times(found, path)
     done = "timed by the stamps beside the sentences" if stamped else (
         "timed by RMC, GGA, GLL or ZDA; other sentences evenly between, to about one of their periods"
@@ -128,6 +128,13 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     total = len(found.clocks) + len(found.faults) + others.total()
     faults = tuple(found.faults)
     return [replace(tables[0], faults=faults, done=(*tables[0].done, *notes), lines=total), *tables[1:]]
+
+
+def _line_numbers(found: Sentences) -> bool:
+    """Whether what stands beside the sentences counts them, and is no time."""
+    beside = {place: stamp for g in found.groups.values() for place, stamp in zip(g.places, g.stamps, strict=True)}
+    numbers = [int(stamp) if stamp.isdecimal() and len(stamp) < 12 else -1 for _, stamp in sorted(beside.items())]
+    return len(numbers) > 1 and bool(np.mean(np.diff(numbers) == 1) > 0.95)
 
 
 def _parsed(text: str) -> Sentences:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping as Dict
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .clock import DATED, UNITS_OF_TIME, Form, TimeGuess, guess_form, rows_as_seconds, seconds, spread
+from .clock import COUNTED, DATED, SCALES, UNITS_OF_TIME, Form, TimeGuess, guess_form, rows_as_seconds, seconds, spread
 from .draft import Answer, Question, Sure
 from .mapping import TimeMap, scalar
 from .names import is_date, is_time, part_of_time, words
@@ -17,6 +18,8 @@ from .raw import RawColumn, RawTable
 
 ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
 WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
+AS_LONG = 0.05
+"""Relative difference of their lengths from which on two times are not the same."""
 BRACKETED = re.compile(r"[\[(]([^\])]*)[\])]")
 MEANINGS: dict[str, str] = {
     "day first": "the day stands before the month", "month first": "the month stands before the day",
@@ -71,9 +74,10 @@ def find_time(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -
             why="the map says so",
             zoned=_zoned(table, given.columns),
         )
-    found = _told(table)
+    rivals = _rivals(table)
+    found = None if rivals else _told(table)
     if found is None:
-        return _without(table, answers)
+        return _without(table, answers, rivals)
     key = answers.get(f"{table.label}/time")
     if found.form is None and key in found.forms:
         return replace(found, form=key, likely=key, sure="stated", why="as answered", question=None)
@@ -178,15 +182,34 @@ def _time_line(names: tuple[str, ...], form: str) -> str:
     return f"time: {{columns: [{listed}], form: {form}}}"
 
 
-def _without(table: RawTable, answers: Dict[str, str]) -> TableTime:
-    """A table without a column of the time: logged at a fixed step, which is asked."""
+def _rivals(table: RawTable) -> list[RawColumn]:
+    """Columns that are called times and do not last equally long: those of the model and of the ship, for example."""
+    called = [
+        c for c in table.columns if c.known == "" and c.numeric and is_time(c.name) and np.isfinite(c.numbers).any()
+    ]
+    lasts: list[tuple[RawColumn, float]] = []
+    for column in called:
+        guess = guess_form(column, _unit(column))
+        if guess is not None and guess.stated and guess.forms[0] in COUNTED:
+            lasts.append(
+                (column, SCALES[guess.forms[0]][0] * float(np.ptp(column.numbers[np.isfinite(column.numbers)])))
+            )
+    spans = [span for _, span in lasts]
+    differ = len(spans) > 1 and max(spans) > (1.0 + AS_LONG) * min(spans)
+    return [column for column, _ in lasts] if differ else []
+
+
+def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColumn] = ()) -> TableTime:
+    """A table without a column of the time: logged at a fixed step, which is asked; or with `rivals` to choose from."""
     step = next((step for note in table.notes if (step := step_stated(note))), None)
     if step is not None:
         return TableTime((), "rows", "rows", step, "stated", "a line above the header states the time step")
     key = answers.get(f"{table.label}/time", "")
     if re.fullmatch(r"\d*\.?\d+(e-?\d+)?", key) and float(key) > 0.0:
         return TableTime((), "rows", "rows", float(key), "stated", "as answered")
-    able = [c for c in table.columns if c.numeric and len(c.numbers) > 1 and np.mean(np.diff(c.numbers) > 0.0) > 0.95]
+    able = list(rivals) or [
+        c for c in table.columns if c.numeric and len(c.numbers) > 1 and np.mean(np.diff(c.numbers) > 0.0) > 0.95
+    ]
     pairs: dict[str, tuple[str, Form]] = {
         f"{column.name}: {form}": (column.name, form)
         for column in able
@@ -198,6 +221,8 @@ def _without(table: RawTable, answers: Dict[str, str]) -> TableTime:
         return TableTime((name,), form, form, why="as answered")
     made = tuple(Answer(key, key, _time_line((name,), form)) for key, (name, form) in pairs.items())
     text = "No column looks like a time: which one is it, or how many seconds are between the rows?"
+    if rivals:
+        text = f"{' and '.join(c.name for c in rivals)} are times that do not last equally long: which one is it?"
     names = ", ".join(column.name for column in table.columns)
     number = "seconds between the rows: time: {columns: [], form: rows, step_s: NUMBER}"
     at = table.columns[0].name

@@ -178,3 +178,45 @@ def test_a_speed_without_a_fix_is_no_measurement(tmp_path, mode):
     table = next(one.table for one in found.columns if one.column == "speed over ground")
     lost = np.isnan(found.series(table, "speed over ground")[1])
     assert lost.sum() == (20 if mode == "N" else 0)
+
+
+def test_two_times_of_different_length_are_asked(tmp_path):
+    lines = [f"{t:g},{5.0 * t:g},{h:.4f},{r:.4f}" for t, h, r in zip(TIME, HEADING, RUDDER, strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["t model [s],t ship [s],Heading [deg],Rudder [deg]", *lines]), "utf-8")
+    (question,) = draft(path).questions
+    assert "do not last equally long" in question.text
+    key = next(answer.key for answer in question.answers if answer.key.startswith("t ship"))
+    assert draft(path).answer({question.id: key}).import_log().records[0].dt == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("zone", ["", "Z"])
+def test_a_clock_in_utc_and_one_of_unknown_zone_are_not_joined(tmp_path, zone):
+    """With both in UTC they are, as no channel is in both."""
+    for name, column, values in (("gyro", "Heading [deg]", HEADING), ("rudder", "Rudder [deg]", RUDDER)):
+        own = "Z" if name == "gyro" else zone
+        lines = [f"2026-03-14T10:00:{t:06.3f}{own},{v:.4f}" for t, v in zip(TIME, values, strict=True)]
+        (tmp_path / f"{name}.csv").write_text("\n".join([f"Time,{column}", *lines]), "utf-8")
+    paths = [tmp_path / "gyro.csv", tmp_path / "rudder.csv"]
+    found = helmbench.draft_import(paths, positive_rudder="starboard")
+    if zone:
+        assert found.import_log().records[0].n > 50
+    else:
+        with pytest.raises(helmbench.BadInput, match="states UTC and the other no zone"):
+            found.import_log()
+
+
+def test_numbers_of_lines_beside_sentences_are_no_time(tmp_path):
+    pairs = zip(HEADING, RUDDER, strict=True)
+    sentences = [text for h, r in pairs for text in (f"HEHDT,{h:.2f},T", f"IIRSA,{r:.2f},A,,V")]
+    lines = [f"{k}: {nmea(sentence)}" for k, sentence in enumerate(sentences, start=1)]
+    (tmp_path / "log.txt").write_text("\n".join(lines), "utf-8")
+    with pytest.raises(helmbench.BadInput, match="time"):
+        draft(tmp_path / "log.txt")
+
+
+def test_an_hour_without_rows_is_told(tmp_path):
+    """As where a local clock goes to summer time."""
+    path = text(tmp_path, "t [s],Heading [deg],Rudder [deg]", time=TIME + np.where(TIME > 15.0, 3599.5, 0.0))
+    faults = [fault for fault in draft(path).import_log().report.faults if "no row for" in fault.message]
+    assert len(faults) == 1 and "3600 s" in faults[0].message
