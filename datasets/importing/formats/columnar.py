@@ -27,14 +27,14 @@ def read_parquet(data: bytes, path: Path) -> list[RawTable]:
         table = file.read()
     except (pa.ArrowException, OSError, ValueError, KeyError, NotImplementedError) as error:
         raise BadInput(f"not a Parquet file that can be read ({type(error).__name__})", file=path) from None
-    columns = [c for i, field in enumerate(table.schema) if (c := _column(field, table.column(i))) is not None]
-    if not columns or table.num_rows < 1:
+    columns = [_column(field, table.column(i)) for i, field in enumerate(table.schema)]
+    if all(column.known == "not used" for column in columns) or table.num_rows < 1:
         raise BadInput("no columns of numbers found", file=path)
     rows = np.arange(1, table.num_rows + 1)
     return [RawTable(path.name, tuple(columns), rows, "", path.name, done=("Parquet",))]
 
 
-def _column(field: Any, values: Any) -> RawColumn | None:
+def _column(field: Any, values: Any) -> RawColumn:
     import pyarrow as pa
 
     metadata = field.metadata or {}
@@ -47,9 +47,18 @@ def _column(field: Any, values: Any) -> RawColumn | None:
             for m in moments.astype("datetime64[ns]")
         )
         return RawColumn(str(field.name), unit, texts)
-    if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind):
+    if pa.types.is_dictionary(kind):
+        return _column(field.with_type(kind.value_type), values.cast(kind.value_type))
+    if pa.types.is_duration(kind):
+        spans = values.cast(pa.duration("ns"), safe=False).cast(pa.int64()).cast(pa.float64(), safe=False)
+        return RawColumn(str(field.name), "s", 1e-9 * np.asarray(spans.to_numpy(zero_copy_only=False), dtype=float))
+    if any(
+        is_kind(kind)
+        for is_kind in (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, pa.types.is_decimal)
+    ):
         numbers = values.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
         return RawColumn(str(field.name), unit, np.asarray(numbers, dtype=float))
     if pa.types.is_string(kind) or pa.types.is_large_string(kind):
         return RawColumn(str(field.name), unit, tuple("" if v is None else v for v in values.to_pylist()))
-    return None
+    empty = np.full(len(values), np.nan)
+    return RawColumn(str(field.name), unit, empty, "not used", f"a Parquet column of type {kind}, which is not read")

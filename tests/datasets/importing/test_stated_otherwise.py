@@ -1,9 +1,11 @@
 """What a file states in a second place: units in groups, factors, references, instances, receivers without a fix."""
 
 import json
+from decimal import Decimal
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.io import savemat
 
@@ -220,3 +222,21 @@ def test_an_hour_without_rows_is_told(tmp_path):
     path = text(tmp_path, "t [s],Heading [deg],Rudder [deg]", time=TIME + np.where(TIME > 15.0, 3599.5, 0.0))
     faults = [fault for fault in draft(path).import_log().report.faults if "no row for" in fault.message]
     assert len(faults) == 1 and "3600 s" in faults[0].message
+
+
+def test_columns_of_parquet_of_every_type_are_named(tmp_path):
+    frame = pd.DataFrame({"Heading [deg]": HEADING, "Rudder [deg]": [Decimal(f"{r:.3f}") for r in RUDDER]})
+    frame["mode"] = pd.Categorical(["auto"] * N)
+    frame["pair"] = [[1.0, 2.0]] * N
+    frame.insert(0, "elapsed", pd.to_timedelta(TIME, unit="s"))
+    frame.to_parquet(tmp_path / "log.parquet")
+    found = draft(tmp_path / "log.parquet")
+    told = {one.column: one.quantity for one in found.columns}
+    assert told == {
+        "elapsed": "time",
+        "Heading [deg]": "heading",
+        "Rudder [deg]": "rudder",
+        "mode": "not used",
+        "pair": "not used",
+    }
+    assert found.import_log().records[0].dt == pytest.approx(0.5)
