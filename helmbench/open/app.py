@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import zipfile
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +24,8 @@ from .tasks import NO_MODEL, VIEW
 
 MOST_BYTES, MOST_BODY = 1 << 30, 4 << 20
 """Largest file that is taken, and largest other body of a request, bytes."""
+DISCARD_S = 1.0
+"""How long the rest of a body that is too large is still taken, s."""
 ASSETS = {
     "open.css": "text/css",
     "main.js": "text/javascript",
@@ -285,17 +288,27 @@ async def _stream(request: Request, place: Path) -> None:
     """Write a body into a file; _TooLarge before it is read where the header says so, else when it is."""
     told = request.headers.get("content-length", "0")
     size = int(told) if told.isdigit() else 0
+    written = 0
     with place.open("xb") as file:
-        if size > MOST_BYTES:
-            raise _TooLarge(_limit(MOST_BYTES))
-        written = 0
-        async for chunk in request.stream():
-            written += len(chunk)
-            if written > MOST_BYTES:
-                raise _TooLarge(_limit(MOST_BYTES))
-            await asyncio.to_thread(file.write, chunk)
+        if size <= MOST_BYTES:
+            async for chunk in request.stream():
+                written += len(chunk)
+                if written > MOST_BYTES:
+                    break
+                await asyncio.to_thread(file.write, chunk)
+    if max(size, written) > MOST_BYTES:
+        await _discarded(request)
+        raise _TooLarge(_limit(MOST_BYTES))
     if size and written != size:
         raise BadInput("the file did not come whole", file=place.stem, hint="drop it again")
+
+
+async def _discarded(request: Request) -> None:
+    """Take what still comes of a body for a moment: an answer is lost where a connection closes with unread bytes."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(DISCARD_S):
+            while (await request.receive()).get("more_body"):
+                pass
 
 
 async def _body(request: Request, shape: type[Body]) -> Body:
@@ -304,6 +317,7 @@ async def _body(request: Request, shape: type[Body]) -> Body:
     async for chunk in request.stream():
         data += chunk
         if len(data) > MOST_BODY:
+            await _discarded(request)
             raise _TooLarge(_limit(MOST_BODY))
     try:
         return shape.model_validate_json(bytes(data))
