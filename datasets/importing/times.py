@@ -11,6 +11,7 @@ import numpy as np
 
 from .clock import COUNTED, DATED, SCALES, UNITS_OF_TIME, Form, TimeGuess, guess_form, rows_as_seconds, seconds, spread
 from .draft import Answer, Question, Sure
+from .headers import BRACKETS
 from .mapping import TimeMap, scalar
 from .names import is_date, is_time, part_of_time, words
 from .quantities import word_list
@@ -20,7 +21,6 @@ ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
 WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
 AS_LONG = 0.05
 """Relative difference of their lengths from which on two times are not the same."""
-BRACKETED = re.compile(r"[\[(]([^\])]*)[\])]")
 MEANINGS: dict[str, str] = {
     "day first": "the day stands before the month", "month first": "the month stands before the day",
 }  # fmt: skip
@@ -128,7 +128,7 @@ def _unit(column: RawColumn) -> str:
     unit = column.unit.strip("[]() ").lower()
     if unit:
         return unit
-    bracketed = next((text for text in BRACKETED.findall(column.name) if re.search(r"\d", text)), "")
+    bracketed = next((text for text in BRACKETS.findall(column.name) if re.search(r"\d", text)), "")
     if bracketed:
         return bracketed.strip().lower()
     last = words(column.name)[-1:] or ("",)

@@ -56,7 +56,7 @@ def outcome(name: str, arguments: Mapping[str, Any], stage: Stage) -> tuple[str,
     try:
         return "done", plain(TASKS[name](stage=stage, **arguments))
     except (BadInput, CannotFit, FitFailed) as error:
-        return "refused", _line(error, arguments)
+        return "refused", _line(error, arguments["out"])
     except MemoryError as error:
         return "refused", f"not enough memory ({error or 'the machine refused more'})"
     except OSError as error:
@@ -65,9 +65,9 @@ def outcome(name: str, arguments: Mapping[str, Any], stage: Stage) -> tuple[str,
         return "failed", f"this is a fault of helmbench ({type(error).__name__}: {error}); please report it"
 
 
-def _line(error: Exception, arguments: Mapping[str, Any]) -> str:
-    """One line without the folders of this program."""
-    folder = re.escape(str(Path(arguments["out"]).parent))
+def _line(error: Exception, out: str) -> str:
+    """One line without the folders of the project, in which `out` is."""
+    folder = re.escape(str(Path(out).parent))
     return re.sub(rf"{folder}[/\\](?:[\w-]+[/\\])*", "", " ".join(str(error).split()))
 
 
@@ -103,7 +103,7 @@ def read_logs(
     try:
         draft = draft_import([Path(logs, name) for name in files], positive_rudder=positive_rudder)
     except BadInput as error:
-        return found | {"line": _line(error, {"out": out}), "faults": _faults(error)}
+        return found | {"line": _line(error, out), "faults": _faults(error)}
     draft = _told(draft, answers, choices)
     stage("drawing the columns")
     found["columns"], found["faults"] = _columns(draft), _faults(draft)
@@ -115,7 +115,7 @@ def read_logs(
     try:
         log = draft.import_log()
     except BadInput as error:
-        return found | {"line": _line(error, {"out": out}), "faults": _faults(error)}
+        return found | {"line": _line(error, out), "faults": _faults(error)}
     log.write_mapping(Path(out, MAP), force=True)
     found |= {"steps": list(log.report.steps), "faults": _faults(log.report)}
     return found | _stored(log.records, Path(out))
