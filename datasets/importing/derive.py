@@ -23,6 +23,16 @@ DIRECT = {
     "wind_direction": "wind_direction_rad",
 }
 """Quantities that are channels of a record already."""
+PARTNERS = {
+    "sway": "surge",
+    "north": "east",
+    "east": "north",
+    "latitude": "longitude",
+    "longitude": "latitude",
+    "velocity_north": "velocity_east",
+    "velocity_east": "velocity_north",
+}
+"""Quantity -> the one without which it makes no channel."""
 SLOWEST_M_S = 0.05
 """Speed below which a course says nothing."""
 
@@ -52,8 +62,15 @@ def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], vari
     _heading(made, variation_deg)
     _positions(made)
     _velocities(made)
+    _alone(made)
     _check_track(made)
     return made
+
+
+def _alone(made: Channels) -> None:
+    for name, other in PARTNERS.items():
+        if name in made.q and other not in made.q:
+            made.warn(f"{name.replace('_', ' ')} without {other.replace('_', ' ')}: it makes no channel of the record")
 
 
 def _heading(made: Channels, variation_deg: float | None) -> None:

@@ -43,7 +43,7 @@ class Finding:
     may_be : quantities that the name may mean, likeliest first; one where it is known, none where it is not used.
     unit, factor, offset, sign : value = sign * unit * (factor * number) + offset in the unit; unit None: open.
     signed : whether the sign is known.  side : side of a positive rudder where it is stated.  foreign : a stated
-    unit that is none of the quantity.
+    unit that is none of the quantity.  unread : a text at the place of a unit that is none that is known.
     """
 
     table: RawTable
@@ -56,6 +56,7 @@ class Finding:
     signed: bool = False
     side: str = ""
     foreign: str = ""
+    unread: str = ""
     sure: Sure = "stated"
     why: tuple[str, ...] = ()
     questions: tuple[Question, ...] = ()

@@ -16,7 +16,7 @@ BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u30
 TAIL = re.compile(r"(?:,|;|\s/|:|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
 """A unit behind a comma, a colon or `in`, `en`, `i`."""
 JOINT = (
-    r"[\s_]*(?:=|:|\bto\b|\btowards?\b|\bis\b|\bist\b|\bnach\b|\bzu\b|\bvers\b|\ba\b|\bhacia\b|\btil\b|\bmot\b|\bfor\b"
+    r"[\s_]*(?:=|:|\bto\b|\btowards?\b|\bis\b|\bist\b|\bnach\b|\bzu\b|\bvers\b|\ba\b|\bhacia\b|\btil\b|\bmot\b|\bpara\b|\bfor\b"
     r"|が|は|为|を|\bside\b|\bdown\b|\bup\b)*[\s_]*"
 )
 RAISED = re.compile(r"[\s_]*(?:side|hand)?[\s_]*(?:goes|is|side)?[\s_]*(?:up|rises|hoch|oben|haut|arriba|opp)(?![a-z])")
@@ -30,6 +30,12 @@ EAST_NORTH = re.compile(
     r"(east|north|\be\b|\bn\b)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?(east|north|e\b|n\b)"
 )
 SCALED = re.compile(r"(?:x|\*|×)?\s*([0-9]*[.,]?[0-9]+(?:e[-+]?\d+)?)\s*(?:x|\*|×)?\s*([^\d].*)")
+PART = re.compile(
+    r"1\s*/\s*(?P<first>10+)\s*(?P<behind>[^\d].*)|(?P<before>[^\d/]+)/\s*(?P<last>10+)|deci[\s-]?(?P<tenth>.+)"
+)
+"""A tenth, hundredth, ... of a unit: `1/10 deg`, `deg/10`, `decidegrees`."""
+REFERENCE = re.compile(r"(?<![a-z])(?:from\s+(?:the\s+)?(?:true\s+)?(?:north|east)|enu|ned)(?![a-z])", re.IGNORECASE)
+"""Where a heading counts from, which is no part of its name."""
 
 
 HEMISPHERE = re.compile(r"(?<![a-z])[nsew](?![a-z])", re.IGNORECASE)
@@ -43,7 +49,8 @@ TIMES = re.compile(r"(?<![a-zA-Z0-9])[x×*]\s?(10+)(?![\d.])")
 class Header:
     """words : of the name, without unit and sign.  units : texts that state a unit.  suffixes : other ways to cut the
     words, each with the unit that its last words spell.  positive : side of a positive number, '' where none is stated.
-    foreign : a unit that is stated and says no size.  times : of `x10`, how many times the value the numbers are.
+    foreign : a unit that is stated and says no size.  unread : what stands at the place of a unit and is none that is
+    known.  times : of `x10`, how many times the value the numbers are.
     """
 
     words: tuple[str, ...]
@@ -51,6 +58,7 @@ class Header:
     suffixes: tuple[tuple[tuple[str, ...], str], ...]
     positive: str
     foreign: str
+    unread: str = ""
     times: float = 1.0
 
     def unit(self, dimension: str) -> tuple[Unit | None, float]:
@@ -77,17 +85,28 @@ def read_header(name: str, unit: str = "") -> Header:
         pieces.append(tail[1].strip())
         rest = rest[: tail.start()]
     pieces += [part.strip() for part in re.split(r"[;,|]", unit)]
-    if _means(rest, "heading", "heading_magnetic", "course_over_ground"):
+    if _means(REFERENCE.sub(" ", rest), "heading", "heading_magnetic", "course_over_ground"):
+        rest, pieces = REFERENCE.sub(" ", rest), [REFERENCE.sub(" ", piece).strip() for piece in pieces]
         magnetic = [MAGNETIC.fullmatch(piece) for piece in pieces]
         pieces = [piece if match is None else match[1] or "" for piece, match in zip(pieces, magnetic, strict=True)]
         rest = f"{rest} mag" if any(magnetic) and "mag" not in words(rest) else rest
     units = tuple(piece for piece in pieces if piece and says_unit(piece))
     other = [piece for piece in pieces if piece and not says_unit(piece)]
-    known = words(" ".join([rest, *other]))
     sized = [text for text in units if _sized(text)]
+    unread = "" if units else next((piece for piece in other if _is_unread(piece)), "")
+    known = words(" ".join([rest, *(piece for piece in other if piece != unread)]))
     foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
     return Header(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign,
-                  float(times[1]) if times else 1.0)  # fmt: skip
+                  unread, float(times[1]) if times else 1.0)  # fmt: skip
+
+
+def _is_unread(piece: str) -> bool:
+    """Whether a text in brackets is a unit that is not known: it has a known unit in it, or no known word."""
+    parts = words(piece)
+    known = word_list("harmless").union(word_list("command"), word_list("not_measured"), *side_words().values())
+    strange = [part for part in parts if part not in known and not part.isdigit()]
+    composed = re.search(r"[/^*\d]", piece) and any(unit_of(part) is not None for part in parts if len(part) > 1)
+    return bool(composed) or bool(strange and not named(parts).may_be)
 
 
 def _hemisphere(name: str, unit: str) -> str:
@@ -113,11 +132,15 @@ def says_unit(text: str) -> bool:
 
 
 def scaled_unit(text: str, dimension: str | None = None) -> tuple[Unit | None, float]:
-    """(unit, factor) of `deg`, `0.1 deg`, `1e-7 deg`; (None, 1) where the text is no unit (of that dimension)."""
+    """(unit, factor) of `deg`, `0.1 deg`, `1/10 deg`, `1e-7 deg`; (None, 1) where it is no unit (of that dimension)."""
     place = re.fullmatch(r"(°|deg|degrees)\s*(?:([ew]|n)|\s(s))", text.strip().lower())
     unit = unit_of(place[1] if place else text, dimension)
     if unit is not None:
         return unit, 1.0
+    part = PART.fullmatch(text.strip().lower())
+    if part is not None:
+        unit = unit_of(part["behind"] or part["before"] or part["tenth"], dimension)
+        return (unit, 1.0 / float(part["first"] or part["last"] or 10)) if unit is not None else (None, 1.0)
     match = SCALED.fullmatch(text.strip().lower())
     inner = unit_of(match[2], dimension) if match else None
     if match is None or inner is None:

@@ -20,6 +20,8 @@ from .units import UNITS, Unit, unit_of
 
 NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
+VALUE = ("value", "values", "data", "val", "signal", "reading")
+"""Names of a column that say nothing: that of its group does."""
 PULSES = ("us", "µs", "pwm")
 """Units of a servo's pulse."""
 UNSIGNED = frozenset(
@@ -85,7 +87,7 @@ def _from_format(base: Finding) -> Finding:
 
 def _from_header(base: Finding) -> Finding:
     column = base.column
-    header = read_header(column.called or column.name, column.unit)
+    header = read_header(_called(base.table, column), column.unit)
     if column.numeric and all(NAMELESS.fullmatch(one.name) for one in base.table.columns):
         text, every = f"What is {column.name!r}? The file names no columns.", tuple(quantities())
         return ask_quantity(replace(base, may_be=every, why=("without a name",)), text, every)
@@ -95,18 +97,24 @@ def _from_header(base: Finding) -> Finding:
         own, text = _name(below)
         header, name, suffix = (below, own, text) if own.may_be and not own.extra else (header, name, suffix)
     if not name.may_be:
-        return base.unused(name.why)
+        return replace(base.unused(name.why), unread=header.unread)
     empty = not np.isfinite(column.numbers).any() and not column.first(1)
     if empty:
         return base.unused("no value in the column")
     said = [read_header("", text) for text in column.said]
     positive = header.positive or next((s for text in column.said if (s := sign_stated(text)[0])), "")
-    found = replace(base, may_be=name.may_be, why=(name.why,))
+    found = replace(base, may_be=name.may_be, why=(name.why,), unread=header.unread)
     found = _with_unit(found, header, suffix, said)
     found = _with_sign(found, positive)
     found = _doubted(found, name) if name.extra else found
     found = _with_times(found, header.times) if header.times != 1.0 and found.unit is not None else found
     return ask_numbers(found) if column.style == "open" and _either(column) else found
+
+
+def _called(table: RawTable, column: RawColumn) -> str:
+    """What a column is named by: its name, or that of its group where it is only called `value` or `data`."""
+    group = table.label.rpartition("[")[2].rpartition("]")[0]
+    return column.called or (group if group and column.name.lower() in VALUE else column.name)
 
 
 def _either(column: RawColumn) -> bool:
@@ -178,6 +186,10 @@ def _with_foreign(found: Finding, text: str) -> Finding:
 def ask_foreign(found: Finding) -> Finding:
     """The finding of a rudder in a unit that is no angle, with the question for its scale."""
     text = found.foreign
+    numbers = np.abs(found.column.numbers[np.isfinite(found.column.numbers)])
+    if text.lower() in PULSES and not numbers.max(initial=0.0) > 1.05:
+        said = f"{found.column.name!r} is a share of the largest angle, -1 to 1: how many degrees are 1?"
+        return ask_scale(found, said, "degrees at 1", "deg", (35.0, 45.0, 30.0), 1.0)
     if text.lower() in PULSES:
         said = f"{found.column.name!r} is a servo's pulse, 1500 us amidships: how many degrees are 400 us?"
         return ask_scale(found, said, "degrees at 1900 us", "deg", (35.0, 45.0, 30.0), 400.0, zero=1500.0)
@@ -189,7 +201,7 @@ def ask_foreign(found: Finding) -> Finding:
     if text.lower() in PERCENT:
         said = f"{found.column.name!r} is in per cent: how many degrees are 100 %?"
         return ask_scale(found, said, "degrees at 100 %", "deg", (35.0, 45.0, 30.0), 100.0)
-    said = f"{found.column.name!r} is in {text}: how many degrees are one of it?"
+    said = f"{found.column.name!r} is in {text}: how many degrees are one of it? 0 is taken as amidships."
     return ask_scale(found, said, "degrees of one unit of the file", "deg", (1.0,), 1.0)
 
 
@@ -202,7 +214,7 @@ def _rests_aside(numbers: np.ndarray) -> bool:
 
 ONE_SIDED = 0.1
 """Share of the largest value to one side that the other must reach for 0 to be the middle."""
-EAST = re.compile(r"\beast\b|\bmath", re.IGNORECASE)
+EAST = re.compile(r"\beast\b|\bmath|\benu\b|\bned\b", re.IGNORECASE)
 """What a header says of a heading that does not count from north."""
 
 
@@ -222,8 +234,8 @@ def _with_sign(found: Finding, positive: str) -> Finding:
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
     compass = quantity in ("heading", "heading_magnetic", "course_over_ground")
-    mathematical = mathematical_words() & set(read_header(found.column.called or found.column.name).words)
-    from_east = EAST.search(" ".join((found.column.name, *found.column.said)))
+    mathematical = mathematical_words() & set(read_header(_called(found.table, found.column)).words)
+    from_east = EAST.search(" ".join((_called(found.table, found.column), *found.column.said)))
     in_radians = found.unit is not None and found.unit.name != "deg"
     if quantity == "heading" and (mathematical or from_east or in_radians):
         return _with_sense(found)
@@ -234,7 +246,7 @@ def _with_sign(found: Finding, positive: str) -> Finding:
 
 def _with_sense(found: Finding) -> Finding:
     """A heading with the way that it counts, where its name or what is said of it states that."""
-    text = " ".join((found.column.name, *found.column.said)).lower()
+    text = " ".join((_called(found.table, found.column), *found.column.said)).lower()
     turns = re.search(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise", text)
     mathematical = re.search(r"\benu\b|\bmath", text) or (turns and re.search(r"\beast\b", text))
     if mathematical and found.unit is not None:

@@ -53,6 +53,8 @@ _ALL = (
             "grader",
             "度",
             "gradi",
+            "graus",
+            "grau",
             "deg(t)",
             "deg(m)",
             "°true",
@@ -132,6 +134,7 @@ _ALL = (
             "degres/mn",
         ),
     ),
+    Unit("rad/min", "angular rate", 1.0 / 60.0, ("rad/min", "rads/min", "radian/min", "radians/min")),
     Unit("deg/h", "angular rate", DEGREE / 3600.0, ("deg/h", "deg/hr", "°/h")),
     Unit(
         "m/s",

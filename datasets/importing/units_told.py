@@ -134,7 +134,7 @@ def size_of(found: Finding) -> float:
 
 def by_physics(log: Log, found: Finding) -> Finding:
     """The finding with the only unit that is possible, where there is only one."""
-    if found.quantity is None or found.unit is not None or found.foreign:
+    if found.quantity is None or found.unit is not None or found.foreign or found.unread:
         return found
     if not np.isfinite(found.column.numbers).any():
         return _texts(found)
@@ -221,6 +221,7 @@ def ask(found: Finding) -> Finding:
     if found.foreign:
         return ask_foreign(found)
     text = f"What is the unit of {name!r} ({str(found.quantity).replace('_', ' ')}, values up to {size:.4g})?"
+    text += f" {found.unread!r} is no unit that is known." if found.unread else ""
     if found.quantity in ("rudder", "rudder_command") and size <= 110.0:
         return _ask_rudder(found, text, size)
     able = [unit for unit in candidates(found.dimension) if not impossible(replace(found, unit=unit))]

@@ -1,0 +1,85 @@
+"""What the words of a header state: parts of a unit, where a heading counts from, Italian and Portuguese names."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import helmbench
+
+N = 200
+TIME = 0.5 * np.arange(N)
+HEADING, YAW_RATE = 90.0 + 40.0 * np.sin(TIME / 8.0), 5.0 * np.cos(TIME / 8.0)
+RUDDER = -20.0 * np.cos(TIME / 8.0 + 0.6)
+"""deg; positive to port."""
+
+
+def log(tmp_path, header, *columns):
+    rows = zip(TIME, *columns, strict=True)
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([header, *(",".join(f"{v:.9g}" for v in row) for row in rows)]), "utf-8")
+    return path
+
+
+def record(path):
+    (found,) = helmbench.import_log([path]).records
+    return found
+
+
+@pytest.mark.parametrize(
+    "header, heading",
+    [
+        ("Yaw ccw from east [deg]", (90.0 - HEADING) % 360.0),
+        ("heading (ccw from east) [deg]", (90.0 - HEADING) % 360.0),
+        ("heading ENU [deg]", (90.0 - HEADING) % 360.0),
+        ("heading ccw from north [deg]", -HEADING % 360.0),
+        ("heading NED [deg]", HEADING),
+        ("heading cw from north [deg]", HEADING),
+        ("heading [1/10 deg]", 10.0 * HEADING),
+        ("heading [deg/10]", 10.0 * HEADING),
+        ("heading [decidegrees]", 10.0 * HEADING),
+        ("heading [1/100 deg]", 100.0 * HEADING),
+        ("prora [gradi]", HEADING),
+        ("rumo verdadeiro [graus]", HEADING),
+    ],
+)
+def test_a_heading_as_its_header_states_it(tmp_path, header, heading):
+    found = record(log(tmp_path, f"time [s],{header},rudder (+ port) [deg]", heading, RUDDER))
+    assert_allclose(np.degrees(found.heading_unwrapped()) % 360.0, HEADING % 360.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["timone (+ = sinistra) [gradi]", "leme (+ = bombordo) [graus]", "angolo del timone [gradi; positivo a sinistra]"],
+)
+def test_rudders_and_sides_in_italian_and_portuguese(tmp_path, header):
+    draft = helmbench.draft_import([log(tmp_path, f"tempo [s],heading [deg],{header}", HEADING, RUDDER)])
+    rudder = draft.columns[-1]
+    assert (rudder.quantity, rudder.unit, rudder.sign) == ("rudder", "deg", "positive to port")
+    assert not draft.questions
+
+
+def test_a_turn_rate_in_radians_a_minute(tmp_path):
+    header = "time [s],heading [deg],yaw rate [rad/min],rudder [deg]"
+    found = record(log(tmp_path, header, HEADING, np.radians(60.0 * YAW_RATE), RUDDER))
+    assert_allclose(np.degrees(found.column("yaw_rate_rad_s")), YAW_RATE, atol=1e-6)
+
+
+@pytest.mark.parametrize("unit", ["zorb", "deg^1/3", "2 turns"])
+def test_a_unit_that_is_not_known_is_asked_and_not_guessed_from_the_size(tmp_path, unit):
+    draft = helmbench.draft_import([log(tmp_path, f"time [s],heading [{unit}],rudder [deg]", HEADING, RUDDER)])
+    (question,) = [q for q in draft.questions if q.column.startswith("heading")]
+    assert question.about == "unit"
+    assert unit in question.text
+
+
+@pytest.mark.parametrize("name", ["sway velocity [m/s, + starboard]", "latitude [deg]", "northing [m]"])
+def test_a_channel_that_misses_its_other_part_is_told(tmp_path, name):
+    path = log(tmp_path, f"time [s],heading [deg],rudder [deg],{name}", HEADING, RUDDER, 10.0 + 0.1 * YAW_RATE)
+    found = helmbench.import_log([path])
+    told = [fault.message for fault in found.report.faults]
+    assert any("without" in message for message in told), told
+
+
+def test_volts_about_zero_say_what_is_taken_as_amidships(tmp_path):
+    (question,) = helmbench.draft_import([log(tmp_path, "t [s],heading [deg],rudder [V]", HEADING, RUDDER)]).questions
+    assert "amidships" in question.text
