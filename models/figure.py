@@ -14,6 +14,11 @@ from matplotlib.text import Text
 from .errors import BadInput
 
 DOTS_PER_INCH = 100
+DARK = (
+    '<style>body:is([data-jp-theme-light="false"], .vscode-dark, .vscode-high-contrast) img.helmbench, '
+    'html[theme="dark"] img.helmbench { filter: invert(.9) hue-rotate(180deg); }</style>'
+)
+"""Turns the light of pictures round in the dark themes of JupyterLab, Visual Studio Code and Colab."""
 
 
 class PlainFigure(Figure):
@@ -44,6 +49,9 @@ class ShownFigure(PlainFigure):
         self.savefig(buffer, format="png", dpi=DOTS_PER_INCH)
         return buffer.getvalue()
 
+    def _repr_html_(self) -> str:
+        return picture(lambda: self, "figure")
+
 
 def picture(draw: Callable[[], Figure], title: str) -> str:
     """A figure as an HTML image, for a notebook; empty where there is nothing to draw (BadInput).
@@ -56,4 +64,5 @@ def picture(draw: Callable[[], Figure], title: str) -> str:
         return ""
     assert isinstance(figure, ShownFigure)
     data = b64encode(figure._repr_png_()).decode()
-    return f'<img alt="{escape(title)}" src="data:image/png;base64,{data}" style="max-width: 100%"/>'
+    shown = f'class="helmbench" alt="{escape(title)}" style="max-width: 100%"'
+    return f'{DARK}<img {shown} src="data:image/png;base64,{data}"/>'
