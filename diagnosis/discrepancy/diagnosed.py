@@ -377,7 +377,7 @@ def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, 
             status, why = "not_significant", "detectable, but takes nothing off the free-run error for sure"
         elif cause.id in small:
             status = "explained_by"
-            why = f"detectable, immaterial: takes off {100.0 * small[cause.id].value:.1f} % of the free-run error"
+            why = f"detectable, immaterial: takes off {small[cause.id].text} of the free-run error"
         elif cause.id in untestable:
             status, why = "not_testable", untestable[cause.id]
         elif cause.id in LEFT_OUT:

@@ -32,6 +32,9 @@ ROUNDING = 1e-6
 """Fall of the log likelihood that a step may end with."""
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
+MOST_STEPS = 100
+"""Steps after which a fit from several starts ends that still gains: sds of sensors change by 1.5-fold a step at most, and
+where a fit ends before its optimum depends on the processor."""
 FORCE_STARTS = (0.0, 4.0)
 """Random forces, in QUANTUM, that a fit from several starts begins with."""
 
@@ -70,13 +73,13 @@ def fit_noise(est: Estimator, s: Setting, most: int = 8, tolerance: float = 0.05
 
 def fit_noise_from_starts(est: Estimator, s: Setting, start: Setting) -> tuple[Setting, Innovations]:
     """The best noise of several starts: the present one, and no or faint random forces beside those of `start`."""
-    best = fit_noise(est, s, 12)
+    best = fit_noise(est, s, MOST_STEPS)
     for amount in FORCE_STARTS:
         force = amount * QUANTUM * np.array([1.0, 2.0, 1.0])[: est.n_forces]
         noise = replace(start.noise, force_sd=force)
         if noise.equals(s.noise):
             continue
-        found = fit_noise(est, replace(s, noise=noise), 12)
+        found = fit_noise(est, replace(s, noise=noise), MOST_STEPS)
         if found[1].log_likelihood > best[1].log_likelihood + 1e-3:
             best = found
     return best

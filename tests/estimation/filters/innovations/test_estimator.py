@@ -11,7 +11,7 @@ from helmbench.datasets.spikes import without_spikes, without_spikes_in_time
 from helmbench.estimation.filters.innovations import noise_fit
 from helmbench.estimation.filters.innovations.derivatives import columns, responses, tangent, traces
 from helmbench.estimation.filters.innovations.estimator import estimator
-from helmbench.estimation.filters.innovations.noise_fit import QUANTUM, fit_noise
+from helmbench.estimation.filters.innovations.noise_fit import QUANTUM, fit_noise, fit_noise_from_starts
 from helmbench.estimation.filters.innovations.settings import Parameter
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
@@ -230,6 +230,15 @@ def test_sensor_noise_is_found(vessel, seed):
     used = est.channels
     assert np.abs(np.log(found.noise.sensor_sd / true)[used]).max() < 4.5 / np.sqrt(2.0 * n) + 0.01
     assert now.log_likelihood >= est.evaluate(s).log_likelihood - 0.1
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_noise_from_far_ends_at_the_optimum(short, factor):
+    """Where a fit ends before its optimum depends on the processor; its steps are bounded, so a long way takes many."""
+    est, s = short
+    near = fit_noise_from_starts(est, s, s)[1].log_likelihood
+    far = _noisy(s, sensor_sd=np.maximum(factor * s.noise.sensor_sd, est.floors))
+    assert abs(fit_noise_from_starts(est, far, far)[1].log_likelihood - near) < 0.5
 
 
 def test_turning_circles_do_not_raise_the_headings_floor():
