@@ -33,8 +33,8 @@ ROUNDING = 1e-6
 CLIP = 4.5
 """Innovation beyond which a score counts no more (sensor outliers)."""
 MOST_STEPS = 100
-"""Steps after which a fit from several starts ends that still gains: sds of sensors change by 1.5-fold a step at most, and
-where a fit ends before its optimum depends on the processor."""
+"""Steps after which a fit from several starts ends that still gains: where it ends before its optimum depends on the
+processor, and a sensor's sd changes by 1.5-fold a step at most."""
 FORCE_STARTS = (0.0, 4.0)
 """Random forces, in QUANTUM, that a fit from several starts begins with."""
 
