@@ -67,16 +67,17 @@ SELECTED = ("rudder_offset",)
 """Numbers of the rudder that are chosen together with those of the hull, by free runs."""
 TAKEN_BACK = 0.1
 """Share of a sensor's size up to which what two stages say of it together is nothing."""
+AT_BOUND = "the base model's own numbers are at the bound of their priors, which it cannot be told from"
 HULL = "a description of the hull, which wrong numbers of the base model cannot be told from"
 
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What stands: the search, sizes of what matters and what does not with the index of its drop, shares."""
+    """What stands: the search, sizes of what is named with the index of its drop, of the others with the reason, shares."""
 
     found: Found
     named: tuple[tuple[int, Sized], ...]
-    immaterial: tuple[tuple[int, Sized], ...]
+    others: tuple[tuple[int, Sized, str], ...]
     shares: Shares
 
 
@@ -164,13 +165,16 @@ def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.ra
     every = sized(found, bank)
     parts = shares(found.null, found.final, places_of(found), rng)
     held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS]
+    all_together = "" if held else AT_BOUND
     enough = _explained(parts, ()) >= PARTLY
-    matter = [held and _matters(found.final, one, felt and enough) for one, felt in zip(every, parts.felt, strict=True)]
-    chosen = list(enumerate(every))
+    why = [
+        all_together or _why_not(found.final, one, felt, enough) for one, felt in zip(every, parts.felt, strict=True)
+    ]
+    chosen = list(enumerate(zip(every, why, strict=True)))
     return Conclusion(
         found,
-        tuple(item for item, ok in zip(chosen, matter, strict=True) if ok),
-        tuple(item for item, ok in zip(chosen, matter, strict=True) if not ok),
+        tuple((i, one) for i, (one, reason) in chosen if not reason),
+        tuple((i, one, reason) for i, (one, reason) in chosen if reason),
         parts,
     )
 
@@ -181,11 +185,17 @@ def places_of(found: Found) -> list[np.ndarray]:
     return [np.arange(a, b) for a, b in pairwise(edges.tolist())]
 
 
-def _matters(final: Fitted, one: Sized, felt: bool) -> bool:
-    cause = one.accepted.cause
+def _why_not(final: Fitted, one: Sized, felt: bool, enough: bool) -> str:
+    """Why a cause that the search accepted is not named; '' where it is."""
     if not one.variant:
-        return True  # waves: a random motion that no free run has
-    return cause.matters(final.base.est, one.variant, one.values) and one.clear and felt
+        return ""  # waves: a random motion that no free run has
+    if not one.accepted.cause.matters(final.base.est, one.variant, one.values):
+        return "too small to matter"
+    if not one.clear:
+        return "its size is not clearly other than zero"
+    if not felt:
+        return "no channel's free-run error is surely smaller by it"
+    return "" if enough else "all causes together take little off the free-run error"
 
 
 def of_hull(cause: Check) -> bool:
@@ -334,7 +344,7 @@ def _built_in(done: Conclusion, of_numbers: bool, est: Estimator) -> tuple[list[
 
 def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:
     """By the share of the explainable error that is explained."""
-    explained = _explained(done.shares, [i for i, _ in done.immaterial])
+    explained = _explained(done.shares, [i for i, *_ in done.others])
     said = f"what is named takes off {100.0 * min(explained, 1.0):.0f} % of what can be explained of the free-run error"
     if not findings:
         return "unexplained", "no cause stands beside the base model's own numbers, and these explain nothing"
@@ -360,7 +370,7 @@ def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, 
     """One line for every cause of the taxonomy."""
     named = {f.cause: f for f in findings}
     tied = {name: f.cause for f in findings for name in f.tied_with}
-    small = {one.accepted.cause.id: done.shares.drops[i] for i, one in done.immaterial}
+    seen = {one.accepted.cause.id: (done.shares.drops[i], reason) for i, one, reason in done.others}
     leads = {cause.id: lead for cause, lead in done.found.leads.items()}
     untestable = {cause.id: why for cause, why in cannot.items()}
     out = []
@@ -373,11 +383,11 @@ def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, 
             status, statistic, p, why = "tied" if f.tied_with else "named", f.statistic, f.p_adjusted, f.evidence
         elif cause.id in tied:
             status, why = "tied", f"cannot be told from {tied[cause.id]} on these records"
-        elif cause.id in small and not small[cause.id].low > 0.0:
+        elif cause.id in seen and not seen[cause.id][0].low > 0.0:
             status, why = "not_significant", "detectable, but takes nothing off the free-run error for sure"
-        elif cause.id in small:
-            status = "explained_by"
-            why = f"detectable, immaterial: takes off {small[cause.id].text} of the free-run error"
+        elif cause.id in seen:
+            share, reason = seen[cause.id]
+            status, why = "explained_by", f"takes off {share.text} of the free-run error; not named: {reason}"
         elif cause.id in untestable:
             status, why = "not_testable", untestable[cause.id]
         elif cause.id in LEFT_OUT:
