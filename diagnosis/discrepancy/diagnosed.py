@@ -73,7 +73,7 @@ HULL = "a description of the hull, which wrong numbers of the base model cannot 
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What stands: the search, sizes of what is named with the index of its drop, of the others with the reason, shares."""
+    """The search, sizes of what is named with the index of its drop, of what is not with the reason, and shares."""
 
     found: Found
     named: tuple[tuple[int, Sized], ...]
