@@ -15,7 +15,7 @@ SHARE = {"%": 0.01}
 SMALLEST, LARGEST = 1e-12, 1e9
 """Numbers other than 0 in SI units and radians (degrees where the grammar has them) that are taken."""
 
-_QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)([A-Za-z%][A-Za-z_%]*)?")
+_QUANTITY = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)([A-Za-z%][A-Za-z_%]*)?")
 
 
 def quantity(text: str, units: Mapping[str, float], default: str | None = None) -> float:

@@ -31,7 +31,7 @@ EAST_NORTH = re.compile(
 )
 SCALED = re.compile(r"(?:x|\*|×)?\s*([0-9]*[.,]?[0-9]+(?:e[-+]?\d+)?)\s*(?:x|\*|×)?\s*([^\d].*)")
 PART = re.compile(
-    r"1\s*/\s*(?P<first>10+)\s*(?P<behind>[^\d].*)|(?P<before>[^\d/]+)/\s*(?P<last>10+)|deci[\s-]?(?P<tenth>.+)"
+    r"1\s*/\s*(?P<first>10{1,9})\s*(?P<behind>[^\d].*)|(?P<before>[^\d/]+)/\s*(?P<last>10{1,9})|deci[\s-]?(?P<tenth>.+)"
 )
 """A tenth, hundredth, ... of a unit: `1/10 deg`, `deg/10`, `decidegrees`."""
 REFERENCE = re.compile(r"(?<![a-z])(?:from\s+(?:the\s+)?(?:true\s+)?(?:north|east)|enu|ned)(?![a-z])", re.IGNORECASE)
@@ -42,7 +42,7 @@ HEMISPHERE = re.compile(r"(?<![a-z])[nsew](?![a-z])", re.IGNORECASE)
 """A letter alone in the header of a latitude or longitude."""
 MAGNETIC = re.compile(r"((?i:°|deg|degs|degrees?))[\s(]*(?i:m|mag|magnetic)\)?|M|(?i:mag|magnetic)")
 """The unit of a direction that counts from magnetic north; a small m alone is a metre."""
-TIMES = re.compile(r"(?<![a-zA-Z0-9])[x×*]\s?(10+)(?![\d.])")
+TIMES = re.compile(r"(?<![a-zA-Z0-9])[x×*]\s?(10{1,9})(?![\d.])")
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def scaled_unit(text: str, dimension: str | None = None) -> tuple[Unit | None, f
     if match is None or inner is None:
         return None, 1.0
     factor = float(match[1].replace(",", "."))
-    power = math.log10(factor) if factor > 0.0 else 0.0
+    power = math.log10(factor) if 0.0 < factor < math.inf else 0.0
     return (inner, factor) if power and abs(power - round(power)) < 1e-9 else (None, 1.0)
 
 
