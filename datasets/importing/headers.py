@@ -85,8 +85,9 @@ def read_header(name: str, unit: str = "") -> Header:
         pieces.append(tail[1].strip())
         rest = rest[: tail.start()]
     pieces += [part.strip() for part in re.split(r"[;,|]", unit)]
-    if _means(REFERENCE.sub(" ", rest), "heading", "heading_magnetic", "course_over_ground"):
-        rest, pieces = REFERENCE.sub(" ", rest), [REFERENCE.sub(" ", piece).strip() for piece in pieces]
+    alone = REFERENCE.sub(" ", rest)
+    if _means(alone, "heading", "heading_magnetic", "course_over_ground"):
+        rest, pieces = alone, [REFERENCE.sub(" ", piece).strip() for piece in pieces]
         magnetic = [MAGNETIC.fullmatch(piece) for piece in pieces]
         pieces = [piece if match is None else match[1] or "" for piece, match in zip(pieces, magnetic, strict=True)]
         rest = f"{rest} mag" if any(magnetic) and "mag" not in words(rest) else rest

@@ -96,14 +96,15 @@ def _from_header(base: Finding) -> Finding:
         below = read_header(column.below, column.unit)
         own, text = _name(below)
         header, name, suffix = (below, own, text) if own.may_be and not own.extra else (header, name, suffix)
+    base = replace(base, unread=header.unread)
     if not name.may_be:
-        return replace(base.unused(name.why), unread=header.unread)
+        return base.unused(name.why)
     empty = not np.isfinite(column.numbers).any() and not column.first(1)
     if empty:
         return base.unused("no value in the column")
     said = [read_header("", text) for text in column.said]
     positive = header.positive or next((s for text in column.said if (s := sign_stated(text)[0])), "")
-    found = replace(base, may_be=name.may_be, why=(name.why,), unread=header.unread)
+    found = replace(base, may_be=name.may_be, why=(name.why,))
     found = _with_unit(found, header, suffix, said)
     found = _with_sign(found, positive)
     found = _doubted(found, name) if name.extra else found

@@ -1,7 +1,6 @@
 """Pictures of results in notebooks follow the notebook's theme."""
 
 import io
-import shutil
 
 import numpy as np
 import pytest
@@ -9,6 +8,8 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from helmbench import Record
+
+from ..browser import chromium
 
 THEMES = {
     "JupyterLab": ("<body data-jp-theme-light=false>", "<body data-jp-theme-light=true>"),
@@ -19,10 +20,8 @@ THEMES = {
 
 @pytest.fixture(scope="module")
 def tab():
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    assert program, "no Chromium: `make browser` installs it"
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", "--disable-gpu"])
+        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox", "--disable-gpu"])
         yield browser.new_page()
         browser.close()
 

@@ -1,7 +1,6 @@
 """From a dropped log to the diagnosis in Chromium: by the page's own means, with hostile names, in both colours."""
 
 import json
-import shutil
 
 import numpy as np
 import pandas as pd
@@ -9,6 +8,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
+from ...browser import chromium
 from .conftest import HOSTILE
 
 DROP = """([name, text]) => {
@@ -23,11 +23,9 @@ LONG_MS = 120_000
 @pytest.fixture
 def opened(site):
     """Opens the page in a new tab: opened(); errors of its scripts and requests to elsewhere fail the test."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    assert program, "no Chromium: `make browser` installs it"
     errors = []
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=QUIET)
+        browser = playwright.chromium.launch(executable_path=chromium(), args=QUIET)
         context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
         context.on("request", lambda call: None if _own(call.url, site) else errors.append(call.url))
 

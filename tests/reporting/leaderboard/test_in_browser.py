@@ -2,7 +2,6 @@
 
 import csv
 import math
-import shutil
 from itertools import product
 
 import pytest
@@ -13,6 +12,8 @@ from helmbench.bench.store import Store, read_tables
 from helmbench.reporting.leaderboard import contest, page, publish, standings
 from helmbench.reporting.leaderboard.answer import answer, rivals
 from helmbench.reporting.leaderboard.estimates import summarised
+
+from ...browser import chromium
 
 SELECTIONS = [
     ({}, math.inf),
@@ -94,10 +95,8 @@ def _log(end):
 @pytest.fixture(scope="module")
 def browser():
     """Debian's Chromium; `make test` installs it."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    assert program, "no Chromium: `make browser` installs it"
     with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        started = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
         yield started
         started.close()
 
