@@ -11,7 +11,7 @@ import numpy as np
 from ..models.errors import BadInput
 from ..models.suggestions import near
 
-NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|inf(inity)?)", re.ASCII | re.IGNORECASE)
+NUMBER = re.compile(r"[+-]?((\d++\.?\d*+|\.\d++)([eE][+-]?\d++)?|inf(inity)?)", re.ASCII | re.IGNORECASE)
 
 # Every column of a record with its unit, in the order in which it is written.
 CANONICAL: dict[str, str] = {

@@ -55,7 +55,9 @@ def by_free_runs(
     try:
         with arithmetic_guard():
             base = calibrate_on(found.model, given, felt, identified, found.threads, told, subsets, regimes)
-    except (BadInput, CannotFit, FitFailed):
+    except CannotFit as error:
+        return replace(found, reason=f"{found.reason}; {error}")
+    except (BadInput, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base):
         return replace(found, calibration=base, **_for_predictions(base, base.model, (), found.seed))

@@ -24,6 +24,7 @@ FOLLOWED = 0.5
 """Share of the squared yaw motion that free runs must hold for a cause to be named: nonsense is not followed."""
 FAINTEST = (1e-6, 1e-8)
 """Heading (rad) and yaw rate (rad/s) that no sensor resolves."""
+PLAIN = "the residuals are those of the model, its sensors' noise and zero-mean gusts"
 
 
 def undecidable(est: Estimator, start: Setting) -> str | None:
@@ -67,8 +68,8 @@ def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Se
         said = "; ".join(f"{f.cause} cannot be told from {' or '.join(f.tied_with)}" for f in ties)
         return "tied", said
     if findings:
-        return "named", "; ".join(_spoken(f) for f in findings)
-    return "adequate", "the residuals are those of the model, its sensors' noise and zero-mean gusts"
+        return "named", f"with what is named, {PLAIN}"
+    return "adequate", PLAIN
 
 
 def without_motion(traces: Sequence[Trace]) -> str | None:
@@ -96,15 +97,6 @@ def motion_explained(traces: Sequence[Trace]) -> float | None:
         if motion > 0.0:
             return 1.0 - error / motion
     return None
-
-
-def _spoken(f: Finding) -> str:
-    """A cause with its first size."""
-    if not f.sizes:
-        return f.cause
-    size = f.sizes[0]
-    unit = "" if size.unit == "1" else f" {size.unit}"
-    return f"{f.cause} ({size.parameter} = {size.value:.3g}{unit}, 90 % interval {size.low:.3g} to {size.high:.3g})"
 
 
 def next_manoeuvre(poor: str | None, findings: Sequence[Finding]) -> str | None:

@@ -23,6 +23,8 @@ UNITS = {0.45: "twice", 0.5: "twice", 0.55: "twice", 1.8: "half", 2.0: "half", 2
 """Factors that no hull's error explains: the column holds twice, or half, the angle."""
 FALL = 0.3
 """Share of the squared error of free runs that may be left with another factor."""
+LOST = 0.2
+"""Share of the yaw motion that free runs with the column as it is must lose: a hull whose numbers are wrong follows."""
 RUDDERS = ("rudder_rad", "rudder_command_rad")
 BEYOND, USUAL = 1.1, 0.98
 """Times the angle of the stops that a column must reach, and the share of the samples that may lie further out."""
@@ -59,7 +61,7 @@ def _other_angle(records: Sequence[Record], model: Model) -> CheckFinding | None
     with np.errstate(all="ignore"):
         errors = {factor: _yaw_error(records, model, factor) for factor in FACTORS}
     best = min(errors, key=lambda factor: errors[factor])
-    if best not in UNITS or not errors[best] < FALL * errors[1.0]:
+    if best not in UNITS or not errors[best] < FALL * errors[1.0] or not errors[1.0] > LOST:
         return None
     left = 100.0 * errors[best] / errors[1.0] if np.isfinite(errors[1.0]) else 0.0
     said = (
@@ -76,8 +78,8 @@ def _with_rudder(record: Record, factor: float) -> Record:
 
 
 def _yaw_error(records: Sequence[Record], model: Model, factor: float) -> float:
-    """Squared error of free runs, in units of the yaw motion, summed over the records."""
-    total = 0.0
+    """Squared error of free runs, in units of the yaw motion, mean over the records."""
+    errors = []
     for record in records:
         symbol = "r" if record.has("yaw_rate_rad_s") else "psi"
         try:
@@ -86,5 +88,5 @@ def _yaw_error(records: Sequence[Record], model: Model, factor: float) -> float:
             continue
         motion = float(np.nansum((series.outputs - np.nanmean(series.outputs)) ** 2))
         error = float(squares(model, series, series.start)[0])
-        total += error / max(motion, 1e-300)
-    return total
+        errors.append(error / max(motion, 1e-300))
+    return float(np.mean(errors)) if errors else 0.0

@@ -22,7 +22,7 @@ GAPS = words_of(
 """Texts, in lower case, that stand for a missing value."""
 NARROW = str.maketrans("", "", "\u00a0\u202f\u2009'\u2019`")
 MINUS = str.maketrans({"\u2212": "-", "\u2013": "-", "\ufe63": "-", "\uff0d": "-"})
-PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+PLAIN = re.compile(r"[+-]?(\d++\.?\d*+|\.\d++)([eE][+-]?\d++)?")
 WIDE = str.maketrans({0xFF10 + digit: str(digit) for digit in range(10)} | {0xFF0E: ".", 0xFF0C: ",", 0xFF0B: "+"})
 NUMBER_LIKE = re.compile(r"[\s\d.,eE+\-'`\u2019\xa0\u202f\u2009\u2212\u2013\ufe63\uff0b-\uff19]+")
 """Texts of nothing but digits and signs."""
@@ -36,7 +36,7 @@ COMMA_SURE = re.compile(
     r"[+-]?(\d{1,3}(\.\d{3})+,\d+|\d{1,3}(\.\d{3}){2,}|0,\d+|\d{4,},\d+|\d*,(\d{1,2}|\d{4,})|,\d+)([eE][+-]?\d+)?"
 )
 EITHER = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
-DECORATED = re.compile(r"(?P<before>[^\d+\-.,]*?)\s*(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(?P<after>[^\d]*)")
+DECORATED = re.compile(r"(?P<before>[^\d+\-.,]*+)(?P<number>[+-]?[\d.,]++(?:[eE][+-]?\d++)?)(?P<after>[^\d]*+)")
 SIDES = {
     letters: side
     for side, known in (
@@ -200,7 +200,7 @@ def decorated(texts: Texts, name: str, style: Style) -> Decorated | None:
 
 
 def _letters(match: re.Match[str] | None) -> str:
-    return f"{match['before']}{match['after']}".strip().strip(".").lower() if match else ""
+    return f"{match['before'].rstrip()}{match['after'].lstrip()}".strip().strip(".").lower() if match else ""
 
 
 def side_of(letters: str, name: str) -> str:

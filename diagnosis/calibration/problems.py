@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 FEWEST = 3
 """Records that leaving one out needs; fewer are cut into pieces."""
-PIECE = 10.0
-"""Shortest piece of a record, in ship lengths sailed."""
+USUAL, SHORTEST, MOST = 10.0, 3.5, 6
+"""Usual and shortest piece of a record, in ship lengths sailed, and how many pieces there are of one at most."""
 
 
 class Records(NamedTuple):
@@ -79,15 +79,16 @@ def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
     """
     if len(records) >= FEWEST:
         return list(records)
-    shortest, out = PIECE * time_scale_s(model), []
+    length_s, out = time_scale_s(model), []
     for record in records:
-        duration = float(record.time_s[-1] - record.time_s[0])
-        parts = min(int(duration / shortest), 6)
-        edges = np.linspace(0, record.n, max(parts, 1) + 1).astype(int).tolist()
+        lengths = float(record.time_s[-1] - record.time_s[0]) / length_s
+        needed = min(-(-FEWEST // len(records)), int(lengths / SHORTEST))
+        parts = max(min(int(lengths / USUAL), MOST), needed, 1)
+        edges = np.linspace(0, record.n, parts + 1).astype(int).tolist()
         cuts = [record.slice(a, b) for a, b in pairwise(edges)]
         out += [replace(cut, name=f"{record.name}, part {i + 1}") for i, cut in enumerate(cuts)]
     if len(out) < FEWEST:
-        raise CannotFit(f"the records last less than {FEWEST * shortest:.0f} s: no part can be left out")
+        raise CannotFit(f"the records last less than {FEWEST * SHORTEST * length_s:.0f} s: no part can be left out")
     return out
 
 

@@ -47,18 +47,23 @@ class Worker:
         self.reader, self.folder = reader, folder
         self._process: multiprocessing.process.BaseProcess | None = None
         self._pipe: Connection | None = None
+        self._inputs = 0
 
     def outcome(self, data: bytes) -> Outcome:
         """What reading the bytes comes to."""
         if self._process is None:
             self._start()
         assert self._pipe is not None and self._process is not None
+        self._inputs += 1
         self._pipe.send_bytes(data)
         if not self._pipe.poll(WALL_S):
             self.close()
             return Outcome("hang", f"no answer after {WALL_S:.0f} s", WALL_S)
         try:
             found = self._pipe.recv()
+            if found.state == "memory" and self._inputs > 1:  # by this input, or by what all before it have left?
+                self.close()
+                return self.outcome(data)
             whole = self.reader.whole if found.state == "hang" else None
             return found if whole is None else self._whole(whole)
         except EOFError:
@@ -86,7 +91,7 @@ class Worker:
         if self._process is not None:
             self._process.kill()
             self._process.join()
-        self._process = None
+        self._process, self._inputs = None, 0
 
     def _start(self) -> None:
         context = multiprocessing.get_context("fork")

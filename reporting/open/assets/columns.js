@@ -63,11 +63,11 @@ function column(state, one, i, several) {
   const values = drawn.columns[`${one.table}\n${one.column}`] ?? [];
   const told = state.choices.some(([name, title]) => name === one.table && title === one.column);
   const used = one.quantity !== NOT_USED;
-  const range = one.smallest === null ? one.samples.join(", ") : `${short(one.smallest)} to ${short(one.largest)}`;
+  const examples = one.smallest === null ? one.samples : [`${short(one.smallest)} to ${short(one.largest)}`];
   return el("li", { className: `column${used ? "" : " aside"}${one.questions.length ? " open" : ""}` },
     el("div", { className: "name" }, el("b", {}, one.column || "(no name)"),
       several ? el("span", { className: "sub" }, one.table) : null,
-      el("span", { className: "sub" }, range)),
+      examples.map((value) => el("span", { className: "sub" }, value))),
     spark(values),
     el("div", { className: "choices" }, one.quantity === "time" ? el("p", { className: "sub" }, `time (${one.unit})`) : controls(one, i)),
     el("p", { className: "sub why" }, told ? "as you say" : [one.sign, one.why].filter(Boolean).join("; "),

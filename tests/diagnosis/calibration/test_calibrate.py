@@ -12,6 +12,7 @@ from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.calibration.calibrate import calibrate
+from helmbench.diagnosis.gain.guard import WORSE
 from helmbench.estimation.mixed_effects.problem import pooled, problem, squares
 from helmbench.models.coefficient_groups import groups_of, grown
 from helmbench.models.errors import BadInput, CannotFit
@@ -156,6 +157,13 @@ def test_records_without_a_heading_and_with_a_long_gap_are_calibrated(ship, rng)
     assert len(found.runs) >= 3 and found.next_runs
     assert found.after["surge_m_s"][0] < found.before["surge_m_s"][0]
     assert all(np.diff(trace.time).max() < 5.0 for trace in found.traces)
+
+
+def test_a_single_run_of_twelve_ship_lengths_is_calibrated(ship, rng):
+    run = record_run(altered(ship, 0.4, 0.0), parse_manoeuvre("zigzag:10/10"), duration_s=72.0, dt_s=0.2)
+    found = calibrate(ship, [apply(run, parse_noise("low"), rng)])
+    assert len(found.runs) == 3
+    assert found.after["surge_m_s"][0] <= WORSE * found.before["surge_m_s"][0]
 
 
 def test_what_cannot_be_calibrated_is_refused(ship):
