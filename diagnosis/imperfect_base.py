@@ -17,6 +17,7 @@ from ..models.families.extensions import extension_of
 from ..models.instruments import combined
 from ..models.plain import plain
 from . import verdict
+from .calibration.advice import CANDIDATES
 from .calibration.calibrate import calibrate_on, causes_of
 from .causes.base_coefficients import BaseCoefficients
 from .causes.registry import bank
@@ -52,11 +53,12 @@ def by_free_runs(
     identified : the model's numbers come from these records.
     """
     told = {f.cause for f in found.causes}
+    short = found.verdict == "unexplained"  # else the likelihood has decided, and sees more than short pieces show
     try:
         with arithmetic_guard():
-            base = calibrate_on(found.model, given, felt, identified, found.threads, told, subsets, regimes)
+            base = calibrate_on(found.model, given, felt, identified, found.threads, told, subsets, regimes, short)
     except CannotFit as error:
-        return replace(found, reason=f"{found.reason}; {error}")
+        return replace(found, reason=f"{found.reason}; {error}") if short else found
     except (BadInput, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base):
@@ -85,7 +87,7 @@ def by_free_runs(
         gain=gains_of_traces(base.traces, np.random.default_rng(found.seed)),
         traces=base.traces,
         where=tuple(verdict.where([t for t in base.traces if t.role == "train"])),
-        next_manoeuvre=", ".join(run.manoeuvre for run in base.next_runs),
+        next_manoeuvre=", ".join(CANDIDATES[run.manoeuvre] for run in base.next_runs),
         calibration=base,
     )
 

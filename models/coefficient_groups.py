@@ -161,11 +161,12 @@ def every_own_number(groups: Iterable[Group]) -> Group:
 
 
 def grown(model: Model, groups: Iterable[Group]) -> Model:
-    """The model with the extensions of the groups, in the order in which the family states them, parameters at their
-    prior means."""
-    wanted = {group.of for group in groups}
+    """The model with the extensions whose parameters are among the groups' numbers, in the order in which the family
+    states them, parameters at their prior means."""
+    wanted = {name for group in groups for name in group.sd}
     own = model.family.split("+")
-    added = [g for g in groups_of(model) if g.id in wanted and g.extension is not None and g.extension not in own]
+    stated = [g for g in groups_of(model) if g.extension is not None and g.extension not in own]
+    added = [g for g in stated if not wanted.isdisjoint(g.sd)]
     family = "+".join([model.family, *(str(group.extension) for group in added)])
     kernels = kernel_store.load(family)
     known = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))

@@ -22,7 +22,16 @@ if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
     from ...models.model import Model
 
-CANDIDATES = ("zigzag:10/10", "zigzag:20/20", "zigzag:35/5", "turn:20", "turn:35", "turn:35:port", "straight")
+CANDIDATES = {
+    "zigzag:10/10": "a 10/10 zigzag",
+    "zigzag:20/20": "a 20/20 zigzag",
+    "zigzag:35/5": "a 35/5 zigzag",
+    "turn:20": "a turning circle with 20 deg of rudder to starboard",
+    "turn:35": "a turning circle with 35 deg of rudder to starboard",
+    "turn:35:port": "a turning circle with 35 deg of rudder to port",
+    "straight": "a straight run",
+}
+"""Manoeuvres that are compared, and their words."""
 DURATION = 20.0
 """Length of a candidate run, in ship lengths sailed."""
 SHOWN = 3

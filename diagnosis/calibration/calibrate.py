@@ -97,6 +97,7 @@ def calibrate_on(
     causes: Collection[str] = (),
     subsets: Sequence[Subset] = (),
     regimes: Sequence[Local] = (),
+    short: bool = True,
 ) -> Calibration:
     """`calibrate` on true motions.
 
@@ -106,15 +107,16 @@ def calibrate_on(
     threads : threads that run the fits; the results do not depend on them.
     causes : ids of causes that other evidence names: the groups of their extensions enter before all others.
     subsets, regimes : the best small sets of numbers, and numbers in a regime, by the likelihood of the innovations.
+    short : few records may be cut into pieces shorter than usual.
     """
     started, train = time.perf_counter(), given.train
     groups: Sequence[Group] = groups_of(model)
     whole = grown(model, groups)
     if not model.is_3dof and len(train) < FEWEST:  # pieces of the same run do not tell which terms a model lacks
         groups = [g for g in groups if g.extension in (None, RudderOffset.extension)]
-    inside = outside = problems_of(whole, felt or given, threads)
+    inside = outside = problems_of(whole, felt or given, threads, short)
     if felt is not None and felt is not given:
-        outside = problems_of(whole, given, threads)
+        outside = problems_of(whole, given, threads, short)
         outside = outside if outside.runs == inside.runs else inside
     if identified:
         own, lacking = every_own_number(groups), [g for g in groups if g.extension is not None]

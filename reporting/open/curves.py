@@ -17,8 +17,13 @@ POINTS = 4000
 
 
 def numbers(values: np.ndarray) -> list[float | None]:
-    """Six digits of each value; None where it is not finite."""
-    return [float(f"{v:.6g}") if ok else None for v, ok in zip(values, np.isfinite(values), strict=True)]
+    """Each value (N,) with six digits of what it differs from the others by; None where it is not finite."""
+    finite = np.isfinite(values)
+    known = values[finite]
+    spread = float(np.ptp(known)) if known.size else 0.0
+    size = float(np.abs(known).max()) / spread if spread > 0.0 else 1.0
+    digits = min(6 + max(int(np.ceil(np.log10(size))), 0), 17) if np.isfinite(size) and size > 0.0 else 6
+    return [float(f"{v:.{digits}g}") if ok else None for v, ok in zip(values, finite, strict=True)]
 
 
 def times(values: np.ndarray) -> list[float]:

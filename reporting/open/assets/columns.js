@@ -1,5 +1,5 @@
 // Every column of the logs: what it was taken for, why, and what would change it; beside them the track, drawn live.
-import { button, el, fill, select, short } from "./dom.js";
+import { button, el, fill, range, select } from "./dom.js";
 import { group, key, spark, timePlot, trackPlot, zoomButtons } from "./plots.js";
 import { address, current, get, post, running } from "./server.js";
 
@@ -62,13 +62,13 @@ const NOT_USED = "not used";
 function column(state, one, i, several) {
   const values = drawn.columns[`${one.table}\n${one.column}`] ?? [];
   const told = state.choices.some(([name, title]) => name === one.table && title === one.column);
-  const used = one.quantity !== NOT_USED;
-  const examples = one.smallest === null ? one.samples : [`${short(one.smallest)} to ${short(one.largest)}`];
+  const used = one.quantity !== NOT_USED, curve = values.some((value) => value !== null);
+  const examples = one.smallest === null ? one.samples : [range(one.smallest, one.largest)];
   return el("li", { className: `column${used ? "" : " aside"}${one.questions.length ? " open" : ""}` },
-    el("div", { className: "name" }, el("b", {}, one.column || "(no name)"),
+    el("div", { className: curve ? "name" : "name wide" }, el("b", {}, one.column || "(no name)"),
       several ? el("span", { className: "sub" }, one.table) : null,
       examples.map((value) => el("span", { className: "sub" }, value))),
-    spark(values),
+    curve ? spark(values) : null,
     el("div", { className: "choices" }, one.quantity === "time" ? el("p", { className: "sub" }, `time (${one.unit})`) : controls(one, i)),
     el("p", { className: "sub why" }, told ? "as you say" : [one.sign, one.why].filter(Boolean).join("; "),
       told || !used ? null : el("b", {}, ` (${one.sure})`)),

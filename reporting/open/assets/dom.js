@@ -71,8 +71,14 @@ export function bytes(count) {
   return count < 1e6 ? `${Math.max(1, Math.round(count / 1e3))} kB` : `${(count / 1e6).toFixed(1)} MB`;
 }
 
-export function short(value) {
-  return value === null || Number.isNaN(value) ? "–" : String(Number(Number(value).toPrecision(5)));
+export function range(low, high) {
+  const digits = Math.ceil(Math.log10(Math.max(Math.abs(low), Math.abs(high)) / (high - low))) + 3;
+  const told = (value) => String(Number(value.toPrecision(Math.min(Math.max(Number.isFinite(digits) ? digits : 5, 5), 15))));
+  return `${told(low)} to ${told(high)}`;
+}
+
+export function seconds(value) {
+  return value === null || Number.isNaN(value) ? "–" : String(Number(Number(value).toFixed(3)));
 }
 
 // Equations come as MathML: only its elements and classes are taken over.

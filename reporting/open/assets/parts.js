@@ -1,5 +1,5 @@
 // Parts of the records: cut by dragging, for training or held out.
-import { button, el, fill, select, short } from "./dom.js";
+import { button, el, fill, seconds, select } from "./dom.js";
 import { recordView } from "./columns.js";
 import { group, timePlot, zoomButtons } from "./plots.js";
 import { current, post } from "./server.js";
@@ -60,7 +60,7 @@ function draw(state) {
 function bands() { return current().parts.filter((part) => part.record === record && part.role !== "unused"); }
 
 function number(end, label, own) {
-  const input = el("input", { id: `range-${end}`, type: "number", step: "any", value: short(own[end]), onchange: () => {
+  const input = el("input", { id: `range-${end}`, type: "number", step: "any", value: seconds(own[end]), onchange: () => {
     choose(Number(document.getElementById("range-from").value), Number(document.getElementById("range-to").value), true);
   } });
   return el("label", { htmlFor: `range-${end}`, className: "field" }, el("span", {}, label), input);
@@ -96,7 +96,7 @@ function rows(state) {
   const change = (i, what) => save(state.parts.map((part, k) => (k === i ? { ...part, ...what } : part)));
   fill(list, el("ul", { className: "parts", "aria-label": "parts" }, state.parts.map((part, i) => el("li", { className: part.role },
     el("span", { className: "name" }, el("b", {}, part.name),
-      el("span", { className: "sub" }, `${short(part.from)} to ${short(part.to)} s`)),
+      el("span", { className: "sub" }, `${seconds(part.from)} to ${seconds(part.to)} s`)),
     select(`part-${i}-role`, "for", ROLES, part.role, (role) => change(i, { role }), { "aria-label": `${part.name}: what for` }),
     button("Remove", () => save(state.parts.filter((_, k) => k !== i)), { id: `part-${i}-remove`, "aria-label": `remove ${part.name}` })))));
 }
