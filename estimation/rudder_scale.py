@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 FACTORS = (0.25, 0.33, 0.4, 0.45, 0.5, 0.55, 0.62, 0.75, 1.0, 1.33, 1.6, 1.8, 2.0, 2.2, 2.5, 3.0, 4.0)
 """Factors on the rudder that are tried."""
-UNITS = {0.45: "twice", 0.5: "twice", 0.55: "twice", 1.8: "half", 2.0: "half", 2.2: "half"}
-"""Factors that no hull's error explains: the column holds twice, or half, the angle."""
+TWICE, HALF = 0.55, 1.8
+"""Factors up to and from which no hull's error explains them: the column holds twice the angle or more, or half or
+less."""
 FALL = 0.3
 """Share of the squared error of free runs that may be left with another factor."""
 LOST = 0.2
@@ -61,12 +62,12 @@ def _other_angle(records: Sequence[Record], model: Model) -> CheckFinding | None
     with np.errstate(all="ignore"):
         errors = {factor: _yaw_error(records, model, factor) for factor in FACTORS}
     best = min(errors, key=lambda factor: errors[factor])
-    if best not in UNITS or not errors[best] < FALL * errors[1.0] or not errors[1.0] > LOST:
+    if TWICE < best < HALF or not errors[best] < FALL * errors[1.0] or not errors[1.0] > LOST:
         return None
     left = 100.0 * errors[best] / errors[1.0] if np.isfinite(errors[1.0]) else 0.0
     said = (
-        f"the rudder is {UNITS[best]} what the yaw rate shows: with {best:g} times the angle {left:.0f} % of the "
-        f"squared error of free runs of {model.id} are left"
+        f"the rudder is {'twice' if best <= TWICE else 'half'} what the yaw rate shows, or so: with {best:g} times the "
+        f"angle {left:.0f} % of the squared error of free runs of {model.id} are left"
     )
     names, size = tuple(r.name for r in records), Size("factor", best, best, best, "1")
     return CheckFinding("wrong_unit", "file", names, ("rudder_rad",), (size,), said, standing=True)

@@ -133,6 +133,8 @@ def calibrate_on(
     verdict, reason = _verdict(inside.train, base, found, shares)
     if local is not None:
         verdict, reason = local.verdict(verdict, reason)
+    if found.steps and len(train) < FEWEST:
+        reason = f"{reason}; they are judged by pieces of the same records, and other records may show other numbers"
     extended = _with_numbers(model, found.final, "extended")
     moved = _moved(found.final, groups)
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
