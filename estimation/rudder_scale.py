@@ -25,7 +25,8 @@ less."""
 FALL = 0.3
 """Share of the squared error of free runs that may be left with another factor."""
 LOST = 0.2
-"""Share of the yaw motion that free runs with the column as it is must lose: a hull whose numbers are wrong follows."""
+"""Share of the yaw motion that free runs with the column as it is must lose, and that those with the factor must not:
+they follow."""
 RUDDERS = ("rudder_rad", "rudder_command_rad")
 BEYOND, USUAL = 1.1, 0.98
 """Times the angle of the stops that a column must reach, and the share of the samples that may lie further out."""
@@ -62,7 +63,7 @@ def _other_angle(records: Sequence[Record], model: Model) -> CheckFinding | None
     with np.errstate(all="ignore"):
         errors = {factor: _yaw_error(records, model, factor) for factor in FACTORS}
     best = min(errors, key=lambda factor: errors[factor])
-    if TWICE < best < HALF or not errors[best] < FALL * errors[1.0] or not errors[1.0] > LOST:
+    if TWICE < best < HALF or not errors[best] < FALL * errors[1.0] or not errors[best] < LOST < errors[1.0]:
         return None
     left = 100.0 * errors[best] / errors[1.0] if np.isfinite(errors[1.0]) else 0.0
     said = (

@@ -31,3 +31,19 @@ def test_a_rudder_at_its_stops_is_not(turn, rng):
 
 def test_a_model_without_stops_has_no_limit(turn):
     assert rudder_doubt([with_rudder(turn, 2.0)], helmbench.resolve("nomoto-1")) is None
+
+
+@pytest.mark.parametrize(("factor", "said"), [(0.4, "half"), (0.5, "half"), (2.0, "twice"), (1.0, None), (1.3, None)])
+def test_free_runs_tell_another_angle(factor, said):
+    run = helmbench.simulate("response-1", "zigzag:15/15", duration_s=300.0, dt_s=1.0, noise="low", seed=1)
+    found = rudder_doubt([with_rudder(run, factor)], helmbench.resolve("response-1"))
+    assert found is None if said is None else f"the rudder is {said} what the yaw rate shows" in found.evidence
+
+
+def test_forgotten_damping_is_no_other_angle():
+    """Free runs without the cubic damping turn far too fast; less rudder hides that, but does not follow."""
+    ship = helmbench.resolve("response-1")
+    linear = ship.with_coefficients([*ship.coefficients[:2], 0.0])
+    runs = [helmbench.simulate("response-1", m, duration_s=400.0, dt_s=1.0, noise="low", seed=1)
+            for m in ("zigzag:20/20", "turn:35", "zigzag:30/30:port")]  # fmt: skip
+    assert rudder_doubt(runs, linear) is None
