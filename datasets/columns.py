@@ -11,7 +11,9 @@ import numpy as np
 from ..models.errors import BadInput
 from ..models.suggestions import near
 
-NUMBER = re.compile(r"[+-]?((\d++\.?\d*+|\.\d++)([eE][+-]?\d++)?|inf(inity)?)", re.ASCII | re.IGNORECASE)
+DECIMAL = r"[+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?"
+"""A number with a decimal point; no part of it is tried twice, however long the text."""
+NUMBER = re.compile(rf"{DECIMAL}|[+-]?inf(inity)?", re.ASCII | re.IGNORECASE)
 
 # Every column of a record with its unit, in the order in which it is written.
 CANONICAL: dict[str, str] = {

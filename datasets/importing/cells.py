@@ -10,6 +10,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from ..columns import DECIMAL
 from .cell_texts import Texts
 from .units import unit_of, words_of
 
@@ -22,7 +23,7 @@ GAPS = words_of(
 """Texts, in lower case, that stand for a missing value."""
 NARROW = str.maketrans("", "", "\u00a0\u202f\u2009'\u2019`")
 MINUS = str.maketrans({"\u2212": "-", "\u2013": "-", "\ufe63": "-", "\uff0d": "-"})
-PLAIN = re.compile(r"[+-]?(\d++\.?\d*+|\.\d++)([eE][+-]?\d++)?")
+PLAIN = re.compile(DECIMAL)
 WIDE = str.maketrans({0xFF10 + digit: str(digit) for digit in range(10)} | {0xFF0E: ".", 0xFF0C: ",", 0xFF0B: "+"})
 NUMBER_LIKE = re.compile(r"[\s\d.,eE+\-'`\u2019\xa0\u202f\u2009\u2212\u2013\ufe63\uff0b-\uff19]+")
 """Texts of nothing but digits and signs."""

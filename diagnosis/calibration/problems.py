@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -59,7 +60,7 @@ class Problems(NamedTuple):
         return Problems(changed(self.train), None if self.held_out is None else changed(self.held_out))
 
 
-def problems_of(whole: Model, records: Records | Prepared, threads: int, short: bool = True) -> Problems:
+def problems_of(whole: Model, records: Records | Prepared, threads: int, short: bool) -> Problems:
     """The records of a diagnosis as problems; short : pieces may be shorter than usual.
 
     Raises
@@ -82,7 +83,7 @@ def _pieces(records: Sequence[Record], model: Model, short: bool) -> list[Record
     length_s, shortest, out = time_scale_s(model), SHORTEST if short else USUAL, []
     for record in records:
         lengths = float(record.time_s[-1] - record.time_s[0]) / length_s
-        needed = min(-(-FEWEST // len(records)), int(lengths / shortest))
+        needed = min(math.ceil(FEWEST / len(records)), int(lengths / shortest))
         parts = max(min(int(lengths / USUAL), MOST), needed, 1)
         edges = np.linspace(0, record.n, parts + 1).astype(int).tolist()
         cuts = [record.slice(a, b) for a, b in pairwise(edges)]

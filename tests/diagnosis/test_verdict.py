@@ -35,7 +35,9 @@ def test_precedence(poor, left, instead, findings, expected):
 
 
 def test_the_sentence_says_why():
-    assert verdict.decide(None, None, False, [OFFSET])[1].startswith("with what is named, the residuals are")
+    plain = "the residuals are those of the model, its sensors' noise and zero-mean gusts"
+    assert verdict.decide(None, None, False, [])[1] == plain
+    assert verdict.decide(None, None, False, [OFFSET])[1] == f"with what is named, {plain}"
     assert verdict.decide(None, None, False, [TIED])[1] == "current cannot be told from wind"
     assert "pulse in every record" in verdict.decide(None, unknown(), False, [])[1]
     assert "as likely as all that is named" in verdict.decide(None, unknown(), True, [OFFSET])[1]
