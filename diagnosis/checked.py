@@ -10,6 +10,7 @@ import numpy as np
 
 from ..checks.check import Examined, check_file, distinct, of_one_record
 from ..checks.fault import SENSED
+from ..checks.files.constant_channel import ConstantChannel
 from ..checks.findings import merged
 from ..checks.registry import check_of, column_checks, sensor_errors
 from ..checks.result import NORMAL_90, CheckFinding, Size
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .prepared import Prepared
 
+SPEED = "surge_m_s"
 FAINT = 1e-6
 """Probability that stands for a fault of a file, which is counted and not tested."""
 
@@ -41,7 +43,7 @@ def examined(records: Sequence[Record], model: Model) -> Checked:
     done, entries = Examined([]), of_one_record()
     with np.errstate(all="ignore"):
         done.records = [check_file(record, entries, done) for record in distinct(records)]
-        findings = tuple(f for f in merged(done.findings) if f.material)
+        findings = tuple(_judged(f, model) for f in merged(done.findings) if f.material)
         faults: dict[str, ColumnFault] = {}
         for fault in sorted(done.faults, key=lambda f: f.statistic):
             faults[fault.check.id] = fault
@@ -51,6 +53,12 @@ def examined(records: Sequence[Record], model: Model) -> Checked:
             found += joint
     doubt = None if any(f.standing for f in findings) else rudder_doubt(current, model)
     return Checked(current, findings if doubt is None else (*findings, doubt), found)
+
+
+def _judged(found: CheckFinding, model: Model) -> CheckFinding:
+    """The finding; that of a speed which never changes stands in the way of a model whose forces follow the speed."""
+    dead = found.cause == ConstantChannel.id and found.biases and SPEED in found.channels
+    return replace(found, standing=True) if dead and model.is_3dof else found
 
 
 def with_checks(found: Diagnosis, given: Prepared) -> Diagnosis:

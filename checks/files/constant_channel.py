@@ -35,6 +35,7 @@ class ConstantChannel(FileCheck):
             elif known.size > 1 and np.ptp(known) == 0.0:
                 said = f"{name} is {known[0]:.6g} {CANONICAL[name]} in every row"
                 dead = name in SPEEDS and _turns(record)
+                said += " while the ship turns: no measured speed, leave the column out" if dead else ""
                 blanks = ((name, 0, record.n),) if dead else ()
                 found.append(Fault(said, (name,), material=name in SENSED, blanks=blanks, biases=dead))
         return found

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.spikes import LIMIT, without_spikes_in_time
+from ...datasets.spikes import AROUND, LIMIT, without_spikes_in_time
 from ..base import FileCheck
 from ..fault import SENSED, Fault, exact
 
@@ -22,6 +22,8 @@ MOST = 2
 """Gross errors of a channel that sensors' noise may give."""
 HEAVY = 0.02
 """Share of a channel's variance that gross errors must have to bias a fit that does not leave them out."""
+APART = 3.0
+"""Times the largest step of all other samples from which on gross errors stand apart from a heavy tail of the noise."""
 CLEAR = 1.5
 """Times its usual step that gross errors of a channel depart by to matter: corners of a smooth motion do not."""
 
@@ -43,17 +45,42 @@ class Outliers(FileCheck):
 
     def _isolated(self, name: str, values: np.ndarray, time: np.ndarray) -> list[Fault]:
         kept, spikes, near = without_spikes_in_time(values, time, _step_if_coarse(values))
+        wrong = np.isfinite(values) & ~np.isfinite(kept)
+        if near >= max(spikes, 1):  # a heavy tail, of which only what stands apart is no part
+            wrong = _apart(values)
+            kept, spikes = np.where(wrong, np.nan, values), int(wrong.sum())
         share = spikes / max(int(np.isfinite(values).sum()), 1)
-        if not (spikes > MOST and spikes > near and share < FEW):
+        if not (spikes > MOST and share < FEW):
             return []
         said = f"{spikes} samples of {name} stand more than {LIMIT} standard deviations off their neighbours"
-        wrong = np.isfinite(values) & ~np.isfinite(kept)
-        good = np.flatnonzero(np.isfinite(kept))
-        off = np.abs(values[wrong] - np.interp(np.flatnonzero(wrong), good, kept[good]))
-        steps = np.diff(kept[good])
+        off, steps = _off(values, wrong)[wrong], np.diff(kept[np.isfinite(kept)])
         clear = float(np.median(off)) > CLEAR * float(np.median(np.abs(steps - np.median(steps))))
-        biases = float(np.sum(off**2)) > HEAVY * float(np.nanvar(kept)) * good.size
+        biases = float(np.sum(off**2)) > HEAVY * float(np.nanvar(kept)) * (steps.size + 1)
         return [replace(fault_of(said, name, values, wrong), material=clear, biases=biases)]
+
+
+def _apart(values: np.ndarray) -> np.ndarray:
+    """(T,) samples that are further from their neighbours than APART times the largest step of all others: of those that
+    stand more than LIMIT robust standard deviations off the median of AROUND samples about them."""
+    from scipy.ndimage import median_filter
+
+    known = np.flatnonzero(np.isfinite(values))
+    off = np.abs(values[known] - median_filter(values[known], AROUND, mode="nearest"))
+    wrong = np.zeros(values.size, bool)
+    wrong[known] = off > LIMIT * 1.4826 * float(np.median(off))
+    while wrong.any():
+        rest = values[np.isfinite(values) & ~wrong]
+        kept = wrong & (_off(values, wrong) > APART * float(np.max(np.abs(np.diff(rest)), initial=0.0)))
+        if np.array_equal(kept, wrong):
+            break
+        wrong = kept
+    return wrong
+
+
+def _off(values: np.ndarray, wrong: np.ndarray) -> np.ndarray:
+    """Distances (T,) of samples from the straight line between those beside that are not wrong."""
+    good = np.flatnonzero(np.isfinite(values) & ~wrong)
+    return np.abs(values - np.interp(np.arange(values.size), good, values[good])) if good.size else np.zeros(values.size)
 
 
 def fault_of(said: str, name: str, values: np.ndarray, wrong: np.ndarray) -> Fault:

@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
 
 JOINED = 0.17
-"""Jump of the heading, rad, from which it is no sensor that catches up, but two runs in one."""
-UNITS = {"heading_rad": "rad", "north_m": "m", "east_m": "m"}
+"""Jump of the heading, rad, from which it is no sensor that catches up, but two runs in one; a smaller one is where a
+position jumps in the same row."""
+HEADING = "heading_rad"
+UNITS = {HEADING: "rad", "north_m": "m", "east_m": "m"}
 
 
 class Splice(FileCheck):
@@ -26,9 +28,10 @@ class Splice(FileCheck):
     separate_by = "the original files, piece by piece"
 
     def find(self, record: Record) -> list[Fault]:
-        found, time = [], record.time_s
+        found, time, every = [], record.time_s, jumps(record)
+        moved = {j.k for j in every if j.channel != HEADING}
         for name in UNITS:
-            own = [j for j in jumps(record) if j.channel == name]
+            own = [j for j in every if j.channel == name]
             if not own:
                 continue
             worst = max(own, key=lambda j: abs(j.change))
@@ -40,6 +43,7 @@ class Splice(FileCheck):
             half = LONGEST_GAP // 2 + 1
             blanks = tuple((name, j.k - half, j.k + half + 1) for j in own)
             size = (exact("largest jump", worst.change, unit),)
-            joined = name == "heading_rad" and abs(worst.change) > JOINED
+            joined = name == HEADING and (abs(worst.change) > JOINED or not moved.isdisjoint(j.k for j in own))
+            said += ": two runs in one? cut the record there" if joined else ""
             found.append(Fault(said, (name,), size, blanks=blanks, standing=joined))
         return found

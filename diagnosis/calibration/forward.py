@@ -187,9 +187,12 @@ def _proposed(
     """The fit of the set of numbers that the likelihood and free runs agree on, and the ties of its groups; None where
     no set predicts left-out records better than the start does.
 
+    A set has at most as many numbers as there are records: leaving these out one by one does not judge more.
+
     Eq. 32 of docs/mathematics/default-route.md.
     """
     alone = {name: g for g in groups if len(g.sd) == 1 for name in g.sd}
+    subsets = [subset for subset in subsets if len(subset.names) <= len(problem.runs)]
     enough = next((i for i, subset in enumerate(subsets) if subset.sufficient), None)
     tried = subsets[enough : enough + 1] if enough is not None else subsets
     trials: list[tuple[Subset, Attempt]] = []
