@@ -60,12 +60,12 @@ class Outliers(FileCheck):
 
 
 def _apart(values: np.ndarray) -> np.ndarray:
-    """(T,) samples that are further from their neighbours than APART times the largest step of all others: of those that
-    stand more than LIMIT robust standard deviations off the median of AROUND samples about them."""
+    """(T,) samples that are further from their neighbours than APART times the largest step of all others: of those
+    that stand more than LIMIT robust standard deviations off the median of AROUND samples about them."""
     from scipy.ndimage import median_filter
 
     known = np.flatnonzero(np.isfinite(values))
-    off = np.abs(values[known] - median_filter(values[known], AROUND, mode="nearest"))
+    off = np.abs(values[known] - median_filter(values[known], AROUND, mode="mirror"))
     wrong = np.zeros(values.size, bool)
     wrong[known] = off > LIMIT * 1.4826 * float(np.median(off))
     while wrong.any():
@@ -80,7 +80,9 @@ def _apart(values: np.ndarray) -> np.ndarray:
 def _off(values: np.ndarray, wrong: np.ndarray) -> np.ndarray:
     """Distances (T,) of samples from the straight line between those beside that are not wrong."""
     good = np.flatnonzero(np.isfinite(values) & ~wrong)
-    return np.abs(values - np.interp(np.arange(values.size), good, values[good])) if good.size else np.zeros(values.size)
+    return (
+        np.abs(values - np.interp(np.arange(values.size), good, values[good])) if good.size else np.zeros(values.size)
+    )
 
 
 def fault_of(said: str, name: str, values: np.ndarray, wrong: np.ndarray) -> Fault:

@@ -5,6 +5,8 @@ import pytest
 
 import helmbench
 from helmbench.checks.check import check
+from helmbench.checks.files.outliers import Outliers
+from helmbench.checks.files.splice import Splice
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.record import Record
 from helmbench.datasets.spikes import without_spikes
@@ -57,3 +59,26 @@ def test_errors_at_both_ends_are_found_and_no_start_of_a_motion_is(rng):
         assert np.array_equal(
             np.isnan(without_spikes(values)[0]), np.isin(np.arange(record.n), np.arange(record.n)[at])
         )
+
+
+def test_errors_that_stand_apart_from_a_heavy_tail_are_found(rng):
+    """Many near misses, as those of a sensor whose noise is not normal, do not hide what is far beyond them."""
+    time = np.arange(500.0)
+    speed = 5.0 + np.sin(time / 30.0) + 0.05 * rng.standard_normal(500)
+    speed[20:490:10] += 12.0 * 0.05 * rng.choice([-1.0, 1.0], 47)
+    at = [105, 106, 165, 225, 285, 345]
+    speed[at] += rng.choice([-20.0, 20.0])
+    (found,) = Outliers().find(Record(time, {"surge_m_s": speed}, "run"))
+    assert found.material and {k for _, k, _ in found.blanks} >= set(at)
+
+
+def test_heading_and_position_that_jump_in_the_same_row_are_two_runs_in_one(rng):
+    record = generate(Case("mariner", "zigzag:10/10", "low", seed=int(rng.integers(2**31))))
+    k, later = int(rng.integers(150, record.n - 150)), np.arange(record.n)
+    moved = {
+        name: record.column(name) + size * (later >= k) for name, size in (("heading_rad", 0.12), ("north_m", 80.0))
+    }
+    alone = record.with_channels(heading_rad=moved["heading_rad"])
+    for changed, stands in ((alone, False), (record.with_channels(**moved), True)):
+        found = [f for f in Splice().find(changed) if "heading_rad" in f.channels]
+        assert [f.standing for f in found] == [stands]

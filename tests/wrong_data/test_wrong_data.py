@@ -24,26 +24,21 @@ OF_TRACK = (
     "sway turned",
 )
 """Changes that positions and velocities show, and a response model's records do not have."""
-NOT_HELD = ("outliers",)
-"""Gross errors beside each other or beyond half a turn of the heading are not all found; what is left may be told
-as an error of a sensor, beside the outliers.  `make wrong-data` counts it."""
 HARMLESS = ("rudder doubled", "dropouts")
 """Changes that records do not show without a model of their ship."""
-
-
-BY_CHANCE, DRAWS = ("dropouts",), 7
-"""Changes of measured sets that are judged by most of so many draws: 4 of 400 draws of the Esso Osaka's dropouts bring
-a speed log that reads .5 % low above what is told."""
+BY_CHANCE, DRAWS = ("dropouts", "outliers"), 7
+"""Changes that are judged by most of so many draws: 4 of 400 draws of the Esso Osaka's dropouts bring a speed log that
+reads .5 % low above what is told; of outliers there was none in 204 draws of the measured sets."""
 
 
 def cell(command, name, change, rng):
-    draws = DRAWS if change in BY_CHANCE and name not in SHIPS else 1
+    draws = DRAWS if change in BY_CHANCE and command == "check" else 1
     found = [
         judged(command, name, change, [CHANGES[change](record, rng) for record in records_of(name)])
         for _ in range(draws)
     ]
     print(command, name, change, found)
-    held = [one for one in found if not one.hull and (not one.invented or change in NOT_HELD)]
+    held = [one for one in found if not one.hull and not one.invented]
     assert len(held) > draws // 2
     assert held[0].outcome != "silent" or (command, change) in UNKNOWABLE
     return held[0]
@@ -67,7 +62,7 @@ def test_validate_and_identify_tell_what_harms_them(command, name, rng):
 
 @pytest.mark.parametrize("name", ["mariner", "kvlcc2-l7"])
 def test_calibrate_refuses_what_stands(name, rng):
-    for change in (*STANDING, "rudder doubled", "outliers"):
+    for change in (*STANDING, "rudder doubled", "constant speed", "outliers"):
         found = cell("calibrate", name, change, rng)
         assert change == "outliers" or found.outcome == "refused"
 
