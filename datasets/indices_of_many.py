@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .indices import OVERSHOOTS, TURNING, turning_indices
+from .indices import OVERSHOOTS, TURNING, execute_times, initial_turning, turning_indices
 from .record import Record
 
-INDICES: dict[str, str] = {**dict.fromkeys(OVERSHOOTS, "rad"), **dict.fromkeys(TURNING, "m")}
+INITIAL = "initial_turning"
+STEADY = {"steady_radius": "m", "steady_speed": "m/s", "steady_yaw_rate": "rad/s"}
+INDICES: dict[str, str] = {**dict.fromkeys(OVERSHOOTS, "rad"), **dict.fromkeys((*TURNING, INITIAL), "m"), **STEADY}
 """Name -> unit."""
 
 
@@ -19,8 +21,8 @@ def indices(names: Sequence[str], time_s: np.ndarray, channels: Mapping[str, np.
     if set(names) & set(OVERSHOOTS):
         angles = overshoots(channels["rudder_command_rad"], channels["heading_rad"], len(OVERSHOOTS))
         found = dict(zip(OVERSHOOTS, angles, strict=True))
-    if set(names) & set(TURNING):
-        found |= _turning(time_s, channels)
+    others = [name for name in names if name not in OVERSHOOTS]
+    found |= _of_runs(others, time_s, channels) if others else {}
     return {name: found[name] for name in names}
 
 
@@ -45,13 +47,16 @@ def overshoots(order: np.ndarray, heading: np.ndarray, count: int) -> np.ndarray
     return out
 
 
-def _turning(time_s: np.ndarray, channels: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Indices of turning circles, run by run; nan where the rudder never moves."""
-    out = {name: np.full(len(channels["rudder_rad"]), np.nan) for name in TURNING}
+def _of_runs(names: Sequence[str], time_s: np.ndarray, channels: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Indices that are found run by run, of turning circles and initial turning; nan where the rudder never moves."""
+    out = {name: np.full(len(channels["rudder_rad"]), np.nan) for name in names}
     for i in np.flatnonzero(np.abs(channels["rudder_rad"]).max(axis=1) > 0.0).tolist():
         run = {name: values[i] for name, values in channels.items()}
         if np.isfinite(run["heading_rad"]).all():
-            found = turning_indices(Record(time_s, run))
-            for name in TURNING:
+            record = Record(time_s, run)
+            found = turning_indices(record) if set(names) - {INITIAL} else {}
+            if INITIAL in names:
+                found[INITIAL] = initial_turning(record, float(execute_times(record)[0]))
+            for name in names:
                 out[name][i] = found[name]
     return out

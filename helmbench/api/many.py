@@ -64,7 +64,8 @@ def simulate_many(
     channels : names of the channels to keep, such as 'heading_rad'; None: all that a record would have.
     every : of every so many samples one is kept.
     indices : numbers of each run's own motion, without noise: 'first_overshoot' and 'second_overshoot' of a zigzag,
-        rad; 'advance', 'transfer' and 'tactical_diameter' of a turn, m.
+        rad; 'advance', 'transfer', 'tactical_diameter' and 'steady_radius' of a turn, m, its 'steady_speed', m/s, and
+        'steady_yaw_rate', rad/s; 'initial_turning' of either, m.
     jobs : number of threads; None: one for each processor.
 
     Returns

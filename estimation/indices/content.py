@@ -1,0 +1,67 @@
+"""What a file of manoeuvring indices holds."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from ...models.yaml_file import FileContent, Positive, Text, needs
+
+Angle = Annotated[float, Field(strict=True, gt=0.0, lt=180.0), needs("an angle above 0 and below 180 degrees")]
+Share = Annotated[float, Field(strict=True, gt=0.0, le=1.0), needs("a share above 0, at most 1")]
+Length = Annotated[float, Field(strict=True, ge=0.1, le=1000.0), needs("a length from 0.1 to 1000 m")]
+Speed = Annotated[float, Field(strict=True, ge=0.01, le=100.0), needs("a speed from 0.01 to 100 m/s")]
+Knots = Annotated[float, Field(strict=True, ge=0.01, le=200.0), needs("a speed from 0.01 to 200 kn")]
+Rate = Annotated[float, Field(strict=True, gt=0.0, le=1000.0), needs("a rate above 0, at most 1000 deg/s")]
+
+
+class Numbers(FileContent):
+    """Indices by name and unit; each is left out or stands in one of its units."""
+
+    advance_m: Positive | None = None
+    advance_lengths: Positive | None = None
+    advance_cables: Positive | None = None
+    transfer_m: Positive | None = None
+    transfer_lengths: Positive | None = None
+    transfer_cables: Positive | None = None
+    tactical_diameter_m: Positive | None = None
+    tactical_diameter_lengths: Positive | None = None
+    tactical_diameter_cables: Positive | None = None
+    final_diameter_m: Positive | None = None
+    final_diameter_lengths: Positive | None = None
+    final_diameter_cables: Positive | None = None
+    initial_turning_m: Positive | None = None
+    initial_turning_lengths: Positive | None = None
+    initial_turning_cables: Positive | None = None
+    speed_ratio: Share | None = None
+    steady_speed_m_s: Speed | None = None
+    steady_speed_kn: Knots | None = None
+    yaw_rate_deg_s: Rate | None = None
+    yaw_rate_deg_min: Positive | None = None
+    first_overshoot_deg: Angle | None = None
+    second_overshoot_deg: Angle | None = None
+
+
+class Accuracy(Numbers):
+    """Standard deviations of the indices, in the same unit as each."""
+
+
+class Performed(Numbers):
+    """The indices of one manoeuvre."""
+
+    manoeuvre: Text
+    accuracy: Accuracy = Accuracy()
+
+
+class Ship(FileContent):
+    """A ship with her indices."""
+
+    name: Text = "ship"
+    length_m: Length
+    speed_m_s: Speed | None = None
+    speed_kn: Knots | None = None
+    rudder_rate_deg_s: Rate | None = None
+    rudder_max_deg: Angle | None = None
+    positive_rudder: Literal["port", "starboard"] = "starboard"
+    indices: Annotated[tuple[Performed, ...], Field(min_length=1)]

@@ -1,0 +1,220 @@
+"""The fit of a model to manoeuvring indices: bounded least squares with a prior, and what the indices determine.
+
+With the indices y_i, their standard deviations s_i, the indices f_i of the model and the parameters z in standard
+deviations of the prior,
+
+    minimise  sum ((f_i(z) - y_i) / s_i)^2 + z^T z
+
+from several points.  With the Jacobian J of the first residuals, the covariance of z is (J^T J / c + I)^-1, where c is
+the larger of 1 and the misfit over its degrees of freedom, n - trace(I - (J^T J + I)^-1) (Birge 1932): where the family
+cannot give all indices, intervals are wider.  A parameter whose standard deviation stays above half of the prior's is
+not determined.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...models.errors import FitFailed
+from ...models.model import Model
+from .given import DEGREE, DISTANCES, NAMES, OF_KIND, GivenIndex, GivenShip, default_accuracy, units_of
+from .predicted import model_of, predicted
+from .result import IndexRow, ModelFromIndices, ParameterRow
+
+Array = NDArray[np.float64]
+
+
+class Prior(NamedTuple):
+    """Mean and standard deviation of a parameter, of its logarithm or of its logit."""
+
+    scale: str
+    mean: float
+    sd: float
+
+
+PRIORS = {
+    "damping": Prior("plain", 0.5, 0.6),
+    "gain": Prior("log", math.log(0.8), 0.5),
+    "race": Prior("logit", -0.85, 1.0),
+    "cubic": Prior("log", math.log(2.0), 1.5),
+    "pivot": Prior("log", math.log(0.38), 0.25),
+    "surge": Prior("log", math.log(0.05), 0.5),
+    "speed_loss": Prior("log", math.log(8.0), 0.4),
+}
+"""Assumptions of this project, wide enough for the published ships."""
+NAMES_OF = tuple(PRIORS)
+FARTHEST = 5.0
+"""Bound of a parameter, in standard deviations of its prior."""
+DRAWS, STARTS = 128, 3
+"""Points of the prior at which the misfit is computed, and the best of them from which a search starts."""
+STEP = 0.02
+NOT_REACHED = 20.0
+"""Residual of an index that a run does not reach."""
+DETERMINED = 0.5
+"""Largest standard deviation of a parameter that is determined, in those of its prior."""
+NORMAL_95 = 1.959963984540054
+STANDARD = (
+    ("turn:35", "advance_m"),
+    ("turn:35", "transfer_m"),
+    ("turn:35", "tactical_diameter_m"),
+    ("turn:35", "speed_ratio"),
+    ("zigzag:10/10", "first_overshoot_deg"),
+    ("zigzag:10/10", "second_overshoot_deg"),
+    ("zigzag:10/10", "initial_turning_m"),
+    ("zigzag:20/20", "first_overshoot_deg"),
+)
+"""Indices of IMO MSC.137(76), which are predicted where they are not given."""
+
+
+def parameters_of(z: Array) -> Array:
+    """Published parameters (..., q) of z (..., q)."""
+    raw = z * np.array([p.sd for p in PRIORS.values()]) + np.array([p.mean for p in PRIORS.values()])
+    out = raw.copy()
+    for i, prior in enumerate(PRIORS.values()):
+        if prior.scale == "log":
+            out[..., i] = np.exp(raw[..., i])
+        elif prior.scale == "logit":
+            out[..., i] = 1.0 / (1.0 + np.exp(-raw[..., i]))
+    return out
+
+
+class Problem:
+    """Residuals and Jacobian of the fit for z (q,).
+
+    rows : the given indices;  others : further ones, which are predicted.
+    """
+
+    def __init__(self, ship: GivenShip, others: Sequence[GivenIndex]) -> None:
+        self.ship, self.rows, self.others = ship, ship.indices, tuple(others)
+        self.model = model_of(ship, dict(zip(NAMES_OF, parameters_of(np.zeros(len(PRIORS))), strict=True)))
+        self.value, self.sd = (np.array([getattr(row, name) for row in self.rows]) for name in ("value", "accuracy"))
+
+    def indices(self, z: Array, rows: Sequence[GivenIndex]) -> Array:
+        """Indices (B, n) in the units of the rows, of z (B, q)."""
+        pairs = [(row.manoeuvre, row.name) for row in rows]
+        return predicted(self.model, parameters_of(z), pairs) / np.array([row.si for row in rows])
+
+    def misfits(self, z: Array) -> Array:
+        """Differences (B, n) of z (B, q) in standard deviations of the indices."""
+        found = (self.indices(z, self.rows) - self.value) / self.sd
+        return np.where(np.isfinite(found), np.clip(found, -1e3, 1e3), NOT_REACHED)
+
+    def residuals(self, z: Array) -> Array:
+        """Misfits and z, (n + q,)."""
+        return np.concatenate([self.misfits(z[None])[0], z])
+
+    def jacobian(self, z: Array) -> Array:
+        """Of the residuals, (n + q, q), by central differences."""
+        ends = self.misfits(_around(z))
+        return np.vstack([_slopes(ends), np.eye(z.size)])
+
+
+def _around(z: Array) -> Array:
+    """Points (2 q, q) a step above and below z (q,) in each parameter."""
+    steps = STEP * np.eye(z.size)
+    return np.concatenate([z + steps, z - steps])
+
+
+def _slopes(ends: Array) -> Array:
+    """Central differences (n, q) of values (2 q, n) at `_around`."""
+    above, below = np.split(ends, 2)
+    return (above - below).T / (2.0 * STEP)
+
+
+def fit(ship: GivenShip) -> ModelFromIndices:
+    """The model whose indices come nearest to those given, with intervals.
+
+    Raises
+    ------
+    FitFailed : no parameters of the family come near the indices.
+    """
+    problem = Problem(ship, _further(ship))
+    z = _best(problem)
+    misfit, slopes = problem.misfits(z[None])[0], problem.jacobian(z)[: len(ship.indices)]
+    information = slopes.T @ slopes
+    spent = z.size - float(np.trace(np.linalg.inv(information + np.eye(z.size))))
+    excess = max(1.0, float(misfit @ misfit + z @ z) / max(len(misfit) - spent, 1.0))
+    covariance = np.linalg.inv(information / excess + np.eye(z.size))
+    values = dict(zip(NAMES_OF, parameters_of(z).tolist(), strict=True))
+    return ModelFromIndices(
+        model=model_of(ship, values),
+        parameters=(*_parameters(z, covariance), *_nomoto(z, covariance)),
+        indices=_indices(problem, z, covariance),
+        excess=math.sqrt(excess),
+    )
+
+
+def _best(problem: Problem) -> Array:
+    from scipy.optimize import least_squares
+
+    draws = np.vstack([np.zeros(len(PRIORS)), np.random.default_rng(0).standard_normal((DRAWS - 1, len(PRIORS)))])
+    costs = np.sum(problem.misfits(draws) ** 2, axis=1) + np.sum(draws**2, axis=1)
+    found = [
+        least_squares(problem.residuals, draws[i], problem.jacobian, bounds=(-FARTHEST, FARTHEST), max_nfev=60)
+        for i in np.argsort(costs, kind="stable")[:STARTS]
+    ]
+    best = min(found, key=lambda one: one.cost)
+    lost = np.isnan(problem.indices(best.x[None], problem.rows)[0])
+    if lost.any():
+        row = problem.rows[int(lost.argmax())]
+        raise FitFailed(f"no model of the family performs {row.manoeuvre} as far as its {row.key}, with the others")
+    return best.x
+
+
+def _further(ship: GivenShip) -> list[GivenIndex]:
+    """The standard indices that are not given."""
+    given = {(row.manoeuvre, row.name) for row in ship.indices}
+    out: list[GivenIndex] = []
+    for text, key in STANDARD:
+        own = next(n for n in (*OF_KIND["turn"], *OF_KIND["zigzag"]) if key == n or key.startswith(f"{n}_"))
+        name = NAMES.get(own, own)
+        if (text, name) not in given and float(text.split(":")[1].split("/")[0]) * DEGREE <= ship.gear.max_rad + 1e-9:
+            si = units_of(own, ship.length_m, ship.speed_m_s)[key.removeprefix(own).removeprefix("_")]
+            out.append(GivenIndex(text, key, name, math.nan, math.nan, si))
+    return out
+
+
+def _parameters(z: Array, covariance: Array) -> list[ParameterRow]:
+    sd, rows = np.sqrt(np.diag(covariance)), []
+    low, value, high = (parameters_of(z + side * NORMAL_95 * sd) for side in (-1.0, 0.0, 1.0))
+    for i, name in enumerate(NAMES_OF):
+        ends = (float(low[i]), float(high[i])) if sd[i] <= DETERMINED else None
+        rows.append(ParameterRow(name, "L" if name == "pivot" else "1", float(value[i]), ends))
+    return rows
+
+
+def _nomoto(z: Array, covariance: Array) -> list[ParameterRow]:
+    """K' and T', where the indices say that the ship is stable on a straight course."""
+    damping, gain = PRIORS["damping"], PRIORS["gain"]
+    sd = np.sqrt(np.diag(covariance))
+    middle = damping.mean + damping.sd * z[0]
+    if max(sd[:2]) > DETERMINED or middle - NORMAL_95 * damping.sd * sd[0] <= 0.0:
+        return []
+    ends = middle + NORMAL_95 * damping.sd * sd[0] * np.array([1.0, -1.0])
+    slopes = np.array([-damping.sd / middle, gain.sd])
+    wide = math.exp(NORMAL_95 * math.sqrt(slopes @ covariance[:2, :2] @ slopes))
+    value = math.exp(gain.mean + gain.sd * z[1]) / middle
+    return [
+        ParameterRow("K'", "1", value, (value / wide, value * wide)),
+        ParameterRow("T'", "1", 1.0 / middle, (1.0 / ends[0], 1.0 / ends[1])),
+    ]
+
+
+def _indices(problem: Problem, z: Array, covariance: Array) -> tuple[IndexRow, ...]:
+    rows = (*problem.rows, *problem.others)
+    values, slopes = problem.indices(z[None], rows)[0], _slopes(problem.indices(_around(z), rows))
+    spread = NORMAL_95 * np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
+    return tuple(
+        IndexRow(
+            row.manoeuvre,
+            row.key,
+            *(None if math.isnan(number) else number for number in (row.value, row.accuracy)),
+            *(float(number) if math.isfinite(number) else None for number in (value, max(value - wide, 0.0), value + wide)),
+        )
+        for row, value, wide in zip(rows, values, spread, strict=True)
+    )

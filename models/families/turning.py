@@ -1,0 +1,63 @@
+"""A first-order yaw response with drift and speed loss: the least that has the indices of IMO MSC.137(76).
+
+In primes of the instantaneous speed U and the length L, with the speed U0 of the straight course,
+
+    r_dot' = -damping r' - cubic r'^3 + gain ((1 - race) + race (U0/U)^2) delta        Nomoto 1960, Norrbin 1963
+    u_dot' = surge ((U0/u)^2 - 1 - speed_loss r'^2) (u/U)^2
+    v      = -pivot L r
+
+1/damping is T' and gain/damping K'; a ship with negative damping is unstable on a straight course.  The moment of a
+rudder in a propeller's race falls less than U^2 (share `race`, as in families/steering.py).  Thrust less resistance
+balances U0; the resistance of a turn goes with r'^2, as drift and centripetal force do.  The hull turns about a point
+`pivot` lengths ahead of the reference point: sway has no motion of its own.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from ..definition import Definition, symbols
+
+FULLNESS = 0.008
+"""Displaced volume over L^3 by which forces from outside, such as wave drift, act: about that of merchant ships."""
+
+
+def response() -> Definition:
+    """Coefficients a = -damping, b and bn of the rudder, c = -cubic, p = pivot, s = surge and w = surge speed_loss."""
+    u, v, r, _, _, psi = states = symbols("u v r x y psi")
+    (delta,) = inputs = symbols("delta")
+    a, b, bn, c, p, s, w = coefficients = symbols("a b bn c p s w")
+    length, speed0 = constants = symbols("L U0")
+    damping, gain, race, cubic, pivot, surge, loss = symbols("damping gain race cubic pivot surge speed_loss")
+    speed, rho = symbols("U rho")
+    volume = FULLNESS * length**3
+    return Definition(
+        name="turning-response",
+        title="first-order yaw response with drift and speed loss",
+        states=states,
+        inputs=inputs,
+        coefficients=coefficients,
+        constants=constants,
+        mass=sp.Matrix([[1, 0, 0], [0, 1, p * length], [0, 0, 1]]),
+        forces=[
+            (s * (speed0**2 - u**2) - w * (r * length) ** 2) / length,
+            sp.S.Zero,
+            a * speed / length * r + (b * speed**2 + bn * speed0**2) / length**2 * delta + c * length / speed * r**3,
+        ],
+        kinematics=[u * sp.cos(psi) - v * sp.sin(psi), u * sp.sin(psi) + v * sp.cos(psi), r],
+        helpers={speed: sp.sqrt(u**2 + v**2 + sp.Float(1e-12))},
+        public={
+            **{"damping": -a, "gain": b + bn, "race": bn / (b + bn), "cubic": -c},
+            **{"pivot": p, "surge": s, "speed_loss": w / s},
+        },
+        inverse={
+            **{"a": -damping, "b": gain * (1 - race), "bn": gain * race, "c": -cubic},
+            **{"p": pivot, "s": surge, "w": surge * loss},
+        },
+        units=dict.fromkeys(("damping", "gain", "race", "cubic"), "1") | {"pivot": "L", "surge": "1", "speed_loss": "1"},
+        force_scale=[1 / (rho * volume), sp.S.Zero, 1 / (rho * volume * (length / 4) ** 2)],
+        source="Nomoto 1960 and Norrbin 1963 in primes; drift about a fixed point, speed loss and race: this project",
+    )
+
+
+DEFINITIONS = {"turning-response": response}
