@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .api.export import export_model
     from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
     from .api.importing import Import, ImportDraft, draft_import, import_log
+    from .api.indices import ModelFromIndices, model_from_indices
     from .api.lists import (
         list_causes,
         list_diagnosers,
@@ -73,6 +74,7 @@ __all__ = [
     "Import",
     "ImportDraft",
     "Model",
+    "ModelFromIndices",
     "PlausibilityWarning",
     "Record",
     "RecordMeta",
@@ -108,6 +110,7 @@ __all__ = [
     "make_method",
     "merge_results",
     "method_options",
+    "model_from_indices",
     "read_record",
     "reproduce",
     "resolve",
@@ -140,6 +143,7 @@ _HOME = {
     "Import": ("api.importing", "Import"),
     "ImportDraft": ("api.importing", "ImportDraft"),
     "Model": ("models.model", "Model"),
+    "ModelFromIndices": ("api.indices", "ModelFromIndices"),
     "PlausibilityWarning": ("datasets.plausibility", "PlausibilityWarning"),
     "Record": ("datasets.record", "Record"),
     "RecordMeta": ("datasets.record", "RecordMeta"),
@@ -174,6 +178,7 @@ _HOME = {
     "make_method": ("methods.registry", "make"),
     "merge_results": ("api.suites", "merge_results"),
     "method_options": ("methods.options", "method_options"),
+    "model_from_indices": ("api.indices", "model_from_indices"),
     "read_record": ("datasets.io", "read_record"),
     "reproduce": ("api.reproduction", "reproduce"),
     "resolve": ("models.model", "resolve"),

@@ -6,7 +6,7 @@ deviations of the prior,
     minimise  sum ((f_i(z) - y_i) / s_i)^2 + z^T z
 
 from several points.  With the Jacobian J of the first residuals, the covariance of z is (J^T J / c + I)^-1, where c is
-the larger of 1 and the misfit over its degrees of freedom, n - trace(I - (J^T J + I)^-1) (Birge 1932): where the family
+the larger of 1 and the first sum over its degrees of freedom, n - trace(I - (J^T J + I)^-1) (Birge 1932): where the family
 cannot give all indices, intervals are wider.  A parameter whose standard deviation stays above half of the prior's is
 not determined.
 """
@@ -50,7 +50,7 @@ PRIORS = {
 NAMES_OF = tuple(PRIORS)
 FARTHEST = 5.0
 """Bound of a parameter, in standard deviations of its prior."""
-DRAWS, STARTS = 128, 3
+DRAWS, STARTS = 96, 2
 """Points of the prior at which the misfit is computed, and the best of them from which a search starts."""
 STEP = 0.02
 NOT_REACHED = 20.0
@@ -138,7 +138,7 @@ def fit(ship: GivenShip) -> ModelFromIndices:
     misfit, slopes = problem.misfits(z[None])[0], problem.jacobian(z)[: len(ship.indices)]
     information = slopes.T @ slopes
     spent = z.size - float(np.trace(np.linalg.inv(information + np.eye(z.size))))
-    excess = max(1.0, float(misfit @ misfit + z @ z) / max(len(misfit) - spent, 1.0))
+    excess = max(1.0, float(misfit @ misfit) / max(len(misfit) - spent, 1.0))
     covariance = np.linalg.inv(information / excess + np.eye(z.size))
     values = dict(zip(NAMES_OF, parameters_of(z).tolist(), strict=True))
     return ModelFromIndices(
@@ -192,16 +192,17 @@ def _nomoto(z: Array, covariance: Array) -> list[ParameterRow]:
     """K' and T', where the indices say that the ship is stable on a straight course."""
     damping, gain = PRIORS["damping"], PRIORS["gain"]
     sd = np.sqrt(np.diag(covariance))
-    middle = damping.mean + damping.sd * z[0]
+    middle = damping.mean + damping.sd * float(z[0])
     if max(sd[:2]) > DETERMINED or middle - NORMAL_95 * damping.sd * sd[0] <= 0.0:
         return []
     ends = middle + NORMAL_95 * damping.sd * sd[0] * np.array([1.0, -1.0])
     slopes = np.array([-damping.sd / middle, gain.sd])
     wide = math.exp(NORMAL_95 * math.sqrt(slopes @ covariance[:2, :2] @ slopes))
-    value = math.exp(gain.mean + gain.sd * z[1]) / middle
+    value = math.exp(gain.mean + gain.sd * float(z[1])) / middle
+    shortest, longest = (1.0 / ends).tolist()
     return [
         ParameterRow("K'", "1", value, (value / wide, value * wide)),
-        ParameterRow("T'", "1", 1.0 / middle, (1.0 / ends[0], 1.0 / ends[1])),
+        ParameterRow("T'", "1", 1.0 / middle, (shortest, longest)),
     ]
 
 

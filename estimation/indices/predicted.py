@@ -16,8 +16,10 @@ from ...models.model import Model
 from .given import GivenShip
 
 FAMILY = "turning-response"
-STEPS, LENGTHS = 100, 60
-"""Samples in the time L/U, and times L/U that a manoeuvre takes: about 540 degrees of a turn with 10 deg of rudder."""
+STEPS = 60
+"""Samples in the time L/U."""
+LENGTHS = {"turn": 50, "zigzag": 35}
+"""Times L/U that a manoeuvre takes: about 540 degrees of a turn, and two overshoots."""
 Array = NDArray[np.float64]
 
 
@@ -58,7 +60,7 @@ def predicted(model: Model, parameters: Array, wanted: Iterable[tuple[str, str]]
 
 def _of_block(model: Model, sets: Array, text: str, names: list[str], dt: float) -> dict[str, Array]:
     manoeuvre = parse_manoeuvre(text)
-    control = manoeuvre.control(model, dt, LENGTHS * STEPS * dt, np.random.default_rng(0))
+    control = manoeuvre.control(model, dt, LENGTHS[manoeuvre.kind] * STEPS * dt, np.random.default_rng(0))
     with np.errstate(all="ignore"):
         run = closed_loops(model, dt, [control] * len(sets), sets)
         channels = channels_of(model, run.states, run.command_rad, run.rudder_rad)

@@ -49,7 +49,8 @@ class IndexRow:
 class ModelFromIndices:
     """A model from manoeuvring indices.
 
-    model : of the family turning-response;  parameters : its parameters, and K' and T' where the ship is stable;
+    model : of the family turning-response;  parameters : its parameters, and K' and T' where the indices say that the
+    ship is stable on a straight course;
     indices : those given, then those of IMO MSC.137(76) that were not;  excess : factor of the accuracies by which the
     model misses the indices, at least 1: intervals hold it.
     """

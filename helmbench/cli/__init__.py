@@ -25,6 +25,7 @@ from .diagnose import diagnose
 from .doctor import doctor
 from .export import export
 from .fetch import fetch
+from .from_indices import from_indices
 from .identify import identify
 from .import_ import import_command
 from .list import list_command
@@ -44,7 +45,8 @@ def cli() -> None:
 
 
 COMMANDS = (
-    *(open_command, list_command, import_command, simulate, check, identify, validate, diagnose, calibrate),
+    *(open_command, list_command, import_command, simulate, check, identify, from_indices),
+    *(validate, diagnose, calibrate),
     *(run, report, advice, compare, merge, reproduce, export, fetch, doctor, completion),
 )
 NUMBA_SETTINGS = Path(".numba_config.yaml")

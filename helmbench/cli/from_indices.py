@@ -1,0 +1,38 @@
+"""`helmbench from-indices SHIP.yaml -o model.json`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ._shared import FAILED, FILE, OK, check_file, complain, echo, force_option, output_options, print_json, show_files
+
+
+@click.command("from-indices")
+@click.argument("indices", metavar="SHIP.yaml", type=FILE)
+@click.option("-o", "--output", type=FILE, help="model.json to write.")
+@force_option
+@output_options
+def from_indices(indices: Path, output: Path | None, force: bool, as_json: bool, quiet: bool) -> int:
+    """Make a model from manoeuvring indices: of a wheelhouse poster, a booklet or a sea trial.
+
+    SHIP.yaml holds length, approach speed, and indices of turning circles and zigzags (docs/how-to/from-indices.md).
+    Prints every parameter with its interval, or that it is not determined, and the indices given and of the model.
+    """
+    import helmbench
+
+    if output is not None:
+        check_file(output, force)
+    try:
+        found = helmbench.model_from_indices(indices)
+    except helmbench.FitFailed as reason:
+        return complain(f"{indices}: {reason}", FAILED)
+    if output is not None:
+        found.save(output)
+    if as_json:
+        print_json(found.to_json() | {"output": str(output) if output is not None else None})
+    elif not quiet:
+        echo(found.summary())
+        show_files([output] if output is not None else [])
+    return OK

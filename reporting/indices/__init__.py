@@ -1,0 +1,1 @@
+"""A model from manoeuvring indices, in text and tables."""

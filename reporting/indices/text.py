@@ -1,0 +1,87 @@
+"""A model from manoeuvring indices for the terminal and for notebooks."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+
+from ..numbers import number
+from ..tables import Column, Table, console, html, make_table
+
+if TYPE_CHECKING:
+    from ...estimation.indices.result import IndexRow, ModelFromIndices, ParameterRow
+
+CONTRADICTORY = 4.0
+"""Accuracies by which an index is missed that no usual ship of another kind explains."""
+UNITS = {"deg_s": "deg/s", "deg_min": "deg/min", "m_s": "m/s", "m": "m", "deg": "deg", "kn": "kn"}
+UNITS |= {"lengths": "lengths", "cables": "cables", "ratio": ""}
+"""End of a key -> unit, longest first."""
+
+
+def statement(found: ModelFromIndices) -> list[str]:
+    """What the indices determine, what the model cannot give, and what the intervals hold for."""
+    given = [row for row in found.indices if row.given is not None]
+    lines = [f"{found.model.id}: {found.model.family} from {len(given)} indices"]
+    if found.undetermined:
+        lines.append(f"not determined by these indices, usual values are taken: {', '.join(found.undetermined)}")
+    for row in found.missed:
+        name, unit = named(row)
+        values = f"{number(row.predicted)} {unit}".strip() + f" where {number(row.given)} is given"
+        lines.append(f"the model does not give the {name} of {row.manoeuvre}: {values}")
+    if found.excess > 1.0:
+        lines.append(f"intervals are wider by {number(found.excess)}, as the model misses the indices by so much more")
+    if any(abs(row.misfit) > CONTRADICTORY for row in found.missed):
+        lines.append("the indices contradict each other, or the ship moves unlike this family: check numbers and units")
+    return [*lines, "intervals are for 95 % and for a ship that moves as this family does, alike to both sides"]
+
+
+def named(row: IndexRow) -> tuple[str, str]:
+    """Name of an index and its unit."""
+    ending = next((end for end in UNITS if row.key.endswith(f"_{end}")), "")
+    short = row.key if ending == "ratio" else row.key.removesuffix(f"_{ending}")
+    return short.replace("_", " "), UNITS.get(ending, "")
+
+
+def parameter_table(found: ModelFromIndices) -> Table:
+    """Parameters with their intervals."""
+    return make_table(
+        (
+            Column("parameter", lambda row: row.name),
+            Column("value", lambda row: number(row.value), lambda row: row.value),
+            Column("95 % interval", _interval),
+        ),
+        found.parameters,
+    )
+
+
+def _interval(row: ParameterRow) -> str:
+    return f"{number(row.interval[0])} to {number(row.interval[1])}" if row.interval else "not determined"
+
+
+def index_table(found: ModelFromIndices) -> Table:
+    """Indices given and of the model."""
+    return make_table(
+        (
+            Column("manoeuvre", lambda row: row.manoeuvre),
+            Column("index", lambda row: named(row)[0]),
+            Column("unit", lambda row: named(row)[1]),
+            Column("given", lambda row: number(row.given), lambda row: row.given),
+            Column("accuracy", lambda row: number(row.accuracy), lambda row: row.accuracy),
+            Column("model", lambda row: number(row.predicted), lambda row: row.predicted),
+            Column("difference", lambda row: number(row.difference), lambda row: row.difference),
+            Column("95 % interval", lambda row: f"{number(row.low)} to {number(row.high)}"),
+        ),
+        found.indices,
+    )
+
+
+def terminal(found: ModelFromIndices) -> str:
+    """Statement, parameters and indices."""
+    tables = [console(parameter_table(found), "  "), console(index_table(found), "  ")]
+    return "\n".join([*statement(found), "parameters", tables[0], "indices", tables[1]])
+
+
+def notebook(found: ModelFromIndices) -> str:
+    """The same as HTML."""
+    told = "".join(f"<p>{escape(line)}</p>" for line in statement(found))
+    return told + html(parameter_table(found)) + html(index_table(found))
