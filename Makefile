@@ -1,4 +1,4 @@
-# make bench | board-picture | board-pages | advice | test | docs | reproduce | verdicts | diagnosis-reports | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
+# make bench | board-picture | board-pages | advice | test | docs | reproduce | verdicts | diagnosis-reports | indices-report | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -28,7 +28,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
+.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports indices-report test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
 	browser reports board-pages reproduction-pages asset dist packages sizes image
 .DELETE_ON_ERROR:
 
@@ -48,6 +48,7 @@ help:
 	@echo "make timing   compare speed and memory with other implementations and the targets, write reports/timing"
 	@echo "make fit-times  time simulation, every method's fit, a suite row and record files; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
+	@echo "make indices-report   make models from indices of published and measured ships, write reports/indices (needs the data)"
 	@echo "make reports  run the suites of the published leaderboard into out/, write reports/leaderboard"
 	@echo "make advice   test the leaderboard's advice in 60 fresh situations, write reports/leaderboard/advice.md"
 	@echo "make board-pages  write README and page of reports/leaderboard anew from its tables"
@@ -204,6 +205,9 @@ image:
 
 diagnosis-reports: env
 	$(BIN)/python -m helmbench.reporting.diagnosis.measured reports/diagnosis
+
+indices-report: env
+	$(BIN)/python -m helmbench.reporting.indices.published reports/indices
 
 # Suites that are finished are not run again; status 1 of `run` means that some runs failed, which is a result.
 reports: env

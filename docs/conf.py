@@ -16,7 +16,7 @@ copyright = author
 release = importlib.metadata.version("helmbench")
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "docstrings", "mathml"]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", *(f"generated/indices-{part}.md" for part in ("example", "accuracies", "priors"))]
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 default_role = "code"

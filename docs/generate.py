@@ -9,9 +9,11 @@ import inspect
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
+import numpy as np
 
 import helmbench
 from helmbench.checks.base import SensorError
@@ -21,6 +23,8 @@ from helmbench.datasets.sensors import CHANNELS, NOISE
 from helmbench.datasets.sidecar import META_KEYS
 from helmbench.diagnosis.causes.base import WHERE, Cause
 from helmbench.diagnosis.causes.registry import all_causes
+from helmbench.estimation.indices import given
+from helmbench.estimation.indices.fit import NORMAL_95, PRIORS, parameters_of
 from helmbench.methods.base import KINDS
 from helmbench.methods.registry import methods
 from helmbench.models.model import Model, resolve
@@ -222,6 +226,48 @@ def large_study_page() -> Iterator[str]:
     yield (Path(__file__).parents[1] / "reports" / "timing" / "study.md").read_text(encoding="utf-8").rstrip("\n")
 
 
+def indices_report_page() -> Iterator[str]:
+    """What `make indices-report` has measured."""
+    yield (Path(__file__).parents[1] / "reports" / "indices" / "README.md").read_text(encoding="utf-8").rstrip("\n")
+
+
+def indices_example() -> Iterator[str]:
+    """What `from-indices` prints of the file on its page."""
+    text = (Path(__file__).parent / "how-to" / "from-indices.md").read_text(encoding="utf-8")
+    content = text.split("```yaml\n")[1].split("```")[0]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "tanker.yaml"
+        path.write_text(content, encoding="utf-8")
+        yield from ("```text", helmbench.model_from_indices(path).summary(), "```")
+
+
+def indices_accuracies() -> Iterator[str]:
+    """Accuracies that are assumed of indices."""
+    rows = [
+        ("distances", f"{number(given.DISTANCE_LENGTHS)} ship lengths"),
+        ("steady speed", f"{number(given.SPEED_SHARE)} of the approach speed"),
+        ("steady yaw rate", f"{number(given.RATE_SHARE)} of itself"),
+        *(
+            (
+                name.replace("_", " "),
+                f"{number(math.degrees(sd))} deg, or {number(given.OVERSHOOT_SHARE)} of itself if more",
+            )
+            for name, sd in given.OVERSHOOT.items()
+        ),
+    ]
+    yield from table(("index", "standard deviation"), rows)
+
+
+def indices_priors() -> Iterator[str]:
+    """Usual values of the parameters of models from indices, and the ranges of 95 %."""
+    ends = [parameters_of(np.full(len(PRIORS), side)) for side in (0.0, -NORMAL_95, NORMAL_95)]
+    rows = [
+        (code(name), f"{usual:.3g}", f"{low:.3g} to {high:.3g}")
+        for name, usual, low, high in zip(PRIORS, *(end.tolist() for end in ends), strict=True)
+    ]
+    yield from table(("parameter", "usual value", "95 % of ships"), rows)
+
+
 PAGES = {
     "methods": method_page,
     "causes": cause_page,
@@ -231,4 +277,8 @@ PAGES = {
     "suites": suite_page,
     "commands": command_page,
     "large-study": large_study_page,
+    "indices-report": indices_report_page,
+    "indices-example": indices_example,
+    "indices-accuracies": indices_accuracies,
+    "indices-priors": indices_priors,
 }

@@ -4,7 +4,7 @@ helmbench.models, helmbench.datasets or helmbench.estimation takes part.
 With sigma the time in L/U0, w = U/U0, rho = r L/U0 and positions in lengths,
 
     d rho / d sigma = -damping w rho - cubic rho^3 / w + gain (w^2 (1 - race) + race) delta
-    d u / d sigma = surge (1 - u^2 - speed_loss rho^2),  v = -pivot rho
+    d u / d sigma = surge (1 - u |u| - speed_loss rho^2 u / w),  v = -pivot rho
 
 and the rudder goes at a constant rate.  Orders are given, and indices read, where the heading crosses exactly.
 """
@@ -68,7 +68,7 @@ def rates(ship: Truth, t, x, angle):
     w = math.hypot(u, v)
     force = n["gain"] * (w * w * (1.0 - n["race"]) + n["race"]) * angle(t)
     yaw = force - n["damping"] * w * rho - n["cubic"] * rho**3 / w
-    surge = n["surge"] * (1.0 - u * u - n["speed_loss"] * rho * rho)
+    surge = n["surge"] * (1.0 - u * abs(u) - n["speed_loss"] * rho * rho * u / w)
     return [surge, yaw, rho, u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi), w]
 
 

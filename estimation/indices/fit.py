@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...models.errors import FitFailed
-from ...models.model import Model
-from .given import DEGREE, DISTANCES, NAMES, OF_KIND, GivenIndex, GivenShip, default_accuracy, units_of
+from .given import DEGREE, NAMES, OF_KIND, GivenIndex, GivenShip, units_of
 from .predicted import model_of, predicted
 from .result import IndexRow, ModelFromIndices, ParameterRow
 
@@ -215,7 +214,10 @@ def _indices(problem: Problem, z: Array, covariance: Array) -> tuple[IndexRow, .
             row.manoeuvre,
             row.key,
             *(None if math.isnan(number) else number for number in (row.value, row.accuracy)),
-            *(float(number) if math.isfinite(number) else None for number in (value, max(value - wide, 0.0), value + wide)),
+            *(
+                float(number) if math.isfinite(number) else None
+                for number in (value, max(value - wide, 0.0), value + wide)
+            ),
         )
         for row, value, wide in zip(rows, values, spread, strict=True)
     )

@@ -3,7 +3,7 @@
 In primes of the instantaneous speed U and the length L, with the speed U0 of the straight course,
 
     r_dot' = -damping r' - cubic r'^3 + gain ((1 - race) + race (U0/U)^2) delta        Nomoto 1960, Norrbin 1963
-    u_dot' = surge ((U0/u)^2 - 1 - speed_loss r'^2) (u/U)^2
+    u_dot' = surge ((U0/U)^2 - u|u|/U^2 - speed_loss r'^2 u/U)
     v      = -pivot L r
 
 1/damping is T' and gain/damping K'; a ship with negative damping is unstable on a straight course.  The moment of a
@@ -17,6 +17,7 @@ from __future__ import annotations
 import sympy as sp
 
 from ..definition import Definition, symbols
+from ..primitives import absv
 
 FULLNESS = 0.008
 """Displaced volume over L^3 by which forces from outside, such as wave drift, act: about that of merchant ships."""
@@ -40,7 +41,7 @@ def response() -> Definition:
         constants=constants,
         mass=sp.Matrix([[1, 0, 0], [0, 1, p * length], [0, 0, 1]]),
         forces=[
-            (s * (speed0**2 - u**2) - w * (r * length) ** 2) / length,
+            (s * (speed0**2 - u * absv(u)) - w * (r * length) ** 2 * u / speed) / length,
             sp.S.Zero,
             a * speed / length * r + (b * speed**2 + bn * speed0**2) / length**2 * delta + c * length / speed * r**3,
         ],
@@ -54,7 +55,8 @@ def response() -> Definition:
             **{"a": -damping, "b": gain * (1 - race), "bn": gain * race, "c": -cubic},
             **{"p": pivot, "s": surge, "w": surge * loss},
         },
-        units=dict.fromkeys(("damping", "gain", "race", "cubic"), "1") | {"pivot": "L", "surge": "1", "speed_loss": "1"},
+        units=dict.fromkeys(("damping", "gain", "race", "cubic"), "1")
+        | {"pivot": "L", "surge": "1", "speed_loss": "1"},
         force_scale=[1 / (rho * volume), sp.S.Zero, 1 / (rho * volume * (length / 4) ** 2)],
         source="Nomoto 1960 and Norrbin 1963 in primes; drift about a fixed point, speed loss and race: this project",
     )

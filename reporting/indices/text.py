@@ -9,7 +9,7 @@ from ..numbers import number
 from ..tables import Column, Table, console, html, make_table
 
 if TYPE_CHECKING:
-    from ...estimation.indices.result import IndexRow, ModelFromIndices, ParameterRow
+    from ...estimation.indices.result import ModelFromIndices, ParameterRow
 
 CONTRADICTORY = 4.0
 """Accuracies by which an index is missed that no usual ship of another kind explains."""
@@ -25,7 +25,7 @@ def statement(found: ModelFromIndices) -> list[str]:
     if found.undetermined:
         lines.append(f"not determined by these indices, usual values are taken: {', '.join(found.undetermined)}")
     for row in found.missed:
-        name, unit = named(row)
+        name, unit = named_key(row.key)
         values = f"{number(row.predicted)} {unit}".strip() + f" where {number(row.given)} is given"
         lines.append(f"the model does not give the {name} of {row.manoeuvre}: {values}")
     if found.excess > 1.0:
@@ -35,10 +35,10 @@ def statement(found: ModelFromIndices) -> list[str]:
     return [*lines, "intervals are for 95 % and for a ship that moves as this family does, alike to both sides"]
 
 
-def named(row: IndexRow) -> tuple[str, str]:
-    """Name of an index and its unit."""
-    ending = next((end for end in UNITS if row.key.endswith(f"_{end}")), "")
-    short = row.key if ending == "ratio" else row.key.removesuffix(f"_{ending}")
+def named_key(key: str) -> tuple[str, str]:
+    """Name of an index and its unit, of its key in the file."""
+    ending = next((end for end in UNITS if key.endswith(f"_{end}")), "")
+    short = key if ending == "ratio" else key.removesuffix(f"_{ending}")
     return short.replace("_", " "), UNITS.get(ending, "")
 
 
@@ -63,8 +63,8 @@ def index_table(found: ModelFromIndices) -> Table:
     return make_table(
         (
             Column("manoeuvre", lambda row: row.manoeuvre),
-            Column("index", lambda row: named(row)[0]),
-            Column("unit", lambda row: named(row)[1]),
+            Column("index", lambda row: named_key(row.key)[0]),
+            Column("unit", lambda row: named_key(row.key)[1]),
             Column("given", lambda row: number(row.given), lambda row: row.given),
             Column("accuracy", lambda row: number(row.accuracy), lambda row: row.accuracy),
             Column("model", lambda row: number(row.predicted), lambda row: row.predicted),
