@@ -243,15 +243,13 @@ def indices_example() -> Iterator[str]:
 
 def indices_accuracies() -> Iterator[str]:
     """Accuracies that are assumed of indices."""
+    share = number(given.OVERSHOOT_SHARE)
     rows = [
         ("distances", f"{number(given.DISTANCE_LENGTHS)} ship lengths"),
         ("steady speed", f"{number(given.SPEED_SHARE)} of the approach speed"),
         ("steady yaw rate", f"{number(given.RATE_SHARE)} of itself"),
         *(
-            (
-                name.replace("_", " "),
-                f"{number(math.degrees(sd))} deg, or {number(given.OVERSHOOT_SHARE)} of itself if more",
-            )
+            (name.replace("_", " "), f"{number(math.degrees(sd))} deg, or {share} of itself if that is more")
             for name, sd in given.OVERSHOOT.items()
         ),
     ]

@@ -124,6 +124,6 @@ def zigzag(ship: Truth, order: float, heading: float) -> list[float]:
             turned = [y[2] for y in run.y_events[1]]
             found.append(abs(math.degrees(turned[0] - x[2])) if turned else math.nan)
         if not len(run.y_events[0]):
-            return (found + [math.nan, math.nan])[:2]
+            return [*found, math.nan, math.nan][:2]
         x, angle, side = run.y_events[0][0], rudder(run.t[-1]), -side
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
@@ -63,5 +63,4 @@ class Ship(FileContent):
     speed_kn: Knots | None = None
     rudder_rate_deg_s: Rate | None = None
     rudder_max_deg: Angle | None = None
-    positive_rudder: Literal["port", "starboard"] = "starboard"
     indices: Annotated[tuple[Performed, ...], Field(min_length=1)]

@@ -6,9 +6,9 @@ deviations of the prior,
     minimise  sum ((f_i(z) - y_i) / s_i)^2 + z^T z
 
 from several points.  With the Jacobian J of the first residuals, the covariance of z is (J^T J / c + I)^-1, where c is
-the larger of 1 and the first sum over its degrees of freedom, n - trace(I - (J^T J + I)^-1) (Birge 1932): where the family
-cannot give all indices, intervals are wider.  A parameter whose standard deviation stays above half of the prior's is
-not determined.
+the larger of 1 and the first sum over its degrees of freedom, n - trace(I - (J^T J + I)^-1) (Birge 1932): where the
+family cannot give all indices, intervals are wider.  A parameter whose standard deviation stays above half of the
+prior's is not determined.
 """
 
 from __future__ import annotations
@@ -91,6 +91,7 @@ class Problem:
     def __init__(self, ship: GivenShip, others: Sequence[GivenIndex]) -> None:
         self.ship, self.rows, self.others = ship, ship.indices, tuple(others)
         self.model = model_of(ship, dict(zip(NAMES_OF, parameters_of(np.zeros(len(PRIORS))), strict=True)))
+        self._last: tuple[Array, Array] | None = None
         self.value, self.sd = (np.array([getattr(row, name) for row in self.rows]) for name in ("value", "accuracy"))
 
     def indices(self, z: Array, rows: Sequence[GivenIndex]) -> Array:
@@ -105,12 +106,17 @@ class Problem:
 
     def residuals(self, z: Array) -> Array:
         """Misfits and z, (n + q,)."""
-        return np.concatenate([self.misfits(z[None])[0], z])
+        return np.concatenate([self._at(z)[0], z])
 
     def jacobian(self, z: Array) -> Array:
         """Of the residuals, (n + q, q), by central differences."""
-        ends = self.misfits(_around(z))
-        return np.vstack([_slopes(ends), np.eye(z.size)])
+        return np.vstack([_slopes(self._at(z)[1:]), np.eye(z.size)])
+
+    def _at(self, z: Array) -> Array:
+        """Misfits (1 + 2 q, n) at z and around it, which one block of runs gives together; the last are kept."""
+        if self._last is None or not np.array_equal(self._last[0], z):
+            self._last = z.copy(), self.misfits(np.vstack([z, _around(z)]))
+        return self._last[1]
 
 
 def _around(z: Array) -> Array:
@@ -134,7 +140,7 @@ def fit(ship: GivenShip) -> ModelFromIndices:
     """
     problem = Problem(ship, _further(ship))
     z = _best(problem)
-    misfit, slopes = problem.misfits(z[None])[0], problem.jacobian(z)[: len(ship.indices)]
+    misfit, slopes = (part[: len(ship.indices)] for part in (problem.residuals(z), problem.jacobian(z)))
     information = slopes.T @ slopes
     spent = z.size - float(np.trace(np.linalg.inv(information + np.eye(z.size))))
     excess = max(1.0, float(misfit @ misfit) / max(len(misfit) - spent, 1.0))
@@ -209,15 +215,12 @@ def _indices(problem: Problem, z: Array, covariance: Array) -> tuple[IndexRow, .
     rows = (*problem.rows, *problem.others)
     values, slopes = problem.indices(z[None], rows)[0], _slopes(problem.indices(_around(z), rows))
     spread = NORMAL_95 * np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
+    ends = np.column_stack([values, np.maximum(values - spread, 0.0), values + spread])
     return tuple(
-        IndexRow(
-            row.manoeuvre,
-            row.key,
-            *(None if math.isnan(number) else number for number in (row.value, row.accuracy)),
-            *(
-                float(number) if math.isfinite(number) else None
-                for number in (value, max(value - wide, 0.0), value + wide)
-            ),
-        )
-        for row, value, wide in zip(rows, values, spread, strict=True)
+        IndexRow(row.manoeuvre, row.key, *map(_known, (row.value, row.accuracy, *own)))
+        for row, own in zip(rows, ends.tolist(), strict=True)
     )
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None

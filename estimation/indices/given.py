@@ -51,7 +51,7 @@ class GivenIndex:
 
     manoeuvre : text of the manoeuvre, to starboard;  key : as the file has it, with the unit;  name : of the index in
     `datasets.indices_of_many`;  value, accuracy : in the file's unit, nan where the index is not given;  si : SI units
-    (m, m/s, rad, rad/s) of the index in one unit of the file;  stated : whether the accuracy is stated.
+    (m, m/s, rad, rad/s) of the index in one unit of the file.
     """
 
     manoeuvre: str
@@ -60,7 +60,6 @@ class GivenIndex:
     value: float
     accuracy: float
     si: float
-    stated: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,6 @@ class GivenShip:
     length_m: float
     speed_m_s: float
     gear: RudderGear
-    positive_rudder: str
     indices: tuple[GivenIndex, ...]
 
 
@@ -108,9 +106,7 @@ def _ship(facts: Ship) -> GivenShip:
     twice = next((key for key in keys if keys.count(key) > 1 and not _sided(facts, key[0])), None)
     if twice:
         raise BadInput(f"{twice[1]} of {twice[0]} stands twice", hint="give a mean, or :port and starboard apart")
-    return GivenShip(
-        facts.name, facts.length_m, speed[0] * speed[1], RudderGear(stop, rate), facts.positive_rudder, tuple(rows)
-    )
+    return GivenShip(facts.name, facts.length_m, speed[0] * speed[1], RudderGear(stop, rate), tuple(rows))
 
 
 def _sided(facts: Ship, text: str) -> bool:
@@ -164,7 +160,7 @@ def _rows(one: Performed, length_m: float, speed_m_s: float, stop_rad: float) ->
         usual = default_accuracy(name, value * si, length_m, speed_m_s) / si
         sd = usual if accuracy is None else accuracy[0]
         told = _to_starboard(manoeuvre.text)
-        rows.append(GivenIndex(told, key, NAMES.get(name, name), value, sd, si, accuracy is not None))
+        rows.append(GivenIndex(told, key, NAMES.get(name, name), value, sd, si))
     if not rows:
         hint = f"it has {', '.join(sorted(OF_KIND[manoeuvre.kind]))}"
         raise BadInput(f"{text}: no index is given", hint=hint)

@@ -32,7 +32,6 @@ def model_of(ship: GivenShip, parameters: Mapping[str, float]) -> Model:
         family=FAMILY,
         coefficients=np.full(len(known.COEFFICIENTS), np.nan),
         constants=np.array([ship.length_m, ship.speed_m_s]),
-        positive_rudder=ship.positive_rudder,
         title=f"{ship.name}, from manoeuvring indices",
         source="manoeuvring indices",
         speed_m_s=ship.speed_m_s,

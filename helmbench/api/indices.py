@@ -84,15 +84,15 @@ def model_from_indices(source: Mapping[str, Any] | Path) -> ModelFromIndices:
 
     The family is `turning-response`: a first-order yaw response with cubic damping, drift and speed loss.  Indices of
     turning circles and zigzags are fitted by bounded least squares, weighted by their accuracies, with a prior on each
-    parameter; intervals are those of the linearised posterior, wider where the model misses the indices.  Indices of IMO
-    MSC.137(76) that are not given are predicted.  The page From indices to a model (docs/how-to) has the keys, the
+    parameter; intervals are those of the linearised posterior, wider where the model misses the indices.  Indices of
+    IMO MSC.137(76) that are not given are predicted.  The page From indices to a model (docs/how-to) has the keys, the
     accuracies that are assumed, and errors on published and measured ships.
 
     Parameters
     ----------
     source : YAML or JSON file, or a mapping of the same content: name, length_m, speed_m_s or speed_kn (of the
-        approach), rudder_rate_deg_s, rudder_max_deg, positive_rudder, and indices, a list with manoeuvre, values such as
-        advance_m and first_overshoot_deg, and accuracy.
+        approach), rudder_rate_deg_s, rudder_max_deg, and indices, a list with manoeuvre, values such as advance_m and
+        first_overshoot_deg, and accuracy.
 
     Raises
     ------

@@ -55,8 +55,7 @@ def response() -> Definition:
             **{"a": -damping, "b": gain * (1 - race), "bn": gain * race, "c": -cubic},
             **{"p": pivot, "s": surge, "w": surge * loss},
         },
-        units=dict.fromkeys(("damping", "gain", "race", "cubic"), "1")
-        | {"pivot": "L", "surge": "1", "speed_loss": "1"},
+        units=dict.fromkeys(("damping", "gain", "race", "cubic", "pivot", "surge", "speed_loss"), "1") | {"pivot": "L"},
         force_scale=[1 / (rho * volume), sp.S.Zero, 1 / (rho * volume * (length / 4) ** 2)],
         source="Nomoto 1960 and Norrbin 1963 in primes; drift about a fixed point, speed loss and race: this project",
     )

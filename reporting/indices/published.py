@@ -17,7 +17,7 @@ import numpy as np
 
 from ...datasets import measured
 from ...datasets.generator import record_run
-from ...datasets.indices import execute_times, initial_turning, overshoots, turning_indices
+from ...datasets.indices import TURNING, execute_times, initial_turning, overshoots, turning_indices
 from ...datasets.manoeuvres import parse_manoeuvre
 from ...datasets.record import Record
 from ...estimation.indices.fit import fit
@@ -116,9 +116,7 @@ def indices_of(records: Sequence[Record], text: str, ship: Ship) -> dict[str, fl
 
 def _turn(record: Record, ship: Ship) -> dict[str, float]:
     found = turning_indices(record)
-    distances = {
-        f"{name}_lengths": found[name] / ship.length_m for name in ("advance", "transfer", "tactical_diameter")
-    }
+    distances = {f"{name}_lengths": found[name] / ship.length_m for name in TURNING}
     return distances | {"speed_ratio": found["steady_speed"] / ship.speed_m_s}
 
 

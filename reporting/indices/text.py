@@ -32,7 +32,8 @@ def statement(found: ModelFromIndices) -> list[str]:
         lines.append(f"intervals are wider by {number(found.excess)}, as the model misses the indices by so much more")
     if any(abs(row.misfit) > CONTRADICTORY for row in found.missed):
         lines.append("the indices contradict each other, or the ship moves unlike this family: check numbers and units")
-    return [*lines, "intervals are for 95 % and for a ship that moves as this family does, alike to both sides"]
+    lines.append("intervals are for 95 % and for a ship that moves as this family does, alike to both sides")
+    return [*lines, "real ships do not quite: docs/how-to/from-indices.md tells by how much predictions were wrong"]
 
 
 def named_key(key: str) -> tuple[str, str]:

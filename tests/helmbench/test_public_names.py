@@ -19,6 +19,7 @@ MEMBERS = (
         "Diagnosis",
         "Estimate",
         "Health",
+        "ModelFromIndices",
         "Record",
         "RecordMeta",
         "Reproduction",

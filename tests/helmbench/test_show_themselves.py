@@ -17,6 +17,11 @@ from helmbench.diagnosis.result import Trace
 
 PLAIN = {"Case", "RecordMeta"}
 """Facts that Python's own form shows."""
+INDICES = {
+    "length_m": 160.0,
+    "speed_m_s": 7.7,
+    "indices": [{"manoeuvre": "turn:35", "advance_m": 500.0, "tactical_diameter_m": 620.0, "speed_ratio": 0.6}],
+}
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +76,7 @@ def shown(records, results, raw_log, logged):
         "ImportDraft": helmbench.draft_import(raw_log),
         "Leaderboard": helmbench.leaderboard(results),
         "Model": helmbench.resolve("kvlcc2-l7"),
+        "ModelFromIndices": helmbench.model_from_indices(INDICES),
         "Record": train,
         "Report": helmbench.write_report(results.directory),
         "Reproduction": Reproduction((row,), {"003": "1 claim"}, ()),

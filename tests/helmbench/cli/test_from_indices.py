@@ -67,9 +67,9 @@ def test_bad_input_is_one_line_and_writes_nothing(ship, tmp_path, capsys, text, 
 
 
 def test_manoeuvres_that_no_model_performs_are_told(ship, tmp_path, capsys):
-    impossible = "{manoeuvre: zigzag:2/80, first_overshoot_deg: 1}"
+    impossible = "{manoeuvre: zigzag:0.1/90, first_overshoot_deg: 1}"
     ship.write_text(SHIP.replace("{manoeuvre: zigzag:10/10, first_overshoot_deg: 8.1}", impossible), encoding="utf-8")
     assert status_of(["from-indices", str(ship), "-o", str(tmp_path / "model.json")]) == 1
     err = capsys.readouterr().err
-    assert "no model of the family performs zigzag:2/80" in err and err.count("\n") == 1
+    assert "no model of the family performs zigzag:0.1/90" in err and err.count("\n") == 1
     assert not (tmp_path / "model.json").exists()
