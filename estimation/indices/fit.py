@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,7 +144,7 @@ def fit(ship: GivenShip) -> ModelFromIndices:
     information = slopes.T @ slopes
     spent = z.size - float(np.trace(np.linalg.inv(information + np.eye(z.size))))
     excess = max(1.0, float(misfit @ misfit) / max(len(misfit) - spent, 1.0))
-    covariance = np.linalg.inv(information / excess + np.eye(z.size))
+    covariance: Array = np.asarray(np.linalg.inv(information / excess + np.eye(z.size)), dtype=np.float64)
     values = dict(zip(NAMES_OF, parameters_of(z).tolist(), strict=True))
     return ModelFromIndices(
         model=model_of(ship, values),
@@ -155,12 +155,13 @@ def fit(ship: GivenShip) -> ModelFromIndices:
 
 
 def _best(problem: Problem) -> Array:
-    from scipy.optimize import least_squares
+    from scipy import optimize
 
+    search: Any = optimize.least_squares
     draws = np.vstack([np.zeros(len(PRIORS)), np.random.default_rng(0).standard_normal((DRAWS - 1, len(PRIORS)))])
     costs = np.sum(problem.misfits(draws) ** 2, axis=1) + np.sum(draws**2, axis=1)
     found = [
-        least_squares(problem.residuals, draws[i], problem.jacobian, bounds=(-FARTHEST, FARTHEST), max_nfev=60)
+        search(problem.residuals, draws[i], problem.jacobian, bounds=(-FARTHEST, FARTHEST), max_nfev=60)
         for i in np.argsort(costs, kind="stable")[:STARTS]
     ]
     best = min(found, key=lambda one: one.cost)

@@ -14,7 +14,7 @@ from ...models.errors import BadInput
 from ...models.model import RudderGear
 
 if TYPE_CHECKING:
-    from .content import Performed, Ship
+    from .indices_file import Performed, Ship
 
 KNOT, CABLE = 1852.0 / 3600.0, 185.2
 """Knot, m/s, and cable, m."""
@@ -82,7 +82,7 @@ def read_indices(source: Mapping[str, Any] | str | PathLike[str]) -> GivenShip:
         other or do not belong to their manoeuvre, too few indices.
     """
     from ...models.yaml_file import checked, read_yaml
-    from .content import Ship
+    from .indices_file import Ship
 
     place = "indices" if isinstance(source, Mapping) else fspath(source)
     content = dict(source) if isinstance(source, Mapping) else read_yaml(place, "a file of indices")

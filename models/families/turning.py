@@ -4,12 +4,12 @@ In primes of the instantaneous speed U and the length L, with the speed U0 of th
 
     r_dot' = -damping r' - cubic r'^3 + gain ((1 - race) + race (U0/U)^2) delta        Nomoto 1960, Norrbin 1963
     u_dot' = surge ((U0/U)^2 - u|u|/U^2 - speed_loss r'^2 u/U)
-    v      = -pivot L r
+    s_dot' = -0.7 s',  s = v + pivot L r
 
 1/damping is T' and gain/damping K'; a ship with negative damping is unstable on a straight course.  The moment of a
 rudder in a propeller's race falls less than U^2 (share `race`, as in families/steering.py).  Thrust less resistance
 balances U0; the resistance of a turn goes with r'^2, as drift and centripetal force do.  The hull turns about a point
-`pivot` lengths ahead of the reference point: sway has no motion of its own.
+`pivot` lengths ahead of the reference point, v = -pivot L r; sway by forces from outside dies away.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ from ..definition import Definition, symbols
 from ..primitives import absv
 
 FULLNESS = 0.008
-"""Displaced volume over L^3 by which forces from outside, such as wave drift, act: about that of merchant ships."""
+SWAY_DAMPING, ADDED = 0.7, 2.0
+"""About those of merchant ships; indices do not depend on them: displaced volume over L^3, damping of sway by forces
+from outside, and mass in sway and inertia in yaw with the added ones over those without."""
 
 
 def response() -> Definition:
@@ -42,7 +44,7 @@ def response() -> Definition:
         mass=sp.Matrix([[1, 0, 0], [0, 1, p * length], [0, 0, 1]]),
         forces=[
             (s * (speed0**2 - u * absv(u)) - w * (r * length) ** 2 * u / speed) / length,
-            sp.S.Zero,
+            -SWAY_DAMPING * speed / length * v - SWAY_DAMPING * p * speed * r,
             a * speed / length * r + (b * speed**2 + bn * speed0**2) / length**2 * delta + c * length / speed * r**3,
         ],
         kinematics=[u * sp.cos(psi) - v * sp.sin(psi), u * sp.sin(psi) + v * sp.cos(psi), r],
@@ -56,7 +58,7 @@ def response() -> Definition:
             **{"p": pivot, "s": surge, "w": surge * loss},
         },
         units=dict.fromkeys(("damping", "gain", "race", "cubic", "pivot", "surge", "speed_loss"), "1") | {"pivot": "L"},
-        force_scale=[1 / (rho * volume), sp.S.Zero, 1 / (rho * volume * (length / 4) ** 2)],
+        force_scale=[1 / (rho * volume), 1 / (ADDED * rho * volume), 1 / (ADDED * rho * volume * (length / 4) ** 2)],
         source="Nomoto 1960 and Norrbin 1963 in primes; drift about a fixed point, speed loss and race: this project",
     )
 
