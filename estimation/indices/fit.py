@@ -140,7 +140,8 @@ def fit(ship: GivenShip) -> ModelFromIndices:
     """
     problem = Problem(ship, _further(ship))
     z = _best(problem)
-    misfit, slopes = (part[: len(ship.indices)] for part in (problem.residuals(z), problem.jacobian(z)))
+    misfit, ends = problem.misfits(z[None])[0], problem.indices(_around(z), problem.rows) / problem.sd
+    slopes = np.nan_to_num(_slopes(ends))  # an index that is not reached beside z tells nothing
     information = slopes.T @ slopes
     spent = z.size - float(np.trace(np.linalg.inv(information + np.eye(z.size))))
     excess = max(1.0, float(misfit @ misfit) / max(len(misfit) - spent, 1.0))

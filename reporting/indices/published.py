@@ -174,8 +174,20 @@ def page(ships: Sequence[Ship]) -> str:
         found, rows = compared(ship)
         every += rows
         lines += ["", f"## {ship.title}", "", *(f"- {line}" for line in statement(found)[1:]), ""]
-        lines += [markdown(_table(rows))]
+        lines += [markdown(_table(rows)), "", *_held(found, rows)]
     return "\n".join([*lines, "", "## Root mean square errors over these ships", "", markdown(_summary(every)), ""])
+
+
+def _held(found: ModelFromIndices, rows: Sequence[Row]) -> Iterator[str]:
+    """Whether the intervals of predicted indices hold those of the ship."""
+    own = {(row.manoeuvre, row.key): row.own for row in rows}
+    for index in found.indices:
+        true = own.get((index.manoeuvre, index.key))
+        if index.given is None and true is not None and index.low is not None and index.high is not None:
+            name, unit = named_key(index.key)
+            held = "holds" if index.low <= true <= index.high else "does not hold"
+            ends = f"{number(index.low)} to {number(index.high)} {unit}"
+            yield f"The 95 % interval of the {name} of {index.manoeuvre}, {ends}, {held} the ship's {number(true)}."
 
 
 def _table(rows: Sequence[Row]):

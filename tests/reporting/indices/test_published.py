@@ -19,4 +19,5 @@ def test_a_published_ship_lies_within_the_prior_and_her_turns_are_predicted():
 def test_the_report_has_a_table_for_every_ship_and_one_over_all():
     text = page([published_ship("esso-osaka-l3")])
     assert text.count("| manoeuvre") == 2 and "## Esso Osaka tanker, 3 m model, simulated" in text
+    assert "The 95 % interval of the first overshoot of zigzag:20/20" in text
     assert "nan" not in text and "| zigzag:20/20 | left out | first overshoot" in text
