@@ -49,7 +49,7 @@ PRIORS = {
 NAMES_OF = tuple(PRIORS)
 FARTHEST = 5.0
 """Bound of a parameter, in standard deviations of its prior."""
-DRAWS, STARTS = 96, 2
+DRAWS, STARTS = 64, 2
 """Points of the prior at which the misfit is computed, and the best of them from which a search starts."""
 STEP = 0.02
 NOT_REACHED = 20.0

@@ -11,7 +11,7 @@ from helmbench.estimation.indices.given import read_indices
 from tests.turning_simulator import Truth, draw, indices_of
 
 TURN = ("advance_lengths", "transfer_lengths", "tactical_diameter_lengths", "speed_ratio", "yaw_rate_deg_s")
-SHIPS = 3
+SHIPS = 2
 
 
 def given_of(ship: Truth) -> dict:
