@@ -19,7 +19,7 @@ def families_for(records: Sequence[Record]) -> list[Model]:
 
     A 3-DOF model has lengths and masses in it: without a vessel there is none to try.
     """
-    free = [resolve(name) for name in sorted(kernels.definitions()) if not kernels.definition_of(name).constants]
+    free = [resolve(name) for name, facts in kernels.catalogue().items() if not facts["constants"]]
     vessels = dict.fromkeys(record.meta.vessel for record in records if record.meta.vessel in vessel_files())
     named = [resolve(vessel) for vessel in vessels if vessel is not None]
     return [*free, *(model.blanked() for model in named if model.family not in {one.family for one in free})]

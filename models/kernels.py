@@ -55,6 +55,19 @@ def definitions() -> dict:
     return found
 
 
+def catalogue() -> dict[str, dict[str, Any]]:
+    """Family id -> `title`, and the names of its `constants`; kept beside the kernels, without SymPy where it is."""
+    index = _index("catalogue")
+    try:
+        return json.loads(stored(index) or b"")
+    except ValueError:
+        built = {name: build() for name, build in sorted(definitions().items())}
+    found = {name: {"title": one.title, "constants": [c.name for c in one.constants]} for name, one in built.items()}
+    _close(index.parent)
+    _keep({index: json.dumps(found)})
+    return found
+
+
 def _generate(name: str) -> dict[str, str]:
     from .families.bank import with_bank
     from .families.environment import with_environment
@@ -143,15 +156,19 @@ def _made(name: str) -> dict[str, str]:
     texts = _generate(name)
     stem = re.sub("[^a-z0-9_]", "_", name.lower())
     files = {part: f"{stem}_{part}_{_named_by(text)}.kernel" for part, text in texts.items()}
+    _keep({**{cache_folder() / file: texts[part] for part, file in files.items()}, _index(name): json.dumps(files)})
+    return files
+
+
+def _keep(texts: dict[Path, str]) -> None:
+    """Write files of the cache, in this order."""
     try:
-        for part, file in files.items():
-            store(cache_folder() / file, texts[part].encode())
-        store(_index(name), json.dumps(files).encode())
+        for path, text in texts.items():
+            store(path, text.encode())
     except OSError as error:
         hint = f"free some space, or set {VARIABLE} to another folder"
         fault = f"generated code cannot be kept ({error.strerror or error})"
         raise EnvironmentFault(fault, file=cache_folder(), hint=hint) from None
-    return files
 
 
 def is_family(name: str) -> bool:
@@ -161,7 +178,7 @@ def is_family(name: str) -> bool:
     """
     if name.endswith(ENVIRONMENT) or BANK in name:
         return False
-    return stored(_index(name)) is not None or name.split("+")[0] in definitions()
+    return stored(_index(name)) is not None or name.split("+")[0] in catalogue()
 
 
 class Kernels:

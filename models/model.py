@@ -232,7 +232,7 @@ class Model:
 
 def list_families() -> dict[str, str]:
     """Family id -> title."""
-    return {name: build().title for name, build in sorted(kernel_store.definitions().items())}
+    return {name: facts["title"] for name, facts in kernel_store.catalogue().items()}
 
 
 def list_vessels() -> dict[str, str]:
@@ -257,7 +257,7 @@ def resolve(name: str | os.PathLike[str]) -> Model:
         return model_from_json(text)
     if is_family_name(text) and kernel_store.is_family(text):
         return _from_family(text)
-    known = [*vessel_files(), *kernel_store.definitions()]
+    known = [*vessel_files(), *kernel_store.catalogue()]
     hint = suggestion(text, known, f"vessels: {', '.join(vessel_files())}")
     raise BadInput(f"unknown model {text!r}", hint=f"{hint} ('helmbench list models' shows all)")
 

@@ -57,6 +57,21 @@ def test_a_warm_start_compiles_nothing_and_never_imports_sympy(warm):
     assert printed[1] == str(folder / "kernels")
 
 
+LIST = """
+import sys
+from helmbench.models.model import list_families
+print(list_families(), 'sympy' in sys.modules, sep='|')
+"""
+
+
+def test_families_are_listed_without_sympy_once_their_titles_are_kept(tmp_path):
+    (first, built), (then, again) = (run(LIST, HELMBENCH_CACHE=str(tmp_path))[0] for _ in range(2))
+    assert first == then and "first-order Nomoto" in first and (built, again) == ("True", "False")
+    (kept,) = (path for path in files_of(tmp_path) if path.name.startswith("catalogue"))
+    kept.write_bytes(kept.read_bytes()[:-3])
+    assert run(LIST, HELMBENCH_CACHE=str(tmp_path))[0] == [first, "True"]
+
+
 def files_of(folder):
     return [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".lock"]
 
