@@ -1,4 +1,4 @@
-# make bench | board-picture | board-pages | advice | test | docs | reproduce | verdicts | diagnosis-reports | indices-report | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
+# make bench | board-picture | board-pages | advice | test | docs | reproduce | verdicts | diagnosis-reports | exam-report | indices-report | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -19,6 +19,9 @@ STAMP := .venv/installed-at
 BOARD := leaderboard.html results.parquet parameters.parquet environment.json
 TYPES := build/types/helmbench
 TOOLS := build/tools
+ENTRANTS := innovations residual-bic sparse-regression best-fit nothing
+EXAM_WORLDS ?= 12
+EXAM_SEED ?= 1
 SUITES ?= default measured mismatch channels minutes generalise response-models \
 	noise outliers disturbances sampling excitation
 ROOMS := models datasets checks estimation methods diagnosis bench reporting reproduction
@@ -28,7 +31,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports indices-report test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
+.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports exam-report indices-report test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
 	browser reports board-pages reproduction-pages asset dist packages sizes image
 .DELETE_ON_ERROR:
 
@@ -49,6 +52,7 @@ help:
 	@echo "make fit-times  time simulation, every method's fit, a suite row and record files; store all in $(TIMES)"
 	@echo "make diagnosis-reports   diagnose the measured HSVA runs anew and write reports/diagnosis (needs the data)"
 	@echo "make indices-report   make models from indices of published and measured ships, write reports/indices (needs the data)"
+	@echo "make exam-report  make an exam of EXAM_WORLDS=12 worlds, answer and score it, write reports/exam (ten minutes)"
 	@echo "make reports  run the suites of the published leaderboard into out/, write reports/leaderboard"
 	@echo "make advice   test the leaderboard's advice in 60 fresh situations, write reports/leaderboard/advice.md"
 	@echo "make board-pages  write README and page of reports/leaderboard anew from its tables"
@@ -208,6 +212,15 @@ diagnosis-reports: env
 
 indices-report: env
 	$(BIN)/python -m helmbench.reporting.indices.published reports/indices
+
+# A small exam, answered by the diagnosers of the package and by two naive ones.
+exam-report: env
+	rm -rf out/exam && mkdir -p out/exam
+	$(BIN)/helmbench exam make out/exam/worlds --key out/exam/key.json --worlds $(EXAM_WORLDS) --seed $(EXAM_SEED)
+	for name in $(ENTRANTS); do $(BIN)/helmbench exam answer out/exam/worlds --diagnoser $$name -o out/exam/$$name \
+	  || test $$? -eq 1 || exit 2; done
+	$(BIN)/helmbench exam score out/exam/worlds $(addprefix out/exam/,$(ENTRANTS)) --key out/exam/key.json -o out/exam/scores
+	cp out/exam/scores/scores.md reports/exam/README.md
 
 # Suites that are finished are not run again; status 1 of `run` means that some runs failed, which is a result.
 reports: env

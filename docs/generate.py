@@ -212,8 +212,12 @@ def command_page() -> Iterator[str]:
     yield from ("# Command line", "", "Exit status: 0 done, 1 finished but some runs failed, 2 bad input.")
     yield from _help(cli, "helmbench")
     for name in cli.list_commands(click.Context(cli)):
+        command = cli.commands[name]
         yield from (f"## helmbench {name}",)
-        yield from _help(cli.commands[name], f"helmbench {name}")
+        yield from _help(command, f"helmbench {name}")
+        for part, own in command.commands.items() if isinstance(command, click.Group) else ():
+            yield from (f"### helmbench {name} {part}",)
+            yield from _help(own, f"helmbench {name} {part}")
 
 
 def _help(command: click.Command, name: str) -> Iterator[str]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .api.craft import CraftDiagnosis, build_model
     from .api.diagnosis import Diagnosis, diagnose
     from .api.doctor import Health, doctor
+    from .api.exam import ExamScores, answer_exam, make_exam, score_exam
     from .api.export import export_model
     from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
     from .api.importing import Import, ImportDraft, draft_import, import_log
@@ -69,6 +70,7 @@ __all__ = [
     "CraftDiagnosis",
     "Diagnosis",
     "Estimate",
+    "ExamScores",
     "FitFailed",
     "Health",
     "Import",
@@ -84,6 +86,7 @@ __all__ = [
     "SuiteResults",
     "Validation",
     "__version__",
+    "answer_exam",
     "build_model",
     "calibrate",
     "check",
@@ -107,6 +110,7 @@ __all__ = [
     "list_suites",
     "list_vessels",
     "load_results",
+    "make_exam",
     "make_method",
     "merge_results",
     "method_options",
@@ -116,6 +120,7 @@ __all__ = [
     "resolve",
     "rudder_sign_doubt",
     "run_suite",
+    "score_exam",
     "simulate",
     "simulate_many",
     "validate",
@@ -138,6 +143,7 @@ _HOME = {
     "CraftDiagnosis": ("api.craft", "CraftDiagnosis"),
     "Diagnosis": ("api.diagnosis", "Diagnosis"),
     "Estimate": ("api.identification", "Estimate"),
+    "ExamScores": ("api.exam", "ExamScores"),
     "FitFailed": ("models.errors", "FitFailed"),
     "Health": ("api.doctor", "Health"),
     "Import": ("api.importing", "Import"),
@@ -152,6 +158,7 @@ _HOME = {
     "SimulatedRuns": ("datasets.many", "SimulatedRuns"),
     "SuiteResults": ("api.suites", "SuiteResults"),
     "Validation": ("api.validation", "Validation"),
+    "answer_exam": ("api.exam", "answer_exam"),
     "build_model": ("api.craft", "build_model"),
     "calibrate": ("api.calibration", "calibrate"),
     "check": ("api.check", "check"),
@@ -175,6 +182,7 @@ _HOME = {
     "list_suites": ("api.lists", "list_suites"),
     "list_vessels": ("api.lists", "list_vessels"),
     "load_results": ("api.suites", "load_results"),
+    "make_exam": ("api.exam", "make_exam"),
     "make_method": ("methods.registry", "make"),
     "merge_results": ("api.suites", "merge_results"),
     "method_options": ("methods.options", "method_options"),
@@ -184,6 +192,7 @@ _HOME = {
     "resolve": ("models.model", "resolve"),
     "rudder_sign_doubt": ("api.identification", "rudder_sign_doubt"),
     "run_suite": ("api.suites", "run_suite"),
+    "score_exam": ("api.exam", "score_exam"),
     "simulate": ("api.identification", "simulate"),
     "simulate_many": ("api.many", "simulate_many"),
     "validate": ("api.validation", "validate"),

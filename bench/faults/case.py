@@ -41,6 +41,7 @@ class Case:
     command : the records hold the rudder's command instead of its angle.
     noise_time_s : correlation time of the sensors' noise, s of a 160 m ship (0: white).
     spread : relative standard deviation of an effect's size between records.
+    factors : (name, factor) of numbers in which the ship differs from the published one (`ships.sister_numbers`).
     foreign : the effects' forces are those of another record (`foreign`), so that no cause of the motion explains them.
     """
 
@@ -62,6 +63,7 @@ class Case:
     noise_time_s: float = 0.0
     spread: float = 0.0
     foreign: bool = False
+    factors: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         for cause in [*self.causes, *(effect.cause for effect in self.effects)]:
@@ -78,7 +80,7 @@ class Case:
     @property
     def ship(self) -> Ship:
         """The ship without effects."""
-        return ship(self.vessel)
+        return ship(self.vessel, self.factors)
 
     def completed(self) -> Case:
         """The case with its defaults filled in."""

@@ -51,6 +51,10 @@ NAMES = {MARINER: ABKOWITZ, S175: SON_NOMOTO, KVLCC2: YASUKAWA, FIRST: FIRST_NAM
 
 #: Steering gears of ships whose file has none that a sampled record can show: lag s, rate rad/s
 GEARS = {"response-1": (0.3, 10 * DEGREE), "response-2": (0.3, 10 * DEGREE), "kvlcc2-l7": (0.1, 15.8 * DEGREE)}
+BLOCKS = ("parameters", "constants")
+"""Blocks of a vessel file that hold the numbers of the equations."""
+DIMENSIONS = ("L", "d", "nabla", "x_G", "rho", "U0", "x_P", "m")
+"""Numbers that set scales and places: the same for all sister ships."""
 #: Speed (m/s) and length (m) of response ships, which their papers do not give: they set the scales only
 SIZES = {"response-1": (1.2, 7.0), "response-2": (1.2, 7.0), "cargo": (7.7, 160.0)}
 #: Rigid-body mass, x_G and I_z in primes of 0.5 rho L^3, L, 0.5 rho L^5 (Chislett & Stroem-Tejsen 1965, MSS mariner.m)
@@ -118,11 +122,17 @@ class Ship:
 
 
 @lru_cache
-def ship(vessel: str) -> Ship:
-    """The ship of a vessel file; KeyError for a family without hand-written equations."""
+def ship(vessel: str, factors: tuple[tuple[str, float], ...] = ()) -> Ship:
+    """The ship of a vessel file; KeyError for a family without hand-written equations.
+
+    factors : (name, factor) of numbers in which a sister ship differs from the published one, of `sister_numbers`.
+    """
     facts = read_vessel(vessel_files()[vessel])
     kind = KINDS[facts["family"]]
-    numbers = {k: v["value"] for block in ("parameters", "constants") for k, v in (facts.get(block) or {}).items()}
+    numbers = {k: v["value"] for block in BLOCKS for k, v in (facts.get(block) or {}).items()}
+    numbers |= {name: numbers[name] * factor for name, factor in factors}
+    own = {name: one | {"value": numbers[name]} for name, one in (facts.get("parameters") or {}).items()}
+    facts = {**facts, "parameters": own}
     gear = facts["rudder"]
     lag, rate = GEARS.get(vessel, (gear["lag_s"], (gear["rate_deg_s"] or 1e6) * DEGREE))
     common = {
@@ -137,6 +147,13 @@ def ship(vessel: str) -> Ship:
         "facts": facts,
     }
     return _response(vessel, kind, numbers, common) if kind in (FIRST, SECOND) else _three(kind, numbers, facts, common)
+
+
+def sister_numbers(vessel: str) -> tuple[str, ...]:
+    """Numbers of a vessel file in which a sister ship may differ: those of the motion, not of the main dimensions."""
+    facts = read_vessel(vessel_files()[vessel])
+    names = (name for block in BLOCKS for name, one in (facts.get(block) or {}).items() if one["value"])
+    return tuple(name for name in names if name not in DIMENSIONS)
 
 
 def _response(vessel: str, kind: int, numbers: dict, common: dict) -> Ship:

@@ -23,6 +23,7 @@ from .compare import compare
 from .completion import completion
 from .diagnose import diagnose
 from .doctor import doctor
+from .exam import exam
 from .export import export
 from .fetch import fetch
 from .from_indices import from_indices
@@ -47,7 +48,7 @@ def cli() -> None:
 COMMANDS = (
     *(open_command, list_command, import_command, simulate, check, identify, from_indices),
     *(validate, diagnose, calibrate),
-    *(run, report, advice, compare, merge, reproduce, export, fetch, doctor, completion),
+    *(run, report, advice, compare, merge, exam, reproduce, export, fetch, doctor, completion),
 )
 NUMBA_SETTINGS = Path(".numba_config.yaml")
 """File of the working folder that numba reads by itself: it may say where compiled code is taken from."""

@@ -9,7 +9,7 @@ from helmbench.models.errors import BadInput
 
 def test_the_suites_are_there():
     themes = ["channels", "disturbances", "excitation", "minutes", "mismatch", "noise", "outliers", "sampling"]
-    diagnosis = ["diagnosis", "false-discovery", "imperfect", "one-bug", "regimes"]
+    diagnosis = ["diagnosis", "exam", "false-discovery", "imperfect", "one-bug", "regimes"]
     assert suite_names() == sorted(
         ["default", "generalise", "measured", "quick", "response-models", *diagnosis, *themes]
     )

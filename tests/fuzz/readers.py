@@ -5,6 +5,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 from helmbench.bench.journal import RUNS, DamagedRunsWarning
 from helmbench.bench.store import MANIFEST
@@ -49,6 +51,13 @@ controller: {kp: 1.0, kd: 2.0}
 windage: {form: sinusoidal, rho_air: 1.2, A_F_m2: 3.0, A_L_m2: 9.0, cx: 0.8, cy: 0.9, cn: 0.1}
 suite: {dt_s: 0.5, duration_s: 300, execute_s: 10, train: ["zigzag:20/20"], held_out: ["turn:35"]}
 """
+
+
+SUBMISSION = b"""{"schema_version": 1, "exam": "e", "entrant": "me", "about": "", "worlds": {"world-1": {
+  "named": [{"cause": "wind", "tied_with": ["group:resistance"], "coefficient": "Nr",
+    "sizes": [{"parameter": "speed", "value": 1.5, "low": 1, "high": 2e0, "record": "train-1"}],
+    "regime": {"variable": "rudder", "side": "above", "threshold": 0.2}}, {"cause": "group:resistance"}],
+  "unexplained": false, "motion": {"held_out-2": "a.csv"}, "model": "a/b.json"}}}"""
 
 
 @dataclass(frozen=True)
@@ -249,6 +258,20 @@ RAW = {
 """Reader -> log of the bank whose first file is changed."""
 
 
+def _submission(path: Path) -> None:
+    """Also the files that it names: there are none."""
+    from helmbench.bench.exam.exam_file import WorldFiles
+    from helmbench.bench.exam.submission import extended_model, read_submission, stated
+
+    facts = {"base_numbers": "exact", "train": ("train-1",), "held_out": ("held_out-2",), "opening_s": {}}
+    world = WorldFiles.model_validate(facts | {"groups": {"group:resistance": {}}})
+    exam: Any = SimpleNamespace(id="e", worlds={"world-1": world}, causes={"wind": {}})
+    read = read_submission(path, exam)
+    stated(read.answer("world-1"), resolve("mariner"))
+    with suppress(BadInput):
+        extended_model(read, "world-1")
+
+
 def _raw_readers(scratch: Path) -> dict[str, Reader]:
     import numpy as np
 
@@ -305,5 +328,6 @@ def readers(scratch: Path) -> dict[str, Reader]:
         "strings": Reader((STRINGS,), "strings.txt", _strings),
         "api": Reader((b'[1, "turn:10", null, 2.5, [3], {"a": 1}]',), "arguments.json", _api),
         "mapping": Reader((MAPPING,), "log.map.yaml", _mapping),
+        "submission": Reader((SUBMISSION,), "submission.json", _submission),
         **_raw_readers(scratch),
     }

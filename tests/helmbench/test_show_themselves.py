@@ -11,6 +11,7 @@ import helmbench
 from helmbench.api.calibration import Calibration
 from helmbench.api.diagnosis import Diagnosis
 from helmbench.api.reproduction import Reproduction
+from helmbench.bench.exam.scores import WorldScore, summary
 from helmbench.diagnosis.calibration.result import Calibration as Calibrated
 from helmbench.diagnosis.calibration.result import Moved
 from helmbench.diagnosis.result import Trace
@@ -61,10 +62,13 @@ def shown(records, results, raw_log, logged):
     train, other = records
     estimate = helmbench.identify(train, "nomoto-1-cubic", "ls")
     biased = train.with_channels(yaw_rate_rad_s=train.column("yaw_rate_rad_s") + 0.005)
+    facts = ("<me>", "world-1", "sensors", "alone", "wind", True, True, None, (), (), None, 0.5, 2.0)
+    answer = WorldScore(*facts)
     row = {"paper": "003", "item": "table 5", "quantity": "<K>", "verdict": "agrees", "reason": "within 1 %"}
     return {
         "AdviceTest": helmbench.AdviceTest("# Advice\n\nIt is <good> in 3 of 4.\n", ({"regret": 1.0},), ()),
         "Assessment": estimate.assess(other),
+        "ExamScores": helmbench.ExamScores(tuple(summary([answer])), (answer,)),
         "Changes": helmbench.compare_results(results.directory, results.directory),
         "Check": helmbench.check([biased, other]),
         "CraftDiagnosis": helmbench.build_model(train, other),

@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
     from ....models.model import Model
 
@@ -43,13 +45,9 @@ class Bug:
         from ....models.model import resolve
 
         model = resolve(self.vessel)
-        known = model.parameters | dict(zip(model.constant_names, model.constants.tolist(), strict=True))
+        known = numbers_of(model)
         wrong = {name: known[name] * factor for name, factor in self.factors.items()} | dict(self.values)
-        constants = model.constants.copy()
-        for name in set(wrong) & set(model.constant_names):
-            constants[model.constant_names.index(name)] = wrong[name]
-        parameters = {name: wrong.get(name, value) for name, value in model.parameters.items()}
-        return replace(model, constants=constants).with_coefficients(model.from_parameters(parameters))
+        return with_numbers(model, wrong)
 
     @property
     def numbers(self) -> frozenset[str]:
@@ -102,6 +100,19 @@ BUGS = (
         values={"alpha": 0.0}),
 )  # fmt: skip
 """What is wrong, by ship."""
+
+
+def numbers_of(model: Model) -> dict[str, float]:
+    """Name -> value of a model's published parameters and constants."""
+    return model.parameters | dict(zip(model.constant_names, model.constants.tolist(), strict=True))
+
+
+def with_numbers(model: Model, numbers: Mapping[str, float]) -> Model:
+    """The model with other values of some published parameters and constants."""
+    constants = [numbers.get(n, x) for n, x in zip(model.constant_names, model.constants.tolist(), strict=True)]
+    parameters = {name: numbers.get(name, value) for name, value in model.parameters.items()}
+    changed = replace(model, constants=np.array(constants, float))
+    return changed.with_coefficients(changed.from_parameters(parameters))
 
 
 def bug_of(vessel: str, name: str) -> Bug | None:

@@ -22,12 +22,12 @@ WARM_SAMPLES = 120
 _WARMED: set[tuple[str, str]] = set()
 
 
-def injected_of(spec: CaseSpec) -> Injected:
-    """The records of a case, the same at every call."""
+def injected_of(spec: CaseSpec, factors: tuple[tuple[str, float], ...] = ()) -> Injected:
+    """The records of a case, the same at every call; factors : in what its ship differs from the published one."""
     from ...faults import Case, inject
 
     strength = spec.strength if spec.injected else "medium"
-    facts = {"gusts": spec.gusts, "foreign": spec.group == PLANTED, **RECORDS[spec.records]}
+    facts = {"gusts": spec.gusts, "foreign": spec.group == PLANTED, "factors": factors, **RECORDS[spec.records]}
     case = Case(spec.vessel, spec.injected, strength, **facts)
     return inject(case, np.random.default_rng(spec.seed))
 
@@ -78,7 +78,10 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
     scored = judge_names(found, right) if right else judge(found, spec.group, spec.injected, spec.base)
     row |= scored | gain(found) | truth_errors(case) | regime_scores(found, case)
     row |= {"healthy_bias": healthy_bias(found, resolve(spec.vessel), right | wrong) if right else None}
-    return size_rows(found, case) if spec.group in KNOWN and spec.method != ORACLE else []
+    if spec.group not in KNOWN or spec.method == ORACLE:
+        return []
+    train, held_out = ([record.name for record in side] for side in (case.train, case.held_out))
+    return size_rows(found, case.effects, case.case.ship, train, held_out)
 
 
 def right_names(spec: CaseSpec) -> tuple[frozenset[str], frozenset[str]]:

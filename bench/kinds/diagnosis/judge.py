@@ -10,7 +10,7 @@ import numpy as np
 
 from .bases import EXACT, LACKING, UNSTATED
 from .columns import CHANNELS
-from .names import named
+from .names import Said, named
 from .plan import PLANTED
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ POWER, LEVEL = 0.99, 0.001
 """An effect is detectable where the best test of this level has this power."""
 
 
-def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str = EXACT) -> dict[str, Any]:
+def judge(diagnosis: Said, group: str, injected: Sequence[str], base: str = EXACT) -> dict[str, Any]:
     """The scored columns of one case: verdict, what was named, outcome, false alarm, wrong name, size of the tie, how
     many further names are none of the hull's, and how many names are stated and are false.
 
@@ -69,7 +69,7 @@ def judge(diagnosis: Diagnosis, group: str, injected: Sequence[str], base: str =
     }
 
 
-def judge_names(diagnosis: Diagnosis, right: frozenset[str]) -> dict[str, Any]:
+def judge_names(diagnosis: Said, right: frozenset[str]) -> dict[str, Any]:
     """The scored columns of a base with one wrong number, or of a fault in a regime, as `judge` gives them.
 
     right : groups of numbers and causes that name what is wrong.
@@ -111,7 +111,7 @@ def _of_base(name: str, base: str) -> bool:
     return name in LACKING.get(base, ()) or (name in known and of_hull(known[name]))
 
 
-def _outcome(diagnosis: Diagnosis, group: str, injected: Sequence[str], findings: Sequence[frozenset[str]]) -> str:
+def _outcome(diagnosis: Said, group: str, injected: Sequence[str], findings: Sequence[frozenset[str]]) -> str:
     unexplained = diagnosis.verdict == "unexplained"
     if group == "null":
         return "false_alarm" if findings or unexplained else "adequate"
@@ -168,14 +168,16 @@ def detectable(case: Injected) -> bool:
     return bool(ncx2.sf(chi2.isf(LEVEL, count), count, case.noncentrality) >= POWER)
 
 
-def size_rows(diagnosis: Diagnosis, case: Injected) -> list[dict[str, Any]]:
-    """Stated sizes of correctly named causes against the true ones."""
-    names = {record.name: i for i, record in enumerate((*case.train, *case.held_out))}
+def size_rows(
+    diagnosis: Said, effects: Sequence[Effect], ship: Ship, train: Sequence[str], held_out: Sequence[str]
+) -> list[dict[str, Any]]:
+    """Stated sizes of correctly named causes against the true ones; train, held_out : names of the records."""
+    names = {name: i for i, name in enumerate((*train, *held_out))}
     rows = []
     for finding in diagnosis.causes:
-        for effect in case.effects:
+        for effect in effects:
             if effect.cause == finding.cause:
-                rows += _rows_of(finding, effect, case.case.ship, names, len(case.train))
+                rows += _rows_of(finding, effect, ship, names, len(train))
     return rows
 
 

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from ....datasets.record import Record
     from ....diagnosis.result import Diagnosis
     from ....models.model import Model
     from ...faults import Injected
     from ...faults.regimes import Regime
+    from .names import Said
 
 
 def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
@@ -27,11 +29,11 @@ def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
     return {
         "regime_true": "+".join(map(str, true)),
         "regime_named": "+".join(map(str, stated)),
-        "regime_f1": localisation(true, stated, case) if true else None,
+        "regime_f1": localisation(true, stated, case.true_motion()) if true else None,
     }
 
 
-def stated_regimes(diagnosis: Diagnosis) -> list[Regime]:
+def stated_regimes(diagnosis: Said) -> list[Regime]:
     """The regimes that the findings of a diagnosis state."""
     from ...faults.regimes import Regime
 
@@ -39,11 +41,10 @@ def stated_regimes(diagnosis: Diagnosis) -> list[Regime]:
     return list(dict.fromkeys(Regime.of(one) for one in details if isinstance(one, dict)))
 
 
-def localisation(true: Sequence[Regime], stated: Sequence[Regime], case: Injected) -> float | None:
-    """F1 of samples in any of the regimes; None where the true one never occurs."""
+def localisation(true: Sequence[Regime], stated: Sequence[Regime], runs: Sequence[Record]) -> float | None:
+    """F1 of samples of records of the true motion in any of the regimes; None where the true one never occurs."""
     from ...faults.regimes import f1
 
-    runs = case.true_motion()
     truly, said = (
         np.concatenate(
             [np.any([one.inside(run) for one in some], axis=0) if some else np.zeros(run.n, bool) for run in runs]

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from ....diagnosis.result import Diagnosis, Finding
+    from ....diagnosis.result import Finding
     from ....models.model import Model
 
 BASE = "base_coefficients"
 """The cause under which a finding states groups of the base model's numbers in its details."""
 
 
-def named(diagnosis: Diagnosis) -> list[frozenset[str]]:
+class Said(Protocol):
+    """What is judged of a diagnosis, or of an answer that no diagnosis of this package gave."""
+
+    @property
+    def model(self) -> Model: ...
+    @property
+    def verdict(self) -> str: ...
+    @property
+    def causes(self) -> Sequence[Finding]: ...
+
+
+def named(diagnosis: Said) -> list[frozenset[str]]:
     """One set of interchangeable names for each thing that a diagnosis names, in its order.
 
     A single number counts as its group.  A finding of the base model's numbers names each of the groups in its details,

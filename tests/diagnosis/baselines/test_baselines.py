@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, Effect, inject
+from helmbench.diagnosis.baselines.best_fit import BestFit
+from helmbench.diagnosis.baselines.nothing import Nothing
 from helmbench.diagnosis.baselines.output_error import FreeRuns, rms
 from helmbench.diagnosis.baselines.residual_bic import LAGS, ResidualBic, ljung_box
 from helmbench.diagnosis.baselines.sparse_regression import SparseRegression, survivors
@@ -74,3 +76,17 @@ def test_a_ship_with_sway_has_track_equations(rng):
     found = SparseRegression().diagnose(resolve("s175"), injected.train, injected.held_out, Options())
     assert found.verdict in ("named", "unexplained")
     assert set(found.gain) == {"heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m"}
+
+
+def test_naive_diagnosers_name_one_cause_always_or_none_ever(offset, rng):
+    clean = inject(Case("response-1", duration_s=60.0), rng)
+    model = resolve("response-1")
+    told = {
+        cls.name: cls().diagnose(model, clean.train[:1], clean.held_out[:1], Options()) for cls in (BestFit, Nothing)
+    }
+    assert len(told["best-fit"].causes) == 1 and told["best-fit"].verdict == "named"
+    assert told["nothing"].causes == () and told["nothing"].verdict == "adequate"
+    (found,) = BestFit().diagnose(model, offset.train, (), Options()).causes
+    base = FreeRuns(model, offset.train).base()
+    assert found.statistic > 100.0 and np.isfinite(base.criterion())
+    assert Nothing().diagnose(model, offset.train, (), Options()).causes == ()

@@ -131,14 +131,19 @@ def test_the_true_ship_is_off_by_noise_and_gusts_alone(rng):
     assert gusty["rmse_truth_heading_rad"] > 2.0 * found["rmse_truth_heading_rad"]
 
 
+def rows_of(diagnosis, case):
+    names = ([record.name for record in side] for side in (case.train, case.held_out))
+    return size_rows(diagnosis, case.effects, case.case.ship, *names)
+
+
 def test_sizes_are_compared_record_by_record(diagnosis_of, size):
     effect = Effect("wind", {"speed": (5.0, 7.0, 9.0), "from": (0.1, 0.2, 0.3)})
     stated = [size("speed", 5.2, 1.0, "train-1"), size("speed", 5.2, 1.0, "train-2"), size("from", 0.1, 0.1, "train-1")]
-    rows = size_rows(diagnosis_of("wind", sizes=stated), injected_of(effect))
+    rows = rows_of(diagnosis_of("wind", sizes=stated), injected_of(effect))
     assert [(row["record"], row["parameter"], row["true"], row["covered"]) for row in rows] == [
         ("train-1", "speed", 5.0, True), ("train-2", "speed", 7.0, False), ("train-1", "from", 0.1, True),
     ]  # fmt: skip
-    assert size_rows(diagnosis_of("current/wind", sizes=stated), injected_of(effect)) == []
+    assert rows_of(diagnosis_of("current/wind", sizes=stated), injected_of(effect)) == []
 
 
 def test_a_shifted_coefficient_is_compared_only_where_it_is_the_true_one():

@@ -1,0 +1,17 @@
+"""Files of exams and submissions, which may come from elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...models.errors import BadInput
+from ...models.folders import check_regular, read_regular
+
+
+def read_file(path: Path, most: int) -> bytes:
+    """A regular file of at most `most` bytes; BadInput where it is missing, a link or larger."""
+    if not check_regular(path):
+        raise BadInput("no such file", file=path)
+    if path.stat().st_size > most:
+        raise BadInput(f"is larger than {most // 2**10} KiB, the most that is read", file=path)
+    return read_regular(path)

@@ -1,0 +1,120 @@
+"""`helmbench exam make|answer|score`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ._shared import (
+    FAILED,
+    FILE,
+    OK,
+    SUITE,
+    VESSEL,
+    Identifier,
+    check_folder,
+    echo,
+    force_option,
+    output_options,
+    print_json,
+    show_files,
+    show_text,
+    shows_progress,
+)
+
+EXAM = click.argument("folder", metavar="EXAM", type=FILE)
+
+
+@click.group()
+def exam() -> None:
+    """Make, answer and score exams: worlds with hidden changes, for diagnosis methods of any kind."""
+
+
+@exam.command("make")
+@EXAM
+@click.option("--key", required=True, type=FILE, help="File of the answers; keep it outside the exam.")
+@click.option("--worlds", type=click.IntRange(1, 500), default=12, show_default=True, help="Number of worlds.")
+@click.option("--seed", type=click.IntRange(0, 10**18), help="Whoever knows it has the answers.  [default: a new one]")
+@click.option("--suite", type=SUITE, default="exam", show_default=True, help="Suite of diagnoses, or its file.")
+@click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
+@output_options
+def make(
+    folder: Path,
+    key: Path,
+    worlds: int,
+    seed: int | None,
+    suite: str,
+    vessels: tuple[str, ...],
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Draw the worlds of an exam into the new folder EXAM, and its answers into the key."""
+    from .. import make_exam
+
+    found = make_exam(
+        folder,
+        key,
+        suite=suite,
+        worlds=worlds,
+        seed=seed,
+        vessels=vessels,
+        progress=shows_progress(quiet or as_json),
+    )
+    if as_json:
+        print_json({"exam": found, "folder": str(folder), "key": str(key), "worlds": worlds})
+    elif not quiet:
+        echo(f"exam {found}: {worlds} worlds in {folder}; its README.md says what to hand in; keep {key} to yourself")
+
+
+@exam.command("answer")
+@EXAM
+@click.option("--diagnoser", required=True, type=Identifier("diagnosers"), help="Its name, or path.py:Class.")
+@click.option("-o", "--output", required=True, type=FILE, help="directory of the submission")
+@output_options
+def answer(folder: Path, diagnoser: str, output: Path, as_json: bool, quiet: bool) -> int:
+    """Answer an exam with a diagnoser of helmbench; writes submission.json and the predicted motion."""
+    from .. import answer_exam
+
+    check_folder(output)
+    failed = answer_exam(folder, diagnoser, output, progress=shows_progress(quiet or as_json))
+    if as_json:
+        print_json({"failed": failed})
+    else:
+        for world, reason in failed.items():
+            echo(f"{world}: {reason}", err=True)
+    if not quiet:
+        show_files([output / "submission.json"])
+    return FAILED if failed else OK
+
+
+@exam.command("score")
+@EXAM
+@click.argument("submissions", metavar="SUBMISSION...", nargs=-1, required=True, type=FILE)
+@click.option("--key", required=True, type=FILE, help="File of the answers.")
+@click.option("-o", "--output", type=FILE, help="directory of scores.json, scores.csv and scores.md")
+@force_option
+@output_options
+def score(
+    folder: Path,
+    submissions: tuple[Path, ...],
+    key: Path,
+    output: Path | None,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Score submissions: naming, sizes, regimes and held-out motion, by kind of world and over all."""
+    from .. import score_exam
+    from ..api.exam import FILES
+
+    if output is not None:
+        check_folder(output, FILES, force)
+    found = score_exam(folder, submissions, key)
+    paths = found.write(output) if output is not None else ()
+    if as_json:
+        print_json(found.to_json())
+    elif not quiet:
+        show_text(found.summary())
+    if not quiet:
+        show_files(paths)

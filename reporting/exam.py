@@ -1,0 +1,146 @@
+"""An exam in words: the texts of its folder, and the tables of its scores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from .equations import equations
+from .numbers import MISSING, number, percent
+from .tables import Column, Table, csv, in_markdown, make_table, markdown
+
+if TYPE_CHECKING:
+    from ..bench.exam.exam_file import Manifest
+    from ..bench.exam.scores import Score, WorldScore
+    from ..models.model import Model
+
+KIND = Column("kind of world", lambda one: one.kind)
+README = """# Exam {exam}
+
+{count} worlds: records of ships, and a model of each. In most of them something was changed that the model does not
+know. Name it, and say how large it is, where it acts, and how the ship moves in the held-out records.
+
+    exam.json               the worlds, groups of each model's own numbers, SHA-256 of the worlds' files and of the key
+    causes.json             the public names of causes, with what their sizes are called and their units
+    submission.schema.json  JSON schema of what you hand in
+    equations.md            the equations of the models
+    WORLD/model.json        the base model: family, parameters with units, constants, steering gear, windage
+    WORLD/train-*.csv       training records; beside each a YAML file with the side to which a positive rudder turns
+    WORLD/held_out-*.csv    held-out records: their motion ends at `opening_s` of exam.json, their rudder goes on
+
+Records are in SI units and radians, the unit is part of a column's name; empty cells are gaps. `base_numbers` says of
+each model whether its numbers are exact or uncertain. The ships are like published ones, with numbers of their own.
+
+## What you hand in
+
+One JSON file, `submission.json`:
+
+    {{"schema_version": 1, "exam": "{exam}", "entrant": "your method",
+     "worlds": {{
+       "{first}": {{
+         "named": [{{"cause": "rudder_offset",
+                    "sizes": [{{"parameter": "delta0", "value": 0.01, "low": 0.008, "high": 0.012}}]}}],
+         "motion": {{"{held_out}": "{first}-{held_out}.csv"}}}}}}}}
+
+- `named`: what is wrong, the surest first, by the names of causes.json or the groups (`group:...`) of exam.json;
+  empty: nothing is. `tied_with`: names that would do as well. `regime`: where it acts, `{{"variable": "rudder",
+  "side": "above", "threshold": 0.2}}`.
+- `sizes`: in SI units; interval (`low`, `high`) and `record` may be left out.
+- `motion`: the held-out file with its empty cells filled in. Or `model`: an extended model.json, which is simulated.
+- `unexplained`: true where something is wrong that has no name here. A world that is left out says: nothing is wrong.
+"""
+
+
+def folder_texts(manifest: Manifest, models: Mapping[str, Model]) -> dict[str, str]:
+    """Texts of an exam's folder: name of the file -> text."""
+    first, files = next(iter(manifest.worlds.items()))
+    readme = README.format(exam=manifest.exam, count=len(manifest.worlds), first=first, held_out=files.held_out[0])
+    return {"README.md": readme, "equations.md": equations_text(models)}
+
+
+def equations_text(models: Mapping[str, Model]) -> str:
+    """The equations of the families of models, in LaTeX, as their definitions have them."""
+    families: dict[str, Model] = {}
+    for model in models.values():
+        families.setdefault(model.family, model.blanked())
+    lines = [
+        "# Equations",
+        "",
+        "States: surge u and sway v, m/s; yaw rate r, rad/s; heading psi, rad; positions x, y, m.",
+    ]
+    for name, model in sorted(families.items()):
+        shown = equations(model, model)
+        lines += ["", f"## {name}", ""]
+        for line in (*shown.dynamics, *shown.helpers):
+            lines += ["$$", line.latex, "$$", ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def overall(scores: Sequence[Score]) -> Table:
+    """One row an entrant, over all worlds."""
+    from ..bench.exam.scores import ALL
+
+    return make_table(_columns(), [one for one in scores if one.kind == ALL], "All worlds")
+
+
+def by_kind(scores: Sequence[Score]) -> Table:
+    """One row an entrant and kind of world."""
+    from ..bench.exam.scores import ALL
+
+    rows = sorted((one for one in scores if one.kind != ALL), key=lambda one: one.kind)
+    return make_table([KIND, *_columns()], rows, "By kind of world")
+
+
+def worlds(rows: Sequence[WorldScore]) -> Table:
+    """One row an answer."""
+    columns = [
+        Column("world", lambda row: row.world),
+        KIND,
+        Column("entrant", lambda row: row.entrant),
+        Column("outcome", lambda row: row.outcome),
+        Column("named", lambda row: row.named or MISSING),
+        Column("F1 of the regime", lambda row: number(row.f1, 2), lambda row: row.f1),
+        Column("error / base", lambda row: number(row.to_base), lambda row: row.to_base),
+        Column("error / best", lambda row: number(row.to_best), lambda row: row.to_best),
+    ]
+    return make_table(columns, sorted(rows, key=lambda row: (row.world, row.entrant)), "Answers")
+
+
+def _columns() -> list[Column]:
+    return [
+        Column("entrant", lambda one: one.entrant, markdown=lambda one: in_markdown(one.entrant)),
+        Column("worlds", lambda one: str(one.worlds), lambda one: one.worlds),
+        Column("alone right", lambda one: percent(one.alone), lambda one: one.alone),
+        Column("among", lambda one: percent(one.among), lambda one: one.among),
+        Column("false alarms", lambda one: percent(one.false_alarms), lambda one: one.false_alarms),
+        Column("size off by", lambda one: percent(one.wrong_size, 1), lambda one: one.wrong_size),
+        Column("sizes", lambda one: str(one.sizes), lambda one: one.sizes),
+        Column("in interval", lambda one: percent(one.coverage), lambda one: one.coverage),
+        Column("F1 of the regime", lambda one: number(one.f1, 2), lambda one: one.f1),
+        Column("error / base", lambda one: number(one.to_base), lambda one: one.to_base),
+        Column("error / best", lambda one: number(one.to_best), lambda one: one.to_best),
+    ]
+
+
+MEANING = """- **alone right**: what was changed is named and nothing else, or nothing where nothing was changed.
+  Beside a base model of which all numbers are off, names of its own numbers are right as well, and no false alarm.
+- **among**: what was changed is in what was named; **false alarms**: share of the worlds without a change in which
+  something is named.
+- **size off by**: median relative error of the sizes of rightly named causes; **in interval**: share of the stated
+  intervals that hold the true size.
+- **F1 of the regime**: over the samples in which the change acts, against those in which it is said to act.
+- **error / base**, **error / best**: error of the predicted motion of held-out records over that of the base model and
+  over that of the true ship, which starts from the true state and knows no gusts; geometric means over channels and
+  worlds. No prediction counts as the base model's."""
+
+
+def text(scores: Sequence[Score], rows: Sequence[WorldScore]) -> str:
+    """The scores as Markdown."""
+    tables = (overall(scores), by_kind(scores), worlds(rows))
+    parts = [f"## {table.title}\n\n{markdown(table)}" for table in tables]
+    return "\n".join(["# Scores of the exam", "", MEANING, "", "\n\n".join(parts).rstrip(), ""])
+
+
+def scores_csv(scores: Sequence[Score]) -> str:
+    """Scores of every entrant over all worlds and by kind as CSV."""
+    return csv(make_table([KIND, *_columns()], list(scores)))
