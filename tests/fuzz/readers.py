@@ -60,6 +60,16 @@ SUBMISSION = b"""{"schema_version": 1, "exam": "e", "entrant": "me", "about": ""
   "unexplained": false, "motion": {"held_out-2": "a.csv"}, "model": "a/b.json"}}}"""
 
 
+INDICES = b"""name: a tanker
+length_m: 320
+speed_kn: 15.5
+rudder_rate_deg_s: 2.3
+indices:
+  - {manoeuvre: "turn:35", advance_m: 1000, transfer_lengths: 1.3, tactical_diameter_cables: 5.8, speed_ratio: 0.42}
+  - {manoeuvre: "zigzag:10/10", first_overshoot_deg: 8.1, accuracy: {first_overshoot_deg: 1}}
+"""
+
+
 @dataclass(frozen=True)
 class Reader:
     """seeds : valid files.  name : of the file.  read : takes the path; `BadInput` and `CannotFit` of it are refusals.
@@ -272,6 +282,12 @@ def _submission(path: Path) -> None:
         extended_model(read, "world-1")
 
 
+def _indices(path: Path) -> None:
+    from helmbench.estimation.indices.given import read_indices
+
+    read_indices(path)
+
+
 def _raw_readers(scratch: Path) -> dict[str, Reader]:
     import numpy as np
 
@@ -329,5 +345,6 @@ def readers(scratch: Path) -> dict[str, Reader]:
         "api": Reader((b'[1, "turn:10", null, 2.5, [3], {"a": 1}]',), "arguments.json", _api),
         "mapping": Reader((MAPPING,), "log.map.yaml", _mapping),
         "submission": Reader((SUBMISSION,), "submission.json", _submission),
+        "indices": Reader((INDICES,), "ship.yaml", _indices),
         **_raw_readers(scratch),
     }
