@@ -26,6 +26,7 @@ class TimeStamps(FileCheck):
 
     id = "time_stamps"
     rank = 10
+    ends = True
     unit = "s"
     separate_by = "the logger's own sample counter"
 

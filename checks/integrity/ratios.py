@@ -39,14 +39,20 @@ def heading_ratio(record: Record) -> Ratio | None:
         return None
     heading = record.column("heading_rad")
     known = np.isfinite(heading) & np.isfinite(record.column("yaw_rate_rad_s"))
-    heading = heading[known]
-    if heading.size < FEWEST:
+    if known.sum() < FEWEST:
         return None
-    period = 2.0 * np.pi
-    if np.ptp(heading) > 3.0 * period and np.abs(np.diff(heading)).max() > 0.5 * 360.0:
-        period = 360.0
-    turned = np.unwrap(heading, period=period) if np.ptp(heading) < 1.2 * period else heading
-    return _ratio(record.time_s[known], turned, record.column("yaw_rate_rad_s")[known])
+    return _ratio(record.time_s[known], _turned(heading[known]), record.column("yaw_rate_rad_s")[known])
+
+
+def _turned(heading: np.ndarray) -> np.ndarray:
+    """Heading (N,) without its wraps: at a full turn in radians, in degrees, or in radians taken for degrees."""
+    turn, step, span = 2.0 * np.pi, float(np.max(np.abs(np.diff(heading)))), float(np.ptp(heading))
+    small = turn * np.pi / 180.0
+    if span > 3.0 * turn and step > 0.5 * 360.0:
+        turn = 360.0
+    elif span < 1.01 * small and step > 0.9 * small:
+        turn = small
+    return np.unwrap(heading, period=turn) if span < 1.2 * turn else heading
 
 
 def course_ratio(record: Record) -> Ratio | None:
@@ -57,7 +63,7 @@ def course_ratio(record: Record) -> Ratio | None:
     known = np.isfinite(place) & np.isfinite(record.column("heading_rad"))
     if known.sum() < FEWEST:
         return None
-    place, heading = place[known], record.heading_unwrapped()[known]
+    place, heading = place[known], _turned(record.column("heading_rad")[known])
     w = max(_window(record.time_s[known]), 2)
     way = place[w:] - place[:-w]
     course, turned = np.angle(way[w:] * np.conj(way[:-w])), heading[w + w // 2 :] - heading[w // 2 : -w]

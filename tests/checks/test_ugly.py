@@ -1,10 +1,13 @@
 """Records that no computation likes: a check says what it can, and never raises."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, inject
 from helmbench.checks.check import check
+from helmbench.datasets import generator
 from helmbench.datasets.record import Record
 
 SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
@@ -203,3 +206,28 @@ def test_a_noisy_channel_that_stands_still_without_a_jump_is_frozen_and_a_motion
     for values, causes in ((noisy, {"frozen_samples"}), (smooth, set())):
         found = check([Record(time, {"surge_m_s": 7.0 + values}, "run")]).findings
         assert {f.cause for f in found} & {"frozen_samples"} == causes
+
+
+def test_angles_taken_for_degrees_are_told_where_the_heading_wraps(rng):
+    """A heading of 0 to 2 pi that was converted once more jumps by 2 pi of a degree, once each turn."""
+    record = generator.generate(
+        generator.Case("mariner", "turn:25", "low", seed=int(rng.integers(2**31)), duration_s=900.0)
+    )
+    wrapped = record.with_channels(heading_rad=np.mod(record.heading_unwrapped(), 2.0 * np.pi))
+    angles = ("rudder_rad", "rudder_command_rad", "heading_rad", "yaw_rate_rad_s")
+    small = wrapped.with_channels(**{n: np.deg2rad(wrapped.column(n)) for n in angles if wrapped.has(n)})
+    assert np.abs(np.diff(small.column("heading_rad"))).max() > 0.1
+    (found,) = (f for f in check([small]).findings if f.cause == "wrong_unit" and "heading_rad" in f.channels)
+    assert found.standing and "times as far as heading_rad" in found.evidence
+
+
+def test_a_record_that_is_torn_says_nothing_of_its_channels(rng):
+    record = generator.generate(
+        generator.Case("kvlcc2-l7", "turn:35", "low", seed=int(rng.integers(2**31)), duration_s=300.0)
+    )
+    share = (record.time_s - record.time_s[0]) / np.ptp(record.time_s)
+    rows = np.flatnonzero((share < 0.3) | (share > 0.7))
+    torn = replace(record, time_s=record.time_s[rows], channels={n: v[rows] for n, v in record.channels.items()})
+    torn = torn.with_channels(surge_m_s=3.6 * torn.column("surge_m_s"))
+    (found,) = check([torn]).findings
+    assert found.cause == "time_stamps" and found.standing
