@@ -15,11 +15,26 @@ author = "the helmbench authors"
 copyright = author
 release = importlib.metadata.version("helmbench")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "docstrings", "mathml"]
-exclude_patterns = ["_build", *(f"generated/indices-{part}.md" for part in ("example", "accuracies", "priors"))]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_gallery.gen_gallery", "docstrings", "mathml"]
+exclude_patterns = ["_build", "gallery", *(f"generated/indices-{part}.md" for part in ("example", "accuracies", "priors"))]
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 default_role = "code"
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "generated/gallery",
+    "filename_pattern": r"\.py$",
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("matplotlib", "figures.last_figure"),
+    "ignore_repr_types": r"matplotlib|ShownFigure|NoneType",
+    "run_stale_examples": True,  # the package may have changed where an example has not
+    "abort_on_example_error": True,
+    "remove_config_comments": True,
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+}
 
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
