@@ -16,7 +16,11 @@ copyright = author
 release = importlib.metadata.version("helmbench")
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_gallery.gen_gallery", "docstrings", "mathml"]
-exclude_patterns = ["_build", "gallery", *(f"generated/indices-{part}.md" for part in ("example", "accuracies", "priors"))]
+exclude_patterns = [
+    "_build",
+    "gallery",
+    *(f"generated/indices-{part}.md" for part in ("example", "accuracies", "priors")),
+]
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 default_role = "code"
@@ -27,7 +31,7 @@ sphinx_gallery_conf = {
     "filename_pattern": r"\.py$",
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("matplotlib", "figures.last_figure"),
-    "ignore_repr_types": r"matplotlib|ShownFigure|NoneType",
+    "ignore_repr_types": "matplotlib",
     "run_stale_examples": True,  # the package may have changed where an example has not
     "abort_on_example_error": True,
     "remove_config_comments": True,

@@ -21,7 +21,9 @@ found = helmbench.simulate_many("mariner", "zigzag:10/10", runs, parameters=draw
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 for name in overshoots:
     axes.hist(np.degrees(found.indices[name]), bins=25, alpha=0.7, label=name.replace("_", " "))
-axes.set(xlabel="overshoot [deg]", ylabel="runs", title=f"{runs} draws of the coefficients, {found.diverged.sum()} diverged")
+axes.set(
+    xlabel="overshoot [deg]", ylabel="runs", title=f"{runs} draws of the coefficients, {found.diverged.sum()} diverged"
+)
 axes.legend()
 
 # %%

@@ -2,7 +2,7 @@
 Which numbers of a simulation are wrong
 =======================================
 
-The simulation has a rudder moment that is a quarter too small. `calibrate` moves groups of coefficients within what is known of
+The simulation has a rudder moment that is a quarter too small, so that it is to grow by a third. `calibrate` moves groups of coefficients within what is known of
 them beforehand, as long as that predicts records better which were left out.
 """
 
@@ -15,7 +15,8 @@ other = helmbench.simulate(ship, "zigzag:10/10", noise="low", seed=2, dt_s=1.0)
 found = helmbench.calibrate(wrong, train, other)
 print(found)
 for number in found.moved:
-    print(number)
+    low, high = number.low / number.before, number.high / number.before
+    print(f"{number.name}: {number.after / number.before:.3f} times what it was, {low:.3f} to {high:.3f}")
 
 # %%
 # Before and after, over the record that was held out:

@@ -10,9 +10,7 @@ import helmbench
 
 train = helmbench.simulate("mariner", "zigzag:20/20", noise="low", seed=1, dt_s=1.0)
 other = helmbench.simulate("mariner", "zigzag:10/10", noise="low", seed=2, dt_s=1.0)
-simple, cubic = (
-    helmbench.identify(train, family, "output-error").model for family in ("nomoto-1", "nomoto-1-cubic")
-)
+simple, cubic = (helmbench.identify(train, family, "output-error").model for family in ("nomoto-1", "nomoto-1-cubic"))
 found = helmbench.validate("mariner", other, [simple, cubic])
 scores = found.to_dataframe()
 yaw = scores[(scores.channel == "yaw_rate_rad_s") & (scores.record == other.name)]

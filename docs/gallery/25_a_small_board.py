@@ -11,7 +11,9 @@ import tempfile
 import helmbench
 
 with tempfile.TemporaryDirectory() as folder:
-    found = helmbench.run_suite("quick", directory=folder, vessels=["response-1"], methods=["ls", "rls", "output-error"], jobs=1)
+    found = helmbench.run_suite(
+        "quick", directory=folder, vessels=["response-1"], methods=["ls", "rls", "output-error"], jobs=1
+    )
     standings = helmbench.leaderboard(folder)
 print(found.counts)
 
