@@ -1,12 +1,15 @@
 """The documentation site builds without a warning, its commands and examples run, its pages are complete."""
 
+import ast
 import json
 import re
+import runpy
 import shlex
 import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import pytest
 
 import helmbench
@@ -20,6 +23,7 @@ PAGES = sorted(p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & se
 BLOCK = re.compile(r"^```(bash|python|yaml)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 NAMED = {"tour": "current", "diagnose": "yaw_rate_bias"}
 """Page -> the cause that it hides and has named."""
+GALLERY = sorted((DOCS / "gallery").glob("*.py"))
 RUN = [p for p in PAGES if BLOCK.search(p.read_text(encoding="utf-8"))]
 
 
@@ -73,7 +77,42 @@ def test_the_reference_holds_every_public_name():
     assert sorted([*told, "__version__"]) == sorted(helmbench.__all__)
 
 
+def test_every_gallery_script_has_a_title_text_a_figure_and_public_names_only():
+    assert len(GALLERY) >= 20
+    for path in GALLERY:
+        text = path.read_text(encoding="utf-8")
+        tree = ast.parse(text)
+        title, line, empty, *told = (ast.get_docstring(tree) or "").splitlines()
+        assert title and line == "=" * len(title) and not empty, path.name
+        assert len(re.findall(r"[.?!](?= |$)", " ".join(told))) >= 2, path.name
+        assert ".plot(" in text or "plt.subplots(" in text, path.name
+        nodes = list(ast.walk(tree))
+        imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+        imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+        others = imported - {"helmbench", "matplotlib.pyplot", "numpy", "pandas"}
+        assert "helmbench" in imported and others <= sys.stdlib_module_names, path.name
+        used = {
+            node.attr
+            for node in nodes
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "helmbench"
+        }
+        assert used <= set(helmbench.__all__), path.name
+
+
+def test_two_gallery_scripts_run_without_a_warning_and_leave_no_file(rng, tmp_path, monkeypatch, capfd):
+    """A drawn sample: `make docs` runs all of them and ends at the first that fails."""
+    monkeypatch.chdir(tmp_path)
+    for path in rng.choice(GALLERY, size=2, replace=False):
+        print(path.name)
+        runpy.run_path(str(path))
+        plt.close("all")
+    out, err = capfd.readouterr()
+    assert err == "" and not [folder for folder in (str(tmp_path), str(DOCS.parent)) if folder in out]
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tmp_path):
+    """Without running the gallery, which takes as long as all else: `make docs` runs it, with the same settings."""
     build = [
         sys.executable,
         "-m",
@@ -81,6 +120,8 @@ def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tm
         "-q",
         "-W",
         "--keep-going",
+        "-D",
+        "plot_gallery=0",
         "-d",
         tmp_path / "read",
         DOCS,

@@ -2,8 +2,9 @@
 A zigzag manoeuvre
 ==================
 
-In a 20/20 zigzag the rudder goes to the other side whenever the heading is 20 degrees off the initial course. The heading
-goes on beyond that: this is the overshoot angle by which IMO MSC.137(76) judges how well a ship can be checked.
+In a 20/20 zigzag the rudder goes to the other side whenever the heading is 20 degrees off the initial course. The
+heading goes on beyond that: this is the overshoot angle by which IMO MSC.137(76) judges how well a ship can be
+checked.
 """
 
 import numpy as np

@@ -31,5 +31,5 @@ axes.legend()
 # %%
 # The indices are those of the motion itself, without noise.
 
-print(turns.indices_to_dataframe().round(2))
+print(turns.indices_to_dataframe()[list(turns.indices)].round(2))
 assert np.all(np.diff(turns.indices["tactical_diameter"]) < 0.0)

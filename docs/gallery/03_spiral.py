@@ -2,8 +2,9 @@
 A spiral: is the ship stable on a straight course?
 ==================================================
 
-In Dieudonne's spiral the rudder goes in steps from one side to the other and back, and waits at each until the yaw rate is
-steady. The steady yaw rate over the rudder angle is one curve for a ship that keeps its course; an unstable ship has a loop.
+In Dieudonne's spiral the rudder goes in steps from one side to the other and back, and waits at each until the yaw
+rate is steady. The steady yaw rate over the rudder angle is one curve for a ship that keeps its course; an unstable
+ship has a loop.
 """
 
 import matplotlib.pyplot as plt
@@ -11,7 +12,7 @@ import numpy as np
 
 import helmbench
 
-record = helmbench.simulate("mariner", "spiral:25/5", duration_s=4200.0, dt_s=1.0)
+record = helmbench.simulate("mariner", "spiral:25/5", duration_s=16000.0, dt_s=1.0)
 rudder = np.degrees(record.column("rudder_command_rad"))
 rate = np.degrees(record.column("yaw_rate_rad_s"))
 

@@ -2,8 +2,8 @@
 A turn in wind and in current
 =============================
 
-A current carries the whole turning circle away. Wind pushes the hull as well, with a force that depends on the heading,
-so that the circle is also deformed. Wind is given by where it blows from, a current by where it flows to.
+A current carries the whole turning circle away. Wind pushes the hull as well, with a force that depends on the
+heading, so that the circle is also deformed. Wind is given by where it blows from, a current by where it flows to.
 """
 
 import matplotlib.pyplot as plt

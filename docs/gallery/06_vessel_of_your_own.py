@@ -2,8 +2,8 @@
 A vessel of your own
 ====================
 
-A family of models becomes a vessel by its parameters. The vessel is used like any other: here it sails a zigzag, and a
-model is identified from the record, which gives the parameters back.
+A family of models becomes a vessel by its parameters. The vessel is used like any other: here it sails a zigzag, and
+a model is identified from the record, which gives the parameters back.
 """
 
 import helmbench

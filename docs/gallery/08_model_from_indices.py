@@ -2,8 +2,8 @@
 A model from the wheelhouse poster
 ==================================
 
-Of many ships nobody has a record, but the turning circle and the overshoots are known. `model_from_indices` fits a model to
-them, with an interval of each parameter that they determine.
+Of many ships nobody has a record, but the turning circle and the overshoots are known. `model_from_indices` fits a
+model to them, with an interval of each parameter that they determine.
 """
 
 import helmbench

@@ -2,8 +2,8 @@
 Reading a raw log
 =================
 
-A log of a bridge has its own names, units and separators. `draft_import` says what it takes every column for, and why, before
-anything is imported. Here the log is written first; of your own you give the path.
+A log of a bridge has its own names, units and separators. `draft_import` says what it takes every column for, and
+why, before anything is imported. Here the log is written first; of your own you give the path.
 """
 
 import tempfile

@@ -2,8 +2,8 @@
 A rate gyro with a zero error
 =============================
 
-No model of the ship is needed to see that a rate gyro is off: its integral must be the change of the heading. A zero error
-of 0.05 deg/s is added to a record, and `check` finds it with its size.
+No model of the ship is needed to see that a rate gyro is off: its integral must be the change of the heading. A zero
+error of 0.05 deg/s is added to a record, and `check` finds it with its size.
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 A model from one record
 =======================
 
-Output error changes the coefficients until a free run, driven by the recorded rudder alone, lies on the record. The result
-has standard errors and draws itself over any record.
+Output error changes the coefficients until a free run, driven by the recorded rudder alone, lies on the record. The
+result has standard errors and draws itself over any record.
 """
 
 import helmbench

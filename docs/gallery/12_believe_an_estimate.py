@@ -2,8 +2,8 @@
 Whether to believe an estimate
 ==============================
 
-A linear first-order law (Nomoto) is fitted to a ship with cubic damping. It follows its own record fairly well; `assess` says, by
-free runs and residuals along a record that was held out, whether that is good enough.
+A linear first-order law (Nomoto) is fitted to a ship with cubic damping. It follows its own record fairly well;
+`assess` says, by free runs and residuals along a record that was held out, whether that is good enough.
 """
 
 import helmbench

@@ -2,8 +2,8 @@
 Methods side by side on one record
 ==================================
 
-Least squares on differences, its robust relatives and output error fit the same model to the same noisy record. The error is
-that of free runs along a record that took no part.
+Least squares on differences, its robust relatives and output error fit the same model to the same noisy record. The
+error is that of free runs along a record that took no part.
 """
 
 import helmbench

@@ -2,8 +2,9 @@
 Noise, and the smallest error that is possible
 ==============================================
 
-No unbiased method can have a smaller standard deviation than the Cramer-Rao bound. Twenty records with other noise show how
-near output error and least squares come to it for the gain K. Least squares differentiates the noise, which costs accuracy.
+No unbiased method can have a smaller standard deviation than the Cramer-Rao bound. Twenty records with other noise
+show how near output error and least squares come to it for the gain K. Least squares differentiates the noise, which
+costs accuracy and biases K.
 """
 
 import matplotlib.pyplot as plt

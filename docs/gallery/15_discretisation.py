@@ -2,8 +2,9 @@
 Sampling step and difference scheme
 ===================================
 
-Least squares needs accelerations, and takes them from differences between samples. Forward (Euler) differences are wrong in
-the first power of the sampling step, the midpoint rule in the second. Without noise, nothing else is left.
+Least squares needs accelerations, and takes them from differences between samples. Forward (Euler) differences are
+wrong in the first power of the sampling step, the midpoint rule in the second. Without noise, what is left is
+this, and the motion of the rudder between samples.
 """
 
 import matplotlib.pyplot as plt

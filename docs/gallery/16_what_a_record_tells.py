@@ -2,8 +2,8 @@
 What a record tells, and what to sail next
 ==========================================
 
-A record with small rudder angles tells little about the damping at large yaw rates. `identifiability` gives the smallest
-possible standard deviation of each parameter, and says which further manoeuvre would help most.
+A record with small rudder angles tells little about the damping at large yaw rates. `identifiability` gives the
+smallest possible standard deviation of each parameter, and says which further manoeuvre would help most.
 """
 
 import helmbench

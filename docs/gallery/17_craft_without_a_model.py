@@ -2,8 +2,8 @@
 A craft without a model
 =======================
 
-Where no model of a craft is known, `build_model` starts from the simplest law that steers it, adds what the records show that
-it lacks, and says how far ahead the result can be trusted.
+Where no model of a craft is known, `build_model` starts from the simplest law that steers it, and adds what the records
+show that it lacks. The outcome says how far ahead the model can be trusted.
 """
 
 import helmbench

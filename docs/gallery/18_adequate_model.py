@@ -2,8 +2,8 @@
 A model with nothing wrong
 ==========================
 
-A diagnosis must also be able to say that it has found nothing. The record comes from the model itself, with sensor noise, and
-no cause is named.
+A diagnosis must also be able to say that it has found nothing. The record comes from the model itself, with sensor
+noise, and no cause is named.
 """
 
 import helmbench

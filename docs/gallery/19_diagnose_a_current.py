@@ -2,8 +2,8 @@
 A current that the model does not know
 ======================================
 
-The record was sailed in a current of 0.5 m/s to the east. The diagnosis tests two causes from outside, names one with its
-size, and gives the extended model, which simulates the drift as well.
+The record was sailed in a current of 0.5 m/s to the east. The diagnosis tests two causes from outside, names one with
+its size, and gives the extended model, which simulates the drift as well.
 """
 
 import helmbench

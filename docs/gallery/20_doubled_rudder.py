@@ -2,8 +2,9 @@
 A rudder column that is twice too large
 =======================================
 
-Somebody has scaled the rudder column by two. A diagnosis compares the records with the model before it looks for causes, and
-says so in its doubts. The named cause has the same size: with an effectiveness of -0.5 half of the rudder force is missing.
+Somebody has scaled the rudder column by two. A diagnosis compares the records with the model before it looks for
+causes, and says so in its doubts. The named cause has the same size: with an effectiveness of -0.5 half of the rudder
+force is missing.
 """
 
 import helmbench

@@ -2,8 +2,8 @@
 A model as files of another program
 ===================================
 
-An identified model can be written for Simulink, PythonVehicleSimulator, mmgdynamics or Gazebo. Here the derivative of a response
-model is written as a MATLAB function, beside the record that the model explains.
+An identified model can be written for Simulink, PythonVehicleSimulator, mmgdynamics or Gazebo. Here the derivative of
+a response model is written as a MATLAB function, beside the record that the model explains.
 """
 
 import tempfile

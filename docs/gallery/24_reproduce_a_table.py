@@ -2,8 +2,8 @@
 A table of a paper, computed again
 ==================================
 
-Five papers are reproduced claim by claim. Table 1 of the first one holds the derivatives of a vehicle, and the paper says that
-the coefficients of its equation (23) follow from them. Every claim has a verdict with its reason.
+Five papers are reproduced claim by claim. Table 1 of the first one holds the derivatives of a vehicle, and the paper
+says that the coefficients of its equation (23) follow from them. Every claim has a verdict with its reason.
 """
 
 import matplotlib.pyplot as plt

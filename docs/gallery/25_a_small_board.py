@@ -2,8 +2,8 @@
 A leaderboard of three methods
 ==============================
 
-A suite fits methods to many simulated records and judges all of them on manoeuvres that they have not seen. Here it is the quick
-suite on one ship with three methods.
+A suite fits methods to many simulated records and judges all of them on manoeuvres that they have not seen. Here it
+is the quick suite on one ship with three methods.
 """
 
 import tempfile
