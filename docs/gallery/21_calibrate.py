@@ -16,7 +16,7 @@ other = helmbench.simulate(ship, "zigzag:10/10", noise="low", seed=2, dt_s=1.0)
 found = helmbench.calibrate(wrong, train, other)
 print(found)
 for number in found.moved:
-    low, high = number.low / number.before, number.high / number.before
+    low, high = sorted((number.low / number.before, number.high / number.before))
     print(f"{number.name}: {number.after / number.before:.3f} times what it was, {low:.3f} to {high:.3f}")
 
 # %%
