@@ -2,8 +2,8 @@
 A published and an identified model on one record
 =================================================
 
-Three models run freely along the same record: the full simulation of the Mariner that made it, and two response
-models that were identified from another record.
+Three models run freely along the same record. One is the full simulation of the Mariner that made it, the others are
+response models that were identified from another record.
 """
 
 import helmbench
