@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .api.diagnosis import Diagnosis, diagnose
     from .api.doctor import Health, doctor
     from .api.exam import ExamScores, answer_exam, make_exam, score_exam
-    from .api.export import export_model
+    from .api.export import export_model, read_parameters
     from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
     from .api.importing import Import, ImportDraft, draft_import, import_log
     from .api.indices import ModelFromIndices, model_from_indices
@@ -115,6 +115,7 @@ __all__ = [
     "merge_results",
     "method_options",
     "model_from_indices",
+    "read_parameters",
     "read_record",
     "reproduce",
     "resolve",
@@ -187,6 +188,7 @@ _HOME = {
     "merge_results": ("api.suites", "merge_results"),
     "method_options": ("methods.options", "method_options"),
     "model_from_indices": ("api.indices", "model_from_indices"),
+    "read_parameters": ("api.export", "read_parameters"),
     "read_record": ("datasets.io", "read_record"),
     "reproduce": ("api.reproduction", "reproduce"),
     "resolve": ("models.model", "resolve"),

@@ -42,3 +42,28 @@ def export_model(model: Model | Path, to: str, output: Path, *, force: bool = Fa
     if not force:
         refuse_existing(folder / name for name in found)
     return write_together(folder, {name: text_writer(text) for name, text in found.items()})
+
+
+@typed
+def read_parameters(
+    table: Path, family: str, *, positive_rudder: str, speed_m_s: float | None = None, n0_rps: float | None = None
+) -> Model:
+    """A model from a published table of parameters.
+
+    Parameters
+    ----------
+    table : a CSV file with the columns name, value and perhaps unit, or a YAML or JSON file of names with numbers; a
+        scale such as 1e-5 stands in the heading of the values or in a unit.  Of family 'mmg' also a JSON table of
+        mmgdynamics.
+    family : id of the equations, as `list_models` shows.
+    positive_rudder : 'port' or 'starboard', the side to which a positive rudder angle turns the ship in the table.
+    speed_m_s : speed of the straight course; without it U0 of the table, where the family has one.
+    n0_rps : revolutions of the straight course.
+
+    Raises
+    ------
+    BadInput : a name is unknown, missing or there twice, a value is no number, or a unit is of another quantity.
+    """
+    from ..models.parameter_table import model_of_table
+
+    return model_of_table(FilePath(table), family, positive_rudder, speed_m_s, n0_rps)

@@ -29,6 +29,7 @@ from .fetch import fetch
 from .from_indices import from_indices
 from .identify import identify
 from .import_ import import_command
+from .import_model import import_model
 from .list import list_command
 from .merge import merge
 from .open import open_command
@@ -48,7 +49,7 @@ def cli() -> None:
 COMMANDS = (
     *(open_command, list_command, import_command, simulate, check, identify, from_indices),
     *(validate, diagnose, calibrate),
-    *(run, report, advice, compare, merge, exam, reproduce, export, fetch, doctor, completion),
+    *(run, report, advice, compare, merge, exam, reproduce, export, import_model, fetch, doctor, completion),
 )
 NUMBA_SETTINGS = Path(".numba_config.yaml")
 """File of the working folder that numba reads by itself: it may say where compiled code is taken from."""
