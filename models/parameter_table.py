@@ -62,9 +62,11 @@ def plain(name: str) -> str:
 
 
 def scale_of(text: str) -> float | None:
-    """The power of ten that `1e-5`, `x 10^-5` or a heading `value (1e-5)` states; None where there is none."""
+    """The power of ten that `1e-5`, `x 10^-5` or a heading `value (1e-5)` states; None where there is none that a
+    number can have."""
     found = _SCALE.search(text.strip().rstrip(")]").strip())
-    return 10.0 ** int(found[1].replace("−", "-")) if found else None
+    power = float(f"1e{found[1].replace('−', '-')}") if found else 0.0
+    return power if 0.0 < power < math.inf else None
 
 
 def read_table(path: Path) -> list[_Entry]:
@@ -89,7 +91,11 @@ def _of_csv(path: Path) -> list[_Entry]:
     from .files import read_utf8
 
     reader = csv.reader(io.StringIO(read_utf8(path).decode("utf-8-sig")))
-    header = [cell.strip() for cell in next(reader, [])]
+    try:
+        header, *rows = [(reader.line_num, cells) for cells in reader] or [(1, [])]
+    except csv.Error as error:
+        raise BadInput(f"is no CSV: {error}", file=path, row=reader.line_num) from None
+    header = [cell.strip() for cell in header[1]]
     places = {
         word: next((i for i, cell in enumerate(header) if cell.lower().startswith(word)), None)
         for word in ("name", "value", "unit")
@@ -98,10 +104,10 @@ def _of_csv(path: Path) -> list[_Entry]:
     if at is None or value_at is None:
         raise BadInput("needs the columns name and value", file=path, row=1, hint="a third, unit, may follow")
     scale, found = scale_of(header[value_at]) or 1.0, []
-    for cells in reader:
+    for row, cells in rows:
         if not any(cell.strip() for cell in cells):
             continue
-        row, cells = reader.line_num, cells + [""] * (len(header) - len(cells))
+        cells = cells + [""] * (len(header) - len(cells))
         value = _number(cells[value_at].strip().replace("−", "-"), path, row, header[value_at])
         found.append(_Entry(cells[at].strip(), value, "" if unit_at is None else cells[unit_at].strip(), row, scale))
     return found

@@ -81,6 +81,8 @@ def test_spellings_of_a_name():
         ("160.93,m", "160.93,kg", "row 19, column unit: L: the unit is 'kg'"),
         ("Nrdot,-43.8,\n", "", "missing: m33 = Iz - Nrdot needs Nrdot"),
         ("U0,15,kn\n", "", "missing: U0"),
+        ("name,value (x 10^-5),unit", "name,value,unit\nX_uu,1,1e400", "row 2, column unit: Xuu: "),
+        ("-184", "1" * 140000, "row 2: is no CSV: field larger than field limit"),
         ("name,value", "symbol,value", "row 1: needs the columns name and value"),
     ],
 )
