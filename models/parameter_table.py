@@ -197,6 +197,8 @@ def model_of_table(
             entries = [_Entry(name, value, "", None) for name, value in _of_mmgdynamics(table).items()]
         except KeyError as error:
             raise BadInput(f"missing: {error.args[0]}", file=path, hint="a table of mmgdynamics has it") from None
+        except ZeroDivisionError:
+            raise BadInput("Lpp, rho or eta is 0", file=path, hint="numbers above 0 are needed") from None
         particulars = {"B": table["B"], "L": table["Lpp"], "d": table["d"]} if {"B", "d"} <= set(table) else {}
     units = dict(zip(kernels.PARAMETERS, kernels.UNITS, strict=True))
     units |= {
@@ -209,6 +211,9 @@ def model_of_table(
     missing = [name for name in (*kernels.PARAMETERS, *kernels.CONSTANTS) if name not in values]
     if missing:
         raise BadInput(f"missing: {', '.join(missing)}", file=path, hint="add a row for each")
+    for name in {"L", "U0"} & set(kernels.CONSTANTS):
+        if not values[name] > 0.0:
+            raise BadInput(f"{name} is {values[name]:g}, a number above 0 is needed", file=path)
     blank = Model(
         path.stem, family, np.full(len(kernels.COEFFICIENTS), np.nan), np.array([values[c] for c in kernels.CONSTANTS])
     )

@@ -1,5 +1,7 @@
 """Models from published tables: accelerations beside Abkowitz' polynomials written out here, and tables with faults."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -67,6 +69,14 @@ def test_the_table_of_mmgdynamics_gives_the_model_it_was_written_from(tmp_path):
     np.testing.assert_allclose(again.constants, first.constants, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.parametrize("name", ["Lpp", "rho", "eta"])
+def test_a_size_of_zero_in_a_table_of_mmgdynamics_is_one_line(name, tmp_path):
+    ((file, text),) = exported(resolve("kvlcc2-l7"), "mmgdynamics").items()
+    path = written(tmp_path, json.dumps(json.loads(text) | {name: 0.0}), file)
+    with pytest.raises(BadInput, match="Lpp, rho or eta is 0"):
+        model_of_table(path, "mmg", "starboard", 1.2, 10.0)
+
+
 def test_spellings_of_a_name():
     assert {plain(name) for name in ("Xudot", r"X_{\dot u}", r"X'_{\dot{u}}", "X_udot")} == {"Xudot"}
     assert {plain(name) for name in ("Nvvd", r"N_{vv\delta}", "N'_vvd", "N_vvδ")} == {"Nvvd"}
@@ -83,6 +93,8 @@ def test_spellings_of_a_name():
         ("U0,15,kn\n", "", "missing: U0"),
         ("name,value (x 10^-5),unit", "name,value,unit\nX_uu,1,1e400", "row 2, column unit: Xuu: "),
         ("-184", "1" * 140000, "row 2: is no CSV: field larger than field limit"),
+        ("160.93,m", "0,m", "L is 0, a number above 0 is needed"),
+        ("U0,15,kn", "U0,-15,kn", "U0 is -7.71667, a number above 0 is needed"),
         ("name,value", "symbol,value", "row 1: needs the columns name and value"),
     ],
 )
