@@ -75,22 +75,20 @@ def read_table(path: Path) -> list[_Entry]:
         return _of_csv(path)
     from .yaml_file import read_yaml
 
-    found = []
-    for name, entry in read_yaml(path, "a table of parameters").items():
-        fields = entry if isinstance(entry, dict) else {"value": entry}
-        if name != "comment":
-            found.append(
-                _Entry(
-                    str(name), _number(fields.get("value"), path, None, str(name)), str(fields.get("unit", "")), None
-                )
-            )
-    return found
+    content = read_yaml(path, "a table of parameters")
+    return [_of_key(str(name), entry, path) for name, entry in content.items() if name != "comment"]
+
+
+def _of_key(name: str, entry: object, path: Path) -> _Entry:
+    """A number, or a mapping with value and unit, of a YAML or JSON table."""
+    fields = entry if isinstance(entry, dict) else {"value": entry}
+    return _Entry(name, _number(fields.get("value"), path, None, name), str(fields.get("unit", "")))
 
 
 def _of_csv(path: Path) -> list[_Entry]:
     from .files import read_utf8
 
-    reader = csv.reader(io.StringIO(read_utf8(path).decode("utf-8-sig")))
+    reader = csv.reader(io.StringIO(read_utf8(path).decode()))
     try:
         header, *rows = [(reader.line_num, cells) for cells in reader] or [(1, [])]
     except csv.Error as error:
@@ -166,15 +164,38 @@ def _with_masses(values: dict[str, float], path: Path) -> dict[str, float]:
     return values
 
 
-def _of_mmgdynamics(t: Mapping[str, float]) -> dict[str, float]:
-    """Names of mmgdynamics -> those of family mmg (the inverse of export/mmgdynamics.py)."""
-    out = {name.removesuffix("_dash"): value for name, value in t.items()}
-    out |= {"L": t["Lpp"], "nabla": t["m"] / t["rho"], "I_zz": t["I_zG"] + t["m"] * t["x_G"] ** 2, "D_P": t["D_p"]}
-    out |= {"H_R": t["D_p"] / t["eta"], "x_P": t["x_P"] / t["Lpp"], "CRu": 1.0 - t["t_R"], "CRv": 1.0 + t["a_H"]}
-    out["CRr"] = RUDDER_AT + t["a_H"] * t["x_H_dash"]
-    for name in ("Lpp", "B", "C_b", "m", "I_zG", "D_p", "eta", "t_R", "a_H", "x_H"):
-        out.pop(name, None)
-    return out
+def _of_mmgdynamics(entries: Iterable[_Entry], path: Path) -> list[_Entry]:
+    """A table of mmgdynamics in the names of family mmg (the inverse of export/mmgdynamics.py)."""
+    t = {entry.name: entry.value for entry in entries}
+    try:
+        out = {name.removesuffix("_dash"): value for name, value in t.items()}
+        out |= {"L": t["Lpp"], "nabla": t["m"] / t["rho"], "I_zz": t["I_zG"] + t["m"] * t["x_G"] ** 2}
+        out |= {"D_P": t["D_p"], "H_R": t["D_p"] / t["eta"], "x_P": t["x_P"] / t["Lpp"]}
+        out |= {"CRu": 1.0 - t["t_R"], "CRv": 1.0 + t["a_H"], "CRr": RUDDER_AT + t["a_H"] * t["x_H_dash"]}
+    except KeyError as error:
+        raise BadInput(f"missing: {error.args[0]}", file=path, hint="a table of mmgdynamics has it") from None
+    except ZeroDivisionError:
+        raise BadInput("Lpp, rho or eta is 0", file=path, hint="numbers above 0 are needed") from None
+    dropped = ("Lpp", "B", "C_b", "m", "I_zG", "D_p", "eta", "t_R", "a_H", "x_H")
+    return [_Entry(name, value, "") for name, value in out.items() if name not in dropped]
+
+
+def _values(entries: Iterable[_Entry], family: str, kernels: kernel_store.Kernels, path: Path) -> dict[str, float]:
+    """Every parameter and constant of a family by name, in its unit; BadInput where one is missing."""
+    polynomial = family == "abkowitz"
+    units = dict(zip(kernels.PARAMETERS, kernels.UNITS, strict=True))
+    units |= dict.fromkeys(kernels.CONSTANTS, "1" if polynomial else "")
+    units |= {"L": "m", "U0": "m/s", **dict.fromkeys(PUBLISHED, "1")} if polynomial else {}
+    values = _by_known_name(entries, units, path)
+    if polynomial:
+        values = dict.fromkeys(kernels.PARAMETERS, 0.0) | _with_masses(values, path)
+    missing = [name for name in (*kernels.PARAMETERS, *kernels.CONSTANTS) if name not in values]
+    if missing:
+        raise BadInput(f"missing: {', '.join(missing)}", file=path, hint="add a row for each")
+    for name in {"L", "U0"} & set(kernels.CONSTANTS):
+        if not values[name] > 0.0:
+            raise BadInput(f"{name} is {values[name]:g}, a number above 0 is needed", file=path)
+    return values
 
 
 def model_of_table(
@@ -190,34 +211,14 @@ def model_of_table(
     for name, number in (("speed_m_s", speed_m_s), ("n0_rps", n0_rps)):
         if number is not None and not (math.isfinite(number) and number > 0.0):
             raise BadInput(f"{name} is {number!r}, a number above 0 is needed")
-    kernels, entries, particulars = kernel_store.load(family), read_table(path), {}
-    if family == "mmg" and any(entry.name == "R_0_dash" for entry in entries):
-        table = {entry.name: entry.value for entry in entries}
-        try:
-            entries = [_Entry(name, value, "", None) for name, value in _of_mmgdynamics(table).items()]
-        except KeyError as error:
-            raise BadInput(f"missing: {error.args[0]}", file=path, hint="a table of mmgdynamics has it") from None
-        except ZeroDivisionError:
-            raise BadInput("Lpp, rho or eta is 0", file=path, hint="numbers above 0 are needed") from None
-        particulars = {"B": table["B"], "L": table["Lpp"], "d": table["d"]} if {"B", "d"} <= set(table) else {}
-    units = dict(zip(kernels.PARAMETERS, kernels.UNITS, strict=True))
-    units |= {
-        name: {"L": "m", "U0": "m/s"}.get(name, "1") if family == "abkowitz" else "" for name in kernels.CONSTANTS
-    }
-    units |= dict.fromkeys(PUBLISHED if family == "abkowitz" else (), "1")
-    values = _by_known_name(entries, units, path)
-    if family == "abkowitz":
-        values = dict.fromkeys(kernels.PARAMETERS, 0.0) | _with_masses(values, path)
-    missing = [name for name in (*kernels.PARAMETERS, *kernels.CONSTANTS) if name not in values]
-    if missing:
-        raise BadInput(f"missing: {', '.join(missing)}", file=path, hint="add a row for each")
-    for name in {"L", "U0"} & set(kernels.CONSTANTS):
-        if not values[name] > 0.0:
-            raise BadInput(f"{name} is {values[name]:g}, a number above 0 is needed", file=path)
-    blank = Model(
-        path.stem, family, np.full(len(kernels.COEFFICIENTS), np.nan), np.array([values[c] for c in kernels.CONSTANTS])
-    )
+    kernels, entries = kernel_store.load(family), read_table(path)
+    mmgdynamics = family == "mmg" and any(entry.name == "R_0_dash" for entry in entries)
+    values = _values(_of_mmgdynamics(entries, path) if mmgdynamics else entries, family, kernels, path)
+    constants = np.array([values[name] for name in kernels.CONSTANTS])
+    blank = Model(path.stem, family, np.full(len(kernels.COEFFICIENTS), np.nan), constants)
     model = blank.with_coefficients(blank.from_parameters({name: values[name] for name in kernels.PARAMETERS}))
+    breadth = [entry.value for entry in entries if entry.name == "B"]
+    particulars = {"B": breadth[-1], "L": values["L"], "d": values["d"]} if mmgdynamics and breadth else {}
     speed = values.get("U0", math.nan) if speed_m_s is None else speed_m_s
     step = values["L"] / speed / STEPS if "L" in values and speed > 0.0 else model.max_step_s
     facts = {"speed_m_s": speed, "n0_rps": n0_rps, "max_step_s": step, "particulars": particulars, "source": path.name}

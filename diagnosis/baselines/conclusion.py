@@ -1,9 +1,10 @@
-"""The diagnosis that a compared diagnoser concludes, in the form of the project's own."""
+"""What the diagnosers of free runs share: the runs, and the diagnosis in the form of the project's own."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from abc import abstractmethod
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,16 +13,19 @@ import numpy as np
 from ...estimation.filters.innovations.estimator import estimator
 from ...models.linear_algebra import pinv
 from ..causes.base import Cause
-from ..causes.registry import causes
+from ..causes.registry import causes, testable
 from ..findings import diagnosis_of
 from ..gain import free_runs
 from ..gain.extension import extended_model
+from ..prepared import prepared
+from ..registry import Diagnoser
 from ..result import Entry, Finding
 from .output_error import Fit, FreeRuns, rms
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.settings import Setting
+    from ...models.model import Model
     from ..options import Options
     from ..result import Diagnosis, Gain
     from ..state import Variant
@@ -33,6 +37,33 @@ class Chosen(NamedTuple):
     cause: Cause
     variant: Variant
     fit: Fit
+
+
+class OfFreeRuns(Diagnoser):
+    """Base class of diagnosers that choose causes by the free runs of the training records."""
+
+    def diagnose(
+        self, model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
+    ) -> Diagnosis:
+        """Choose causes by the free runs of the training records, and measure the gain on the held-out ones."""
+        clock = time.perf_counter(), time.process_time()
+        options = options.checked(model)
+        train, held_out = prepared(train, model, options), prepared(held_out, model, options)
+        runs = FreeRuns(model, train)
+        chosen, verdict, reason = self.choose(runs, model, train, options)
+        return conclude(runs, held_out, chosen, verdict, reason, options, clock)
+
+    @abstractmethod
+    def choose(
+        self, runs: FreeRuns, model: Model, train: Sequence[Record], options: Options
+    ) -> tuple[Sequence[Chosen], str, str]:
+        """Causes with their fits, verdict and reason; train : the records of the runs, as they were prepared."""
+
+
+def fittable(runs: FreeRuns, only: Collection[Cause] | None) -> dict[Cause, Sequence[Variant]]:
+    """Causes that an output-error fit can size, with their variants; only : of these (None: all)."""
+    bank, _ = testable(runs.est)
+    return {c: v for c, v in bank.items() if (not only or c in only) and v[0]}
 
 
 def conclude(

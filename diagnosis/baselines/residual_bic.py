@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...checks.statistics.tails import chi2_tail
-from ..causes.registry import testable
-from ..prepared import prepared
-from ..registry import Diagnoser
 from ..searches.change_point import ByChangePoint, longest
-from .conclusion import Chosen, conclude
+from .conclusion import Chosen, OfFreeRuns, fittable
 from .output_error import Fit, FreeRuns, cost, rms
 
 if TYPE_CHECKING:
@@ -21,7 +17,6 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..causes.base import Cause
     from ..options import Options
-    from ..result import Diagnosis
     from ..state import Variant
 
 MOST = 2
@@ -30,7 +25,7 @@ CHANGE_TIMES = 8
 LAGS = 20
 
 
-class ResidualBic(Diagnoser):
+class ResidualBic(OfFreeRuns):
     """Free-run output error from the filtered first seconds, independent normal residuals.
 
     White residuals (Ljung and Box 1978, each channel at a share of alpha): adequate.  Else every cause of the bank is
@@ -41,20 +36,16 @@ class ResidualBic(Diagnoser):
     name = "residual-bic"
     title = "naive: free-run output error, whiteness test, BIC over the bank"
 
-    def diagnose(
-        self, model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
-    ) -> Diagnosis:
+    def choose(
+        self, runs: FreeRuns, model: Model, train: Sequence[Record], options: Options
+    ) -> tuple[Sequence[Chosen], str, str]:
         """Fit every cause to the free runs and name the one of lowest BIC."""
-        clock = time.perf_counter(), time.process_time()
-        options = options.checked(model)
-        train, held_out = prepared(train, model, options), prepared(held_out, model, options)
-        runs = FreeRuns(model, train)
         base = runs.base()
         p = whiteness(base, runs)
         chosen = [] if p > options.alpha else select(runs, base, options.causes())
         verdict = "named" if chosen else "adequate" if p > options.alpha else "unexplained"
         reason = f"free-run residuals are {'' if p > options.alpha else 'not '}white (p = {p:.2g})"
-        return conclude(runs, held_out, chosen, verdict, reason, options, clock)
+        return chosen, verdict, reason
 
 
 def whiteness(fit: Fit, runs: FreeRuns) -> float:
@@ -79,8 +70,7 @@ def ljung_box(series: np.ndarray) -> float:
 
 def select(runs: FreeRuns, base: Fit, only: Collection[Cause] | None) -> list[Chosen]:
     """Causes added while BIC falls: the best of all that can be fitted, at most MOST."""
-    bank, _ = testable(runs.est)
-    tried = {c: v for c, v in bank.items() if (not only or c in only) and v[0]}
+    tried = fittable(runs, only)
     chosen: list[Chosen] = []
     now, charged = base, 0.0
     for _ in range(MOST):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -11,17 +10,14 @@ import numpy as np
 from ...datasets.geometry import body_velocities
 from ...models.linear_algebra import lstsq
 from ..causes.registry import testable
-from ..prepared import prepared
-from ..registry import Diagnoser
-from .conclusion import Chosen, conclude
-from .output_error import FreeRuns
+from .conclusion import Chosen, OfFreeRuns
 from .residual_bic import fit_cause
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
     from ..options import Options
-    from ..result import Diagnosis
+    from .output_error import FreeRuns
 
 WIDTH_S = 3.0
 """Standard deviation of the Gaussian low-pass filter on a full-scale ship, s."""
@@ -60,7 +56,7 @@ TRACK = {
 """Term of the track's velocity in body axes less the log's -> cause."""
 
 
-class SparseRegression(Diagnoser):
+class SparseRegression(OfFreeRuns):
     """Sparse regression of low-passed accelerations (and of the track and heading rate) less what the model says.
 
     Every equation's residual is regressed on a library of terms by orthogonal matching pursuit (Pati et al. 1993),
@@ -72,14 +68,10 @@ class SparseRegression(Diagnoser):
     name = "sparse-regression"
     title = "naive: matching pursuit of residual accelerations in a library of terms"
 
-    def diagnose(
-        self, model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
-    ) -> Diagnosis:
+    def choose(
+        self, runs: FreeRuns, model: Model, train: Sequence[Record], options: Options
+    ) -> tuple[Sequence[Chosen], str, str]:
         """Name the cause of the largest term; its size is then fitted by output error."""
-        clock = time.perf_counter(), time.process_time()
-        options = options.checked(model)
-        train, held_out = prepared(train, model, options), prepared(held_out, model, options)
-        runs = FreeRuns(model, train)
         terms = sorted((t for eq in equations(model, train) for t in survivors(*eq)), reverse=True, key=lambda t: t[0])
         share, label, cause = terms[0] if terms else (0.0, "", None)
         bank, _ = testable(runs.est)
@@ -87,7 +79,7 @@ class SparseRegression(Diagnoser):
         verdict = "adequate" if not terms else "unexplained" if named is None else "named"
         chosen = [] if named is None else [Chosen(named, *fit_cause(runs, runs.base(), named, bank[named]))]
         reason = f"{label} explains {share:.1%} of a residual" if terms else "no term explains a residual"
-        return conclude(runs, held_out, chosen, verdict, reason, options, clock)
+        return chosen, verdict, reason
 
 
 def survivors(y: np.ndarray, library: dict[str, np.ndarray], causes: dict[str, str | None]) -> list[tuple]:

@@ -20,8 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...datasets.manoeuvres import parse_manoeuvre
 from ...models.errors import FitFailed
-from .given import DEGREE, NAMES, OF_KIND, GivenIndex, GivenShip, units_of
+from ..assessment import NORMAL_95
+from .given import NAMES, OF_KIND, GivenIndex, GivenShip, units_of
 from .predicted import model_of, predicted
 from .result import IndexRow, ModelFromIndices, ParameterRow
 
@@ -56,7 +58,6 @@ NOT_REACHED = 20.0
 """Residual of an index that a run does not reach."""
 DETERMINED = 0.5
 """Largest standard deviation of a parameter that is determined, in those of its prior."""
-NORMAL_95 = 1.959963984540054
 STANDARD = (
     ("turn:35", "advance_m"),
     ("turn:35", "transfer_m"),
@@ -180,7 +181,7 @@ def _further(ship: GivenShip) -> list[GivenIndex]:
     for text, key in STANDARD:
         own = next(n for n in (*OF_KIND["turn"], *OF_KIND["zigzag"]) if key == n or key.startswith(f"{n}_"))
         name = NAMES.get(own, own)
-        if (text, name) not in given and float(text.split(":")[1].split("/")[0]) * DEGREE <= ship.gear.max_rad + 1e-9:
+        if (text, name) not in given and parse_manoeuvre(text).values[0] <= ship.gear.max_rad + 1e-9:
             si = units_of(own, ship.length_m, ship.speed_m_s)[key.removeprefix(own).removeprefix("_")]
             out.append(GivenIndex(text, key, name, math.nan, math.nan, si))
     return out

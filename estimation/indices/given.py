@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any
 
+from ...datasets.grammar import DEGREE, KNOT
 from ...datasets.indices import INITIAL_TURN
 from ...datasets.manoeuvres import Manoeuvre, parse_manoeuvre
 from ...models.errors import BadInput
@@ -16,9 +17,8 @@ from ...models.model import RudderGear
 if TYPE_CHECKING:
     from .indices_file import Performed, Ship
 
-KNOT, CABLE = 1852.0 / 3600.0, 185.2
-"""Knot, m/s, and cable, m."""
-DEGREE = math.pi / 180.0
+CABLE = 185.2
+"""Cable, m."""
 SOLAS_RATE = 65.0 / 28.0 * DEGREE
 """Slowest rudder of SOLAS II-1/29: from 35 degrees to 30 degrees on the other side in 28 s, rad/s."""
 STOP = 35.0 * DEGREE

@@ -137,16 +137,17 @@ def diagnose(
 
 
 @contextmanager
-def shown_stages(progress: bool | Callable[[str], object]) -> Generator[Callable[[str], object]]:
-    """A function that shows the stage of a diagnosis on standard error, and how long it has taken, where asked."""
+def shown_stages(
+    progress: bool | Callable[[str], object], doing: str = "diagnosis:"
+) -> Generator[Callable[[str], object]]:
+    """A function that shows the stage of what is done on standard error, and how long it has taken, where asked."""
     if callable(progress):
         yield progress
         return
     from tqdm import tqdm
 
-    shape = "diagnosis: {desc} [{elapsed}]"
-    with tqdm(disable=not progress, file=sys.stderr, leave=False, bar_format=shape) as bar:
-        yield bar.set_description_str
+    with tqdm(disable=not progress, file=sys.stderr, leave=False, bar_format="{desc} [{elapsed}]") as bar:
+        yield lambda stage: bar.set_description_str(f"{doing} {stage}")
 
 
 def _columns(names: Sequence[str] | None) -> tuple[str, ...] | None:

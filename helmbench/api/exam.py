@@ -4,21 +4,19 @@
 # pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..models.argument_types import typed
 from ..models.plain import plain
+from .diagnosis import shown_stages
 from .documents import json_text, text_writer, write_together
 
 if TYPE_CHECKING:
-    from os import PathLike
-
     import pandas as pd
 
     from ..bench.exam.scores import Score, WorldScore
@@ -104,7 +102,7 @@ def make_exam(
     from ..bench.exam.folder import make
     from ..reporting.exam import folder_texts
 
-    with _shown(progress, "making") as watch:
+    with shown_stages(progress, "making") as watch:
         return make(Path(folder), Path(key), folder_texts, suite, worlds, seed, vessels, watch).id
 
 
@@ -131,7 +129,7 @@ def answer_exam(
     """
     from ..bench.exam.answers import answer
 
-    with _shown(progress, f"{diagnoser} answers") as watch:
+    with shown_stages(progress, f"{diagnoser} answers") as watch:
         return answer(Path(folder), diagnoser, Path(directory), watch)
 
 
@@ -156,15 +154,6 @@ def score_exam(
     """
     from ..bench.exam.scores import score
 
-    given = [submissions] if isinstance(submissions, str) or hasattr(submissions, "__fspath__") else submissions
-    scores, answers = score(Path(folder), Path(key), [Path(str(one)) for one in given])  # type: ignore[union-attr]
+    given = [submissions] if isinstance(submissions, str | PathLike) else submissions
+    scores, answers = score(Path(folder), Path(key), [Path(one) for one in given])
     return ExamScores(tuple(scores), tuple(answers))
-
-
-@contextmanager
-def _shown(progress: bool, doing: str) -> Generator[Callable[[str], object]]:
-    """A function that shows the world on standard error, where asked."""
-    from tqdm import tqdm
-
-    with tqdm(disable=not progress, file=sys.stderr, leave=False, bar_format="{desc} [{elapsed}]") as bar:
-        yield lambda world: bar.set_description_str(f"{doing} {world}")

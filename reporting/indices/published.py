@@ -17,11 +17,12 @@ import numpy as np
 
 from ...datasets import measured
 from ...datasets.generator import record_run
+from ...datasets.grammar import DEGREE
 from ...datasets.indices import TURNING, execute_times, initial_turning, overshoots, turning_indices
 from ...datasets.manoeuvres import parse_manoeuvre
 from ...datasets.record import Record
 from ...estimation.indices.fit import fit
-from ...estimation.indices.given import DEGREE, read_indices
+from ...estimation.indices.given import read_indices
 from ...estimation.indices.result import ModelFromIndices
 from ...models.folders import make_folder, write_atomic
 from ...models.model import Model, resolve
