@@ -58,10 +58,12 @@ class FileCheck(Check):
 
     rank : checks of lower rank are looked for first; the others see what they corrected.
     ends : a fault of this kind that stands leaves the later checks nothing to compare.
+    of_logger : it is one of the logger or the export, so that where it stands in one record, none can be trusted.
     """
 
     rank: ClassVar[int] = 50
     ends: ClassVar[bool] = False
+    of_logger: ClassVar[bool] = False
 
     @abstractmethod
     def find(self, record: Record) -> list[Fault]:

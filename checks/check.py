@@ -64,12 +64,13 @@ def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> Chec
 
 def _trusted(done: Examined) -> tuple[list[Record], list[str]]:
     """Records whose channels may be compared, and why others may not."""
-    doubtful = {
-        name: f.evidence
-        for f in done.findings
-        for name in f.records
-        if f.standing and check_of(f.cause).where != "rudder"
-    }
+    doubtful: dict[str, str] = {}
+    for f in (f for f in done.findings if f.standing):
+        entry = check_of(f.cause)
+        if isinstance(entry, FileCheck) and entry.of_logger:
+            doubtful |= {r.name: f"{f.records[0]}: {f.evidence}" for r in done.records if r.name not in doubtful}
+        if entry.where != "rudder":
+            doubtful |= dict.fromkeys(f.records, f.evidence)
     reasons = [f"sensors of {name} are not compared: {evidence}" for name, evidence in doubtful.items()]
     return [r for r in done.records if r.name not in doubtful], reasons
 

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..models.errors import CannotFit
 from .base import Check
 from .comparison.courses import FLOOR, Deviation
 from .comparison.drift import RIVALS, Drift, drifts, interval, is_there, rivals
 from .comparison.selection import DIFFERENT, TIE, Compared, Sizes
 from .registry import check_of, sensor_errors
 from .result import NORMAL_90, CheckFinding, Size
+from .sensors.current import Current
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -115,7 +117,12 @@ def _late(s: Sizes) -> str:
 
 
 def of_drift(done: Compared) -> list[CheckFinding]:
-    """A steady drift of the records, or the sensor error that explains it with fewer numbers."""
+    """A steady drift of the records, or the sensor error that explains it with fewer numbers.
+
+    Raises
+    ------
+    CannotFit : no sea drifts so fast.
+    """
     chosen = [s.option for s in done.found if s.material]
     found = drifts(done.chain, done.corrected, chosen)
     if not is_there(found):
@@ -130,13 +137,15 @@ def of_drift(done: Compared) -> list[CheckFinding]:
     rivals_of = {error.id: error.track_rivals for error in sensor_errors()}
     best = found[int(np.argmin([d.p for d in found]))]
     speed, low, high, towards = interval(best)
+    entry = Current()
+    if speed > entry.farthest:
+        raise CannotFit(f"the positions of {best.record} would drift by {speed:.3g} m/s against heading and log")
     said = (
         f"positions drift against heading and log by {speed:.3g} m/s [{low:.3g}, {high:.3g}] towards "
         f"{np.rad2deg(towards) % 360.0:.0f} deg in {best.record}: a current, if the log measures through the water"
     )
     if near and near[0][1] > -TIE and len(found) > 1:
         said += f"; one {near[0][0].cause.id} for all records explains it as well"
-    entry = check_of("current")
     return [
         CheckFinding(
             "current",

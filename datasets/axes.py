@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .changes import FEWEST, changes, integral_over_gaps
+from .changes import FEWEST, changes, integral_over_gaps, over_short_gaps
 from .record import Record
 
 MIRRORED = 0.25
@@ -57,8 +57,10 @@ def track_of(record: Record) -> Track | None:
     """How positions and heading agree, without any velocity; None where they do not tell."""
     if not record.has("heading_rad", "north_m", "east_m"):
         return None
-    psi = record.heading_unwrapped()
-    north, east = changes(record, record.column("north_m")), changes(record, record.column("east_m"))
+    psi, north, east = (
+        over_short_gaps(x) for x in (record.heading_unwrapped(), record.column("north_m"), record.column("east_m"))
+    )
+    north, east = changes(record, north), changes(record, east)
     window = record.n - north.size
     heading = psi[window // 2 : window // 2 + north.size]
     way = np.hypot(north, east)

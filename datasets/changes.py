@@ -8,6 +8,8 @@ from .record import Record
 
 WINDOW, FEWEST = 10, 20
 """Fewest samples over which changes are compared, and fewest changes."""
+SHORT = 5
+"""Samples missing in a row that are filled in."""
 NEAR = 0.15
 """How near to their median half of the ratios must be."""
 
@@ -17,6 +19,18 @@ def integral_over_gaps(values: np.ndarray, time: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         steps = np.nan_to_num(np.diff(time) * (values[1:] + values[:-1]) / 2.0)
         return np.where(np.isfinite(values), np.concatenate([[0.0], np.cumsum(steps)]), np.nan)
+
+
+def over_short_gaps(values: np.ndarray) -> np.ndarray:
+    """values (N,) with up to SHORT missing samples in a row filled linearly."""
+    known = np.flatnonzero(np.isfinite(values))
+    if known.size in (0, values.size):
+        return values
+    rows = np.arange(values.size)
+    after = np.minimum(np.searchsorted(known, rows), known.size - 1)
+    before = np.maximum(np.searchsorted(known, rows, side="right") - 1, 0)
+    near = (known[after] - known[before] <= SHORT + 1) & (rows > known[0]) & (rows < known[-1])
+    return np.where(near, np.interp(rows, known, values[known]), values)
 
 
 def changes(record: Record, values: np.ndarray) -> np.ndarray:

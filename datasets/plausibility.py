@@ -269,12 +269,16 @@ def _way(record: Record) -> Iterator[Doubt]:
     if record.has("surge_m_s", "sway_m_s", "north_m", "east_m"):
         with np.errstate(all="ignore"):
             way = np.hypot(changes(record, record.column("north_m")), changes(record, record.column("east_m")))
-            speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
-        sailed = changes(record, integral_over_gaps(speed, record.time_s))
+            speed = record.column("surge_m_s") + 1j * record.column("sway_m_s")
+            heading = record.column("heading_rad") if record.has("heading_rad") else np.full(record.n, np.nan)
+        path = changes(record, integral_over_gaps(np.abs(speed), record.time_s))
+        turned = np.abs(changes(record, integral_over_gaps(speed * np.exp(1j * heading), record.time_s)))
+        ratio = median_ratio(way, turned)  # of a craft that turns about, the path is longer than the way
+        ratio = median_ratio(way, path) if ratio is None else ratio
         turn = _turn_ratio(record)
         timed = turn is not None and abs(turn - 1.0) < NEAR
         units = {unit: place for unit, place in WAY_UNITS.items() if not (timed and place[0] == "time_s")}
-        yield from _ratio(record, median_ratio(way, sailed), units, ("positions", "positions, speeds and time"))
+        yield from _ratio(record, ratio, units, ("positions", "positions, speeds and time"))
 
 
 def _ratio(

@@ -9,7 +9,18 @@ import numpy as np
 from ...datasets.record import RUDDERS
 from ..base import FileCheck
 from ..fault import Fault, exact
-from ..integrity.ratios import AGREE, ANGLES, SPEEDS, course_ratio, heading_ratio, speed_ratio, unit_of
+from ..integrity.ratios import (
+    AGREE,
+    ANGLES,
+    SMALL_TURN,
+    SPEEDS,
+    course_ratio,
+    heading_ratio,
+    speed_ratio,
+    unit_of,
+    wraps_at_small_turn,
+)
+from ..integrity.readings import better_reading
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -30,12 +41,12 @@ class WrongUnit(FileCheck):
     id = "wrong_unit"
     rank = 40
     ends = True
+    of_logger = True
     separate_by = "the logger's list of channels"
 
     def find(self, record: Record) -> list[Fault]:
-        return [
-            f for f in (self._angle(record), self._course(record), self._speed(record), *self._rudders(record)) if f
-        ]
+        angles = self._angle(record) or self._all_angles(record)
+        return [f for f in (angles, self._speed(record), *self._rudders(record)) if f]
 
     def _angle(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
@@ -46,13 +57,20 @@ class WrongUnit(FileCheck):
         said = f"{name} holds degrees: its changes are {times:.4g} times what {other} gives"
         return Fault(said, (name,), (exact("ratio", ratio.slope, "1"),), factors={name: DEGREE})
 
-    def _course(self, record: Record) -> Fault | None:
-        """Heading and yaw rate together in another unit, which the track's course shows."""
-        ratio = course_ratio(record)
-        if ratio is None or abs(ratio.correlation) < TOGETHER or not ALL_ANGLES < abs(ratio.slope) < 5.0 * ALL_ANGLES:
+    def _all_angles(self, record: Record) -> Fault | None:
+        """Heading and yaw rate together in another unit, which the track shows, or the heading's own wraps."""
+        if not record.has("heading_rad"):
             return None
-        said = f"the course of the positions turns {abs(ratio.slope):.3g} times as far as heading_rad: another unit"
-        return Fault(said, ("heading_rad", "yaw_rate_rad_s"), (exact("ratio", ratio.slope, "1"),), standing=True)
+        better, ratio = better_reading([record]), course_ratio(record)
+        if better is not None and better.reading.check == self.id:
+            said = better.evidence("with heading_rad in another unit: radians were taken for degrees")
+        elif ratio is not None and abs(ratio.correlation) > TOGETHER and 1.0 < abs(ratio.slope) / ALL_ANGLES < 5.0:
+            said = f"the course of the positions turns {abs(ratio.slope):.3g} times as far as heading_rad: another unit"
+        elif _wraps(record):
+            said = f"heading_rad wraps at {SMALL_TURN:.4g} rad: it holds radians that were taken for degrees"
+        else:
+            return None
+        return Fault(said, ("heading_rad", "yaw_rate_rad_s"), standing=True)
 
     def _speed(self, record: Record) -> Fault | None:
         ratio = speed_ratio(record)
@@ -73,3 +91,11 @@ class WrongUnit(FileCheck):
                 said = f"{name} reaches {most:.4g} rad: it holds degrees"
                 found.append(Fault(said, (name,), (exact("largest", most, "rad"),), factors={name: DEGREE}))
         return found
+
+
+def _wraps(record: Record) -> bool:
+    """Whether the heading wraps as radians taken for degrees do, and then goes with the yaw rate."""
+    heading, ratio = record.column("heading_rad"), heading_ratio(record)
+    heading = heading[np.isfinite(heading)]
+    alike = ratio is None or (ratio.correlation > AGREE and abs(ratio.slope - 1.0) < 1.0 - AGREE)
+    return heading.size > 1 and alike and wraps_at_small_turn(heading)

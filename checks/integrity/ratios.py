@@ -15,10 +15,14 @@ WINDOW_S = 8.0
 FEWEST = 30
 MOVES = 0.2
 """Share of the usual way made in a window from which it has a course."""
+WHOLE = 1.5
+"""Times its usual duration beyond which a window holds a gap."""
 AGREE = 0.95
 """Correlation from which a ratio is believed."""
 NEAR = 0.06
 """Share by which a ratio may differ from that of two units."""
+SMALL_TURN = 2.0 * np.pi * np.pi / 180.0
+"""A full turn in radians that was taken for degrees, rad."""
 ANGLES = {np.pi / 180.0: "radians where degrees are meant", 180.0 / np.pi: "degrees where radians are meant"}
 SPEEDS = {3600.0 / 1852.0: "knots", 3.6: "km/h", 1.0 / 0.3048: "ft/s"}
 
@@ -41,18 +45,23 @@ def heading_ratio(record: Record) -> Ratio | None:
     known = np.isfinite(heading) & np.isfinite(record.column("yaw_rate_rad_s"))
     if known.sum() < FEWEST:
         return None
-    return _ratio(record.time_s[known], _turned(heading[known]), record.column("yaw_rate_rad_s")[known])
+    return _ratio(record.time_s[known], without_wraps(heading[known]), record.column("yaw_rate_rad_s")[known])
 
 
-def _turned(heading: np.ndarray) -> np.ndarray:
+def without_wraps(heading: np.ndarray) -> np.ndarray:
     """Heading (N,) without its wraps: at a full turn in radians, in degrees, or in radians taken for degrees."""
     turn, step, span = 2.0 * np.pi, float(np.max(np.abs(np.diff(heading)))), float(np.ptp(heading))
-    small = turn * np.pi / 180.0
     if span > 3.0 * turn and step > 0.5 * 360.0:
         turn = 360.0
-    elif span < 1.01 * small and step > 0.9 * small:
-        turn = small
+    elif wraps_at_small_turn(heading):
+        turn = SMALL_TURN
     return np.unwrap(heading, period=turn) if span < 1.2 * turn else heading
+
+
+def wraps_at_small_turn(heading: np.ndarray) -> bool:
+    """Whether a heading (N,) without gaps wraps at a full turn in radians that was taken for degrees."""
+    span, step = float(np.ptp(heading)), float(np.max(np.abs(np.diff(heading))))
+    return span < 1.01 * SMALL_TURN and step > 0.9 * SMALL_TURN
 
 
 def course_ratio(record: Record) -> Ratio | None:
@@ -63,12 +72,14 @@ def course_ratio(record: Record) -> Ratio | None:
     known = np.isfinite(place) & np.isfinite(record.column("heading_rad"))
     if known.sum() < FEWEST:
         return None
-    place, heading = place[known], _turned(record.column("heading_rad")[known])
+    place, heading = place[known], without_wraps(record.column("heading_rad")[known])
     w = max(_window(record.time_s[known]), 2)
     way = place[w:] - place[:-w]
     course, turned = np.angle(way[w:] * np.conj(way[:-w])), heading[w + w // 2 :] - heading[w // 2 : -w]
     turned = turned[: course.size]
+    whole = _whole(record.time_s[known], w)
     fast = np.minimum(np.abs(way[w:]), np.abs(way[:-w])) > MOVES * np.median(np.abs(way))
+    fast &= whole[w:] & whole[:-w]
     course, turned = course[fast], turned[fast]
     spread = float(np.sqrt(np.mean(course**2) * np.mean(turned**2))) if course.size > FEWEST else 0.0
     if not spread > 0.0:
@@ -78,32 +89,30 @@ def course_ratio(record: Record) -> Ratio | None:
 
 
 def speed_ratio(record: Record) -> float | None:
-    """Recorded speed over the speed that positions show, median over windows; None where they cannot be compared."""
+    """Way that the velocities give over the way that positions show, median over windows; None where they cannot be
+    compared.
+
+    Without a heading it is the length of the path: a craft that turns in a window comes to less.
+    """
     if not record.has("surge_m_s", "north_m", "east_m"):
         return None
-    speed = record.column("surge_m_s")
-    if record.has("sway_m_s"):
-        speed = np.hypot(speed, record.column("sway_m_s"))
-    north, east = record.column("north_m"), record.column("east_m")
-    known = np.isfinite(speed) & np.isfinite(north) & np.isfinite(east)
+    velocity = record.column("surge_m_s") + 1j * (record.column("sway_m_s") if record.has("sway_m_s") else 0.0)
+    velocity = velocity * np.exp(1j * record.column("heading_rad")) if record.has("heading_rad") else np.abs(velocity)
+    place = record.column("north_m") + 1j * record.column("east_m")
+    known = np.isfinite(velocity) & np.isfinite(place)
     if known.sum() < FEWEST:
         return None
-    time, speed, north, east = (a[known] for a in (record.time_s, speed, north, east))
-    w = _window(time)
-    moved = np.hypot(north[w:] - north[:-w], east[w:] - east[:-w])
-    way = integral(np.abs(speed), time)
-    way = way[w:] - way[:-w]
-    fast = (moved > 0.5 * np.max(moved)) & (way > 0.0)
-    if not fast.any() or np.max(moved) <= 0.0:
-        return None
-    return float(np.median(way[fast] / moved[fast]))
+    time, place = record.time_s[known], place[known]
+    w, way = _window(time), integral(velocity[known], time)
+    moved, given = np.abs(place[w:] - place[:-w]), np.abs(way[w:] - way[:-w])
+    fast = (moved > 0.5 * np.max(moved)) & (given > 0.0) & _whole(time, w)
+    return float(np.median(given[fast] / moved[fast])) if fast.any() else None
 
 
 def _ratio(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> Ratio | None:
     w = _window(time)
-    change = values[w:] - values[:-w]
-    given = integral(rate, time)
-    given = given[w:] - given[:-w]
+    whole, given = _whole(time, w), integral(rate, time)
+    change, given = (values[w:] - values[:-w])[whole], (given[w:] - given[:-w])[whole]
     spread = float(np.sqrt(np.mean(given**2) * np.mean(change**2)))
     if change.size < FEWEST // 2 or not spread > 0.0:
         return None
@@ -114,6 +123,12 @@ def _ratio(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> Ratio | No
 def _window(time: np.ndarray) -> int:
     """Samples of a window, at most a quarter of the record."""
     return int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, max(time.size // 4, 2)))
+
+
+def _whole(time: np.ndarray, w: int) -> np.ndarray:
+    """(M,) windows of w samples without a gap inside."""
+    span = time[w:] - time[:-w]
+    return span < WHOLE * np.median(span)
 
 
 def unit_of(ratio: float, units: dict[float, str]) -> str | None:

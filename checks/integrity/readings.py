@@ -9,6 +9,7 @@ import numpy as np
 
 from ...datasets.geometry import body_velocities
 from ...datasets.signals import integral
+from .ratios import without_wraps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -54,6 +55,17 @@ def about_track(record: Record) -> Record:
     return record if abs(angle) < ASKEW else record.with_channels(heading_rad=record.heading_unwrapped() - angle)
 
 
+def heading_in_degrees(record: Record) -> Record:
+    """The heading, without its wraps, as the degrees that its radians were taken for.
+
+    The other way round, a heading that hardly turns any more, would read velocities along north and east as right.
+    """
+    heading, known = record.column("heading_rad").copy(), np.isfinite(record.column("heading_rad"))
+    if known.sum() > 1:
+        heading[known] = np.rad2deg(without_wraps(heading[known]))
+    return record.with_channels(heading_rad=heading)
+
+
 class Reading(NamedTuple):
     """Another reading of heading, velocities and positions: the check that names it, the columns that it concerns, and
     the record read so."""
@@ -84,6 +96,7 @@ PAIRS = (("surge_m_s", "sway_m_s"), ("north_m", "east_m"))
 READINGS = (
     Reading("earth_frame_velocity", PAIRS[0], to_body),
     Reading("heading_zero", ("heading_rad",), about_track),
+    Reading("wrong_unit", ("heading_rad", "yaw_rate_rad_s"), heading_in_degrees),
     *(Reading("channel_swap", pair, exchanged(*pair)) for pair in PAIRS),
 )
 

@@ -12,4 +12,5 @@ class Current(SensorError):
     id = "current"
     where = "environment"
     unit = "m/s, rad"
+    farthest = 12.0  # m/s: more than the fastest tidal streams
     separate_by = "the same manoeuvre on two headings, or a log that measures speed through the water"

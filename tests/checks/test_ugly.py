@@ -218,7 +218,7 @@ def test_angles_taken_for_degrees_are_told_where_the_heading_wraps(rng):
     small = wrapped.with_channels(**{n: np.deg2rad(wrapped.column(n)) for n in angles if wrapped.has(n)})
     assert np.abs(np.diff(small.column("heading_rad"))).max() > 0.1
     (found,) = (f for f in check([small]).findings if f.cause == "wrong_unit" and "heading_rad" in f.channels)
-    assert found.standing and "times as far as heading_rad" in found.evidence
+    assert found.standing and "heading_rad in another unit" in found.evidence
 
 
 def test_a_record_that_is_torn_says_nothing_of_its_channels(rng):

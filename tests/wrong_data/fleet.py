@@ -1,9 +1,11 @@
-"""The records that are changed: three simulated ships and two measured sets, and the model that is asked."""
+"""The records that are changed: three simulated ships and two measured sets, and the model that is asked; and measured
+craft of which there is no model, for `check` alone."""
 
 from dataclasses import dataclass
 from functools import lru_cache
 
 from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.io import read_record
 from helmbench.datasets.measured import data_dir, load
 from helmbench.datasets.record import Record
 from helmbench.models.model import resolve
@@ -54,12 +56,33 @@ SETS = {
         frozenset({"outliers"}),
     ),
 }
-FLEET = SHIPS | SETS
+
+
+@dataclass(frozen=True)
+class Craft:
+    """A measured craft without a model: samples that are kept of a run, and what `check` finds in some of its runs."""
+
+    samples: int = 600
+    known: frozenset[str] = frozenset()
+
+    def records(self, name: str) -> list[Record]:
+        """All its runs, thinned."""
+        records = [read_record(path) for path in sorted((data_dir() / name).glob("*.csv"))]
+        return [record.thinned(max(round(record.n / self.samples), 1)) for record in records]
+
+
+CRAFT = {
+    "blueboat": Craft(),
+    "otter": Craft(),
+    "vtec": Craft(),
+    "expedition_horta": Craft(known=frozenset({"velocity_delay"})),  # of two runs, where the third is torn
+}
+FLEET = SHIPS | SETS | CRAFT
 
 
 def at_hand(name: str) -> bool:
     """Whether the records can be had on this machine."""
-    return name in SHIPS or (data_dir() / SETS[name].folder).exists()
+    return name in SHIPS or (data_dir() / (SETS[name].folder if name in SETS else name)).exists()
 
 
 @lru_cache(maxsize=len(FLEET))
