@@ -1,7 +1,8 @@
 """Identifiability of a model's parameters from records: their precision, their combinations, and useful manoeuvres.
 
 All of it follows from the Fisher information of the free run at the model's coefficients, for white noise on the
-measured channels and unknown initial states (`bounds`).
+measured states, unknown initial states and inputs that are exactly known (`bounds`): noise of a measured rudder drives
+the free run and comes on top.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ class Identifiability:
     def lines(self) -> list[str]:
         """The report in plain language."""
         noise = ", ".join(f"{channel} {sd:.2g}" for channel, sd in self.noise_sd.items())
-        found = [f"identifiability (Cramer-Rao bounds for sensor noise {noise})"]
+        found = [f"identifiability (Cramer-Rao bounds for sensor noise {noise}; inputs taken as exact)"]
         titles = ("determined within 10 %", "determined within 10-50 %", "not determined")
         for title, names in zip(titles, self.names, strict=True):
             found.append(f"  {title} ({len(names)}): {', '.join(names) or 'none'}")
