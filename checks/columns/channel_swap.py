@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.instruments import SENSORS, SWAPS
+from ..integrity.ratios import AGREE, heading_ratio
 from ..integrity.readings import BETTER, better_reading, exchanged, rate_error, read_as
 from ._base import ColumnCheck, ColumnFault
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
 
 RATES = ("yaw_rate_rad_s", "roll_rate_rad_s")
+TURN = ("heading_rad", "yaw_rate_rad_s")
 STEERED = ("heading_rad", "rudder_rad")
 UNEXPLAINED = 0.3
 """Share of the heading's changes that the yaw-rate column must leave unexplained, and a column in its place may not."""
@@ -30,8 +32,9 @@ class ChannelSwap(ColumnCheck):
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
         faults, fixed = self._of_rates(list(records))
-        of_rudder, fixed = self._of_rudder(fixed)
-        faults += of_rudder
+        for look in (self._of_turn, self._of_rudder):
+            found, fixed = look(fixed)
+            faults += found
         better = better_reading(fixed)
         if better is not None and better.reading.check == self.id:
             said = better.evidence("with the columns exchanged")
@@ -52,6 +55,16 @@ class ChannelSwap(ColumnCheck):
         )
         swap = exchanged(*RATES)
         return [self._fault(RATES, said, (own / max(other, 1e-6)) ** 2)], [swap(r) for r in records]
+
+    def _of_turn(self, records: list[Record]) -> tuple[list[ColumnFault], list[Record]]:
+        """Records whose yaw-rate column changes as the integral of the heading column."""
+        swap = exchanged(*TURN)
+        bad = [r.has(*TURN) and _goes_with(swap(r)) and not _goes_with(r) for r in records]
+        if not any(bad):
+            return [], records
+        said = f"in {sum(bad)} of {len(bad)} records yaw_rate_rad_s changes as the integral of heading_rad does"
+        fault = ColumnFault(self, {"channels": list(TURN)}, said, BETTER**-2, {})
+        return [fault], [swap(r) if is_bad else r for r, is_bad in zip(records, bad, strict=True)]
 
     def _of_rudder(self, records: list[Record]) -> tuple[list[ColumnFault], list[Record]]:
         """Records whose yaw rate goes with the rudder column, not with the heading's.
@@ -76,6 +89,12 @@ class ChannelSwap(ColumnCheck):
         pair = {names[column] for column in columns}
         switch = next(key for key, swap in SWAPS.items() if {names[c] for c in swap} == pair)
         return ColumnFault(self, {"channels": list(columns)}, evidence, float(statistic), {switch: 1.0})
+
+
+def _goes_with(record: Record) -> bool:
+    """Whether the heading goes with the yaw rate, in one unit."""
+    ratio = heading_ratio(record)
+    return ratio is not None and ratio.correlation > AGREE and abs(ratio.slope - 1.0) < UNEXPLAINED
 
 
 def _with_rudder(record: Record) -> tuple[float, float]:

@@ -39,7 +39,7 @@ class ChannelSign(FileCheck):
 
     def _of_rate(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
-        if ratio is None or ratio.correlation > -AGREE:
+        if ratio is None or ratio.correlation > -AGREE or not 0.5 < -ratio.slope < 2.0:
             return None
         said = f"yaw_rate_rad_s turns against the heading (correlation {ratio.correlation:.3f})"
         size, track = (exact("ratio", ratio.slope, "1"),), track_of(record)

@@ -12,6 +12,7 @@ from ..fault import Fault, exact
 from ..integrity.ratios import (
     AGREE,
     ANGLES,
+    PLACES,
     SMALL_TURN,
     SPEEDS,
     course_ratio,
@@ -32,6 +33,13 @@ ALL_ANGLES = 20.0
 """Times that the course turns as far as the heading, from which no drift explains it."""
 LARGEST_RUDDER = 1.6
 """Rudder angle (rad) above which the column must hold degrees."""
+FAR = 1.3
+"""Factor from which a time that all channels show is wrong."""
+ODD_TURN, ODD_WAY = 1.6, 5.0
+"""Factors from which no scale error of a rate gyro, or of a log, explains a ratio."""
+ONE_FACTOR = 0.1
+"""Share by which two ratios of one time may differ."""
+PLACE_COLUMNS = ("north_m", "east_m")
 SPEED_COLUMNS = ("surge_m_s", "sway_m_s")
 
 
@@ -45,13 +53,33 @@ class WrongUnit(FileCheck):
     separate_by = "the logger's list of channels"
 
     def find(self, record: Record) -> list[Fault]:
+        time = self._time(record)
+        if time is not None:
+            return [time]
         angles = self._angle(record) or self._all_angles(record)
         return [f for f in (angles, self._speed(record), *self._rudders(record)) if f]
 
+    def _time(self, record: Record) -> Fault | None:
+        """Heading against yaw rate and positions against velocities differ by one factor, which is that of the time."""
+        turn, way = heading_ratio(record), speed_ratio(record)
+        if turn is None or way is None or not (turn.slope > 0.0 and turn.correlation > AGREE):
+            return None
+        if abs(turn.slope * way - 1.0) > ONE_FACTOR or 1.0 / FAR < way < FAR:
+            return None
+        said = (
+            f"time_s runs {way:.4g} times as fast as both heading and yaw rate, and positions and velocities, show: "
+            "another unit, or another sampling rate"
+        )
+        return Fault(said, ("time_s",), (exact("ratio", way, "1"),), standing=True)
+
     def _angle(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
-        if ratio is None or abs(ratio.correlation) < AGREE or unit_of(ratio.slope, ANGLES) is None:
+        if ratio is None or abs(ratio.correlation) < AGREE:
             return None
+        if unit_of(ratio.slope, ANGLES) is None:
+            columns = ("heading_rad", "yaw_rate_rad_s")
+            said = f"heading_rad changes {ratio.slope:.4g} times as much as yaw_rate_rad_s and the time give"
+            return _odd(said, ratio.slope, ODD_TURN, columns)
         name, other = ("heading_rad", "yaw_rate_rad_s") if abs(ratio.slope) > 1.0 else ("yaw_rate_rad_s", "heading_rad")
         times = max(abs(ratio.slope), 1.0 / abs(ratio.slope))
         said = f"{name} holds degrees: its changes are {times:.4g} times what {other} gives"
@@ -74,13 +102,16 @@ class WrongUnit(FileCheck):
 
     def _speed(self, record: Record) -> Fault | None:
         ratio = speed_ratio(record)
-        unit = None if ratio is None else unit_of(ratio, SPEEDS)
-        if ratio is None or unit is None:
+        if ratio is None:
             return None
-        factors = {
-            name: 1.0 / next(k for k, v in SPEEDS.items() if v == unit) for name in SPEED_COLUMNS if record.has(name)
-        }
-        said = f"{' and '.join(factors)} seem to hold {unit}: {ratio:.4g} times the speed that the positions show"
+        unit, of_places = unit_of(ratio, SPEEDS), unit_of(1.0 / ratio, PLACES)
+        names, units = (SPEED_COLUMNS, SPEEDS) if unit is not None else (PLACE_COLUMNS, PLACES)
+        unit = unit or of_places
+        if unit is None:
+            said = f"the way of the velocities is {ratio:.4g} times that of the positions"
+            return _odd(said, ratio, ODD_WAY, (*SPEED_COLUMNS[:1], *PLACE_COLUMNS))
+        factors = {name: 1.0 / next(k for k, v in units.items() if v == unit) for name in names if record.has(name)}
+        said = f"{' and '.join(factors)} seem to hold {unit}: the velocities' way is {ratio:.4g} times the positions'"
         return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), factors=factors)
 
     def _rudders(self, record: Record) -> list[Fault]:
@@ -91,6 +122,15 @@ class WrongUnit(FileCheck):
                 said = f"{name} reaches {most:.4g} rad: it holds degrees"
                 found.append(Fault(said, (name,), (exact("largest", most, "rad"),), factors={name: DEGREE}))
         return found
+
+
+def _odd(said: str, ratio: float, odd: float, columns: tuple[str, ...]) -> Fault | None:
+    """A ratio that neither a scale error nor a turned sign explains."""
+    if 1.0 / odd < ratio < odd or 0.5 < -ratio < 2.0:
+        return None
+    return Fault(
+        f"{said}: another unit, quantity or sampling rate", columns, (exact("ratio", ratio, "1"),), standing=True
+    )
 
 
 def _wraps(record: Record) -> bool:

@@ -33,7 +33,7 @@ class Jump(NamedTuple):
 def jumps(record: Record) -> list[Jump]:
     """Jumps of heading (by the yaw rate) and positions (by heading and velocities), where these are known."""
     found = []
-    if record.has("heading_rad", "yaw_rate_rad_s"):
+    if record.has("heading_rad", "yaw_rate_rad_s") and _changes(record.column("yaw_rate_rad_s")):
         found += _jumps(record, "heading_rad", record.heading_unwrapped(), record.column("yaw_rate_rad_s"))
     if record.has("surge_m_s", "north_m", "east_m") and _changes(record.column("surge_m_s")):
         speed = np.abs(record.column("surge_m_s"))

@@ -15,6 +15,8 @@ WINDOW_S = 8.0
 FEWEST = 30
 MOVES = 0.2
 """Share of the usual way made in a window from which it has a course."""
+USUAL = 0.75
+"""Quantile of the ways made in windows that is taken for the usual one: windows over a jump may be the largest."""
 WHOLE = 1.5
 """Times its usual duration beyond which a window holds a gap."""
 AGREE = 0.95
@@ -24,6 +26,7 @@ NEAR = 0.06
 SMALL_TURN = 2.0 * np.pi * np.pi / 180.0
 """A full turn in radians that was taken for degrees, rad."""
 ANGLES = {np.pi / 180.0: "radians where degrees are meant", 180.0 / np.pi: "degrees where radians are meant"}
+PLACES = {1.0 / 0.3048: "ft", 1e-3: "km", 1.0 / 1852.0: "nautical miles"}
 SPEEDS = {3600.0 / 1852.0: "knots", 3.6: "km/h", 1.0 / 0.3048: "ft/s"}
 
 
@@ -105,7 +108,7 @@ def speed_ratio(record: Record) -> float | None:
     time, place = record.time_s[known], place[known]
     w, way = _window(time), integral(velocity[known], time)
     moved, given = np.abs(place[w:] - place[:-w]), np.abs(way[w:] - way[:-w])
-    fast = (moved > 0.5 * np.max(moved)) & (given > 0.0) & _whole(time, w)
+    fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (given > 0.0) & _whole(time, w)
     return float(np.median(given[fast] / moved[fast])) if fast.any() else None
 
 

@@ -102,6 +102,11 @@ def straight(r, rng):
     return r.with_channels(**{n: np.zeros(r.n) for n in RUDDERS if r.has(n)})
 
 
+def time_doubled(r, rng):
+    """Rows of a logger that is said to be half as fast as it is."""
+    return replace(r, time_s=r.time_s[0] + 2.0 * (r.time_s - r.time_s[0]))
+
+
 CHANGES: dict[str, Change] = {
     "radians in the rudder's degrees": scaled(RUDDERS, DEGREE),
     "radians in all degrees": scaled(ANGLES, DEGREE),
@@ -129,4 +134,7 @@ CHANGES: dict[str, Change] = {
     "outliers": outliers,
     "halves exchanged": halves_exchanged,
     "sway turned": scaled(("sway_m_s",), -1.0),
+    "time doubled": time_doubled,
+    "positions in feet": scaled(("north_m", "east_m"), 1.0 / 0.3048),
+    "heading and yaw rate exchanged": exchanged("heading_rad", "yaw_rate_rad_s"),
 }

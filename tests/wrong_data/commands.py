@@ -56,6 +56,9 @@ NAMED = {
     "outliers": {"outliers", "impossible_samples"},
     "halves exchanged": {"splice", "rudder_response"},
     "sway turned": {"channel_sign"},
+    "time doubled": {"wrong_unit"},
+    "positions in feet": {"wrong_unit"},
+    "heading and yaw rate exchanged": {"channel_swap"},
 }
 """Change -> what may be named of it; anything else that the unchanged records do not have is invented."""
 

@@ -12,7 +12,7 @@ from .fleet import CRAFT, SETS, SHIPS, at_hand, records_of
 
 STANDING = (
     *("radians in the rudder's degrees", "radians in all degrees", "rudder late", "rudder early", "rudder shuffled"),
-    *("rudder amidships", "rows lost", "gap", "time reversed"),
+    *("rudder amidships", "rows lost", "gap", "time reversed", "time doubled"),
 )
 """Changes that nothing can correct."""
 OF_TRACK = (
@@ -22,6 +22,7 @@ OF_TRACK = (
     "positions exchanged",
     "earth frame",
     "sway turned",
+    "positions in feet",
 )
 """Changes that positions and velocities show, and a response model's records do not have."""
 HARMLESS = ("rudder doubled", "dropouts")
