@@ -70,6 +70,24 @@ indices:
 """
 
 
+TABLE = {
+    "X_u": -184, "X'_{vv}": -899, "Y_v": -1160, "Y_r": -499, "Y_{\\delta}": 278, "N_v": -264, "N_r": -166, "Nd": -139,
+    "m": 798, "x_G": -23, "I_z": 39.2, "X_{\\dot u}": -42, "Yvdot": -748, "Yrdot": -9.354, "N_vdot": 4.646,
+    "Nrdot": -43.8,
+}  # fmt: skip
+TABLES = (
+    "\n".join(
+        ["name,value (x 10^-5),unit", *(f"{name},{value}," for name, value in TABLE.items()), "L,160.93,m", "U0,15,kn"]
+    ).encode(),
+    "\n".join(
+        [*(f"{name}: {value}e-5" for name, value in TABLE.items()), "L: 160.93", "U0: {value: 15, unit: kn}"]
+    ).encode(),
+    json.dumps(
+        {name: value * 1e-5 for name, value in TABLE.items()} | {"L": 160.93, "U0": {"value": 15, "unit": "kn"}}
+    ).encode(),
+)
+
+
 @dataclass(frozen=True)
 class Reader:
     """seeds : valid files.  name : of the file.  read : takes the path; `BadInput` and `CannotFit` of it are refusals.
@@ -288,6 +306,16 @@ def _indices(path: Path) -> None:
     read_indices(path)
 
 
+def _table(path: Path) -> None:
+    """The suffix decides how a table is read: given by the first character."""
+    from helmbench.models.parameter_table import model_of_table
+
+    start = path.read_bytes().lstrip()[:1]
+    named = path.with_suffix({b"{": ".json", b"X": ".yaml"}.get(start, ".csv"))
+    path.rename(named)
+    model_of_table(named, "abkowitz", "port", None, None)
+
+
 def _raw_readers(scratch: Path) -> dict[str, Reader]:
     import numpy as np
 
@@ -346,5 +374,6 @@ def readers(scratch: Path) -> dict[str, Reader]:
         "mapping": Reader((MAPPING,), "log.map.yaml", _mapping),
         "submission": Reader((SUBMISSION,), "submission.json", _submission),
         "indices": Reader((INDICES,), "ship.yaml", _indices),
+        "table": Reader(TABLES, "table.csv", _table),
         **_raw_readers(scratch),
     }
