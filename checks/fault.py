@@ -25,6 +25,7 @@ class Fault:
     channels : columns that are concerned.  sizes : numbers of the fault with their intervals.  material : whether it
     would falsify what the record gives; else it is a remark.  blanks : samples (column, start, stop) that are
     no measurements.  factors : column -> what its values are to be multiplied by.
+    steps : (column, start, step) that the values from a sample on are to be lowered by.
     corrects : the check itself returned the record corrected.  biases : a fit to the record as it is would be wrong by
     it (None: where it can be corrected).  standing : it cannot be corrected, and while it stands
     nothing that a model says of the hull can be trusted.
@@ -36,6 +37,7 @@ class Fault:
     material: bool = True
     blanks: tuple[tuple[str, int, int], ...] = ()
     factors: Mapping[str, float] = field(default_factory=dict)
+    steps: tuple[tuple[str, int, float], ...] = ()
     standing: bool = False
     corrects: bool = False
     biases: bool | None = None
@@ -43,7 +45,7 @@ class Fault:
     @property
     def corrected(self) -> bool:
         """Whether the record can be corrected for it."""
-        return self.material and (self.corrects or bool(self.blanks or self.factors))
+        return self.material and (self.corrects or bool(self.blanks or self.factors or self.steps))
 
 
 def exact(parameter: str, value: float, unit: str) -> Size:
@@ -52,11 +54,13 @@ def exact(parameter: str, value: float, unit: str) -> Size:
 
 
 def cleaned(record: Record, faults: Sequence[Fault]) -> Record:
-    """The record with blanked samples as gaps and wrong factors corrected, for faults that matter."""
+    """The record with blanked samples as gaps, and wrong factors and steps corrected, for faults that matter."""
     channels = {name: values.copy() for name, values in record.channels.items()}
     for fault in (f for f in faults if f.material):
         for name, factor in fault.factors.items():
             channels[name] = channels[name] * factor
+        for name, start, step in fault.steps:
+            channels[name][start:] -= step
         for name, start, stop in fault.blanks:
             channels[name][max(start, 0) : stop] = np.nan
     return record.with_channels(**channels)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ...datasets.signals import integral
 from ..base import FileCheck
 from ..comparison.whitening import LONGEST_GAP
 from ..fault import Fault, exact
-from ..integrity.jumps import jumps
+from ..integrity.jumps import Jump, jumps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -16,6 +19,10 @@ JOINED = 0.17
 """Jump of the heading, rad, from which it is no sensor that catches up, but two runs in one; a smaller one is where a
 position jumps in the same row."""
 HEADING = "heading_rad"
+NEAR, FAR = 10, 60
+"""Samples before and after a jump between which heading and rate are compared."""
+STAYS = 0.5
+"""Share of a jump that must be left there of it."""
 UNITS = {HEADING: "rad", "north_m": "m", "east_m": "m"}
 
 
@@ -45,5 +52,19 @@ class Splice(FileCheck):
             size = (exact("largest jump", worst.change, unit),)
             joined = name == HEADING and (abs(worst.change) > JOINED or not moved.isdisjoint(j.k for j in own))
             said += ": two runs in one? cut the record there" if joined else ""
-            found.append(Fault(said, (name,), size, blanks=blanks, standing=joined))
+            reset = tuple((name, j.k, j.error) for j in own if name == HEADING and not joined and _stays(record, j))
+            found.append(Fault(said, (name,), size, blanks=blanks, steps=reset, standing=joined))
         return found
+
+
+def _stays(record: Record, jump: Jump) -> bool:
+    """Whether what the rate leaves of the heading keeps a jump, as of a compass that was reset: of one that lags and
+    catches up it comes back."""
+    time, rate = record.time_s, record.column("yaw_rate_rad_s")
+    known = np.isfinite(rate)
+    left = record.heading_unwrapped() - integral(np.interp(time, time[known], rate[known]), time)
+    sides = left[max(jump.k - FAR, 0) : max(jump.k - NEAR, 0)], left[jump.k + NEAR : jump.k + FAR]
+    before, after = (side[np.isfinite(side)] for side in sides)
+    if not (before.size and after.size):
+        return True
+    return float(np.median(after) - np.median(before)) / jump.error > STAYS

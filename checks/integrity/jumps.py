@@ -22,12 +22,14 @@ SIDE = 5
 
 
 class Jump(NamedTuple):
-    """Step k - 1 -> k of a channel: seconds it took, change, and the change that rates allow (SI)."""
+    """Step k - 1 -> k of a channel: its change, the change that rates allow, and what the change departs from them by
+    (SI)."""
 
     k: int
     channel: str
     change: float
     allowed: float
+    error: float
 
 
 def jumps(record: Record) -> list[Jump]:
@@ -83,7 +85,7 @@ def _jumps(
         path = np.concatenate([[0.0], np.cumsum(error[a : b - 1])])
         shift = float(np.median(path[k - a :]) - np.median(path[: k - a]))
         if min(k, x.size - k) >= SIDE and abs(shift) > 0.5 * abs(error[k - 1]):
-            found.append(Jump(int(known[k]), name, float(x[k] - x[k - 1]), float(allowed[k - 1])))
+            found.append(Jump(int(known[k]), name, float(x[k] - x[k - 1]), float(allowed[k - 1]), float(error[k - 1])))
     return found
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, inject
-from helmbench.checks.check import check
+from helmbench.checks.check import check, examine
 from helmbench.datasets import generator
 from helmbench.datasets.record import Record
 
@@ -231,3 +231,36 @@ def test_a_record_that_is_torn_says_nothing_of_its_channels(rng):
     torn = torn.with_channels(surge_m_s=3.6 * torn.column("surge_m_s"))
     (found,) = check([torn]).findings
     assert found.cause == "time_stamps" and found.standing
+
+
+@pytest.mark.parametrize("positions", [True, False])
+def test_a_compass_that_was_reset_is_followed_on_across_its_jump(positions, rng):
+    """The heading after the jump is what the rate gives; the jump is told and is none in the record that is used."""
+    record = generator.generate(
+        generator.Case("mariner", "zigzag:20/20", "low", seed=int(rng.integers(2**31)), duration_s=400.0)
+    )
+    kept = {n: v for n, v in record.channels.items() if positions or n not in ("north_m", "east_m")}
+    heading, k = record.heading_unwrapped(), int(rng.integers(100, record.n - 100))
+    away = np.where(np.arange(record.n) < k, 0.0, 0.1)
+    whole = replace(record, channels=kept)
+    turned = heading + away
+    if positions:  # the place follows the heading that the ship has
+        way = (record.column("surge_m_s") + 1j * record.column("sway_m_s")) * np.exp(1j * heading)
+        place = np.concatenate([[0.0], np.cumsum(0.5 * (way[1:] + way[:-1]) * np.diff(record.time_s))])
+        whole = whole.with_channels(north_m=place.real, east_m=place.imag)
+    done = examine([whole.with_channels(heading_rad=turned)])
+    (found,) = (f for f in done.findings if f.cause == "splice")
+    assert found.channels == ("heading_rad",) and found.corrected and not found.standing
+    left = done.records[0].heading_unwrapped() - heading
+    assert np.nanmax(np.abs(left - left[0])) < 0.01
+
+
+def test_a_heading_that_lags_and_catches_up_is_left_where_it_is(rng):
+    record = generator.generate(
+        generator.Case("mariner", "turn:20", "low", seed=int(rng.integers(2**31)), duration_s=400.0)
+    )
+    heading, k = record.heading_unwrapped().copy(), int(rng.integers(150, record.n - 150))
+    heading[k - 30 : k] = np.linspace(heading[k - 30], heading[k] - 0.1, 30)
+    done = examine([record.with_channels(heading_rad=heading)])
+    assert [f for f in done.findings if f.cause == "splice" and not f.standing]
+    assert np.abs(done.records[0].heading_unwrapped()[-1] - heading[-1]) < 1e-9
