@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.instruments import SENSORS, SWAPS
-from ..integrity.ratios import AGREE, heading_ratio
+from ..integrity.ratios import AGREE, TURN, heading_ratio
 from ..integrity.readings import BETTER, better_reading, exchanged, rate_error, read_as
 from ._base import ColumnCheck, ColumnFault
 
@@ -16,15 +16,14 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
 
 RATES = ("yaw_rate_rad_s", "roll_rate_rad_s")
-TURN = ("heading_rad", "yaw_rate_rad_s")
 STEERED = ("heading_rad", "rudder_rad")
 UNEXPLAINED = 0.3
 """Share of the heading's changes that the yaw-rate column must leave unexplained, and a column in its place may not."""
 
 
 class ChannelSwap(ColumnCheck):
-    """Two columns exchanged or mislabelled (`details` names them): yaw rate and roll rate against the heading, rudder
-    and heading against the yaw rate, the two velocities or the two positions against each other."""
+    """Two columns exchanged or mislabelled (`details` names them): yaw rate and roll rate against the heading, heading
+    and yaw rate, rudder and heading against the yaw rate, two velocities or two positions against each other."""
 
     id = "channel_swap"
     rank = 55

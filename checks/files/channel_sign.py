@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ...datasets.axes import track_of
 from ..base import FileCheck
 from ..fault import Fault, cleaned, exact
-from ..integrity.ratios import AGREE, heading_ratio
+from ..integrity.ratios import AGREE, heading_ratio, turns_back
 from ..integrity.readings import BETTER, LEAST, TRACK, better_reading, track_error
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class ChannelSign(FileCheck):
 
     def _of_rate(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
-        if ratio is None or ratio.correlation > -AGREE or not 0.5 < -ratio.slope < 2.0:
+        if ratio is None or ratio.correlation > -AGREE or not turns_back(ratio.slope):
             return None
         said = f"yaw_rate_rad_s turns against the heading (correlation {ratio.correlation:.3f})"
         size, track = (exact("ratio", ratio.slope, "1"),), track_of(record)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.signals import integral
+from ...datasets.signals import bridged, integral
 from ..base import FileCheck
 from ..comparison.whitening import LONGEST_GAP
 from ..fault import Fault, exact
@@ -60,9 +60,8 @@ class Splice(FileCheck):
 def _stays(record: Record, jump: Jump) -> bool:
     """Whether what the rate leaves of the heading keeps a jump, as of a compass that was reset: of one that lags and
     catches up it comes back."""
-    time, rate = record.time_s, record.column("yaw_rate_rad_s")
-    known = np.isfinite(rate)
-    left = record.heading_unwrapped() - integral(np.interp(time, time[known], rate[known]), time)
+    time = record.time_s
+    left = record.heading_unwrapped() - integral(bridged(record.column("yaw_rate_rad_s"), time), time)
     sides = left[max(jump.k - FAR, 0) : max(jump.k - NEAR, 0)], left[jump.k + NEAR : jump.k + FAR]
     before, after = (side[np.isfinite(side)] for side in sides)
     if not (before.size and after.size):

@@ -15,9 +15,12 @@ from ..integrity.ratios import (
     PLACES,
     SMALL_TURN,
     SPEEDS,
+    TURN,
+    Ratio,
     course_ratio,
     heading_ratio,
     speed_ratio,
+    turns_back,
     unit_of,
     wraps_at_small_turn,
 )
@@ -44,7 +47,8 @@ SPEED_COLUMNS = ("surge_m_s", "sway_m_s")
 
 
 class WrongUnit(FileCheck):
-    """A column in another unit than its name says: degrees for radians, knots for metres per second."""
+    """A column in another unit than its name says: degrees for radians, knots for metres per second, feet for metres,
+    or a time that runs faster or slower than rates and velocities show."""
 
     id = "wrong_unit"
     rank = 40
@@ -53,15 +57,15 @@ class WrongUnit(FileCheck):
     separate_by = "the logger's list of channels"
 
     def find(self, record: Record) -> list[Fault]:
-        time = self._time(record)
+        turn, way = heading_ratio(record), speed_ratio(record)
+        time = self._time(turn, way)
         if time is not None:
             return [time]
-        angles = self._angle(record) or self._all_angles(record)
-        return [f for f in (angles, self._speed(record), *self._rudders(record)) if f]
+        angles = self._angle(turn) or self._all_angles(record, turn)
+        return [f for f in (angles, self._speed(record, way), *self._rudders(record)) if f]
 
-    def _time(self, record: Record) -> Fault | None:
+    def _time(self, turn: Ratio | None, way: float | None) -> Fault | None:
         """Heading against yaw rate and positions against velocities differ by one factor, which is that of the time."""
-        turn, way = heading_ratio(record), speed_ratio(record)
         if turn is None or way is None or not (turn.slope > 0.0 and turn.correlation > AGREE):
             return None
         if abs(turn.slope * way - 1.0) > ONE_FACTOR or 1.0 / FAR < way < FAR:
@@ -72,20 +76,18 @@ class WrongUnit(FileCheck):
         )
         return Fault(said, ("time_s",), (exact("ratio", way, "1"),), standing=True)
 
-    def _angle(self, record: Record) -> Fault | None:
-        ratio = heading_ratio(record)
+    def _angle(self, ratio: Ratio | None) -> Fault | None:
         if ratio is None or abs(ratio.correlation) < AGREE:
             return None
         if unit_of(ratio.slope, ANGLES) is None:
-            columns = ("heading_rad", "yaw_rate_rad_s")
             said = f"heading_rad changes {ratio.slope:.4g} times as much as yaw_rate_rad_s and the time give"
-            return _odd(said, ratio.slope, ODD_TURN, columns)
-        name, other = ("heading_rad", "yaw_rate_rad_s") if abs(ratio.slope) > 1.0 else ("yaw_rate_rad_s", "heading_rad")
+            return _odd(said, ratio.slope, ODD_TURN, TURN)
+        name, other = TURN if abs(ratio.slope) > 1.0 else TURN[::-1]
         times = max(abs(ratio.slope), 1.0 / abs(ratio.slope))
         said = f"{name} holds degrees: its changes are {times:.4g} times what {other} gives"
         return Fault(said, (name,), (exact("ratio", ratio.slope, "1"),), factors={name: DEGREE})
 
-    def _all_angles(self, record: Record) -> Fault | None:
+    def _all_angles(self, record: Record, turn: Ratio | None) -> Fault | None:
         """Heading and yaw rate together in another unit, which the track shows, or the heading's own wraps."""
         if not record.has("heading_rad"):
             return None
@@ -94,19 +96,18 @@ class WrongUnit(FileCheck):
             said = better.evidence("with heading_rad in another unit: radians were taken for degrees")
         elif ratio is not None and abs(ratio.correlation) > TOGETHER and 1.0 < abs(ratio.slope) / ALL_ANGLES < 5.0:
             said = f"the course of the positions turns {abs(ratio.slope):.3g} times as far as heading_rad: another unit"
-        elif _wraps(record):
+        elif _wraps(record, turn):
             said = f"heading_rad wraps at {SMALL_TURN:.4g} rad: it holds radians that were taken for degrees"
         else:
             return None
-        return Fault(said, ("heading_rad", "yaw_rate_rad_s"), standing=True)
+        return Fault(said, TURN, standing=True)
 
-    def _speed(self, record: Record) -> Fault | None:
-        ratio = speed_ratio(record)
+    def _speed(self, record: Record, ratio: float | None) -> Fault | None:
         if ratio is None:
             return None
-        unit, of_places = unit_of(ratio, SPEEDS), unit_of(1.0 / ratio, PLACES)
-        names, units = (SPEED_COLUMNS, SPEEDS) if unit is not None else (PLACE_COLUMNS, PLACES)
-        unit = unit or of_places
+        names, units, unit = SPEED_COLUMNS, SPEEDS, unit_of(ratio, SPEEDS)
+        if unit is None:
+            names, units, unit = PLACE_COLUMNS, PLACES, unit_of(1.0 / ratio, PLACES)
         if unit is None:
             said = f"the way of the velocities is {ratio:.4g} times that of the positions"
             return _odd(said, ratio, ODD_WAY, (*SPEED_COLUMNS[:1], *PLACE_COLUMNS))
@@ -126,16 +127,16 @@ class WrongUnit(FileCheck):
 
 def _odd(said: str, ratio: float, odd: float, columns: tuple[str, ...]) -> Fault | None:
     """A ratio that neither a scale error nor a turned sign explains."""
-    if 1.0 / odd < ratio < odd or 0.5 < -ratio < 2.0:
+    if 1.0 / odd < ratio < odd or turns_back(ratio):
         return None
     return Fault(
         f"{said}: another unit, quantity or sampling rate", columns, (exact("ratio", ratio, "1"),), standing=True
     )
 
 
-def _wraps(record: Record) -> bool:
+def _wraps(record: Record, turn: Ratio | None) -> bool:
     """Whether the heading wraps as radians taken for degrees do, and then goes with the yaw rate."""
-    heading, ratio = record.column("heading_rad"), heading_ratio(record)
+    heading = record.column("heading_rad")
     heading = heading[np.isfinite(heading)]
-    alike = ratio is None or (ratio.correlation > AGREE and abs(ratio.slope - 1.0) < 1.0 - AGREE)
+    alike = turn is None or (turn.correlation > AGREE and abs(turn.slope - 1.0) < 1.0 - AGREE)
     return heading.size > 1 and alike and wraps_at_small_turn(heading)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 WINDOW_S = 8.0
 FEWEST = 30
+TURN = ("heading_rad", "yaw_rate_rad_s")
 MOVES = 0.2
 """Share of the usual way made in a window from which it has a course."""
 USUAL = 0.75
@@ -42,7 +43,7 @@ def heading_ratio(record: Record) -> Ratio | None:
 
     A heading that wraps at 360 is unwrapped there.
     """
-    if not record.has("heading_rad", "yaw_rate_rad_s"):
+    if not record.has(*TURN):
         return None
     heading = record.column("heading_rad")
     known = np.isfinite(heading) & np.isfinite(record.column("yaw_rate_rad_s"))
@@ -80,7 +81,7 @@ def course_ratio(record: Record) -> Ratio | None:
     way = place[w:] - place[:-w]
     course, turned = np.angle(way[w:] * np.conj(way[:-w])), heading[w + w // 2 :] - heading[w // 2 : -w]
     turned = turned[: course.size]
-    whole = _whole(record.time_s[known], w)
+    whole = whole_windows(record.time_s[known], w)
     fast = np.minimum(np.abs(way[w:]), np.abs(way[:-w])) > MOVES * np.median(np.abs(way))
     fast &= whole[w:] & whole[:-w]
     course, turned = course[fast], turned[fast]
@@ -108,13 +109,13 @@ def speed_ratio(record: Record) -> float | None:
     time, place = record.time_s[known], place[known]
     w, way = _window(time), integral(velocity[known], time)
     moved, given = np.abs(place[w:] - place[:-w]), np.abs(way[w:] - way[:-w])
-    fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (given > 0.0) & _whole(time, w)
+    fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (given > 0.0) & whole_windows(time, w)
     return float(np.median(given[fast] / moved[fast])) if fast.any() else None
 
 
 def _ratio(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> Ratio | None:
     w = _window(time)
-    whole, given = _whole(time, w), integral(rate, time)
+    whole, given = whole_windows(time, w), integral(rate, time)
     change, given = (values[w:] - values[:-w])[whole], (given[w:] - given[:-w])[whole]
     spread = float(np.sqrt(np.mean(given**2) * np.mean(change**2)))
     if change.size < FEWEST // 2 or not spread > 0.0:
@@ -128,10 +129,15 @@ def _window(time: np.ndarray) -> int:
     return int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, max(time.size // 4, 2)))
 
 
-def _whole(time: np.ndarray, w: int) -> np.ndarray:
+def whole_windows(time: np.ndarray, w: int) -> np.ndarray:
     """(M,) windows of w samples without a gap inside."""
     span = time[w:] - time[:-w]
     return span < WHOLE * np.median(span)
+
+
+def turns_back(ratio: float) -> bool:
+    """Whether a ratio is that of a turned sign, beside the error of a scale: not of another unit or quantity."""
+    return 0.5 < -ratio < 2.0
 
 
 def unit_of(ratio: float, units: dict[float, str]) -> str | None:

@@ -9,20 +9,17 @@ import numpy as np
 
 from ...datasets.geometry import body_velocities
 from ...datasets.signals import integral
-from .ratios import without_wraps
+from .ratios import WINDOW_S, whole_windows, without_wraps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
-WINDOW_S = 8.0
 BETTER = 0.5
 """Share of the present disagreement below which another reading of the columns is believed."""
 FEWEST = 20
 """Samples with all channels below which nothing is compared."""
 LEAST = 0.02
 """Disagreement, as a share of the way made, from which another reading is looked for."""
-WHOLE = 1.5
-"""Times its usual duration beyond which a window holds a gap."""
 ASKEW = float(np.deg2rad(17.0))
 """Angle, rad, beyond which the heading has another zero."""
 MOST = 0.35
@@ -152,6 +149,5 @@ def _ways(record: Record) -> tuple[np.ndarray, np.ndarray]:
     time, place = time[known], x[known] + 1j * y[known]
     step = int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, time.size // 2))
     way = integral(((u + 1j * v) * np.exp(1j * psi))[known], time)
-    span = time[step:] - time[:-step]
-    whole = span < WHOLE * np.median(span)  # no gap inside
+    whole = whole_windows(time, step)
     return (way[step:] - way[:-step])[whole], (place[step:] - place[:-step])[whole]
