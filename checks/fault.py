@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..datasets.geometry import over_ground
 from .result import Size
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ class Fault:
     would falsify what the record gives; else it is a remark.  blanks : samples (column, start, stop) that are
     no measurements.  factors : column -> what its values are to be multiplied by.
     steps : (column, start, step) that the values from a sample on are to be lowered by.
+    turns : (start, angle) that surge and sway from a sample on are to be turned by, rad.
     corrects : the check itself returned the record corrected.  biases : a fit to the record as it is would be wrong by
     it (None: where it can be corrected).  standing : it cannot be corrected, and while it stands
     nothing that a model says of the hull can be trusted.
@@ -38,6 +40,7 @@ class Fault:
     blanks: tuple[tuple[str, int, int], ...] = ()
     factors: Mapping[str, float] = field(default_factory=dict)
     steps: tuple[tuple[str, int, float], ...] = ()
+    turns: tuple[tuple[int, float], ...] = ()
     standing: bool = False
     corrects: bool = False
     biases: bool | None = None
@@ -61,6 +64,9 @@ def cleaned(record: Record, faults: Sequence[Fault]) -> Record:
             channels[name] = channels[name] * factor
         for name, start, step in fault.steps:
             channels[name][start:] -= step
+        for start, angle in fault.turns:
+            turned = over_ground(channels["surge_m_s"][start:], channels["sway_m_s"][start:], angle)
+            channels["surge_m_s"][start:], channels["sway_m_s"][start:] = turned.real, turned.imag
         for name, start, stop in fault.blanks:
             channels[name][max(start, 0) : stop] = np.nan
     return record.with_channels(**channels)

@@ -35,6 +35,11 @@ def _without_slips(angle: np.ndarray) -> np.ndarray:
     return np.concatenate([angle[:1], angle[0] + np.cumsum(steps)]) if large.any() else angle
 
 
+def over_ground(surge: np.ndarray, sway: np.ndarray, heading: np.ndarray | float) -> np.ndarray:
+    """Velocities north + i east (N,), m/s, from surge and sway and the heading (N,) or one for all, rad."""
+    return (surge + 1j * sway) * np.exp(1j * heading)
+
+
 def body_velocities(
     speed_north: np.ndarray, speed_east: np.ndarray, heading: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..models.errors import BadInput
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
-from .geometry import unwrapped
+from .geometry import over_ground, unwrapped
 from .time_faults import refuse_time_fault
 
 if TYPE_CHECKING:
@@ -216,6 +216,14 @@ class Record:
         The array is read-only, as those of the columns are.
         """
         return self._heading_unwrapped
+
+    def place(self) -> np.ndarray:
+        """Position north + i east (N,), m."""
+        return self.column("north_m") + 1j * self.column("east_m")
+
+    def velocity_over_ground(self) -> np.ndarray:
+        """Velocity north + i east (N,), m/s, from surge, sway and heading."""
+        return over_ground(self.column("surge_m_s"), self.column("sway_m_s"), self.heading_unwrapped())
 
     @cached_property
     def _heading_unwrapped(self) -> np.ndarray:

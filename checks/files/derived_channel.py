@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..base import FileCheck
 from ..fault import Fault
-from ..integrity.copies import earth_velocities, equal_columns, rate_is_derived
+from ..integrity.copies import equal_columns, rate_is_derived
 from ..integrity.readings import TRACK
 from ..integrity.stamps import stamps
 
@@ -34,9 +34,10 @@ class DerivedChannel(FileCheck):
             if why:
                 found.append(Fault(f"yaw_rate_rad_s is made from heading_rad: {why}", TURN))
         if record.has(*TRACK):
+            velocity = record.velocity_over_ground()
             whys = [
                 rate_is_derived(record.column(name), rate, record.time_s)
-                for name, rate in zip(TRACK[3:], earth_velocities(record), strict=True)
+                for name, rate in zip(TRACK[3:], (velocity.real, velocity.imag), strict=True)
             ]
             if all(whys):
                 found.append(Fault(f"surge_m_s and sway_m_s are made from the positions: {whys[0]}", TRACK[1:]))

@@ -17,7 +17,13 @@ if TYPE_CHECKING:
 
 JOINED = 0.17
 """Jump of the heading, rad, from which it is no sensor that catches up, but two runs in one; a smaller one is where a
-position jumps in the same row."""
+position jumps far in the same row."""
+LATE_S = 5.0
+"""Seconds of way from which a position jumps far: compass and position of one receiver that was late catch up together,
+by less than 2 s of way (Esso Osaka, 10 Hz); the halves of a measured run lie more than 10 s apart."""
+RESET = 0.05
+"""Jump of the heading, rad, from which it is taken out where it stays: what rate and heading disagree by around a
+smaller one does not tell whether it stays."""
 HEADING = "heading_rad"
 NEAR, FAR = 10, 60
 """Samples before and after a jump between which heading and rate are compared."""
@@ -36,7 +42,7 @@ class Splice(FileCheck):
 
     def find(self, record: Record) -> list[Fault]:
         found, time, every = [], record.time_s, jumps(record)
-        moved = {j.k for j in every if j.channel != HEADING}
+        far = {j.k for j in every if j.channel != HEADING and abs(j.error) > LATE_S * _usual_speed(record)}
         for name in UNITS:
             own = [j for j in every if j.channel == name]
             if not own:
@@ -50,11 +56,20 @@ class Splice(FileCheck):
             half = LONGEST_GAP // 2 + 1
             blanks = tuple((name, j.k - half, j.k + half + 1) for j in own)
             size = (exact("largest jump", worst.change, unit),)
-            joined = name == HEADING and (abs(worst.change) > JOINED or not moved.isdisjoint(j.k for j in own))
+            joined = name == HEADING and (abs(worst.change) > JOINED or not far.isdisjoint(j.k for j in own))
             said += ": two runs in one? cut the record there" if joined else ""
-            reset = tuple((name, j.k, j.error) for j in own if name == HEADING and not joined and _stays(record, j))
-            found.append(Fault(said, (name,), size, blanks=blanks, steps=reset, standing=joined))
+            large = [j for j in own if name == HEADING and not joined and abs(j.error) > RESET]
+            reset = [j for j in large if _stays(record, j)]
+            steps = tuple((name, j.k, j.error) for j in reset)
+            turns = tuple((j.k, j.error) for j in reset if _carries_velocities(record, j))
+            found.append(Fault(said, (name,), size, blanks=blanks, steps=steps, turns=turns, standing=joined))
         return found
+
+
+def _usual_speed(record: Record) -> float:
+    """Median speed through the water, m/s."""
+    sway = record.column("sway_m_s") if record.has("sway_m_s") else 0.0
+    return float(np.nanmedian(np.abs(record.column("surge_m_s") + 1j * sway)))
 
 
 def _stays(record: Record, jump: Jump) -> bool:
@@ -62,8 +77,29 @@ def _stays(record: Record, jump: Jump) -> bool:
     catches up it comes back."""
     time = record.time_s
     left = record.heading_unwrapped() - integral(bridged(record.column("yaw_rate_rad_s"), time), time)
-    sides = left[max(jump.k - FAR, 0) : max(jump.k - NEAR, 0)], left[jump.k + NEAR : jump.k + FAR]
-    before, after = (side[np.isfinite(side)] for side in sides)
+    before, after = (side[np.isfinite(side)] for side in _sides(left, jump.k))
     if not (before.size and after.size):
         return True
     return float(np.median(after) - np.median(before)) / jump.error > STAYS
+
+
+def _carries_velocities(record: Record, jump: Jump) -> bool:
+    """Whether surge and sway were made with the heading that jumps: with it the way that they give keeps its direction
+    along the track, and with a heading without the jump it does not."""
+    if not record.has(HEADING, "surge_m_s", "sway_m_s", "north_m", "east_m"):
+        return False
+    courses = []
+    for velocity, place, time in zip(
+        *(_sides(x, jump.k) for x in (record.velocity_over_ground(), record.place(), record.time_s)), strict=True
+    ):
+        known = np.isfinite(velocity) & np.isfinite(place)
+        if known.sum() < NEAR:
+            return False
+        way = integral(velocity[known], time[known])[-1]
+        courses.append((place[known][-1] - place[known][0]) * np.conj(way))
+    return abs(float(np.angle(courses[1] * np.conj(courses[0])))) < STAYS * abs(jump.error)
+
+
+def _sides(values: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """The values that lie near before and after sample k."""
+    return values[max(k - FAR, 0) : max(k - NEAR, 0)], values[k + NEAR : k + FAR]

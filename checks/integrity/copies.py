@@ -93,12 +93,6 @@ def rate_is_derived(values: np.ndarray, rate: np.ndarray, time: np.ndarray) -> s
     return None
 
 
-def earth_velocities(record: Record) -> tuple[np.ndarray, np.ndarray]:
-    """Velocities north and east (N,) from heading, surge and sway."""
-    psi, u, v = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
-    return u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
-
-
 def equal_columns(record: Record) -> list[tuple[str, str]]:
     """Pairs of changing columns that are equal, or each other's negative, in every known sample."""
     names = [n for n in record.channels if np.isfinite(record.column(n)).sum() > 20]

@@ -56,8 +56,8 @@ def _toward(record: Record, name: str) -> np.ndarray:
     """Velocity (N,) along north or east as heading and log give it; nan without them."""
     if not record.has("heading_rad", "sway_m_s"):
         return np.zeros(record.n)
-    psi, u, v = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
-    return u * np.cos(psi) - v * np.sin(psi) if name == "north_m" else u * np.sin(psi) + v * np.cos(psi)
+    velocity = record.velocity_over_ground()
+    return velocity.real if name == "north_m" else velocity.imag
 
 
 def _jumps(

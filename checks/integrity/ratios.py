@@ -72,7 +72,7 @@ def course_ratio(record: Record) -> Ratio | None:
     """Changes of the track's course over those of the heading, over windows; None where they cannot be compared."""
     if not record.has("heading_rad", "north_m", "east_m"):
         return None
-    place = record.column("north_m") + 1j * record.column("east_m")
+    place = record.place()
     known = np.isfinite(place) & np.isfinite(record.column("heading_rad"))
     if known.sum() < FEWEST:
         return None
@@ -102,7 +102,7 @@ def speed_ratio(record: Record) -> float | None:
         return None
     velocity = record.column("surge_m_s") + 1j * (record.column("sway_m_s") if record.has("sway_m_s") else 0.0)
     velocity = velocity * np.exp(1j * record.column("heading_rad")) if record.has("heading_rad") else np.abs(velocity)
-    place = record.column("north_m") + 1j * record.column("east_m")
+    place = record.place()
     known = np.isfinite(velocity) & np.isfinite(place)
     if known.sum() < FEWEST:
         return None

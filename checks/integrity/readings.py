@@ -141,13 +141,12 @@ def track_error(record: Record) -> float:
 def _ways(record: Record) -> tuple[np.ndarray, np.ndarray]:
     """Ways (M,) north + i east over windows, as heading and velocities give them and as positions show them; empty for
     too few samples."""
-    psi, u, v = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
-    x, y, time = record.column("north_m"), record.column("east_m"), record.time_s
-    known = np.all(np.isfinite([psi, u, v, x, y]), axis=0)
+    velocity, place, time = record.velocity_over_ground(), record.place(), record.time_s
+    known = np.isfinite(velocity) & np.isfinite(place)
     if known.sum() < FEWEST:
         return np.zeros(0, complex), np.zeros(0, complex)
-    time, place = time[known], x[known] + 1j * y[known]
+    time, place = time[known], place[known]
     step = int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, time.size // 2))
-    way = integral(((u + 1j * v) * np.exp(1j * psi))[known], time)
+    way = integral(velocity[known], time)
     whole = whole_windows(time, step)
     return (way[step:] - way[:-step])[whole], (place[step:] - place[:-step])[whole]

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...datasets.geometry import over_ground
+
 
 def whole_run(names: Sequence[str], start: np.ndarray, outputs: dict[str, np.ndarray], dt: float) -> np.ndarray:
     """States (M + 1, n) `names` from start (n,) and outputs (M + 1,) by symbol, dt seconds apart."""
@@ -16,8 +18,8 @@ def whole_run(names: Sequence[str], start: np.ndarray, outputs: dict[str, np.nda
     if "psi" in names:
         known["psi"] = _integral(known["r"], dt, start[names.index("psi")])
     if "x" in names:
-        north, east = _over_ground(known["u"], known["v"], known["psi"])
-        known |= {s: _integral(rate, dt, start[names.index(s)]) for s, rate in (("x", north), ("y", east))}
+        way = over_ground(known["u"], known["v"], known["psi"])
+        known |= {s: _integral(rate, dt, start[names.index(s)]) for s, rate in (("x", way.real), ("y", way.imag))}
     return np.column_stack([known[name] for name in names])
 
 
@@ -30,16 +32,11 @@ def one_ahead(names: Sequence[str], states: np.ndarray, ahead: dict[str, np.ndar
     if "psi" in names:
         known["psi"] = now["psi"] + dt * (now["r"] + ahead["r"]) / 2.0
     if "x" in names:
-        before = _over_ground(now["u"], now["v"], now["psi"])
-        after = _over_ground(ahead["u"], ahead["v"], known["psi"])
-        known |= {s: now[s] + dt * (a + b) / 2.0 for s, a, b in zip("xy", before, after, strict=True)}
+        before = over_ground(now["u"], now["v"], now["psi"])
+        moved = dt * (before + over_ground(ahead["u"], ahead["v"], known["psi"])) / 2.0
+        known |= {"x": now["x"] + moved.real, "y": now["y"] + moved.imag}
     return np.column_stack([known[name] for name in names])
 
 
 def _integral(rate: np.ndarray, dt: float, start: float) -> np.ndarray:
     return start + np.concatenate([[0.0], np.cumsum(dt * (rate[:-1] + rate[1:]) / 2.0)])
-
-
-def _over_ground(u: np.ndarray, v: np.ndarray, psi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Velocities north and east."""
-    return u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)

@@ -255,6 +255,29 @@ def test_a_compass_that_was_reset_is_followed_on_across_its_jump(positions, rng)
     assert np.nanmax(np.abs(left - left[0])) < 0.01
 
 
+@pytest.mark.parametrize("carried", [True, False])
+def test_velocities_made_with_a_compass_that_was_reset_are_turned_back_with_it(carried, rng):
+    """A log of its own is left as it is; so is a position that jumps by a second of way in the same row."""
+    record = generator.generate(
+        generator.Case("mariner", "zigzag:20/20", "low", seed=int(rng.integers(2**31)), duration_s=400.0)
+    )
+    k, angle = int(rng.integers(100, record.n - 100)), float(rng.choice([-0.12, 0.12]))
+    later = np.arange(record.n) >= k
+    velocity = record.column("surge_m_s") + 1j * record.column("sway_m_s")
+    place = np.concatenate([[0.0], np.cumsum(velocity * np.exp(1j * record.heading_unwrapped()))[:-1]])
+    place *= record.time_s[1] - record.time_s[0]
+    shown = velocity * np.exp(-1j * angle * later) if carried else velocity
+    changed = record.with_channels(
+        heading_rad=record.heading_unwrapped() + angle * later, surge_m_s=shown.real, sway_m_s=shown.imag,
+        north_m=place.real + 8.0 * later, east_m=place.imag,
+    )  # fmt: skip
+    done = examine([changed])
+    (found,) = (f for f in done.findings if f.cause == "splice" and f.channels == ("heading_rad",))
+    assert found.corrected and not found.standing
+    left = done.records[0].column("surge_m_s") + 1j * done.records[0].column("sway_m_s") - velocity
+    assert np.nanmax(np.abs(left)) < 0.02 * abs(angle) * np.abs(velocity).mean()
+
+
 def test_a_heading_that_lags_and_catches_up_is_left_where_it_is(rng):
     record = generator.generate(
         generator.Case("mariner", "turn:20", "low", seed=int(rng.integers(2**31)), duration_s=400.0)
