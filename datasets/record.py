@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..models.argument_types import shown
 from ..models.errors import BadInput
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
 from .geometry import over_ground, unwrapped
@@ -309,6 +310,8 @@ def _with_time(frame: pd.DataFrame) -> pd.DataFrame:
     """A pandas table with its index as the column `time_s`, where it has no time and the index is one."""
     import pandas as pd
 
+    if not isinstance(frame, pd.DataFrame):
+        raise BadInput(f"frame is {shown(frame)}", hint="give a pandas DataFrame")
     index = frame.index
     if {"time_s", "time_ms"} & {*map(str, frame.columns)} or not isinstance(
         index, pd.DatetimeIndex | pd.TimedeltaIndex

@@ -53,12 +53,13 @@ def stated_coefficients(
     """Coefficients (p,) as a file states them, or those of its parameters; BadInput where the two differ, or
     where some have no number."""
     if coefficients is None:
-        return coefficients_of(kernels, in_order(parameters, kernels.PARAMETERS, file, "parameter"))
+        stated = in_order(parameters, kernels.PARAMETERS, file, "parameter")
+        values = coefficients_of(kernels, stated)
+        if np.isnan(values).any():
+            _refuse_gaps(stated, kernels.PARAMETERS, file, "parameter")
+        return values
     values = in_order(coefficients, kernels.COEFFICIENTS, file, "coefficient")
-    unknown = [name for name, value in zip(kernels.COEFFICIENTS, values, strict=True) if np.isnan(value)]
-    if 0 < len(unknown) < values.size:
-        hint = "give every coefficient a number, or none (null) to have all of them identified"
-        raise BadInput(f"coefficients without a number: {', '.join(unknown)}", file=file, hint=hint)
+    _refuse_gaps(values, kernels.COEFFICIENTS, file, "coefficient")
     if parameters:
         stated, own = in_order(parameters, kernels.PARAMETERS, file, "parameter"), public_of(kernels, values)[0]
         own = np.where(np.isfinite(own), own, np.nan)  # what has no finite value is stated as null
@@ -68,6 +69,14 @@ def stated_coefficients(
             said = f"parameters {kernels.PARAMETERS[i]} is {stated[i]:.6g}, the coefficients give {own[i]:.6g}"
             raise BadInput(said, file=file, hint="to change parameters, leave the block coefficients out")
     return values
+
+
+def _refuse_gaps(values: NDArray[np.float64], names: Sequence[str], file: object, kind: str) -> None:
+    """BadInput where some, but not all, of the values (p,) are nan."""
+    unknown = [name for name, value in zip(names, values, strict=True) if np.isnan(value)]
+    if 0 < len(unknown) < values.size:
+        hint = f"give every {kind} a number, or none (null) to have all of them identified"
+        raise BadInput(f"{kind}s without a number: {', '.join(unknown)}", file=file, hint=hint)
 
 
 def instruments_of(stated: Stated, file: object) -> dict[str, float]:

@@ -207,6 +207,8 @@ def test_a_table_with_a_fault_is_refused(frame, change, told):
         Record.from_dataframe(frame.assign(**change), "mine")
     with pytest.raises(BadInput, match="time_s: missing column"):
         Record.from_dataframe(frame[["rudder_deg"]])
+    with pytest.raises(BadInput, match=r"frame is \[1, 2\]; give a pandas DataFrame"):
+        Record.from_dataframe([1, 2])
 
 
 def test_samples_between_two_times():

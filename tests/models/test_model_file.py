@@ -118,3 +118,13 @@ def test_a_model_with_some_coefficients_of_null_is_refused(facts):
         with pytest.raises(BadInput, match=rf"coefficients without a number: {name}; give every coefficient a number"):
             read(coefficients={**content["coefficients"], name: None}, **changed)
     assert not read(coefficients=dict.fromkeys(content["coefficients"]), parameters={}).known
+
+
+def test_a_model_with_some_parameters_of_null_and_no_coefficients_is_refused(facts):
+    content, read = facts
+    first, *others = content["parameters"]
+    gap = {first: {**content["parameters"][first], "value": None}}
+    with pytest.raises(BadInput, match=rf"parameters without a number: {first}; give every parameter a number"):
+        read(coefficients=None, parameters=content["parameters"] | gap)
+    every = {name: {**content["parameters"][name], "value": None} for name in (first, *others)}
+    assert not read(coefficients=None, parameters=every).known

@@ -22,11 +22,12 @@ def read_parquet(data: bytes, path: Path) -> list[RawTable]:
 
     try:
         file = pq.ParquetFile(pa.BufferReader(data))
-        if file.metadata.num_rows * max(file.metadata.num_columns, 1) > MOST_CELLS:
-            raise BadInput(f"more than {MOST_CELLS} cells", file=path, hint="cut it into parts")
-        table = file.read()
+        fits = file.metadata.num_rows * max(file.metadata.num_columns, 1) <= MOST_CELLS
+        table = file.read() if fits else None
     except (pa.ArrowException, OSError, ValueError, KeyError, NotImplementedError) as error:
         raise BadInput(f"not a Parquet file that can be read ({type(error).__name__})", file=path) from None
+    if table is None:
+        raise BadInput(f"more than {MOST_CELLS:,} cells", file=path, hint="cut it into parts")
     columns = [_column(field, table.column(i)) for i, field in enumerate(table.schema)]
     if all(column.known == "not used" for column in columns) or table.num_rows < 1:
         raise BadInput("no columns of numbers found", file=path)

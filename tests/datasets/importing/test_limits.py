@@ -1,7 +1,11 @@
 """Lines, cells and columns that no log has are refused before they are taken apart word by word."""
 
+from io import BytesIO
+
+import pandas as pd
 import pytest
 
+from helmbench.datasets.importing.formats import columnar
 from helmbench.datasets.importing.sources import read_raw
 from helmbench.models.errors import BadInput
 
@@ -32,3 +36,11 @@ def test_a_long_comment_is_cut_and_the_log_is_read(tmp_path):
     file.write_text("# " + "(" * 100_000 + f"\ntime [s],rudder [deg],heading [deg],speed [m/s]\n{ROWS}")
     (table,) = read_raw(file)
     assert [column.name for column in table.columns] == ["time", "rudder", "heading", "speed"] and table.n == 50
+
+
+def test_a_parquet_file_of_more_cells_than_a_log_has_is_refused_as_such(tmp_path, monkeypatch):
+    monkeypatch.setattr(columnar, "MOST_CELLS", 99)
+    packed = BytesIO()
+    pd.DataFrame({"time": range(50), "heading": range(50)}).to_parquet(packed)
+    with pytest.raises(BadInput, match="more than 99 cells; cut it into parts"):
+        columnar.read_parquet(packed.getvalue(), tmp_path / "log.parquet")
