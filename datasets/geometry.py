@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 LARGE = 0.8
 """Step between samples, rad, from which a heading may have turned to a gross error."""
@@ -35,7 +36,7 @@ def _without_slips(angle: np.ndarray) -> np.ndarray:
     return np.concatenate([angle[:1], angle[0] + np.cumsum(steps)]) if large.any() else angle
 
 
-def over_ground(surge: np.ndarray, sway: np.ndarray, heading: np.ndarray | float) -> np.ndarray:
+def over_ground(surge: np.ndarray, sway: np.ndarray, heading: np.ndarray | float) -> NDArray[np.complex128]:
     """Velocities north + i east (N,), m/s, from surge and sway and the heading (N,) or one for all, rad."""
     return (surge + 1j * sway) * np.exp(1j * heading)
 

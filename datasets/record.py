@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..models.argument_types import shown
 from ..models.errors import BadInput
@@ -218,11 +218,11 @@ class Record:
         """
         return self._heading_unwrapped
 
-    def place(self) -> np.ndarray:
+    def place(self) -> NDArray[np.complex128]:
         """Position north + i east (N,), m."""
         return self.column("north_m") + 1j * self.column("east_m")
 
-    def velocity_over_ground(self) -> np.ndarray:
+    def velocity_over_ground(self) -> NDArray[np.complex128]:
         """Velocity north + i east (N,), m/s, from surge, sway and heading."""
         return over_ground(self.column("surge_m_s"), self.column("sway_m_s"), self.heading_unwrapped())
 
