@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
 from .cell_texts import Texts, pieces
 from .cells import GAPS
 from .raw import RawColumn
@@ -145,7 +146,7 @@ def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
         if rising and least <= low and high <= most and fits:
             return TimeGuess((form,), f"values near {low:.6g}")
     if stated is not None:
-        return TimeGuess((stated,), f"unit {unit}", True)
+        return _by_unit(stated, unit, steps, high - low) if rising else TimeGuess((stated,), f"unit {unit}", True)
     if re.search(r"\d", unit) and re.search(r"[a-z]", unit):  # a unit of its own, which no word of the name replaces
         return TimeGuess(COUNTED, f"the unit {unit} is not known")
     if _is_hhmmss(known):
@@ -167,6 +168,18 @@ def _stated(unit: str) -> Form | None:
         return None
     size = SCALES[base][0] * (1.0 / number if match[1] else number)
     return next((form for form in COUNTED if abs(SCALES[form][0] / size - 1.0) < 1e-6), None)
+
+
+def _by_unit(stated: Form, unit: str, steps: np.ndarray, span: float) -> TimeGuess:
+    """The form that the unit states; where no log has such steps and another form makes them usual, both, to be asked."""
+    moved = float(np.median(steps[steps > 0.0])) if stated in COUNTED and np.any(steps > 0.0) else 0.0
+    if moved and not SHORTEST_STEP_S <= SCALES[stated][0] * moved <= LONGEST_STEP_S:
+        by_step = _by_step(steps, span)
+        others = [f for f in by_step.forms if SHORTEST_S <= SCALES[f][0] * moved <= LONGEST_S] if by_step else []
+        if others:
+            why = f"the unit {unit} gives steps of {SCALES[stated][0] * moved:.4g} s, in which no log is written"
+            return TimeGuess((*others, stated), why)
+    return TimeGuess((stated,), f"unit {unit}", True)
 
 
 def _by_step(steps: np.ndarray, span: float) -> TimeGuess | None:

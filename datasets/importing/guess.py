@@ -45,10 +45,10 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     _chosen(log, answers)
     for _ in range(PASSES):
         _each(log, answers, lambda f: meanings.settle(log, f))
+        _settle_times(log)  # by units that the file states, before channels tell others
         _each(log, answers, lambda f: units_told.by_channel(log, f))
         _each(log, answers, lambda f: units_told.by_physics(log, f))
         _each(log, answers, lambda f: signs_told.by_channel(log, f))
-        _settle_times(log)
     _each(log, answers, lambda f: _as_rudder(log, f))
     _each(log, answers, _not_through_water)
     meanings.without_twins(log, answers, _answered)
