@@ -171,7 +171,7 @@ def _stated(unit: str) -> Form | None:
 
 
 def _by_unit(stated: Form, unit: str, steps: np.ndarray, span: float) -> TimeGuess:
-    """The form that the unit states; where no log has such steps and another form makes them usual, both, to be asked."""
+    """The form that the unit states; where no log has such steps and another form makes them usual, both: ask."""
     moved = float(np.median(steps[steps > 0.0])) if stated in COUNTED and np.any(steps > 0.0) else 0.0
     if moved and not SHORTEST_STEP_S <= SCALES[stated][0] * moved <= LONGEST_STEP_S:
         by_step = _by_step(steps, span)
