@@ -39,6 +39,8 @@ PX4: dict[str, Fields] = {
 }  # fmt: skip
 """Message -> field -> (name, quantity that the format states, unit): SI or degrees, NED, forward-right-down."""
 MOST = 5_000_000
+READS_A_BYTE = 10
+"""A sound log needs less than one: two for a message, which has three bytes or more, in each of two passes."""
 FIX = 3.0
 """Kind of a receiver's fix, in both logs, from which it has a position in the plane and its height."""
 
@@ -53,7 +55,7 @@ def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
         contextlib.redirect_stderr(io.StringIO()),
     ):
         try:
-            log = module.DFReader_binary(name, zero_time_base=False)
+            log = _advancing(module.DFReader_binary)(name, zero_time_base=False)
             for _ in range(MOST):
                 message = log.recv_msg()
                 if message is None:
@@ -65,6 +67,19 @@ def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
             raise BadInput(f"not an ArduPilot log that can be read ({type(error).__name__})", file=path) from None
     tables = [_messages(path, kind, own) for kind, own in found.items() if len(own) > 2]
     return _some([table for table in tables if table is not None], path)
+
+
+def _advancing(reader: Any) -> Any:
+    """pymavlink's reader, which would read a message of no length without end; ValueError at one."""
+
+    class Advancing(reader):
+        def recv_msg(self) -> Any:
+            before, message = self.offset, super().recv_msg()
+            if message is not None and self.offset <= before:
+                raise ValueError("a message of no length")
+            return message
+
+    return Advancing
 
 
 def _messages(path: Path, kind: str, own: list[tuple[float, Any]]) -> RawTable | None:
@@ -80,13 +95,27 @@ def _instance(message: Any) -> str:
     return message.get_type() + (f" {number}" if number else "")
 
 
+class _Counted(io.BytesIO):
+    """A log that is read no more often than it has bytes for: pyulog goes back and forth at a cut end without end."""
+
+    def __init__(self, data: bytes) -> None:
+        super().__init__(data)
+        self._left = READS_A_BYTE * len(data)
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        self._left -= 1
+        if self._left < 0:
+            raise OSError("read without end")
+        return super().read(size)
+
+
 def read_px4(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known topic; needs pyulog."""
     module = needed("pyulog", "pyulog", "a PX4 log", path)
     wanted = [*PX4, "vehicle_attitude", "vehicle_gps_position", "sensor_gps"]
-    with as_file(data, ".ulg") as name, contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stdout(io.StringIO()):
         try:
-            topics = module.ULog(name, wanted).data_list
+            topics = module.ULog(_Counted(data), wanted).data_list
         except Exception as error:  # whatever pyulog raises on damaged files
             raise BadInput(f"not a PX4 log that can be read ({type(error).__name__})", file=path) from None
     tables = [table for topic in topics if (table := _topic(path, topic)) is not None]
