@@ -17,7 +17,7 @@ from .axes import ACROSS, lever_arm, track_of
 from .changes import NEAR, changes, integral_over_gaps, median_ratio
 from .columns import RUDDERS, TWIN
 from .copies import check_no_copies
-from .geometry import unwrapped
+from .geometry import over_ground, unwrapped
 from .record import Record
 from .time_faults import time_fault
 
@@ -269,10 +269,10 @@ def _way(record: Record) -> Iterator[Doubt]:
     if record.has("surge_m_s", "sway_m_s", "north_m", "east_m"):
         with np.errstate(all="ignore"):
             way = np.hypot(changes(record, record.column("north_m")), changes(record, record.column("east_m")))
-            speed = record.column("surge_m_s") + 1j * record.column("sway_m_s")
+            surge, sway = record.column("surge_m_s"), record.column("sway_m_s")
             heading = record.column("heading_rad") if record.has("heading_rad") else np.full(record.n, np.nan)
-        path = changes(record, integral_over_gaps(np.abs(speed), record.time_s))
-        turned = np.abs(changes(record, integral_over_gaps(speed * np.exp(1j * heading), record.time_s)))
+        path = changes(record, integral_over_gaps(np.hypot(surge, sway), record.time_s))
+        turned = np.abs(changes(record, integral_over_gaps(over_ground(surge, sway, heading), record.time_s)))
         ratio = median_ratio(way, turned)  # of a craft that turns about, the path is longer than the way
         ratio = median_ratio(way, path) if ratio is None else ratio
         turn = _turn_ratio(record)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.geometry import over_ground
 from ...datasets.signals import integral
 
 if TYPE_CHECKING:
@@ -100,8 +101,12 @@ def speed_ratio(record: Record) -> float | None:
     """
     if not record.has("surge_m_s", "north_m", "east_m"):
         return None
-    velocity = record.column("surge_m_s") + 1j * (record.column("sway_m_s") if record.has("sway_m_s") else 0.0)
-    velocity = velocity * np.exp(1j * record.column("heading_rad")) if record.has("heading_rad") else np.abs(velocity)
+    surge, sway = (
+        record.column("surge_m_s"),
+        record.column("sway_m_s") if record.has("sway_m_s") else np.zeros(record.n),
+    )
+    headed = record.has("heading_rad")
+    velocity = over_ground(surge, sway, record.column("heading_rad")) if headed else np.hypot(surge, sway)
     place = record.place()
     known = np.isfinite(velocity) & np.isfinite(place)
     if known.sum() < FEWEST:

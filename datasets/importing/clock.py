@@ -175,7 +175,8 @@ def _by_unit(stated: Form, unit: str, steps: np.ndarray, span: float) -> TimeGue
     moved = float(np.median(steps[steps > 0.0])) if stated in COUNTED and np.any(steps > 0.0) else 0.0
     if moved and not SHORTEST_STEP_S <= SCALES[stated][0] * moved <= LONGEST_STEP_S:
         by_step = _by_step(steps, span)
-        others = [f for f in by_step.forms if SHORTEST_S <= SCALES[f][0] * moved <= LONGEST_S] if by_step else []
+        forms = by_step.forms if by_step else ()
+        others: list[Form] = [f for f in forms if SHORTEST_S <= SCALES[f][0] * moved <= LONGEST_S]
         if others:
             why = f"the unit {unit} gives steps of {SCALES[stated][0] * moved:.4g} s, in which no log is written"
             return TimeGuess((*others, stated), why)
