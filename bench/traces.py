@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import BaseModel, ValidationError, model_validator
 
 from ..models.data_file import json_of
 from ..models.errors import BadInput
@@ -28,6 +29,40 @@ if TYPE_CHECKING:
 TRACES = "traces.jsonl"
 POINTS, LOGGED, DIGITS = 80, 40, 5
 """Most samples of a trace and of a recursion's log, and the significant digits of their values."""
+
+
+class _Curve(BaseModel):
+    measured: list[float | None]
+    predicted: list[float | None]
+
+
+class _Log(BaseModel):
+    time_s: list[float | None]
+    values: dict[str, list[float | None]]
+
+
+class _Trace(BaseModel):
+    """What a trace must hold to be drawn: a value, or a gap, at each of its times."""
+
+    record: str
+    time_s: list[float | None]
+    channels: dict[str, _Curve]
+    log: _Log | None = None
+
+    @model_validator(mode="after")
+    def whole(self) -> _Trace:
+        """Refuses curves that are longer or shorter than their times."""
+        curves = [side for curve in self.channels.values() for side in (curve.measured, curve.predicted)]
+        paths = self.log.values.values() if self.log else ()
+        times = [(self.time_s, curve) for curve in curves] + [(self.log.time_s, path) for path in paths if self.log]
+        if any(len(time) != len(values) for time, values in times):
+            raise ValueError("needs a value at each time")
+        return self
+
+
+class _Entry(BaseModel):
+    row: dict[str, str | int | float | bool | None]
+    trace: _Trace
 
 
 def free_run_trace(estimate: Estimate, record: Record) -> dict[str, Any]:
@@ -82,9 +117,10 @@ def traces_by_row(directory: str | Path) -> Callable[[Mapping[str, Any], tuple[s
 def _trace(line: bytes, path: Path, number: int) -> dict[str, Any] | None:
     try:
         entry = None if (text := unsealed(line)) is None else json_of(text, path, number)
-    except BadInput:
+        _Entry.model_validate(entry)
+    except (BadInput, ValidationError):
         return None
-    return entry if isinstance(entry, dict) and {"row", "trace"} <= entry.keys() else None
+    return entry
 
 
 def _numbers(values: np.ndarray) -> list[float | None]:

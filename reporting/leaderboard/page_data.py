@@ -129,6 +129,8 @@ def stored_runs(board: Contest, estimates: Frame, traces: Sequence[Mapping[str, 
     found: dict[str, Any] = {}
     for entry in traces:
         row = entry["row"]
+        if not {"method", "variant", *CELL} <= row.keys():
+            continue
         label = row["method"] if row["variant"] == "corrected" else f"{row['method']} ({row['variant']})"
         problem, method = number.get(tuple(row[key] for key in CELL)), methods.get(label)
         if problem is not None and method is not None:

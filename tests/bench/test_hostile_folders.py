@@ -183,3 +183,16 @@ def test_one_changed_digit_of_a_trace_is_not_shown(finished, tmp_path, rng):
     digit = str((int(whole[place : place + 1]) + 1) % 10).encode()
     (tmp_path / TRACES).write_bytes(whole[:place] + digit + whole[place + 1 :])
     assert count and len(read_traces(tmp_path)) == count - 1
+
+
+def test_a_trace_that_is_one_sample_short_is_not_shown(finished, tmp_path, rng):
+    from helmbench.bench.journal import sealed
+    from helmbench.bench.traces import read_traces
+
+    first, *others = (finished / TRACES).read_bytes().splitlines()
+    entry = json.loads(first)
+    del entry["digest"]
+    curve = rng.choice(list(entry["trace"]["channels"].values()))
+    curve[rng.choice(list(curve))].pop()
+    (tmp_path / TRACES).write_bytes(b"\n".join([sealed(entry).strip(), *others]))
+    assert len(read_traces(tmp_path)) == len(others)
