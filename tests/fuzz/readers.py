@@ -10,6 +10,7 @@ from typing import Any
 
 from helmbench.bench.journal import RUNS, DamagedRunsWarning
 from helmbench.bench.store import MANIFEST
+from helmbench.bench.traces import TRACES
 from helmbench.models.errors import BadInput
 from helmbench.models.model import model_to_json, resolve
 
@@ -216,6 +217,15 @@ def _journal(path: Path) -> None:
         found.counts, found.failure_texts, found.runs()
 
 
+def _traces(path: Path) -> None:
+    from helmbench.bench.traces import read_traces
+    from helmbench.reporting.leaderboard.page_data import _log, _residuals
+
+    problem: dict[str, Any] = {}
+    for entry in read_traces(path.parent):
+        _residuals(problem, entry["trace"]), _log(entry["trace"])
+
+
 def _manifest(path: Path) -> None:
     from helmbench.api.suites import _stored_selection, load_results
 
@@ -246,6 +256,12 @@ JOURNAL = b"".join(
     + b"\n"
     for i in range(3)
 )
+TRACE = {
+    "record": "turn:35", "time_s": [0.0, 0.5, 1.0, 1.5],
+    "channels": {"yaw_rate_deg_s": {"measured": [0.1, None, 0.3, 0.2], "predicted": [0.1, 0.2, None, 0.25]}},
+    "log": {"time_s": [0.0, 0.5, 1.0, 1.5], "values": {"T": [1.0, 2.0, None, 2.5], "K": [0.1, 0.2, 0.15, 0.16]}},
+}  # fmt: skip
+STORED_TRACES = b"".join(json.dumps({"row": ROW | {"seed": i}, "trace": TRACE}).encode() + b"\n" for i in range(2))
 MAPPING = b"""version: 1
 vessel: mariner
 tables:
@@ -368,6 +384,7 @@ def readers(scratch: Path) -> dict[str, Reader]:
         "bounds": Reader(BOUNDS, "bounds.yaml", _option("bounds")),
         "fixed": Reader((b"[alpha, K]\n", b"{T: 3.0, K: {value: 12, unit: rpm}}\n"), "fixed.yaml", _option("fixed")),
         "journal": Reader((JOURNAL,), RUNS, _journal),
+        "traces": Reader((STORED_TRACES,), TRACES, _traces),
         "manifest": Reader((MANIFEST_TEXT,), MANIFEST, _manifest),
         "strings": Reader((STRINGS,), "strings.txt", _strings),
         "api": Reader((b'[1, "turn:10", null, 2.5, [3], {"a": 1}]',), "arguments.json", _api),
