@@ -9,7 +9,7 @@ it: simulations of one seed share their noise in different manoeuvres.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -51,6 +51,18 @@ class _Sampled(NamedTuple):
     noisy: bool
 
 
+class _Correlated(NamedTuple):
+    """Correlations of a channel's noise (2 M,) by lag in half samples, negative lags from the end, and the least one
+    that is not by chance."""
+
+    values: np.ndarray
+    least: float
+
+    def near(self, k: int, sign: float) -> float:
+        """The largest correlation of a sign near half lag k."""
+        return float(np.max(sign * self.values[np.arange(k - 2 * NEAR, k + 2 * NEAR + 1) % self.values.size]))
+
+
 class Comparison:
     """Records at even steps, ready to be compared with each other."""
 
@@ -67,12 +79,12 @@ class Comparison:
         if not np.isfinite(longest) or longest > 4 * max(first.n, second.n):  # a gap that no step bridges
             return None
         size = 1 << int(np.ceil(np.log2(2.0 * longest + 2.0)))
-        peaks = {}
+        correlated = {}
         for name in (n for n in CHANNELS if first.has(n) and second.has(n)):
             one, other = (self._of(r, name, step, size) for r in (first, second))
             if one is not None and other is not None and (one.noisy or other.noisy):
-                peaks[name] = _peak(one, other, size)
-        return _judged(peaks, step, lambda name, lag: self._motion(first, second, name, step, size, lag))
+                correlated[name] = _correlated(one, other, size)
+        return _judged(correlated, step, lambda name, lag: self._motion(first, second, name, step, size, lag))
 
     def _of(self, record: Record, name: str, step: float, size: int) -> _Sampled | None:
         key = (id(record), name, step, size)
@@ -80,11 +92,11 @@ class Comparison:
             self._sampled[key] = _sampled(record, name, step, size)
         return self._sampled[key]
 
-    def _motion(self, first: Record, second: Record, name: str, step: float, size: int, lag: int) -> float:
+    def _motion(self, first: Record, second: Record, name: str, step: float, size: int, lag: float) -> float:
         """Correlation of the motions at a lag in samples."""
         one, other = self._of(first, name, step, size), self._of(second, name, step, size)
         assert one is not None and other is not None
-        a, b = one.values[max(lag, 0) :], other.values[max(-lag, 0) :]
+        a, b = one.values[max(round(lag), 0) :], other.values[max(round(-lag), 0) :]
         n = min(a.size, b.size)
         if n < SHORTEST // 2 or not (np.std(a[:n]) > 0.0 and np.std(b[:n]) > 0.0):
             return 0.0
@@ -119,23 +131,29 @@ def _sampled(record: Record, name: str, step: float, size: int) -> _Sampled | No
     return _Sampled(even, spectrum / np.maximum(length, 1e-300), white_noise(values) > 0.0)
 
 
-def _peak(one: _Sampled, other: _Sampled, size: int) -> tuple[float, int, float]:
-    """Largest correlation with its sign, the lag in samples, and the least that is not by chance."""
-    correlation = np.fft.irfft(one.spectrum * np.conj(other.spectrum), size)
-    k = int(np.argmax(np.abs(correlation)))
-    least = CHANCE / np.sqrt(min(one.values.size, other.values.size))
-    return float(correlation[k]), k if k < size // 2 else k - size, float(least)
+def _correlated(one: _Sampled, other: _Sampled, size: int) -> _Correlated:
+    """Correlations at all lags, half a sample apart: between two samples a peak is shared by both and low in each."""
+    values = 2.0 * np.fft.irfft(one.spectrum * np.conj(other.spectrum), 2 * size)
+    return _Correlated(values, max(PEAK, CHANCE / np.sqrt(min(one.values.size, other.values.size))))
 
 
-def _judged(peaks, step: float, motion) -> Same | None:
-    """One run, where two channels agree in their lags, or one alone has noise, and the motion goes along."""
-    for _, lag, _ in peaks.values():
-        agree = {n: c for n, (c, k, least) in peaks.items() if abs(k - lag) <= NEAR and abs(c) > max(PEAK, least)}
-        enough = len(agree) > 1 or (len(peaks) == 1 and all(abs(c) > ALONE for c in agree.values()))
-        if not (agree and enough):
+def _judged(found: dict[str, _Correlated], step: float, motion: Callable[[str, float], float]) -> Same | None:
+    """One run, where two channels agree in their lags, or one alone has noise, and the motion goes along.
+
+    The sign of a channel is that of its motion: beside its peak the noise of interpolated samples has others of the
+    opposite sign.
+    """
+    for leading in found.values():
+        k = int(np.argmax(np.abs(leading.values)))
+        if abs(leading.values[k]) <= leading.least:
             continue
-        motions = [np.sign(c) * motion(n, lag) for n, c in agree.items()]
-        if max(motions) > MOTION and min(motions) > NOISY:
-            mirrored = any(c < 0.0 for c in agree.values())
-            return Same(tuple(agree), min(abs(c) for c in agree.values()), mirrored, lag * step)
+        lag = (k if 2 * k < leading.values.size else k - leading.values.size) / 2.0
+        moved = {name: motion(name, lag) for name in found}
+        near = {name: c.near(k, np.sign(moved[name])) for name, c in found.items()}
+        agree = [name for name, value in near.items() if value > found[name].least]
+        enough = len(agree) > 1 or (len(found) == 1 and all(near[name] > ALONE for name in agree))
+        motions = [abs(moved[name]) for name in agree]
+        if agree and enough and max(motions) > MOTION and min(motions) > NOISY:
+            mirrored = any(moved[name] < 0.0 for name in agree)
+            return Same(tuple(agree), min(near[name] for name in agree), mirrored, lag * step)
     return None
