@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import BaseModel, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from ..models.data_file import json_of
 from ..models.errors import BadInput
@@ -31,17 +31,21 @@ POINTS, LOGGED, DIGITS = 80, 40, 5
 """Most samples of a trace and of a recursion's log, and the significant digits of their values."""
 
 
-class _Curve(BaseModel):
+class _Content(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+
+class _Curve(_Content):
     measured: list[float | None]
     predicted: list[float | None]
 
 
-class _Log(BaseModel):
+class _Log(_Content):
     time_s: list[float | None]
     values: dict[str, list[float | None]]
 
 
-class _Trace(BaseModel):
+class _Trace(_Content):
     """What a trace must hold to be drawn: a value, or a gap, at each of its times."""
 
     record: str
@@ -60,7 +64,7 @@ class _Trace(BaseModel):
         return self
 
 
-class _Entry(BaseModel):
+class _Entry(_Content):
     row: dict[str, str | int | float | bool | None]
     trace: _Trace
 
