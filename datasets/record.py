@@ -9,12 +9,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..models.argument_types import shown
 from ..models.errors import BadInput
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
-from .geometry import over_ground, unwrapped
+from .geometry import unwrapped
 from .time_faults import refuse_time_fault
 
 if TYPE_CHECKING:
@@ -217,14 +217,6 @@ class Record:
         The array is read-only, as those of the columns are.
         """
         return self._heading_unwrapped
-
-    def place(self) -> NDArray[np.complex128]:
-        """Position north + i east (N,), m."""
-        return self.column("north_m") + 1j * self.column("east_m")
-
-    def velocity_over_ground(self) -> NDArray[np.complex128]:
-        """Velocity north + i east (N,), m/s, from surge, sway and heading."""
-        return over_ground(self.column("surge_m_s"), self.column("sway_m_s"), self.heading_unwrapped())
 
     @cached_property
     def _heading_unwrapped(self) -> np.ndarray:

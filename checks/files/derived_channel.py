@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...datasets.geometry import velocity_over_ground
 from ..base import FileCheck
 from ..fault import Fault
 from ..integrity.copies import equal_columns, rate_is_derived
@@ -34,7 +35,7 @@ class DerivedChannel(FileCheck):
             if why:
                 found.append(Fault(f"yaw_rate_rad_s is made from heading_rad: {why}", TURN))
         if record.has(*TRACK):
-            velocity = record.velocity_over_ground()
+            velocity = velocity_over_ground(record)
             whys = [
                 rate_is_derived(record.column(name), rate, record.time_s)
                 for name, rate in zip(TRACK[3:], (velocity.real, velocity.imag), strict=True)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.geometry import position_over_ground, velocity_over_ground
 from ...datasets.signals import bridged, integral
 from ..base import FileCheck
 from ..comparison.whitening import LONGEST_GAP
@@ -88,10 +89,8 @@ def _carries_velocities(record: Record, jump: Jump) -> bool:
     along the track, and with a heading without the jump it does not."""
     if not record.has(HEADING, "surge_m_s", "sway_m_s", "north_m", "east_m"):
         return False
-    courses = []
-    for velocity, place, time in zip(
-        *(_sides(x, jump.k) for x in (record.velocity_over_ground(), record.place(), record.time_s)), strict=True
-    ):
+    courses, series = [], (velocity_over_ground(record), position_over_ground(record), record.time_s)
+    for velocity, place, time in zip(*(_sides(values, jump.k) for values in series), strict=True):
         known = np.isfinite(velocity) & np.isfinite(place)
         if known.sum() < NEAR:
             return False

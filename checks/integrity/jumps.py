@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.geometry import velocity_over_ground
 from ...datasets.spikes import without_spikes_in_time
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ def _toward(record: Record, name: str) -> np.ndarray:
     """Velocity (N,) along north or east as heading and log give it; nan without them."""
     if not record.has("heading_rad", "sway_m_s"):
         return np.zeros(record.n)
-    velocity = record.velocity_over_ground()
+    velocity = velocity_over_ground(record)
     return velocity.real if name == "north_m" else velocity.imag
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...datasets.geometry import over_ground
+from ...datasets.geometry import over_ground, position_over_ground
 from ...datasets.signals import integral
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def course_ratio(record: Record) -> Ratio | None:
     """Changes of the track's course over those of the heading, over windows; None where they cannot be compared."""
     if not record.has("heading_rad", "north_m", "east_m"):
         return None
-    place = record.place()
+    place = position_over_ground(record)
     known = np.isfinite(place) & np.isfinite(record.column("heading_rad"))
     if known.sum() < FEWEST:
         return None
@@ -107,7 +107,7 @@ def speed_ratio(record: Record) -> float | None:
     )
     headed = record.has("heading_rad")
     velocity = over_ground(surge, sway, record.column("heading_rad")) if headed else np.hypot(surge, sway)
-    place = record.place()
+    place = position_over_ground(record)
     known = np.isfinite(velocity) & np.isfinite(place)
     if known.sum() < FEWEST:
         return None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...datasets.geometry import body_velocities
+from ...datasets.geometry import body_velocities, position_over_ground, velocity_over_ground
 from ...datasets.signals import integral
 from .ratios import WINDOW_S, whole_windows, without_wraps
 
@@ -141,7 +141,7 @@ def track_error(record: Record) -> float:
 def _ways(record: Record) -> tuple[np.ndarray, np.ndarray]:
     """Ways (M,) north + i east over windows, as heading and velocities give them and as positions show them; empty for
     too few samples."""
-    velocity, place, time = record.velocity_over_ground(), record.place(), record.time_s
+    velocity, place, time = velocity_over_ground(record), position_over_ground(record), record.time_s
     known = np.isfinite(velocity) & np.isfinite(place)
     if known.sum() < FEWEST:
         return np.zeros(0, complex), np.zeros(0, complex)
