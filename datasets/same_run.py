@@ -98,9 +98,10 @@ class Comparison:
         assert one is not None and other is not None
         a, b = one.values[max(round(lag), 0) :], other.values[max(round(-lag), 0) :]
         n = min(a.size, b.size)
-        if n < SHORTEST // 2 or not (np.std(a[:n]) > 0.0 and np.std(b[:n]) > 0.0):
-            return 0.0
-        return float(np.corrcoef(a[:n], b[:n])[0, 1])
+        with np.errstate(all="ignore"):  # of gross errors
+            if n < SHORTEST // 2 or not (np.std(a[:n]) > 0.0 and np.std(b[:n]) > 0.0):
+                return 0.0
+            return float(np.nan_to_num(np.corrcoef(a[:n], b[:n])[0, 1]))
 
 
 def same_run(records: Sequence[Record], others: Sequence[Record] | None = None) -> tuple[Record, Record, Same] | None:

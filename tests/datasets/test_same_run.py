@@ -80,3 +80,12 @@ def test_short_records_and_gaps_are_left_alone():
         assert same_run([first], [second]) is None
     late = replace(record, time_s=np.concatenate([record.time_s[:200], record.time_s[200:] + 1e9]))
     assert same_run([record], [late]) is None
+
+
+@pytest.mark.parametrize("size", [1e9, 1e300])
+def test_a_gross_error_ends_in_no_warning(size, rng):
+    first = run("zigzag:20/20", int(rng.integers(2**31)))
+    values = first.column("yaw_rate_rad_s").copy()
+    values[int(rng.integers(values.size))] = size
+    second = run("zigzag:20/20", int(rng.integers(2**31)))
+    assert same_run([first.with_channels(yaw_rate_rad_s=values)], [second]) is None
