@@ -9,10 +9,10 @@ published parameters against time: `{"time_s", "values": {parameter: [...]}}`; o
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..estimation.estimate import Estimate
 
+Content = TypeVar("Content")
 TRACES = "traces.jsonl"
 POINTS, LOGGED, DIGITS = 80, 40, 5
 """Most samples of a trace and of a recursion's log, and the significant digits of their values."""
@@ -44,6 +45,11 @@ class _Log(_Content):
     time_s: list[float | None]
     values: dict[str, list[float | None]]
 
+    @model_validator(mode="after")
+    def whole(self) -> _Log:
+        """Refuses paths that are longer or shorter than their times."""
+        return _whole(self, self.time_s, self.values.values())
+
 
 class _Trace(_Content):
     """What a trace must hold to be drawn: a value, or a gap, at each of its times."""
@@ -56,12 +62,14 @@ class _Trace(_Content):
     @model_validator(mode="after")
     def whole(self) -> _Trace:
         """Refuses curves that are longer or shorter than their times."""
-        curves = [side for curve in self.channels.values() for side in (curve.measured, curve.predicted)]
-        paths = self.log.values.values() if self.log else ()
-        times = [(self.time_s, curve) for curve in curves] + [(self.log.time_s, path) for path in paths if self.log]
-        if any(len(time) != len(values) for time, values in times):
-            raise ValueError("needs a value at each time")
-        return self
+        curves = self.channels.values()
+        return _whole(self, self.time_s, [side for curve in curves for side in (curve.measured, curve.predicted)])
+
+
+def _whole(content: Content, time_s: Sequence[object], curves: Iterable[Sequence[object]]) -> Content:
+    if any(len(values) != len(time_s) for values in curves):
+        raise ValueError("needs a value at each time")
+    return content
 
 
 class _Entry(_Content):

@@ -43,7 +43,9 @@ class Splice(FileCheck):
 
     def find(self, record: Record) -> list[Fault]:
         found, time, every = [], record.time_s, jumps(record)
-        far = {j.k for j in every if j.channel != HEADING and abs(j.error) > LATE_S * _usual_speed(record)}
+        moved = [j for j in every if j.channel != HEADING]
+        way = LATE_S * _usual_speed(record) if moved else 0.0
+        far = {j.k for j in moved if abs(j.error) > way}
         for name in UNITS:
             own = [j for j in every if j.channel == name]
             if not own:
