@@ -14,7 +14,7 @@ from ..estimation import assessment, comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit, warn_of
-from .documents import text_writer, write_together
+from .documents import content_writer, write_together
 from .identification import AUTO, as_model, as_records, refuse_copies
 from .results import Result
 from .validation import runs_figure
@@ -86,7 +86,7 @@ class Assessment(assessment.Assessment, Result):
     def write_page(self, path: FilePath) -> Path:
         """Write the page to a file; BadInput where it cannot be written."""
         place = Path(path)
-        return write_together(place.parent, {place.name: text_writer(self.to_html())})[0]
+        return write_together(place.parent, {place.name: content_writer(self.to_html())})[0]
 
     def __repr__(self) -> str:
         return f"<Assessment of {self.name}: {self.verdict}{'' if self.held_out else ', not tested'}>"

@@ -70,11 +70,11 @@ def options_text(options: Sequence[Option]) -> str:
     return "\n".join(lines) or "no options"
 
 
-def text_writer(text: str) -> Callable[[Path], object]:
-    """A function that writes the text to a path."""
+def content_writer(content: str | bytes) -> Callable[[Path], object]:
+    """A function that writes the content to a path, text as UTF-8."""
 
     def write(place: Path) -> None:
-        place.write_text(text, "utf-8")
+        place.write_bytes(content.encode() if isinstance(content, str) else content)
 
     return write
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ..models.argument_types import typed
 from ..models.plain import plain
 from .diagnosis import shown_stages
-from .documents import json_text, text_writer, write_together
+from .documents import content_writer, json_text, write_together
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,7 +57,7 @@ class ExamScores:
         from ..reporting.exam import scores_csv
 
         texts = (json_text(self.to_json()) + "\n", scores_csv(self.scores), self.summary())
-        writers = {name: text_writer(text) for name, text in zip(FILES, texts, strict=True)}
+        writers = {name: content_writer(text) for name, text in zip(FILES, texts, strict=True)}
         return write_together(Path(folder), writers)
 
     def __repr__(self) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
 from ..models.argument_types import typed
-from .documents import refuse_existing, text_writer, write_together
+from .documents import content_writer, refuse_existing, write_together
 
 if TYPE_CHECKING:
     from ..models.model import Model
@@ -21,8 +21,9 @@ def export_model(model: Model | Path, to: str, output: Path, *, force: bool = Fa
     ----------
     model : a model, or the vessel id or model.json of one, with its coefficients.
     to : 'simulink' (a MATLAB struct, its derivative as a function, idgrey and idnlgrey scripts), 'vehicle-simulator'
-        (a vehicle of PythonVehicleSimulator), 'mmgdynamics' (its parameter table) or 'gazebo' (inertia, added mass and
-        damping, also for VRX).
+        (a vehicle of PythonVehicleSimulator), 'mmgdynamics' (its parameter table), 'gazebo' (inertia, added mass and
+        damping, also for VRX) or 'fmu' (a functional mock-up unit for co-simulation, FMI 2.0, of C source; compiled
+        where there is a C compiler, with a warning where there is none).
     output : the folder, which is made where it is missing.
     force : replace files that exist.
 
@@ -41,7 +42,7 @@ def export_model(model: Model | Path, to: str, output: Path, *, force: bool = Fa
     folder = FilePath(output)
     if not force:
         refuse_existing(folder / name for name in found)
-    return write_together(folder, {name: text_writer(text) for name, text in found.items()})
+    return write_together(folder, {name: content_writer(content) for name, content in found.items()})
 
 
 @typed

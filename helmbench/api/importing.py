@@ -83,14 +83,15 @@ class Import:
         from ..datasets.importing.mapping import mapping_text
         from ..datasets.io import record_writers
         from ..models.files import refuse_existing, replace_together
-        from .documents import text_writer
+        from .documents import content_writer
 
         path = Path(path)
         places = self._places(path)
         writers: dict[Path, Callable[[Path], object]] = {}
         for place, record in zip(places, self.records, strict=True):
             writers |= record_writers(record, place)
-        writers[path.with_name(f"{path.stem}.map.yaml")] = text_writer(mapping_text(self.mapping, self.report.columns))
+        mapping = mapping_text(self.mapping, self.report.columns)
+        writers[path.with_name(f"{path.stem}.map.yaml")] = content_writer(mapping)
         for number, table in enumerate(self.aside.values(), start=1):
             name = f"{path.stem}.aside{'' if len(self.aside) == 1 else f'-{number}'}.csv"
             writers[path.with_name(name)] = _aside_writer(table)
@@ -359,11 +360,11 @@ def write_mapping(
     """Write a mapping as YAML, with the reasons for its lines; BadInput where the file exists or cannot be written."""
     from ..datasets.importing.mapping import mapping_text
     from ..models.files import refuse_existing, replace_together
-    from .documents import text_writer
+    from .documents import content_writer
 
     if not force:
         refuse_existing([Path(path)])
-    replace_together({Path(path): text_writer(mapping_text(mapping, columns))})
+    replace_together({Path(path): content_writer(mapping_text(mapping, columns))})
 
 
 def find_manoeuvres(record: Record) -> list[Segment]:

@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from .documents import json_text, model_writer, text_writer, write_together
+from .documents import content_writer, json_text, model_writer, write_together
 
 if TYPE_CHECKING:
     from ..models.model import Model
@@ -61,7 +61,7 @@ class Result:
         BadInput : the folder cannot be written to.
         """
         document, page = self.files
-        writers = {document: text_writer(json_text(self.to_json()) + "\n"), page: text_writer(self.to_html())}
+        writers = {document: content_writer(json_text(self.to_json()) + "\n"), page: content_writer(self.to_html())}
         models = {name: model_writer(name, model) for name, model in self._models().items()}
         return write_together(Path(folder), writers | models)
 

@@ -15,7 +15,7 @@ from ..estimation.validation import result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit
-from .documents import text_writer, write_together
+from .documents import content_writer, write_together
 from .identification import as_model, as_records, labels, listed, rudder_sign_doubt
 from .results import Result
 
@@ -54,7 +54,7 @@ class Validation(result.Validation, Result):
     def write_certificate(self, path: FilePath) -> Path:
         """Write the certificate to a file; BadInput where it cannot be written."""
         place = Path(path)
-        return write_together(place.parent, {place.name: text_writer(self.certificate())})[0]
+        return write_together(place.parent, {place.name: content_writer(self.certificate())})[0]
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw the measured channels of a record and the free runs of all models over time.

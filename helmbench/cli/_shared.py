@@ -17,7 +17,7 @@ R = TypeVar("R")
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SIDES = click.Choice(["port", "starboard"])
-FORMATS = click.Choice(["simulink", "vehicle-simulator", "mmgdynamics", "gazebo"])
+FORMATS = click.Choice(["simulink", "vehicle-simulator", "mmgdynamics", "gazebo", "fmu"])
 TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
 
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
+from sympy.printing.c import C99CodePrinter
+from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
@@ -52,6 +54,22 @@ class Python(PythonCodePrinter):
         return f"math.atan2({self._print(expr.args[0])}, {self._print(expr.args[1])})"
 
 
+class C(C99CodePrinter):
+    """Expressions of C with `math.h`, the models' own functions among them."""
+
+    def _print_absv(self, expr: sp.Expr) -> str:
+        return f"fabs({self._print(expr.args[0])})"
+
+    def _print_sgn(self, expr: sp.Expr) -> str:
+        return f"((({self._print(expr.args[0])}) > 0) - (({self._print(expr.args[0])}) < 0))"
+
+    def _print_step(self, expr: sp.Expr) -> str:
+        return f"(({self._print(expr.args[0])}) > 0 ? 1.0 : 0.0)"
+
+    def _print_atan2v(self, expr: sp.Expr) -> str:
+        return f"atan2({self._print(expr.args[0])}, {self._print(expr.args[1])})"
+
+
 def definition(model: Model) -> Definition:
     """The equations of a model as it is integrated; BadInput where it has no numbers."""
     if not model.known:
@@ -59,7 +77,7 @@ def definition(model: Model) -> Definition:
     return definition_of(model.family).simulated()
 
 
-def statements(own: Definition, printer: Octave | Python) -> list[tuple[str, str]]:
+def statements(own: Definition, printer: CodePrinter) -> list[tuple[str, str]]:
     """(name, expression) of the helpers, then of every state's derivative, `d_NAME`, in the order of evaluation.
 
     Names are those of states, inputs, coefficients and constants.  M(p) a = F is solved by Cramer's rule: k <= 3.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import BadInput
 from ..suggestions import suggestion
+from .fmu import fmu
 from .gazebo import gazebo
 from .mmgdynamics import mmgdynamics
 from .simulink import simulink
@@ -15,17 +16,18 @@ from .vehicle_simulator import vehicle_simulator
 if TYPE_CHECKING:
     from ..model import Model
 
-FORMATS: Mapping[str, Callable[[Model], dict[str, str]]] = {
+FORMATS: Mapping[str, Callable[[Model], Mapping[str, str | bytes]]] = {
     "simulink": simulink,
     "vehicle-simulator": vehicle_simulator,
     "mmgdynamics": mmgdynamics,
     "gazebo": gazebo,
+    "fmu": fmu,
 }
-"""Name -> function of a model that gives file names with their texts."""
+"""Name -> function of a model that gives file names with their contents."""
 
 
-def exported(model: Model, to: str) -> dict[str, str]:
-    """File name -> text of a model in a format; BadInput where there is no such format or it cannot hold the model."""
+def exported(model: Model, to: str) -> Mapping[str, str | bytes]:
+    """File name -> content of a model in a format; BadInput where there is none such or it cannot hold the model."""
     if to not in FORMATS:
         raise BadInput(f"unknown format {to!r}", hint=suggestion(to, FORMATS) or f"known: {', '.join(FORMATS)}")
     return FORMATS[to](model)

@@ -3,10 +3,16 @@
 import json
 import math
 import re
+import zipfile
+from dataclasses import replace
 from functools import cache
 from math import atan2, copysign, cos, exp, sin, sqrt
 from xml.etree import ElementTree
 
+import fmpy
+import fmpy.fmi1
+import fmpy.fmi2
+import fmpy.validation
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -209,6 +215,105 @@ def test_a_gazebo_link_turns_as_the_model_does(vessel):
     assert np.abs(found[0] - own[0]).max() < 0.05 * speed
 
 
+def run_of_unit(model, folder, command, dt, limited=False, start=None):
+    """Columns of a run of the exported unit by FMPy: name -> (N,), the command held from sample to sample."""
+    ((name, content),) = exported(model, "fmu").items()
+    (folder / name).write_bytes(content)
+    times = dt * np.arange(len(command))
+    fed = np.array(list(zip(times, command, strict=True)), dtype=[("time", float), ("rudder_command", float)])
+    values = {} if start is None else dict(zip(model.states, start, strict=True))
+    if not limited:
+        values |= {"steering_gear_max_rad": 10.0, "steering_gear_rate_rad_s": 1e9, "steering_gear_lag_s": 0.0}
+    found = fmpy.simulate_fmu(
+        folder / name,
+        stop_time=times[-1],
+        input=fed,
+        output_interval=dt,
+        start_values=values,
+        fmi_type="CoSimulation",
+        output=[*model.states, "rudder"],
+    )
+    assert found["time"] == pytest.approx(times)
+    return found
+
+
+def difference(found, own, names):
+    """Largest difference of a unit's run from states (N, n), relative to the largest value of each state."""
+    ran = np.column_stack([found[name] for name in names])
+    return np.max(np.abs(ran - own) / (np.abs(own).max(axis=0) + 1e-9))
+
+
+@pytest.mark.parametrize("vessel", list_vessels())
+def test_a_functional_mock_up_unit_runs_as_the_model_does(vessel, tmp_path, rng):
+    model = resolve(vessel)
+    start = initial_state(model) + rng.uniform(-0.02, 0.02, len(model.states))
+    found = run_of_unit(model, tmp_path, RUDDER, DT, start=start)
+    own = simulate(model, inputs_of(model, RUDDER), DT, start, hold="zero")
+    turned = np.abs(own[:, model.states.index("psi")]) < 20.0 * np.pi  # remus diverges: its heading is lost by rounding
+    assert turned[:50].all() and difference(found[turned], own[turned], model.states) < 1e-5
+    assert found["rudder"][1:] == pytest.approx(RUDDER[:-1])
+
+
+@pytest.mark.parametrize(("vessel", "lag_s"), [("kvlcc2-l7", 0.0), ("kvlcc2-l7", 1.5), ("mariner", 4.0)])
+def test_the_rudder_of_a_unit_keeps_the_limits_of_the_steering_gear(vessel, lag_s, tmp_path):
+    """Its rudder angle is that of d' = (command - d) / lag within the rate, and the ship follows this angle."""
+    gear = replace(resolve(vessel).rudder, lag_s=lag_s, rate_rad_s=math.radians(5.0), max_rad=0.25)
+    model, dt, parts = replace(resolve(vessel), rudder=gear), 0.5, 2000
+    command = np.where(np.arange(0.0, 40.0, dt) % 20.0 < 10.0, 0.3, -0.2)
+    found = run_of_unit(model, tmp_path, command, dt, limited=True)
+    angle, h = [0.0], dt / parts
+    for target in np.repeat(np.clip(command, -0.25, 0.25)[:-1], parts):
+        step = (target - angle[-1]) * (h / lag_s if lag_s else 1.0)
+        angle.append(angle[-1] + min(max(step, -gear.rate_rad_s * h), gear.rate_rad_s * h))
+    assert found["rudder"] == pytest.approx(angle[::parts], abs=2e-4)
+    fine = np.array(angle[:: parts // 50])
+    own = simulate(model, inputs_of(model, fine), dt / 50, initial_state(model))[::50]
+    assert difference(found, own, model.states) < 1e-3
+
+
+def test_a_unit_keeps_to_the_standard(tmp_path):
+    """FMPy finds no problem in its description, its state can be kept and put back, and it is the same every time."""
+    model = resolve("kvlcc2-l7")
+    ((name, content),) = exported(model, "fmu").items()
+    assert exported(model, "fmu")[name] == content
+    place = tmp_path / name
+    place.write_bytes(content)
+    assert fmpy.validation.validate_fmu(place) == []
+    description = fmpy.read_model_description(place)
+    references = {one.name: one.valueReference for one in description.modelVariables}
+    unit = fmpy.fmi2.FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(place, tmp_path / "open"),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="ship",
+    )
+    unit.instantiate()
+    unit.setupExperiment(startTime=0.0)
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    unit.setReal([references["rudder_command"]], [0.3])
+    unit.doStep(0.0, 5.0)
+    kept, runs = unit.getFMUState(), []
+    for _ in range(2):
+        unit.setFMUState(kept)
+        unit.doStep(5.0, 5.0)
+        runs.append(unit.getReal([references["psi"]])[0])
+    assert runs[0] == runs[1] > 0.01
+    unit.freeFMUState(kept)
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        unit.setReal([references["rudder_command"]], [math.nan])
+    unit.terminate()
+    unit.freeInstance()
+
+
+def test_without_a_compiler_a_unit_holds_its_source_and_says_so(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.warns(RuntimeWarning, match="cargo.fmu holds C source only, since there is no C compiler cc"):
+        assert status_of(["export", "cargo", "--to", "fmu", "-o", str(tmp_path / "out")]) == 0
+    with zipfile.ZipFile(tmp_path / "out" / "cargo.fmu") as unit:
+        assert unit.namelist() == ["modelDescription.xml", "sources/cargo.c"]
+
+
 def test_every_vessel_is_exported_or_refused_in_one_line():
     assert list(OFFERED.choices) == list(FORMATS)
     for name in list_vessels():
@@ -218,7 +323,8 @@ def test_every_vessel_is_exported_or_refused_in_one_line():
             except BadInput as refusal:
                 assert "\n" not in str(refusal) and refusal.hint
             else:
-                assert all("nan" not in text.lower().split() for text in files.values())
+                texts = [text for text in files.values() if isinstance(text, str)]
+                assert all("nan" not in text.lower().split() for text in texts)
     with pytest.raises(BadInput, match="has no coefficients"):
         exported(resolve("nomoto-1"), "simulink")
     with pytest.raises(BadInput, match="did you mean simulink"):
