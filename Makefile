@@ -239,5 +239,5 @@ board-pages: env
 	$(BIN)/python -m helmbench.reporting.leaderboard.publish reports/leaderboard
 
 clean:
-	rm -rf .venv build dist out docs/_build docs/generated *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf .venv build dist out docs/_build docs/jupyter_execute docs/generated *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks
 	find $(ROOMS) helmbench tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -4,8 +4,12 @@ Nothing is loaded from the network, neither while the site is built nor while it
 """
 
 import importlib.metadata
+import os
 import sys
+from functools import partialmethod
 from pathlib import Path
+
+from nbclient import NotebookClient
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
@@ -15,19 +19,31 @@ author = "the helmbench authors"
 copyright = author
 release = importlib.metadata.version("helmbench")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_gallery.gen_gallery", "docstrings", "mathml"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_gallery.gen_gallery", "docstrings", "mathml"]
 exclude_patterns = [
     "_build",
+    "jupyter_execute", # the tutorials as executed
     "gallery",
+    "generated/gallery/*.ipynb",
     *(f"generated/indices-{part}.md" for part in ("example", "accuracies", "priors")),
 ]
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 default_role = "code"
 
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # the command of this environment
+# What a cell prints arrives in pieces that end anywhere: joined as they are.
+NotebookClient.__init__ = partialmethod(NotebookClient.__init__, coalesce_streams=True)
+
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "generated/gallery",
+    "backreferences_dir": "generated/examples",
+    "doc_module": ("helmbench",),
     "filename_pattern": r"\.py$",
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("matplotlib", "figures.last_figure"),
@@ -39,6 +55,10 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "write_computation_times": False,
 }
+
+autosummary_generate = True
+autosummary_imported_members = True
+templates_path = ["_templates"]
 
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
