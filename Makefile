@@ -1,4 +1,4 @@
-# make bench | board-picture | board-pages | advice | test | docs | reproduce | verdicts | diagnosis-reports | exam-report | indices-report | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
+# make bench | board-picture | page-picture | board-pages | advice | test | docs | reproduce | verdicts | diagnosis-reports | exam-report | indices-report | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -31,7 +31,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench board-picture docs reproduce verdicts diagnosis-reports exam-report indices-report test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
+.PHONY: help env bench board-picture page-picture docs reproduce verdicts diagnosis-reports exam-report indices-report test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
 	browser reports board-pages reproduction-pages asset dist packages sizes image
 .DELETE_ON_ERROR:
 
@@ -40,6 +40,7 @@ help:
 	@echo "make board-picture  the same, and draw the standings for the README: reports/leaderboard/quick.svg"
 	@echo "make test     install, lint, check types, run the tests"
 	@echo "make docs     build the documentation site in docs/_build; nothing is loaded from the network"
+	@echo "make page-picture  the picture of the page in the browser, for the documentation: docs/_static/page.png"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
 	@echo "make reproduction-pages   judge the stored results of reports/reproduction again, write its pages"
 	@echo "make verdicts   reproduce once more with another seed: at most 2 % of the verdicts may change, no headline"
@@ -141,6 +142,9 @@ types: env
 format: env
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+page-picture: env browser
+	$(BIN)/python docs/page_picture.py docs/_static/page.png
 
 docs: env
 	$(BIN)/python -m sphinx -q -W --keep-going docs docs/_build

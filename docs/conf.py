@@ -19,10 +19,17 @@ author = "the helmbench authors"
 copyright = author
 release = importlib.metadata.version("helmbench")
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_gallery.gen_gallery", "docstrings", "mathml"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx_gallery.gen_gallery",
+    "docstrings",
+    "mathml",
+]
 exclude_patterns = [
     "_build",
-    "jupyter_execute", # the tutorials as executed
+    "jupyter_execute",  # the tutorials as executed
     "gallery",
     "generated/gallery/*.ipynb",
     *(f"generated/indices-{part}.md" for part in ("example", "accuracies", "priors")),
@@ -72,10 +79,12 @@ html_css_files = ["wide.css"]
 
 
 def write_generated_pages(app) -> None:
-    """Write the pages of tables and equations from what the installed package holds."""
+    """Write the pages of tables, equations and pictures from what the installed package holds."""
     import generate
+    import pictures
 
     generate.write(HERE / "generated")
+    pictures.write(HERE / "generated" / "pictures")
 
 
 def setup(app) -> None:

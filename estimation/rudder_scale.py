@@ -11,7 +11,7 @@ import numpy as np
 from ..checks.result import CheckFinding, Size
 from ..models.errors import CannotFit
 from .free_run import squares
-from .series import series_of
+from .series import Series, series_of
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -27,6 +27,11 @@ FALL = 0.3
 LOST = 0.2
 """Share of the yaw motion that free runs with the column as it is must lose, and that those with the factor must not:
 they follow."""
+SWAY = (-0.6, -0.3, 0.0, 0.3, 0.6)
+"""Sway at the start of a record that does not measure it, in units of its largest yaw rate times the length: it may
+begin between the turns of a zigzag."""
+SHORTEST = 3.0
+"""Ship lengths of sailing below which the motion is that of the start."""
 RUDDERS = ("rudder_rad", "rudder_command_rad")
 BEYOND, USUAL = 1.1, 0.98
 """Times the angle of the stops that a column must reach, and the share of the samples that may lie further out."""
@@ -79,16 +84,29 @@ def _with_rudder(record: Record, factor: float) -> Record:
     return record.with_channels(**{n: factor * record.column(n) for n in RUDDERS if record.has(n)})
 
 
+def _starts(record: Record, model: Model, series: Series, symbol: str) -> list[np.ndarray]:
+    """Initial states (n,) that the record leaves open."""
+    if "v" not in model.states or record.has("sway_m_s") or symbol != "r":
+        return [series.start]
+    most = float(np.nanmax(np.abs(series.outputs))) * model.particulars.get("L", 0.0)
+    sway = np.eye(len(series.start))[model.states.index("v")]
+    return [series.start + part * most * sway for part in SWAY]
+
+
 def _yaw_error(records: Sequence[Record], model: Model, factor: float) -> float:
     """Squared error of free runs, in units of the yaw motion, mean over the records."""
     errors = []
+    length = model.particulars.get("L", 0.0)
     for record in records:
+        if (record.time_s[-1] - record.time_s[0]) * model.speed_m_s < SHORTEST * length:
+            continue
         symbol = "r" if record.has("yaw_rate_rad_s") else "psi"
         try:
             series = series_of(_with_rudder(record, factor), model, (symbol,))
         except CannotFit:
             continue
         motion = float(np.nansum((series.outputs - np.nanmean(series.outputs)) ** 2))
-        error = float(squares(model, series, series.start)[0])
+        starts = _starts(record, model, series, symbol)
+        error = min(float(squares(model, series, start)[0]) for start in starts)
         errors.append(error / max(motion, 1e-300))
     return float(np.mean(errors)) if errors else 0.0

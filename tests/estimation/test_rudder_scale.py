@@ -47,3 +47,11 @@ def test_forgotten_damping_is_no_other_angle():
     runs = [helmbench.simulate("response-1", m, duration_s=400.0, dt_s=1.0, noise="low", seed=1)
             for m in ("zigzag:20/20", "turn:35", "zigzag:30/30:port")]  # fmt: skip
     assert rudder_doubt(runs, linear) is None
+
+
+@pytest.mark.parametrize("begins_s", [250.0, 260.0, 268.0, 370.0])
+def test_a_part_that_begins_in_a_turn_is_no_other_angle(begins_s):
+    """Of the mariner's sway at the start nothing is known there; the motion of the last part is that of its start."""
+    noise = "low,yaw_rate.bias=0.05deg_s,without=sway+surge+north+east"
+    run = helmbench.simulate("mariner", "zigzag:20/20", duration_s=400.0, noise=noise, seed=1)
+    assert rudder_doubt([run.between(begins_s, 400.0)], helmbench.resolve("mariner")) is None
