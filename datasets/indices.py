@@ -33,6 +33,8 @@ UNEVEN_RAD, UNEVEN = math.radians(5.0), 0.5
 LEAST_TURN = math.radians(90.0)
 """Heading change from which on a run with the rudder held over is a turn."""
 INITIAL_TURN = math.radians(10.0)
+PIECES = 4
+"""Chords by which the way is measured along which the heading changes that much."""
 
 
 @dataclass(frozen=True)
@@ -181,18 +183,22 @@ def initial_turning(record: Record, execute_s: float) -> float:
         (_reach(time[after], side * change[after], INITIAL_TURN) for side in (1.0, -1.0)),
         key=lambda when: when if math.isfinite(when) else math.inf,
     )
-    travelled = _travelled(record)
-    return _at(time, travelled, reached) - _at(time, travelled, execute_s)
+    return _travelled(record, execute_s, reached)
 
 
-def _travelled(record: Record) -> np.ndarray:
-    """Distance (N,) in m along the track from the first sample."""
+def _travelled(record: Record, begin_s: float, end_s: float) -> float:
+    """Distance in m along the track between two times; nan where one of them is.
+
+    Of positions the way is `PIECES` chords: a way from sample to sample grows with the noise of every sample.
+    """
+    time = record.time_s
     if record.has("north_m", "east_m"):
-        steps = np.hypot(np.diff(record.column("north_m")), np.diff(record.column("east_m")))
-    else:
-        speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
-        steps = np.diff(record.time_s) * (speed[1:] + speed[:-1]) / 2.0
-    return np.concatenate([[0.0], np.cumsum(steps)])
+        times = np.linspace(begin_s, end_s, PIECES + 1)
+        north, east = ([_at(time, record.column(name), when) for when in times] for name in ("north_m", "east_m"))
+        return float(np.sum(np.hypot(np.diff(north), np.diff(east))))
+    speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
+    way = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2.0)])
+    return _at(time, way, end_s) - _at(time, way, begin_s)
 
 
 def turning_indices(record: Record, execute_s: float | None = None) -> dict[str, float]:

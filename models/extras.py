@@ -13,6 +13,7 @@ EXTRAS: Mapping[str, str] = {
     "jax": "deep",
     "distributed": "distributed",
     "submitit": "slurm",
+    "weasyprint": "pdf",
     **dict.fromkeys(("starlette", "uvicorn"), "open"),
 }
 """Import name of a package -> the extra of helmbench that brings it."""

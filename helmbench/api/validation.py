@@ -52,9 +52,17 @@ class Validation(result.Validation, Result):
         return certificate(self)
 
     def write_certificate(self, path: FilePath) -> Path:
-        """Write the certificate to a file; BadInput where it cannot be written."""
-        place = Path(path)
-        return write_together(place.parent, {place.name: content_writer(self.certificate())})[0]
+        """Write the certificate, as PDF (extra `pdf`) where the file's name ends in .pdf.
+
+        Raises
+        ------
+        BadInput : the file cannot be written, or WeasyPrint is not installed.
+        """
+        from ..reporting.pdf import pdf
+
+        place, page = Path(path), self.certificate()
+        content = pdf(page) if place.suffix.lower() == ".pdf" else page
+        return write_together(place.parent, {place.name: content_writer(content)})[0]
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw the measured channels of a record and the free runs of all models over time.

@@ -36,7 +36,9 @@ class Validate(Greedy):
 )
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
-@click.option("--certificate", type=FILE, help="A page on the model: what it was tried on, errors, limits (HTML).")
+@click.option(
+    "--certificate", type=FILE, help="A page on the model: what it was tried on, errors, limits (.html, .pdf)."
+)
 @force_option
 @output_options
 def validate(

@@ -88,10 +88,12 @@ def test_a_circle_has_its_radius_as_advance_and_transfer(side):
     assert values == pytest.approx({"advance": 100.0, "transfer": 100.0, "tactical_diameter": 200.0}, rel=1e-3)
 
 
-def test_initial_turning_is_the_way_along_the_arc():
+def test_initial_turning_is_the_way_along_the_arc(rng):
     record = circle(rudder=10.0)
     values = measured_indices(record, performed(record)).values
     assert values["initial_turning"] == pytest.approx(100.0 * 10.0 * DEG, rel=5e-3)
+    noisy = {name: record.column(name) + rng.normal(0.0, 0.1, record.n) for name in ("north_m", "east_m")}
+    assert initial_turning(record.with_channels(**noisy), 20.0) == pytest.approx(100.0 * 10.0 * DEG, abs=1.0)
     without = record.with_channels(north_m=None, east_m=None)
     assert initial_turning(without, 20.0) == pytest.approx(100.0 * 10.0 * DEG, rel=5e-3)
     assert "initial_turning" not in measured_indices(circle(rudder=35.0), performed(circle(rudder=35.0))).values

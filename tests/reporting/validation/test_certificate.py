@@ -2,10 +2,12 @@
 
 import math
 import re
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from weasyprint import HTML
 
 from helmbench import validate
 from helmbench.cli import status_of
@@ -65,3 +67,22 @@ def test_the_command_writes_it_beside_the_rest(record, tmp_path, capsys):
     command = ["validate", "mariner", str(tmp_path / "run.csv"), "--certificate", str(page)]
     assert status_of(command) == 0 and "Adequacy of the model mariner" in page.read_text(encoding="utf-8")
     assert status_of(command) == 2 and "exists already" in capsys.readouterr().err
+
+
+def test_as_a_pdf_it_is_one_sheet(record, tmp_path):
+    """Six channels and two records with zigzags: the most that the tables usually hold."""
+    write_record(record, tmp_path / "one.csv")
+    write_record(generate(Case("mariner", "zigzag:10/10", "low", seed=2)), tmp_path / "two.csv")
+    page = tmp_path / "certificate.pdf"
+    command = ["validate", "mariner", str(tmp_path / "one.csv"), str(tmp_path / "two.csv"), "--certificate", str(page)]
+    assert status_of(command) == 0
+    found = validate("mariner", [tmp_path / "one.csv", tmp_path / "two.csv"])
+    assert page.read_bytes().startswith(b"%PDF-") and len(HTML(string=found.certificate()).render().pages) == 1
+
+
+def test_without_weasyprint_a_pdf_is_refused_in_one_line(record, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "weasyprint", None)
+    write_record(record, tmp_path / "run.csv")
+    page = tmp_path / "certificate.pdf"
+    assert status_of(["validate", "mariner", str(tmp_path / "run.csv"), "--certificate", str(page)]) == 2
+    assert "pip install 'helmbench[pdf]'" in capsys.readouterr().err and not page.exists()
