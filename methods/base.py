@@ -47,11 +47,15 @@ class Method:
     """One line for `helmbench list methods`."""
     kind: ClassVar[str] = "grey box"
     """One of `KINDS`: what the method knows of the ship."""
+    minutes: ClassVar[bool] = False
+    """True for methods of the class of minutes, which the groups of a suite file leave out: a suite names them."""
+    brief: ClassVar[Mapping[str, Any]] = {}
+    """Options with which a fit of a method of minutes takes seconds, and is less exact: its contract is checked so."""
     search_space: ClassVar[Mapping[str, Domain]] = {}
     """Option name -> the values that `tuned:` may choose from."""
     variants: ClassVar[tuple[str, ...]] = ("corrected",)
     order_matters: ClassVar[bool] = False
-    """True for recursive methods: the estimate may depend on the order of the records."""
+    """True where the estimate may depend on the order of the records: recursions, and searches by random numbers."""
     variant: str = "corrected"
     estimate_: Estimate | None = None
     """The last estimate that `fit` gave, for `score`."""

@@ -58,6 +58,11 @@ def fit_or_none(method: Method, records: Record | Sequence[Record], model: Model
         return None
 
 
+def brief(cls: type[Method]) -> Method:
+    """The method with the options with which a fit takes seconds."""
+    return cls(**cls.brief)
+
+
 @cache
 def _fitted(cls: type[Method]) -> tuple[Method, tuple[tuple[Model, tuple[Record, ...], Estimate], ...]]:
     """A method, and what it was fitted to: the sample vessels that it applies to, each with an estimate.
@@ -65,7 +70,7 @@ def _fitted(cls: type[Method]) -> tuple[Method, tuple[tuple[Model, tuple[Record,
     The records are the method's own copies: where it changes them, `check_records_are_not_changed` finds that, and no
     other method is given them.
     """
-    method = cls()
+    method = brief(cls)
     copies = [(model, pickle.loads(pickle.dumps(records))) for model, records in map(sample, VESSELS)]
     found = [(model, records, fit_or_none(method, records, model)) for model, records in copies]
     found = [(model, records, estimate) for model, records, estimate in found if estimate is not None]
@@ -206,7 +211,7 @@ def check_deterministic(cls: type[Method]) -> None:
 def check_one_record(cls: type[Method]) -> None:
     """One record gives the same estimate as a list with that record."""
     for model, records, _ in applicable(cls):
-        alone, listed = fit_or_none(cls(), records[0], model), fit_or_none(cls(), records[:1], model)
+        alone, listed = fit_or_none(brief(cls), records[0], model), fit_or_none(brief(cls), records[:1], model)
         assert (alone is None) == (listed is None), "fit does not take one record"
         assert alone is None or listed is None or same(alone, listed, 0.0), "one record differs from a list of one"
 
@@ -214,14 +219,14 @@ def check_one_record(cls: type[Method]) -> None:
 def check_truth_is_not_used(cls: type[Method]) -> None:
     """A model with its true coefficients gives the same estimate as one without."""
     for model, records, estimate in applicable(cls):
-        known = cls().fit(records, resolve(model.id))
+        known = brief(cls).fit(records, resolve(model.id))
         assert same(estimate, known, 0.0), "the method uses the true coefficients"
 
 
 def check_record_order(cls: type[Method]) -> None:
     """The order of the records does not matter, unless `order_matters` is True."""
     for model, records, estimate in applicable(cls):
-        swapped = cls().fit(records[::-1], model)
+        swapped = brief(cls).fit(records[::-1], model)
         assert np.isfinite(swapped.coefficients).all()
         if not cls.order_matters:
             assert same(estimate, swapped, 1e-6), "the order of the records matters, but order_matters is False"
@@ -237,7 +242,7 @@ def check_units(cls: type[Method]) -> None:
             read = [read_record(file, model.positive_rudder) for file in files]
         read = [replace(r, time_s=record.time_s) for r, record in zip(read, records, strict=True)]
         close = 1e-5 if estimate.predictor is None else 0.05  # a tree's threshold is a jump
-        assert same(estimate, cls().fit(read, model), close), "the estimate depends on the units of the file"
+        assert same(estimate, brief(cls).fit(read, model), close), "the estimate depends on the units of the file"
 
 
 def _in_degrees(record: Record, path: Path) -> Path:
@@ -256,14 +261,14 @@ def check_rudder_sign(cls: type[Method]) -> None:
     for model, records, estimate in applicable(cls):
         other = "port" if model.positive_rudder == "starboard" else "starboard"
         turned = [record.turned(model.positive_rudder).turned(other) for record in records]
-        assert same(estimate, cls().fit(turned, model), 0.0), "the rudder sign of the metadata is ignored"
+        assert same(estimate, brief(cls).fit(turned, model), 0.0), "the rudder sign of the metadata is ignored"
 
 
 def check_gaps(cls: type[Method]) -> None:
     """Gaps of one sample and longer ones, in every channel, are accepted."""
     rng = np.random.default_rng(5)
     for model, records, _ in applicable(cls):
-        estimate = cls().fit([_with_gaps(record, rng) for record in records], model)
+        estimate = brief(cls).fit([_with_gaps(record, rng) for record in records], model)
         assert np.isfinite(estimate.coefficients).all()
 
 
@@ -284,12 +289,12 @@ def check_too_short(cls: type[Method]) -> None:
         empty = records[0].with_channels(**{k: np.full(records[0].n, np.nan) for k in records[0].channels})
         for case in ([], [records[0].slice(0, 1)], [records[0].slice(0, 5)], [empty]):
             _refused(cls, case, model)
-        fit_or_none(cls(), [records[0].slice(0, 12)], model)
+        fit_or_none(brief(cls), [records[0].slice(0, 12)], model)
 
 
 def _refused(cls: type[Method], records: Sequence[Record], model: Model) -> None:
     try:
-        cls().fit(records, model)
+        brief(cls).fit(records, model)
     except CannotFit:
         return
     except FitFailed as failure:
@@ -312,7 +317,7 @@ def check_garbage(cls: type[Method]) -> None:
     rng = np.random.default_rng(7)
     for model, records, _ in applicable(cls):
         for corrupt in (_noise, _constant, _huge, _infinite):
-            estimate = fit_or_none(cls(), corrupt(records[0].slice(0, GARBAGE_SAMPLES), rng), model)
+            estimate = fit_or_none(brief(cls), corrupt(records[0].slice(0, GARBAGE_SAMPLES), rng), model)
             assert estimate is None or np.isfinite(estimate.coefficients).all()
 
 

@@ -76,9 +76,7 @@ class OutputError(Method):
         if not (isinstance(self.level, float) and 0.0 < self.level < 1.0):
             raise BadInput(f"level is {self.level!r}, a number between 0 and 1 is needed")
         loss_of(self.loss, self.tuning)
-        for name, reader in (("prior", options.priors), ("bounds", options.limits), ("fixed", options.fixings)):
-            if getattr(self, name) is not None:
-                reader(getattr(self, name))
+        options.check(self.prior, self.bounds, self.fixed)
         if self.profile is not None:
             options.names("profile", self.profile)
 

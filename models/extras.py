@@ -14,6 +14,7 @@ EXTRAS: Mapping[str, str] = {
     "distributed": "distributed",
     "submitit": "slurm",
     "weasyprint": "pdf",
+    "emcee": "bayes",
     **dict.fromkeys(("starlette", "uvicorn"), "open"),
 }
 """Import name of a package -> the extra of helmbench that brings it."""

@@ -25,11 +25,11 @@ from ...models.errors import CannotFit
 from ..fit import Fit
 from ..gaps import unbroken
 from ..regression import factors
-from ..series import series_of
+from ..series import Series, series_of
 from ..starts import starts_of
 from .loss import Loss
 from .minimiser import NULL
-from .problem import Point, Problem
+from .problem import Point, Problem, free_start_problem
 from .search import Outcome, fit_output_error
 from .shooting import ShootingProblem
 from .unknowns import Unknowns
@@ -56,12 +56,28 @@ def identify(
     CannotFit : a record lacks a channel, or there are no more measured values than unknowns.
     FitFailed : the model diverges from every start.
     """
+    series, starts = _prepared(records, model, unknowns)
+    return fit_output_error(series, model, starts, max_iterations, unknowns, loss, shooting)
+
+
+def problem_of(
+    records: Sequence[Record], model: Model, unknowns: Unknowns | None = None
+) -> tuple[Problem, list[np.ndarray]]:
+    """The problem with free initial states, and coefficients (p,) or estimated parameters (k,) to start from; raises as
+    `identify`."""
+    series, starts = _prepared(records, model, unknowns)
+    return free_start_problem(series, model, unknowns), starts
+
+
+def _prepared(
+    records: Sequence[Record], model: Model, unknowns: Unknowns | None
+) -> tuple[list[Series], list[np.ndarray]]:
     records = unbroken(records, model)
     series = [series_of(record, model) for record in records]
     k = len(model.coordinates) if unknowns is None else len(unknowns.estimated)
     if (n := sum(s.n_outputs for s in series)) <= k:
         raise CannotFit(f"{n} measured values for {k} coefficients")
-    return fit_output_error(series, model, _starts(records, model, unknowns), max_iterations, unknowns, loss, shooting)
+    return series, _starts(records, model, unknowns)
 
 
 def _starts(records: Sequence[Record], model: Model, unknowns: Unknowns | None) -> list[np.ndarray]:

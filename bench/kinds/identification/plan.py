@@ -36,7 +36,8 @@ METHOD_GROUPS = {
     "identification": ("grey box",),
     "learners": ("black box", "hybrid", "floor"),
 }
-"""Names of groups of methods in a suite file -> the kinds of method (`methods.base.KINDS`) that they hold."""
+"""Names of groups of methods in a suite file -> the kinds of method (`methods.base.KINDS`) of the class of seconds that
+they hold."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,7 @@ def _entry_methods(entry: Entry, selection: Selection) -> list[str]:
 def _methods_of(group: str) -> list[str]:
     from ....methods.registry import methods
 
-    return [name for name, cls in methods().items() if cls.kind in METHOD_GROUPS[group]]
+    return [name for name, cls in methods().items() if cls.kind in METHOD_GROUPS[group] and not cls.minutes]
 
 
 def _tasks(entry: Entry, selection: Selection, folder: Path) -> Iterator[Task]:

@@ -1,0 +1,107 @@
+"""A fit of the grey box by an evolution strategy: no derivatives, and a start from what is known beforehand."""
+
+from __future__ import annotations
+
+# cmaes ships no types:
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ..estimation.likelihood import options
+from ..estimation.likelihood.minimiser import Minimum
+from ..estimation.likelihood.output_error import as_fit, problem_of
+from ..estimation.likelihood.problem import explains_records
+from ..estimation.likelihood.search import ADEQUATE, Outcome
+from ..models.errors import BadInput, FitFailed
+from ..models.extras import extras_told
+from .base import Method
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..estimation.fit import Fit
+    from ..estimation.likelihood.problem import Problem
+    from ..models.model import Model
+
+SPREAD = 0.5
+"""Standard deviation of the start about least squares where there is no prior, relative to each unknown."""
+EXPENSIVE = 1e12
+"""Cost of a run that diverges."""
+
+
+class CmaEs(Method):
+    """Output error minimised by CMA-ES (Hansen 2016, arXiv 1604.00772) instead of steps along derivatives.
+
+    Parameters
+    ----------
+    evaluations : runs of all records at most; None: 400 for each unknown.
+    prior, bounds, fixed : as in `output-error`.  The search starts from the prior's mean with its standard deviations;
+        without a prior, from least squares with a half of each unknown.
+    seed : of the search.
+
+    The cost is that of `output-error`, so that both have the same minimum: what differs is whether it is found.
+    """
+
+    name = "cma-es"
+    title = "output error by an evolution strategy (CMA-ES), from priors"
+    minutes = True
+    brief: ClassVar = {"evaluations": 600}
+    order_matters = True
+
+    def __init__(
+        self, evaluations: int | None = None, prior: Any = None, bounds: Any = None, fixed: Any = None, seed: int = 0
+    ) -> None:
+        self.evaluations, self.seed = evaluations, seed
+        self.prior, self.bounds, self.fixed = prior, bounds, fixed
+
+    def check_options(self) -> None:
+        super().check_options()
+        for name, least in (("evaluations", 1), ("seed", 0)):
+            value = getattr(self, name)
+            if value is None and name == "evaluations":
+                continue
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise BadInput(f"{name} is {value!r}, a whole number, at least {least}, is needed")
+        options.check(self.prior, self.bounds, self.fixed)
+
+    def visible(self, model: Model) -> Model:
+        return model
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        unknowns = options.unknowns_of(model, self.prior, self.bounds, self.fixed)
+        problem, starts = problem_of(records, model.blanked(), unknowns)
+        start = min(starts, key=lambda one: problem.at(problem.start(one)).cost)
+        spread = SPREAD * np.abs(start)
+        if unknowns is not None:
+            mean, sd = unknowns.mean[unknowns.estimated], unknowns.sd[unknowns.estimated]
+            start, spread = np.where(np.isfinite(sd), mean, start), np.where(np.isfinite(sd), sd, spread)
+        z = problem.start(start)
+        states = [s.start_sd[list(free)] for s, free in zip(problem.series, problem.free, strict=True)]
+        sd = np.concatenate([spread, *states])
+        minimum = self._search(problem, z, np.where(sd > 0.0, sd, 1e-3 * np.maximum(np.abs(z), 1.0)))
+        adequate = explains_records(problem, minimum.point, ADEQUATE)
+        return as_fit(Outcome(problem, minimum, adequate, 1, minimum.n_iterations))
+
+    def _search(self, problem: Problem, z: np.ndarray, sd: np.ndarray) -> Minimum:
+        """The best of all points tried; unknowns are counted from z in units of sd."""
+        with extras_told():
+            from cmaes import CMA
+        limits, bounds = problem.limits(), None
+        if limits is not None:
+            z = np.clip(z, *limits)
+            bounds = (np.stack(limits, axis=1) - z[:, None]) / sd[:, None]
+        search = CMA(np.zeros(z.size), 1.0, bounds=bounds, seed=self.seed)
+        best, most, count = problem.at(z), self.evaluations or 400 * z.size, 1
+        while count < most and not search.should_stop():
+            told = []
+            for _ in range(search.population_size):
+                step = search.ask()
+                point = problem.at(z + sd * step)
+                told.append((step, min(point.cost, EXPENSIVE)))
+                best = point if point.cost < best.cost else best
+                count += 1
+            search.tell(told)
+        if not np.isfinite(best.cost):
+            raise FitFailed("the simulation diverges at every point that was tried")
+        return Minimum(best, search.should_stop(), count)

@@ -1,0 +1,98 @@
+"""Bayesian identification: the posterior density of the parameters, sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ..estimation.fit import Fit
+from ..estimation.likelihood import options
+from ..estimation.likelihood.output_error import identify
+from ..estimation.likelihood.posterior import sample
+from ..models.errors import BadInput
+from .base import Method
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+
+QUANTILES = (0.025, 0.5, 0.975)
+MOST_SHOWN = 2000
+"""Draws from which quantiles are taken."""
+
+
+class Mcmc(Method):
+    """Posterior mean and covariance of the grey box, by an ensemble sampler around the output-error estimate.
+
+    Parameters
+    ----------
+    steps : of every walker; the first half is left out.
+    walkers : None: twice the unknowns and two, at least 24.
+    prior, bounds, fixed : as in `output-error`.
+    seed : of the proposals.
+
+    The density and its sampler are those of `helmbench.estimation.likelihood.posterior`.  `extra["quantiles"]` has the
+    2.5, 50 and 97.5 % quantiles of the published parameters.  `steps` are enough where they are fifty times
+    `extra["autocorrelation_steps"]`; with fewer the fit says that it has not converged.
+    """
+
+    name = "mcmc"
+    title = "Bayes: posterior density of output error, ensemble sampler"
+    minutes = True
+    brief: ClassVar = {"steps": 20}
+    order_matters = True
+
+    def __init__(
+        self,
+        steps: int = 600,
+        walkers: int | None = None,
+        prior: Any = None,
+        bounds: Any = None,
+        fixed: Any = None,
+        seed: int = 0,
+    ) -> None:
+        self.steps, self.walkers, self.seed = steps, walkers, seed
+        self.prior, self.bounds, self.fixed = prior, bounds, fixed
+
+    def check_options(self) -> None:
+        super().check_options()
+        for name, least in (("steps", 20), ("seed", 0)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise BadInput(f"{name} is {value!r}, a whole number, at least {least}, is needed")
+        if self.walkers is not None and (not isinstance(self.walkers, int) or self.walkers < 4):
+            raise BadInput(f"walkers is {self.walkers!r}, a whole number, at least 4, is needed")
+        options.check(self.prior, self.bounds, self.fixed)
+
+    def visible(self, model: Model) -> Model:
+        return model
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        unknowns = options.unknowns_of(model, self.prior, self.bounds, self.fixed)
+        blank = model.blanked()
+        outcome = identify(records, blank, unknowns)
+        problem = outcome.problem
+        least = 2 * problem.width
+        if self.walkers is not None and self.walkers < least:
+            raise BadInput(f"walkers is {self.walkers}, at least {least} are needed")
+        chain = sample(problem, outcome.minimum, self.steps, self.walkers, self.seed)
+        coefficients = np.array([problem.coefficients(z) for z in chain.draws])
+        published = np.array([blank.to_parameters(c) for c in coefficients[:: -(-len(coefficients) // MOST_SHOWN)]])
+        quantiles = np.quantile(published, QUANTILES, axis=0).T.tolist()
+        extra = {
+            "explains_records": outcome.adequate,
+            "draws": len(chain.draws),
+            "acceptance": chain.acceptance,
+            "autocorrelation_steps": chain.autocorrelation_steps,
+            "quantiles": dict(zip(blank.parameter_names, quantiles, strict=True)),
+        }
+        return Fit(
+            coefficients.mean(axis=0),
+            np.atleast_2d(np.cov(coefficients, rowvar=False)),
+            converged=50.0 * chain.autocorrelation_steps < self.steps,
+            n_iterations=self.steps,
+            extra=extra,
+            fixed=() if unknowns is None else unknowns.fixed_names,
+        )

@@ -1,0 +1,87 @@
+"""Least squares on the leading singular values of the regression."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+import numpy as np
+
+from ..estimation.fit import Fit
+from ..estimation.regression.schemes import check_scheme, regression_samples
+from ..estimation.regression.weighted import RegressionRows
+from ..estimation.tuning.space import Choice
+from ..models.errors import BadInput
+from ..models.linear_algebra import svd
+from .base import Method
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+
+DETERMINED = 1e-14
+"""Singular value, relative to the largest, below which a direction has no information."""
+
+
+class TruncatedSolution(NamedTuple):
+    """Coefficients (p,), their covariance (p, p), and how many singular values they rest on."""
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    rank: int
+
+
+class TsvdLs(Method):
+    """Least squares by truncated singular value decomposition of the scaled columns.
+
+    Parameters
+    ----------
+    rank : singular values that are kept; None chooses it by generalised cross-validation (Golub, Heath & Wahba 1979).
+    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
+
+    Directions that are left out are set to zero (Hansen 1987, BIT 27).  The covariance is that of the directions kept,
+    and does not count what was set to zero.
+    """
+
+    name = "tsvd-ls"
+    title = "least squares by truncated singular values, rank by cross-validation"
+    search_space: ClassVar = {"scheme": Choice("forward", "midpoint")}
+
+    def __init__(self, rank: int | None = None, scheme: str = "midpoint") -> None:
+        self.rank, self.scheme = rank, scheme
+
+    def check_options(self) -> None:
+        super().check_options()
+        check_scheme(self.scheme)
+        if self.rank is not None and (isinstance(self.rank, bool) or not isinstance(self.rank, int) or self.rank < 1):
+            raise BadInput(f"rank is {self.rank!r}, a whole number, at least 1, is needed")
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        rows = RegressionRows(regression_samples(records, model, self.scheme), model)
+        sd = rows.least_residual_sd()
+        found = truncated(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.rank)
+        extra = {"rank": found.rank, "residual_sd": sd.tolist()}
+        return Fit(found.coefficients, found.covariance, extra=extra)
+
+
+def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> TruncatedSolution:
+    """Truncated solution of the n rows behind a triangular factor of [A | b].
+
+    For rank None, the one with the least GCV = n RSS/(n - rank)^2.
+    """
+    a, b = factor[:, :-1], factor[:, -1]
+    length = np.linalg.norm(a, axis=0)
+    length = np.where(length > 0.0, length, 1.0)
+    u, s, vt = svd(a / length, full_matrices=False)
+    scores = u.T @ b
+    most = int(np.sum(s > DETERMINED * s[0]))
+    residuals = float(b @ b) - np.concatenate([[0.0], np.cumsum(scores**2)])
+    residuals = np.maximum(residuals, 0.0)
+    if rank is None:
+        ranks = np.arange(1, most + 1)
+        rank = int(ranks[np.argmin(residuals[ranks] / np.maximum(n - ranks, 1.0) ** 2)])
+    rank = min(rank, most)
+    v = vt[:rank].T / length[:, None]
+    variance = residuals[rank] / max(n - rank, 1.0)
+    covariance = (v * (variance / s[:rank] ** 2)) @ v.T
+    return TruncatedSolution(v @ (scores[:rank] / s[:rank]), covariance, rank)
