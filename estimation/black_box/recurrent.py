@@ -76,9 +76,11 @@ class Windows(NamedTuple):
 
 
 def require_jax() -> Any:
-    """The module jax; CannotFit where it is not installed."""
+    """The module jax; CannotFit where it is not installed, or too old: `jax.enable_x64` came with 0.8."""
     with extras_told(CannotFit):
         import jax
+    if not hasattr(jax, "enable_x64"):
+        raise CannotFit(f"this needs jax 0.8 or newer, not {jax.__version__}: pip install 'helmbench[deep]'")
     return jax
 
 
@@ -87,7 +89,7 @@ def train(training: Training, hidden: int, units: int, alpha: float, seed: int) 
 
     Raises
     ------
-    CannotFit : jax is not installed, or there are too few samples.
+    CannotFit : jax is not installed or too old, or there are too few samples.
     FitFailed : no finite network is found.
     """
     jax = require_jax()

@@ -1,6 +1,7 @@
 """Linear and neural state-space models: exact on linear systems, and predictors that agree with themselves."""
 
 import sys
+import types
 
 import numpy as np
 import pytest
@@ -109,6 +110,14 @@ def test_a_network_learns_a_linear_system(rng):
     error = free_run(network, held_out, 3, 20, 120) - held_out.outputs[21:121, 0]
     assert np.sqrt(np.mean(error**2)) < 0.1 * held_out.outputs.std()
     assert all(isinstance(array, np.ndarray) for array in network) and isinstance(network, Network)
+
+
+def test_with_a_jax_that_is_too_old_it_does_not_apply_either(monkeypatch):
+    old = types.ModuleType("jax")
+    old.__version__ = "0.7.2"
+    monkeypatch.setitem(sys.modules, "jax", old)
+    with pytest.raises(CannotFit, match=r"needs jax 0.8 or newer, not 0.7.2: pip install 'helmbench\[deep\]'"):
+        make("recurrent").fit(generate(Case("cargo", "zigzag:20/20")), MODEL)
 
 
 def test_without_jax_the_recurrent_network_does_not_apply(monkeypatch):
