@@ -34,11 +34,13 @@ class Estimate(result.Estimate):
     """The result of `identify`: coefficients, parameters with standard errors, and the records they come from.
 
     `records` are the training records as they were read; a method's own `fit` gives an estimate without them, which
-    has everything but `assess`, `to_html` and `write`.  `comparison` holds the other models where `identify` chose one.
+    has everything but `assess`, `to_html` and `write`.  `held_out` are those that `identify` was given beside them.
+    `comparison` holds the other models where `identify` chose one.
     """
 
     records: tuple[Record, ...] = ()
     comparison: Comparison | None = None
+    held_out: tuple[Record, ...] = ()
 
     @classmethod
     def of(cls, found: result.Estimate, records: Sequence[Record], compared: Comparison | None = None) -> Estimate:
@@ -57,7 +59,7 @@ class Estimate(result.Estimate):
 
         Parameters
         ----------
-        validate : records that took no part in the fit, or their paths.
+        validate : records that took no part in the fit, or their paths; none: those that `identify` was given.
         compared : other models or methods to show beside it (`compare`); None: what `identify` compared.
         positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files of `validate`.
 
@@ -69,7 +71,8 @@ class Estimate(result.Estimate):
 
         if not self.records:
             raise BadInput("the estimate does not hold its records", hint="make it with helmbench.identify")
-        return assess(self, self.records, validate, compared or self.comparison, positive_rudder)
+        others = self.held_out if isinstance(validate, Sequence) and not validate else validate
+        return assess(self, self.records, others, compared or self.comparison, positive_rudder)
 
     def _repr_html_(self) -> str:
         from ..models.figure import picture
@@ -165,8 +168,8 @@ def identify(
         vessels that the records name (`compare`), and takes the best of them where it predicts as well ahead.
     method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine' (`list_methods`);
         'auto' needs none.
-    validate : held-out records by which 'auto' chooses; without them each record, or block of time, is left out in
-        turn.
+    validate : held-out records: 'auto' chooses by them (without any each record, or block of time, is left out in
+        turn), and `assess`, `to_html` and `write` of the result judge by them.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
     particulars : YAML file of the ship's particulars, for 'auto': the simulation that they give, corrected by the
         records, is taken where it predicts better ahead (`build_model`).
@@ -195,13 +198,14 @@ def identify(
     if method is None:
         raise BadInput("no method", hint="give one (`list_methods`); only the model 'auto' needs none")
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
-    read = as_records(records, positive_rudder)
+    read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
+    refuse_copies(read, others)
     warn_of(admit(read, structure))
     given = [hull_record(record, structure) for record in read]
     estimate = published(fitter.fit(given, structure))
     for doubt in filter(None, map(rudder_sign_doubt, given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)
-    return Estimate.of(estimate, read)
+    return replace(Estimate.of(estimate, read), held_out=tuple(others))
 
 
 def _chosen(
@@ -213,7 +217,8 @@ def _chosen(
 ) -> Estimate:
     """The estimate of 'auto', see `identify`."""
     read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
-    return chosen_estimate(read, () if method is None else (method,), others, particulars)
+    found = chosen_estimate(read, () if method is None else (method,), others, particulars)
+    return replace(found, held_out=tuple(others))
 
 
 def chosen_estimate(

@@ -271,7 +271,7 @@ def _identified(train: list[Record], held_out: list[Record], model: str, method:
     stage("fitting the models that the records allow" if model == "auto" else "fitting the model")
     estimate = identify(train, model, method, validate=held_out)
     stage("judging the fit: free runs, residuals, what the records tell")
-    found = estimate.assess(held_out)
+    found = estimate.assess()
     return found, identification_view(found)
 
 

@@ -92,3 +92,13 @@ def test_doubtful_records_are_told(records):
     frozen = records[0].with_channels(heading_rad=held)
     with pytest.warns(helmbench.PlausibilityWarning, match="heading"):
         helmbench.compare(frozen, "nomoto-1-cubic", "ls", validate=records[1])
+
+
+def test_held_out_records_of_identify_are_those_that_the_estimate_is_judged_by(records):
+    estimate = helmbench.identify(records[0], "nomoto-1-cubic", "output-error", validate=records[1])
+    found = estimate.assess()
+    assert [record.name for record in estimate.held_out] == [records[1].name]
+    assert found.to_json() == estimate.assess(records[1]).to_json()
+    assert found.to_json() != helmbench.identify(records[0], "nomoto-1-cubic", "output-error").assess().to_json()
+    with pytest.raises(helmbench.BadInput):
+        helmbench.identify(records[0], "nomoto-1-cubic", "output-error", validate=records[0])
