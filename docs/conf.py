@@ -84,8 +84,10 @@ def write_generated_pages(app) -> None:
     import pictures
 
     generate.write(HERE / "generated")
-    pictures.write(HERE / "generated" / "pictures")
+    if app.config.draw_pictures:
+        pictures.write(HERE / "generated" / "pictures")
 
 
 def setup(app) -> None:
+    app.add_config_value("draw_pictures", True, "env")
     app.connect("builder-inited", write_generated_pages)

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
 import helmbench
@@ -115,7 +116,8 @@ def test_two_gallery_scripts_run_without_a_warning_and_leave_no_file(rng, tmp_pa
 
 
 def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tmp_path):
-    """Without running the gallery, which takes as long as all else: `make docs` runs it, with the same settings."""
+    """Without what `make docs` runs and draws with the same settings, which takes minutes: gallery, tutorials, pictures
+    of methods and causes.  That these run is tested on its own; pictures that are not there are passed over."""
     build = [
         sys.executable,
         "-m",
@@ -125,6 +127,12 @@ def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tm
         "--keep-going",
         "-D",
         "plot_gallery=0",
+        "-D",
+        "nb_execution_mode=off",
+        "-D",
+        "draw_pictures=0",
+        "-D",
+        "suppress_warnings=image.not_readable,myst-nb.lexer",
         "-d",
         tmp_path / "read",
         DOCS,
@@ -136,3 +144,17 @@ def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tm
     assert len(pages) > len(PAGES)
     loaded = re.compile(r"<(?:script|link|img|iframe)[^>]*\b(?:src|href)=[\"']?(?:https?:)?//[^\"' >]*")
     assert [found for page in pages for found in loaded.findall(page.read_text(encoding="utf-8"))] == []
+
+
+def test_every_cause_has_a_picture_that_shows_it():
+    """Two curves that are not the same, of every cause; and the pictures of the fastest methods."""
+    pictures = runpy.run_path(str(DOCS / "pictures.py"))
+    own = pictures["_of_cause"].__globals__
+    drawn, own["_compared"] = own["_compared"], lambda *curves: curves
+    for name in pictures["all_causes"]():
+        time, channel, before, after, title = own["_of_cause"](name)
+        assert time.shape == before.shape == after.shape and np.nanmax(np.abs(after - before)) > 0.0, name
+    assert drawn(time, channel, before, after, title).count("<path") > 2
+    for name in ("ls", "straight-line", "euler-ls"):
+        picture = own["_of_method"](name)
+        assert "free run along" in picture and ("by the bound" in picture) == (name == "ls")

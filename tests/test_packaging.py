@@ -238,7 +238,7 @@ def test_commands_call_only_what_helmbench_offers() -> None:
     assert wrong == []
 
 
-OPTIONAL = ("bench", "deep", "distributed", "open", "parquet")
+OPTIONAL = ("bayes", "bench", "deep", "distributed", "open", "parquet", "pdf")
 DISTRIBUTIONS = {"sklearn": "scikit-learn", "yaml": "pyyaml", "charset_normalizer": "charset-normalizer"}
 """Import name -> distribution, where they differ."""
 
@@ -251,7 +251,7 @@ def test_dependencies_are_what_is_imported() -> None:
     optional = {Requirement(text).name for extra in OPTIONAL for text in extras[extra]}
     declared = {Requirement(text).name for text in PROJECT["project"]["dependencies"]}
     assert imported - optional == declared
-    assert optional - imported == {"cmaes", "dask", "distributed"}  # cmaes by optuna, the others by name
+    assert optional - imported == {"dask", "distributed"}  # by name
 
 
 def test_no_init_at_the_root() -> None:

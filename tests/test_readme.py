@@ -47,9 +47,10 @@ def test_the_example_gives_what_it_says(ran):
 
 def test_the_five_minutes_are_those_of_the_tour():
     """The commands of the tour are run by the test of the documentation."""
-    block = re.compile(r"^```bash\n(.*?)^```", re.DOTALL | re.MULTILINE)
+    block, cell = (re.compile(rf"^```{head}\n(.*?)^```", re.DOTALL | re.MULTILINE)
+                   for head in ("bash", r"\{code-cell\}\n%%bash"))  # fmt: skip
     tour = (ROOT / "docs" / "tour.md").read_text(encoding="utf-8")
-    assert block.findall(TEXT) == ["".join(block.findall(tour))]
+    assert block.findall(TEXT) == ["".join(cell.findall(tour))]
 
 
 def test_links_within_the_repository_lead_to_files():
