@@ -70,4 +70,5 @@ def sample(problem: Problem, minimum: Minimum, steps: int, walkers: int | None, 
     acceptance = float(np.mean(sampler.acceptance_fraction))
     if not acceptance > 0.0:
         raise FitFailed("no proposal was accepted: the density has no width around its largest value")
-    return Chain(sampler.get_chain(discard=int(DISCARDED * steps), flat=True), acceptance, float(np.max(times)))
+    draws = np.asarray(sampler.get_chain(discard=int(DISCARDED * steps), flat=True))
+    return Chain(draws, acceptance, float(np.max(times)))

@@ -17,6 +17,7 @@ from helmbench.models.model import list_vessels, resolve
 from ....made_up_suites import own_method_file, spec_of, suite_file
 
 FIRST_FIVE = {"ls", "rls", "fw-rls", "ekf", "output-error"}
+SECONDS = [name for name, cls in methods().items() if not cls.minutes]
 
 
 def planned(name):
@@ -26,6 +27,13 @@ def planned(name):
 @pytest.fixture
 def own_method(tmp_path):
     return own_method_file(tmp_path)
+
+
+def test_methods_of_the_class_of_minutes_are_in_the_suite_of_minutes_only():
+    slow = methods().keys() - SECONDS
+    assert slow == {"cma-es", "mcmc"}
+    assert slow <= {spec.method for spec in plan(load_suite("minutes"))}
+    assert not slow & {spec.method for spec in plan(load_suite("default"))}
 
 
 def test_quick_covers_every_vessel_and_the_first_five_methods():
@@ -48,7 +56,7 @@ def test_quick_holds_noise_free_rows_of_output_error_for_every_vessel():
 def test_default_crosses_every_vessel_with_every_method_and_noise_level():
     specs = planned("default")
     found = {(spec.task.vessel, spec.method, spec.task.noise) for spec in specs if spec.task.source == spec.task.vessel}
-    assert found >= {(v, m, n) for v in list_vessels() for m in methods() for n in ("low", "high")}
+    assert found >= {(v, m, n) for v in list_vessels() for m in SECONDS for n in ("low", "high")}
 
 
 IDENTIFICATION_SUITES = [name for name in suite_names() if load_suite(name).kind == "identification"]
@@ -69,7 +77,7 @@ def test_measured_has_every_method_on_every_set():
     specs = planned("measured")
     assert {spec.task.vessel for spec in specs} >= set(DATASETS)
     found = {(spec.task.vessel, spec.method) for spec in specs}
-    assert found >= {(name, method) for name in DATASETS for method in methods()}
+    assert found >= {(name, method) for name in DATASETS for method in SECONDS}
     assert all(spec.task.measured and not set(spec.task.train) & set(spec.task.held_out) for spec in specs)
 
 
@@ -107,7 +115,7 @@ def test_the_suite_of_a_theme_varies_it_and_nothing_else(name):
     factors = {"noise": {"noise"}, "outliers": {"noise"}, "disturbances": {"disturbance"}}
     factors |= {"excitation": {"train"}, "sampling": {"thinning", "length"}}
     specs = planned(name)
-    assert {spec.method for spec in specs} >= {name for name, cls in methods().items() if cls.kind == "grey box"}
+    assert {spec.method for spec in specs} >= {name for name in SECONDS if methods()[name].kind == "grey box"}
     for vessel in {spec.task.vessel for spec in specs}:
         own = [spec.task for spec in specs if spec.task.vessel == vessel]
         fixed = {"source", "held_out", "noise", "disturbance", "train", "thinning", "length"}
