@@ -12,7 +12,7 @@ from ..estimation.regression.filtered import filtered_rows
 from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
 from ..estimation.regression.observed import ObserverSetting, observed_samples, printed_samples
 from ..estimation.series import require
-from ..estimation.svr.regression import BuildRegressor, check_svr_options, fit_svr, rw_ls_svr, stacked_rows
+from ..estimation.svr.regression import check_svr_options, fit_svr, ls_svr, rw_ls_svr, stacked_rows
 from ..estimation.tuning.space import Real
 from ..models.errors import BadInput, CannotFit
 from .base import Method
@@ -36,8 +36,11 @@ class EsoRwLssvr(Method):
     discretisation : 'exact' or 'euler' ('as_printed' is always Euler).
     b0 : input gain of the observer, on the rudder; 0 leaves the whole third derivative to be observed.
     C, tuner : as in `ls-svr`.
-    variant : 'corrected', or 'as_printed': b0 = 1 on the heading reference, l3 = 100, rudder and rudder slope as the
-        observer has them, signed weights, regularised in SI units with intercept, fitted to the first 60 %.
+    weighted : False takes `ls-svr` behind the observer, with which paper 003 compares its own.
+    variant : 'corrected'; 'proposed': what the paper proposes in corrected equations, with the observer's states as
+        they are and C by its bee colony, whatever `aligned` and `tuner` say; or 'as_printed': b0 = 1 on the heading
+        reference, l3 = 100, rudder and rudder slope as the observer has them, signed weights, regularised in SI units
+        with intercept, fitted to the first 60 %.
 
     Response models, from the heading.  The printed form needs the heading reference, which it takes from the rudder
     command of a vessel with heading controller and rudder lag.  Unless aligned, the observer's derivatives lag behind
@@ -47,7 +50,7 @@ class EsoRwLssvr(Method):
 
     name = "eso-rw-lssvr"
     title = "extended state observer and robust weighted LS-SVR (paper 003)"
-    variants = ("corrected", "as_printed")
+    variants = ("corrected", "proposed", "as_printed")
     search_space: ClassVar = {"omega0": Real(1e-2, 60.0, log=True), "C": Real(1e-2, 1e10, log=True)}
 
     def __init__(
@@ -58,10 +61,11 @@ class EsoRwLssvr(Method):
         b0: float = 0.0,
         C: float | None = None,
         tuner: str | Tuner = "grid",
+        weighted: bool = True,
         variant: str = "corrected",
     ) -> None:
         self.omega0, self.aligned, self.discretisation, self.b0 = omega0, aligned, discretisation, b0
-        self.C, self.tuner, self.variant = C, tuner, variant
+        self.C, self.tuner, self.weighted, self.variant = C, tuner, weighted, variant
 
     def check_options(self) -> None:
         super().check_options()
@@ -71,11 +75,6 @@ class EsoRwLssvr(Method):
         if self.omega0 is not None and not self.omega0 > 0.0:
             raise BadInput(f"omega0 is {self.omega0!r}, a positive number of rad/s is needed")
 
-    @property
-    def build_regressor(self) -> BuildRegressor:
-        """Makes the regressor behind the observer; paper 003 compares another one."""
-        return rw_ls_svr(self.variant)
-
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         if model.is_3dof:
             raise CannotFit(f"the heading observer needs a response model, and {model.family} is none")
@@ -84,7 +83,7 @@ class EsoRwLssvr(Method):
         if printed:
             omega = PRINTED_OMEGA if self.omega0 is None else self.omega0
             parts = samples = printed_samples(records, model, omega)
-        elif self.aligned:
+        elif self.aligned and self.variant != "proposed":
             omega, parts = _aligned_rows(records, model, self.omega0)
             samples = [rows.parts for rows in parts]
         else:
@@ -94,7 +93,9 @@ class EsoRwLssvr(Method):
         spacing = float(np.median(np.diff(samples[0].time_s)))
         rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)
         extra = {"omega0_rad_s": omega}
-        return fit_svr(rows, self.build_regressor, self.C, self.tuner, not printed, extra)
+        regressor = (rw_ls_svr if self.weighted else ls_svr)("as_printed" if printed else "corrected")
+        tuner = "abc" if self.variant == "proposed" else self.tuner
+        return fit_svr(rows, regressor, self.C, tuner, not printed, extra)
 
 
 def _aligned_rows(records: Sequence[Record], model: Model, omega0: float | None) -> tuple[float, Sequence[Any]]:

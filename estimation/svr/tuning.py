@@ -7,9 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...models.errors import CannotFit
+from ...models.extras import extras_told
+
 DOMAIN = (1e-2, 1e10)
 """Search domain of C (paper 003, Table 3)."""
 POINTS = 25
+CYCLES = 30
+"""Of the colony of paper 003, Table 3."""
 
 Objective = Callable[[float], float]
 """C -> validation error, to be minimised; inf where the fit fails."""
@@ -36,4 +41,23 @@ def grid(objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1], 
     return Tuned(float(values[best]), float(errors[best]), points)
 
 
-TUNERS: dict[str, Tuner] = {"grid": grid}
+def colony(objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1], cycles: int = CYCLES) -> Tuned:
+    """The best that the artificial bee colony of paper 003 finds (Table 3): 30 sources, and 60 moves in every cycle.
+
+    Raises
+    ------
+    CannotFit : Optuna is not installed.
+    """
+    with extras_told(CannotFit):
+        import optuna
+
+        from ..tuning.abc import PAPER_003, ABCSampler
+        from ..tuning.tune import quiet
+    most = PAPER_003["n_sources"] + cycles * (PAPER_003["n_sources"] + PAPER_003["n_onlookers"])
+    with quiet():
+        study = optuna.create_study(sampler=ABCSampler(**PAPER_003, seed=0))
+        study.optimize(lambda trial: objective(trial.suggest_float("C", low, high, log=True)), n_trials=most)
+    return Tuned(float(study.best_params["C"]), float(study.best_value), most)
+
+
+TUNERS: dict[str, Tuner] = {"grid": grid, "abc": colony}

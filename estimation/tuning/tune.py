@@ -143,7 +143,7 @@ def tune(
     sampler = sampler_of(tuner, space, n_trials, seed, shared=storage is not None) if isinstance(tuner, str) else tuner
     label = tuner if isinstance(tuner, str) else type(tuner).__name__
     name = study_name or study_name_of(method, space, records, model, label, seed, validation)
-    with _quiet():
+    with quiet():
         study = _study(storage, name, sampler)
         errors = _optimize(study, method, space, split, model, n_trials)
         return _summary(study, label, validation, errors)
@@ -308,7 +308,7 @@ def study_name_of(
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Without Optuna's log lines and its warnings about experimental features."""
     import optuna
 

@@ -45,6 +45,18 @@ def test_noise_needs_one_lag_and_slow_poles(rng):
     assert not np.abs(lagging).max() < 20.0 and not np.abs(fast).max() < 20.0
 
 
+def test_what_the_paper_proposes_lags_and_is_tuned_by_its_colony():
+    """Without noise: the states' lag is that of `aligned=False`, and C is as good as by the grid or better."""
+    record, model = record_of("cargo-S3", dt=0.5), resolve("cargo")
+    options = {"omega0": 5.0}
+    proposed = EsoRwLssvr(variant="proposed", **options).fit([record], model)
+    plain = EsoRwLssvr(aligned=False, **options).fit([record], model)
+    assert (proposed.extra["evaluations"], plain.extra["evaluations"]) == (1830, 25)
+    assert percent(model, proposed.coefficients) == pytest.approx(percent(model, plain.coefficients), abs=2.0)
+    unweighted = EsoRwLssvr(variant="proposed", weighted=False, **options).fit([record], model)
+    assert "outliers" in proposed.extra and "outliers" not in unweighted.extra
+
+
 def test_the_printed_variant_runs_with_large_errors():
     record = record_of("cargo-S3", dt=0.02)
     found = EsoRwLssvr(variant="as_printed", C=1e10).fit([record], resolve("cargo"))

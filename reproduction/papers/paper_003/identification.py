@@ -11,7 +11,6 @@ import numpy as np
 from ....estimation.bounds import cramer_rao
 from ....estimation.observers import eso
 from ....estimation.svr.estimators import LSSVR
-from ....estimation.svr.regression import BuildRegressor, ls_svr
 from ....methods.eso_rw_lssvr import EsoRwLssvr
 from ....methods.svf_ls import SvfLs
 from ....models.errors import CannotFit, FitFailed
@@ -45,15 +44,8 @@ PREDICTS = 0.9
 """R^2 that a model must have for its error to be compared with another's."""
 
 
-class EsoLssvr(EsoRwLssvr):
-    """The same pipeline without weights and without removal of outliers."""
-
-    @property
-    def build_regressor(self) -> BuildRegressor:
-        return ls_svr(self.variant)
-
-
-PIPELINES = {"rw": EsoRwLssvr, "ls": EsoLssvr}
+WEIGHTED = {"rw": True, "ls": False}
+"""Both methods behind the observer: with weights and without outliers, or plain."""
 
 
 def tables_5_and_6(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult:
@@ -69,8 +61,9 @@ def on_sines(vessel: str, sines: str, level: float, rng: np.random.Generator) ->
     errors: dict[tuple[str, str], np.ndarray] = {}
     for variant in ("corrected", "as_printed"):
         omega = None
-        for method, pipeline in PIPELINES.items():
-            coefficients, omega = _fitted(pipeline(omega0=omega, variant=variant), run, model)
+        for method, weighted in WEIGHTED.items():
+            own = EsoRwLssvr(omega0=omega, weighted=weighted, variant=variant)
+            coefficients, omega = _fitted(own, run, model)
             errors[variant, method] = percent(model, coefficients)
             found = dict(zip(PARAMETERS, model.to_parameters(coefficients).tolist(), strict=True))
             values |= {f"{variant}_{method}_{name}": value for name, value in found.items()}
@@ -138,7 +131,7 @@ def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
         found = 100.0 * (np.array(printed) / truth - 1.0)
         values |= {f"{vessel}_{method}_error_{name}": float(e) for name, e in zip(PARAMETERS, found, strict=True)}
     for vessel in vessels.VESSELS:
-        errors = [np.abs([values[f"{vessel}_{m}_error_{p}"] for p in PARAMETERS]) for m in PIPELINES]
+        errors = [np.abs([values[f"{vessel}_{m}_error_{p}"] for p in PARAMETERS]) for m in WEIGHTED]
         values[f"{vessel}_rw_better"] = bool((errors[0] < errors[1]).all())
         values |= of_motion(vessel, "S3")
     return StudyResult(values | _single_sines() | consistency())
@@ -147,7 +140,7 @@ def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
 def of_motion(vessel: str, sines: str) -> dict[str, float]:
     """What Tables 4 to 6 imply on a noise-free motion: R^2 of printed errors and parameters, standard deviations."""
     values, validation, run = {}, _validation(vessel, sines), vessels.motion(vessel, sines)
-    for method in PIPELINES:
+    for method in WEIGHTED:
         scores = _scores(f"{vessel}_{method}", _predicted(validation, _printed(vessel, method)), validation.psi_dddot)
         values[f"{vessel}_{method}_r2"] = scores[f"{vessel}_{method}_r2"]
     values[f"{vessel}_frequency"] = float(np.std(run.psi_ddot) / np.std(run.r))
@@ -165,7 +158,7 @@ def consistency() -> dict[str, float]:
         "reversal": printed["t4-eso-cargo-r2-psi_ddot"] < printed["t4-eso-patrol-r2-psi_ddot"],
     }
     for vessel in vessels.VESSELS:
-        implied = {m: _implied(printed[f"t6-{vessel}-{m}-rmse"], printed[f"t6-{vessel}-{m}-r2"]) for m in PIPELINES}
+        implied = {m: _implied(printed[f"t6-{vessel}-{m}-rmse"], printed[f"t6-{vessel}-{m}-r2"]) for m in WEIGHTED}
         (low, high), (other_low, other_high) = implied["rw"], implied["ls"]
         values[f"{vessel}_same_sd"] = low <= other_high and other_low <= high
     digits = [f"{printed[name]:.4e}".split("e")[0] for name in printed if re.match(r"t4-e(so|kf)-.*-rmse-", name)]
