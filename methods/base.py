@@ -117,6 +117,9 @@ class Method:
             raise BadInput(
                 f"method {self.name} has no variant {self.variant!r}", hint=f"known: {', '.join(self.variants)}"
             )
+        for name, option in inspect.signature(type(self).__init__).parameters.items():
+            if isinstance(option.default, bool) and not isinstance(getattr(self, name), bool | np.bool_):
+                raise BadInput(f"{name} is {getattr(self, name)!r}, true or false is needed")
 
     def visible(self, model: Model) -> Model:
         """The model that `estimate` gets: without coefficients; methods that take prior knowledge override this."""

@@ -7,6 +7,7 @@ from sklearn.base import clone
 from helmbench.datasets.record import Record
 from helmbench.estimation.fit import Fit
 from helmbench.methods.base import Method
+from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 
@@ -110,3 +111,10 @@ def test_options_of_options():
 def test_the_base_class_has_no_method_of_its_own(record, model):
     with pytest.raises(NotImplementedError):
         Method().fit([record], model)
+
+
+@pytest.mark.parametrize("value", ["maybe", "1", "none"])
+def test_a_switch_is_true_or_false(value):
+    with pytest.raises(BadInput, match="true or false is needed"):
+        make(f"eso-rw-lssvr,aligned={value}")
+    assert make("eso-rw-lssvr,aligned=false").aligned is False
