@@ -121,6 +121,14 @@ class Method:
             if isinstance(option.default, bool) and not isinstance(getattr(self, name), bool | np.bool_):
                 raise BadInput(f"{name} is {getattr(self, name)!r}, true or false is needed")
 
+    def require_whole(self, name: str, least: int, optional: bool = False) -> None:
+        """BadInput unless an option is a whole number of at least `least` or, where it is `optional`, None."""
+        value = getattr(self, name)
+        if value is None and optional:
+            return
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            raise BadInput(f"{name} is {value!r}, a whole number of at least {least} is needed")
+
     def visible(self, model: Model) -> Model:
         """The model that `estimate` gets: without coefficients; methods that take prior knowledge override this."""
         return model.blanked()

@@ -14,7 +14,7 @@ from ..estimation.likelihood.minimiser import Minimum
 from ..estimation.likelihood.output_error import as_fit, problem_of
 from ..estimation.likelihood.problem import explains_records
 from ..estimation.likelihood.search import ADEQUATE, Outcome
-from ..models.errors import BadInput, FitFailed
+from ..models.errors import FitFailed
 from ..models.extras import extras_told
 from .base import Method
 
@@ -57,12 +57,8 @@ class CmaEs(Method):
 
     def check_options(self) -> None:
         super().check_options()
-        for name, least in (("evaluations", 1), ("seed", 0)):
-            value = getattr(self, name)
-            if value is None and name == "evaluations":
-                continue
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise BadInput(f"{name} is {value!r}, a whole number, at least {least}, is needed")
+        self.require_whole("evaluations", 1, optional=True)
+        self.require_whole("seed", 0)
         options.check(self.prior, self.bounds, self.fixed)
 
     def visible(self, model: Model) -> Model:

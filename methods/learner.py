@@ -42,8 +42,7 @@ class Learner(Method):
 
     def check_options(self) -> None:
         super().check_options()
-        if self.trials is not None and not self.trials >= 0:
-            raise BadInput(f"trials is {self.trials!r}, a whole number of at least 0 is needed")
+        self.require_whole("trials", 0, optional=True)
         for name, domain in self.search_space.items():
             value = getattr(self, name)
             if value is not None and hasattr(domain, "low") and not value > 0:

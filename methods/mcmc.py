@@ -58,12 +58,9 @@ class Mcmc(Method):
 
     def check_options(self) -> None:
         super().check_options()
-        for name, least in (("steps", 20), ("seed", 0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise BadInput(f"{name} is {value!r}, a whole number, at least {least}, is needed")
-        if self.walkers is not None and (not isinstance(self.walkers, int) or self.walkers < 4):
-            raise BadInput(f"walkers is {self.walkers!r}, a whole number, at least 4, is needed")
+        self.require_whole("steps", 20)
+        self.require_whole("walkers", 4, optional=True)
+        self.require_whole("seed", 0)
         options.check(self.prior, self.bounds, self.fixed)
 
     def visible(self, model: Model) -> Model:

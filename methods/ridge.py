@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 import numpy as np
 
 from ..estimation.fit import Fit
+from ..estimation.regression.factors import spectrum
 from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..estimation.regression.weighted import RegressionRows
 from ..estimation.tuning.space import Real
 from ..models.errors import BadInput
-from ..models.linear_algebra import svd
 from .base import Method
 
 if TYPE_CHECKING:
@@ -73,18 +73,14 @@ def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> RidgeSolu
 
     For penalty None, the one with the least GCV = n RSS/(n - freedom)^2.
     """
-    a, b = factor[:, :-1], factor[:, -1]
-    length = np.linalg.norm(a, axis=0)
-    length = np.where(length > 0.0, length, 1.0)
-    u, s, vt = svd(a / length, full_matrices=False)
-    scores = u.T @ b
-    outside = max(float(b @ b - scores @ scores), 0.0)
+    found = spectrum(factor)
+    s, scores, v = found.s, found.scores, found.v
     square = s**2 / max(float(s[0]) ** 2, np.finfo(float).tiny)
 
     def residual_and_freedom(value: float) -> tuple[float, float]:
         shrinkage = value / (square + value) if value > 0.0 else np.where(square > DETERMINED, 0.0, 1.0)
         freedom = float((1.0 - shrinkage).sum())
-        return outside + float(((shrinkage * scores) ** 2).sum()), freedom
+        return found.outside + float(((shrinkage * scores) ** 2).sum()), freedom
 
     def gcv(value: float) -> float:
         residual, freedom = residual_and_freedom(value)
@@ -95,7 +91,6 @@ def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> RidgeSolu
     residual, freedom = residual_and_freedom(penalty)
     penalised = np.maximum((square + penalty) * float(s[0]) ** 2, 1e-300)
     inverse = np.where((square > DETERMINED) | (penalty > 0.0), 1.0 / penalised, 0.0)
-    v = vt.T / length[:, None]
     coefficients = v @ (inverse * s * scores)
     covariance = (v * (inverse * residual / max(n - freedom, 1.0))) @ v.T
     return RidgeSolution(coefficients, covariance, penalty, freedom)

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 import numpy as np
 
 from ..estimation.fit import Fit
+from ..estimation.regression.factors import spectrum
 from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..estimation.regression.weighted import RegressionRows
 from ..estimation.tuning.space import Choice
-from ..models.errors import BadInput
-from ..models.linear_algebra import svd
 from .base import Method
 
 if TYPE_CHECKING:
@@ -53,8 +52,7 @@ class TsvdLs(Method):
     def check_options(self) -> None:
         super().check_options()
         check_scheme(self.scheme)
-        if self.rank is not None and (isinstance(self.rank, bool) or not isinstance(self.rank, int) or self.rank < 1):
-            raise BadInput(f"rank is {self.rank!r}, a whole number, at least 1, is needed")
+        self.require_whole("rank", 1, optional=True)
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         rows = RegressionRows(regression_samples(records, model, self.scheme), model)
@@ -69,19 +67,13 @@ def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> TruncatedS
 
     For rank None, the one with the least GCV = n RSS/(n - rank)^2.
     """
-    a, b = factor[:, :-1], factor[:, -1]
-    length = np.linalg.norm(a, axis=0)
-    length = np.where(length > 0.0, length, 1.0)
-    u, s, vt = svd(a / length, full_matrices=False)
-    scores = u.T @ b
-    most = int(np.sum(s > DETERMINED * s[0]))
-    residuals = float(b @ b) - np.concatenate([[0.0], np.cumsum(scores**2)])
-    residuals = np.maximum(residuals, 0.0)
+    found = spectrum(factor)
+    most = int(np.sum(found.s > DETERMINED * found.s[0]))
+    residuals = found.outside + np.append(np.cumsum(found.scores[::-1] ** 2)[::-1], 0.0)
     if rank is None:
         ranks = np.arange(1, most + 1)
         rank = int(ranks[np.argmin(residuals[ranks] / np.maximum(n - ranks, 1.0) ** 2)])
     rank = min(rank, most)
-    v = vt[:rank].T / length[:, None]
-    variance = residuals[rank] / max(n - rank, 1.0)
-    covariance = (v * (variance / s[:rank] ** 2)) @ v.T
-    return TruncatedSolution(v @ (scores[:rank] / s[:rank]), covariance, rank)
+    v, s, scores = found.v[:, :rank], found.s[:rank], found.scores[:rank]
+    covariance = (v * (residuals[rank] / max(n - rank, 1.0) / s**2)) @ v.T
+    return TruncatedSolution(v @ (scores / s), covariance, rank)

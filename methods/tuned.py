@@ -120,8 +120,7 @@ class Tuned(Method):
             raise BadInput(f"unknown tuner {self.tuner!r}", hint=f"known: {', '.join(TUNERS)}")
         if self.validation not in VALIDATIONS:
             raise BadInput(f"unknown validation {self.validation!r}", hint=f"known: {', '.join(VALIDATIONS)}")
-        if not (isinstance(self.trials, int) and self.trials >= 1):
-            raise BadInput(f"trials is {self.trials!r}, a whole number of at least 1 is needed")
+        self.require_whole("trials", 1)
         if not self.space:
             raise BadInput(f"every option of {self.inner.name} that could be tuned is given")
 

@@ -25,14 +25,16 @@ def test_it_is_the_pseudo_inverse_of_the_leading_part(rank, rng):
     assert found.coefficients == pytest.approx(expected, rel=1e-8) and found.rank == rank
 
 
-def test_a_direction_of_noise_is_left_out_and_one_that_counts_is_kept(rng):
-    """Two columns that are equal but for 1e-6: their difference is noise here, and a signal there."""
-    common = rng.normal(size=400)
-    a = np.column_stack([common, common + 1e-6 * rng.normal(size=400), rng.normal(size=400)])
-    blurred = truncated(factor_of(a, a @ [1.0, 1.0, 2.0] + 0.1 * rng.normal(size=400)), 400)
-    sharp = truncated(factor_of(a, a @ [1.0, -1.0, 2.0] + 1e-9 * rng.normal(size=400)), 400)
-    assert blurred.rank == 2 and blurred.coefficients == pytest.approx([1.0, 1.0, 2.0], abs=0.1)
-    assert sharp.rank == 3 and sharp.coefficients == pytest.approx([1.0, -1.0, 2.0], abs=1e-2)
+def test_the_rank_is_that_of_the_least_cross_validation(rng):
+    """Two columns that are equal but for 1e-4; GCV = n RSS / (n - rank)^2 of the residuals of every rank."""
+    common, n = rng.normal(size=400), 400
+    a = np.column_stack([common, common + 1e-4 * rng.normal(size=n), rng.normal(size=n)])
+    for noise in (1e-9, 1e-4, 0.1):
+        b = a @ [1.0, -1.0, 2.0] + noise * rng.normal(size=n)
+        residuals = [b - a @ truncated(factor_of(a, b), n, rank).coefficients for rank in (1, 2, 3)]
+        gcv = [n * (e @ e) / (n - rank) ** 2 for rank, e in enumerate(residuals, start=1)]
+        assert truncated(factor_of(a, b), n).rank == 1 + int(np.argmin(gcv))
+    assert truncated(factor_of(a, a @ [1.0, -1.0, 2.0]), n).coefficients == pytest.approx([1.0, -1.0, 2.0], rel=1e-6)
 
 
 def test_nothing_truncated_is_least_squares():
