@@ -3,7 +3,7 @@
 FROM python:3.13-slim-trixie
 
 RUN apt-get update -qq \
-    && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium git make \
+    && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium gcc git libc6-dev make \
     && rm -rf /var/lib/apt/lists/*
 COPY . /helmbench
 WORKDIR /helmbench

@@ -32,7 +32,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 endif
 
 .PHONY: help env bench board-picture page-picture docs reproduce verdicts diagnosis-reports exam-report indices-report test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
-	browser reports board-pages reproduction-pages asset dist packages sizes image
+	browser compiler reports board-pages reproduction-pages asset dist packages sizes image
 .DELETE_ON_ERROR:
 
 help:
@@ -117,9 +117,14 @@ browser:
 	@command -v chromium >/dev/null || { as=$$(test "$$(id -u)" -eq 0 || echo sudo); \
 	  $$as apt-get update -qq && $$as env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
 
+# The tests compile exported functional mock-up units.
+compiler:
+	@command -v cc >/dev/null || { as=$$(test "$$(id -u)" -eq 0 || echo sudo); \
+	  $$as apt-get update -qq && $$as env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends gcc libc6-dev; }
+
 # pyright keeps one processor busy for a minute, and the tests leave some: they run side by side.  Both statuses count.
 # In a new environment the first collection compiles what the tests import: once, not once by each worker.
-test: lint browser
+test: lint browser compiler
 	@mkdir -p build
 	@{ $(CHECK_TYPES); } > build/types.log 2>&1 & types=$$!; \
 	test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
