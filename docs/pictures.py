@@ -23,6 +23,8 @@ from helmbench.reporting.plots import COLOURS, INK, SOFT, legend_beside, svg
 DEGREE = np.pi / 180.0
 NOISE_SD = {"heading_rad": 0.1 * DEGREE, "yaw_rate_rad_s": 0.05 * DEGREE}
 NOISE = "heading=0.1deg,yaw_rate=0.05deg_s"
+BRIEFLY = {"mcmc": "mcmc,steps=300"}
+"""Method -> what is drawn of it, where a fit takes long."""
 DRAWS, SECONDS = 40, 6.0
 """Records to which a method is fitted, and the time after which no further one is begun."""
 TRIVIAL = 0.02
@@ -66,7 +68,7 @@ def _of_method(name: str) -> str:
     for record in train:
         if found and perf_counter() - started > SECONDS:
             break
-        found.append(helmbench.identify(record, vessel if planar else family, name))
+        found.append(helmbench.identify(record, vessel if planar else family, BRIEFLY.get(name, name)))
     drawn = [{**one.parameters} for one in found if {"K", "T"} <= set(one.parameters or {})]
     run = found[0].simulate(check)
 

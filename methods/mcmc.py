@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 QUANTILES = (0.025, 0.5, 0.975)
+ENOUGH = 50.0
+"""Autocorrelation times that a chain must be long (Foreman-Mackey et al. 2013, documentation of emcee)."""
 MOST_SHOWN = 2000
 """Draws from which quantiles are taken."""
 
@@ -46,7 +48,7 @@ class Mcmc(Method):
 
     def __init__(
         self,
-        steps: int = 600,
+        steps: int = 3500,
         walkers: int | None = None,
         prior: Any = None,
         bounds: Any = None,
@@ -78,17 +80,20 @@ class Mcmc(Method):
         coefficients = np.array([problem.coefficients(z) for z in chain.draws])
         published = np.array([blank.to_parameters(c) for c in coefficients[:: -(-len(coefficients) // MOST_SHOWN)]])
         quantiles = np.quantile(published, QUANTILES, axis=0).T.tolist()
+        time = chain.autocorrelation_steps
         extra = {
             "explains_records": outcome.adequate,
             "draws": len(chain.draws),
             "acceptance": chain.acceptance,
-            "autocorrelation_steps": chain.autocorrelation_steps,
+            "autocorrelation_steps": time,
             "quantiles": dict(zip(blank.parameter_names, quantiles, strict=True)),
         }
+        enough = ENOUGH * time < self.steps
         return Fit(
             coefficients.mean(axis=0),
             np.atleast_2d(np.cov(coefficients, rowvar=False)),
-            converged=50.0 * chain.autocorrelation_steps < self.steps,
+            converged=enough,
+            message="" if enough else f"fewer steps than {ENOUGH:g} autocorrelation times of {time:.3g} steps",
             n_iterations=self.steps,
             extra=extra,
             fixed=() if unknowns is None else unknowns.fixed_names,

@@ -45,6 +45,7 @@ def test_the_ensemble_has_the_mean_and_the_spread_of_the_likelihood(record, refe
         low, middle, high = found.extra["quantiles"][name]
         assert low < middle < high and high - low == pytest.approx(3.92 * sd, rel=0.4)
     assert 0.2 < found.extra["acceptance"] < 0.8
+    assert not found.converged and "fewer steps than 50 autocorrelation times" in found.message
 
 
 def test_a_narrow_prior_takes_the_place_of_the_records(record):
