@@ -6,6 +6,7 @@ import hashlib
 import io
 import math
 import platform
+import re
 import shutil
 import subprocess
 import tempfile
@@ -137,9 +138,7 @@ def _source(model: Model, variables: Sequence[Variable]) -> str:
         "EQUATIONS": "\n".join(f"    {line}" for line in lines),
     }
     text = (Path(__file__).parent / "fmu.c").read_text("utf-8")
-    for key, value in held.items():
-        text = text.replace(f"@{key}@", value)
-    return text
+    return re.sub("@([A-Z]+)@", lambda found: held.get(found[1], found[0]), text)
 
 
 def _compiled(name: str, source: str) -> dict[str, bytes]:
