@@ -112,15 +112,17 @@ verdicts: env
 	$(BIN)/helmbench reproduce --seed 1 -o $(REPRODUCTION)-again --quiet
 	$(BIN)/python -m helmbench.reproduction.stability $(REPRODUCTION) $(REPRODUCTION)-again
 
+# $(call debian,COMMAND,PACKAGES): install Debian packages where a command is not there.
+debian = @command -v $(1) >/dev/null || { as=$$(test "$$(id -u)" -eq 0 || echo sudo); \
+  $$as apt-get update -qq && $$as env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(2); }
+
 # The tests look at pages in Debian's Chromium.
 browser:
-	@command -v chromium >/dev/null || { as=$$(test "$$(id -u)" -eq 0 || echo sudo); \
-	  $$as apt-get update -qq && $$as env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
+	$(call debian,chromium,chromium)
 
 # The tests compile exported functional mock-up units.
 compiler:
-	@command -v cc >/dev/null || { as=$$(test "$$(id -u)" -eq 0 || echo sudo); \
-	  $$as apt-get update -qq && $$as env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends gcc libc6-dev; }
+	$(call debian,cc,gcc libc6-dev)
 
 # pyright keeps one processor busy for a minute, and the tests leave some: they run side by side.  Both statuses count.
 # In a new environment the first collection compiles what the tests import: once, not once by each worker.

@@ -81,10 +81,11 @@ html_css_files = ["wide.css"]
 def write_generated_pages(app) -> None:
     """Write the pages of tables, equations and pictures from what the installed package holds."""
     import generate
-    import pictures
 
     generate.write(HERE / "generated")
     if app.config.draw_pictures:
+        import pictures
+
         pictures.write(HERE / "generated" / "pictures")
 
 

@@ -1,23 +1,19 @@
 """The picture of the page in the browser: `python docs/page_picture.py docs/_static/page.png` (make page-picture).
 
-A record of a ship whose gyro reads 0.05 deg/s too much is dropped on the page and diagnosed, in Chromium.
+A record of a ship whose gyro reads 0.05 deg/s too much is given to the page and diagnosed, in Chromium.
 """
 
 import shutil
 import sys
 import threading
 
+import numpy as np
 from playwright.sync_api import sync_playwright
 
 import helmbench
 from helmbench.open import serve
 
 WAIT_MS = 120_000
-DROP = """([name, text]) => {
-  const data = new DataTransfer();
-  data.items.add(new File([text], name));
-  document.dispatchEvent(new DragEvent("drop", {dataTransfer: data, bubbles: true, cancelable: true}));
-}"""
 
 
 def log() -> str:
@@ -28,13 +24,13 @@ def log() -> str:
     table = record.to_dataframe()
     degrees = {"rudder [deg]": "rudder_rad", "heading [deg]": "heading_rad", "rate of turn [deg/s]": "yaw_rate_rad_s"}
     columns = {"time [s]": table["time_s"]}
-    columns |= {name: table[column] * 57.29577951308232 for name, column in degrees.items()}
+    columns |= {name: np.degrees(table[column]) for name, column in degrees.items()}
     columns |= {"speed through water [kn]": table["surge_m_s"] * 3600.0 / 1852.0}
     return type(table)(columns).to_csv(index=False)
 
 
 def draw(place: str) -> None:
-    """Drop the log, ask for a diagnosis, and save what the page shows."""
+    """Give it the log, ask for a diagnosis, and save what the page shows."""
     with serve.site() as site, sync_playwright() as playwright:
         server = site.server()
         thread = threading.Thread(target=server.run, kwargs={"sockets": [site.listener]})
@@ -43,14 +39,13 @@ def draw(place: str) -> None:
         tab = browser.new_page(viewport={"width": 1100, "height": 1000})
         tab.goto(site.address)
         tab.wait_for_selector("#choose")
-        tab.evaluate(DROP, ["bridge.csv", log()])
+        tab.set_input_files("#chooser", {"name": "bridge.csv", "mimeType": "text/csv", "buffer": log().encode()})
         tab.wait_for_selector("#start", timeout=WAIT_MS)
         tab.check("#kind-diagnose")
         with tab.expect_response("**/question"):
             tab.select_option("#model", "mariner")
         tab.click("#start")
         tab.wait_for_selector("#verdict", timeout=WAIT_MS)
-        tab.locator("#result-title").scroll_into_view_if_needed()
         tab.evaluate("document.querySelector('#result-title').scrollIntoView()")
         tab.wait_for_timeout(500)
         tab.screenshot(path=place)

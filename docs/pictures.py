@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from time import perf_counter
 
@@ -15,12 +16,13 @@ import helmbench
 from helmbench.bench.faults.case import Case, inject
 from helmbench.bench.faults.effects import Effect, Setting, kinds
 from helmbench.bench.faults.ships import ship
+from helmbench.datasets.display import shown_name, shown_unit
+from helmbench.datasets.grammar import DEGREE
 from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.estimation.bounds import cramer_rao
 from helmbench.methods.registry import methods
 from helmbench.reporting.plots import COLOURS, INK, SOFT, legend_beside, svg
 
-DEGREE = np.pi / 180.0
 NOISE_SD = {"heading_rad": 0.1 * DEGREE, "yaw_rate_rad_s": 0.05 * DEGREE}
 NOISE = "heading=0.1deg,yaw_rate=0.05deg_s"
 BRIEFLY = {"mcmc": "mcmc,steps=300"}
@@ -31,16 +33,8 @@ TRIVIAL = 0.02
 """Share of a channel's largest value below which its variation does not count."""
 SHOWS = 0.15
 """Share of a channel's variation that an effect changes in its picture."""
-UNITS = {"rad": (1.0 / DEGREE, "deg"), "rad/s": (1.0 / DEGREE, "deg/s"), "m": (1.0, "m"), "m/s": (1.0, "m/s")}
-TITLES = {
-    "rudder_rad": ("rudder", "rad"),
-    "heading_rad": ("heading", "rad"),
-    "yaw_rate_rad_s": ("yaw rate", "rad/s"),
-    "surge_m_s": ("surge", "m/s"),
-    "sway_m_s": ("sway", "m/s"),
-    "north_m": ("north", "m"),
-    "east_m": ("east", "m"),
-}
+SHOWN = ("rudder_rad", "heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+"""Channels of which the one that a cause changes most is drawn."""
 
 
 def write(folder: Path) -> None:
@@ -62,8 +56,7 @@ def _of_method(name: str) -> str:
     vessel, family = ("mariner", "abkowitz") if planar else ("response-1", "nomoto-1-cubic")
     noise = "low" if planar else NOISE
     truth = helmbench.resolve(vessel)
-    train = [helmbench.simulate(vessel, "zigzag:20/20", noise=noise, seed=s, dt_s=0.5) for s in range(DRAWS)]
-    check = helmbench.simulate(vessel, "zigzag:10/10", noise=noise, seed=DRAWS, dt_s=0.5)
+    *train, check = _zigzags(vessel, noise)
     started, found = perf_counter(), []
     for record in train:
         if found and perf_counter() - started > SECONDS:
@@ -85,6 +78,13 @@ def _of_method(name: str) -> str:
     return svg(draw, (8.5, 2.6))
 
 
+@cache
+def _zigzags(vessel: str, noise: str) -> list:
+    """The records to fit, and last the one that takes no part."""
+    texts = ["zigzag:20/20"] * DRAWS + ["zigzag:10/10"]
+    return [helmbench.simulate(vessel, text, noise=noise, seed=s, dt_s=0.5) for s, text in enumerate(texts)]
+
+
 def _estimates(axes, truth, record, drawn) -> None:
     """The estimates in the plane of T and K, with the ellipse of 95 % by the Cramer-Rao bound."""
     _, covariance = cramer_rao(truth, [record], NOISE_SD)
@@ -93,7 +93,7 @@ def _estimates(axes, truth, record, drawn) -> None:
     chosen = [names.index("T"), names.index("K")]
     plane = (jacobian @ covariance @ jacobian.T)[np.ix_(chosen, chosen)]
     angle = np.linspace(0.0, 2.0 * np.pi, 100)
-    ring = np.linalg.cholesky(plane) @ np.array([np.cos(angle), np.sin(angle)]) * np.sqrt(5.991)
+    ring = np.linalg.cholesky(plane) @ np.array([np.cos(angle), np.sin(angle)]) * np.sqrt(-2.0 * np.log(0.05))
     centre = [truth.parameters["T"], truth.parameters["K"]]
     axes.plot([one["T"] for one in drawn], [one["K"] for one in drawn], ".", color=COLOURS[1], label="estimates")
     axes.plot(*(ring + np.array(centre)[:, None]), color=INK, label="95 % by the bound")
@@ -227,8 +227,7 @@ def _of_cause(name: str) -> str:
     """A channel of a run with the same steps of the rudder, without and with the cause."""
     if name in CHANGES:
         channel, change = CHANGES[name]
-        record = inject(_case("mariner", ()), np.random.default_rng(0)).train[0]
-        time, plain = np.asarray(record.time_s), _columns(record)
+        time, plain = _run("mariner")
         changed = {key: value.copy() for key, value in plain.items()}
         change(changed, time)
         return _compared(time, channel, plain[channel], changed[channel], name)
@@ -241,8 +240,9 @@ def _of_cause(name: str) -> str:
     return _compared(time, channel, plain[channel], changed[channel], name)
 
 
-def _case(vessel: str, effects: tuple[Effect, ...]) -> Case:
-    return Case(
+def _run(vessel: str, *effects: Effect) -> tuple[np.ndarray, Columns]:
+    """Time and columns of a run with given steps of the rudder."""
+    case = Case(
         vessel,
         effects=effects,
         train=("steps:20deg/60s",),
@@ -251,22 +251,18 @@ def _case(vessel: str, effects: tuple[Effect, ...]) -> Case:
         noise=0.0,
         wrap=False,
     )
-
-
-def _columns(record) -> Columns:
-    return {name: np.array(record.column(name)) for name in TITLES if record.has(name)}
+    record = inject(case, np.random.default_rng(0)).train[0]
+    return np.asarray(record.time_s), {name: np.array(record.column(name)) for name in SHOWN if record.has(name)}
 
 
 def _grown(vessel: str, kind) -> tuple[np.ndarray, Columns, Columns]:
     """Time and columns without the effect and with it, so large that it shows."""
-    case = _case(vessel, ())
-    setting = Setting(case.ship, 300.0, 1, 1, lambda: (5.0, 0.5))
+    setting = Setting(ship(vessel), 300.0, 1, 1, lambda: (5.0, 0.5))
     effect = Effect(kind.id, kind.draw(setting, np.random.default_rng(3)))
-    plain = inject(case, np.random.default_rng(0)).train[0]
+    time, plain = _run(vessel)
     for factor in (1.0, 3.0, 10.0, 30.0, 100.0):
-        found = inject(_case(vessel, (effect.scaled(factor),)), np.random.default_rng(0)).train[0]
-        time, after = np.asarray(plain.time_s), _columns(found)
-        before = {name: values for name, values in _columns(plain).items() if name in after}
+        _, after = _run(vessel, effect.scaled(factor))
+        before = {name: values for name, values in plain.items() if name in after}
         if not kind.sized or max(_share(before[key], after[key]) for key in before) > SHOWS:
             break
     return time, before, after
@@ -281,14 +277,13 @@ def _share(before: np.ndarray, after: np.ndarray) -> float:
 
 
 def _compared(time: np.ndarray, channel: str, before: np.ndarray, after: np.ndarray, name: str) -> str:
-    title, unit = TITLES[channel]
-    factor, shown = UNITS[unit]
+    unit, factor = shown_unit(channel)
 
     def draw(figure) -> None:
         axes = figure.subplots()
         axes.plot(time, before * factor, color=SOFT, label="without")
         axes.plot(time, after * factor, color=COLOURS[1], label=name.replace("_", " "))
-        axes.set(xlabel="time [s]", ylabel=f"{title} [{shown}]")
+        axes.set(xlabel="time [s]", ylabel=f"{shown_name(channel)} [{unit}]")
         legend_beside(axes)
 
     return svg(draw, (7.5, 1.9))

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..estimation.likelihood import options
 from ..estimation.likelihood.minimiser import Minimum
 from ..estimation.likelihood.output_error import as_fit, problem_of
 from ..estimation.likelihood.problem import explains_records
 from ..estimation.likelihood.search import ADEQUATE, Outcome
 from ..models.errors import FitFailed
-from ..models.extras import extras_told
-from .base import Method
+from .prior_method import PriorMethod
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -30,7 +28,7 @@ EXPENSIVE = 1e12
 """Cost of a run that diverges."""
 
 
-class CmaEs(Method):
+class CmaEs(PriorMethod):
     """Output error minimised by CMA-ES (Hansen 2016, arXiv 1604.00772) instead of steps along derivatives.
 
     Parameters
@@ -59,13 +57,9 @@ class CmaEs(Method):
         super().check_options()
         self.require_whole("evaluations", 1, optional=True)
         self.require_whole("seed", 0)
-        options.check(self.prior, self.bounds, self.fixed)
-
-    def visible(self, model: Model) -> Model:
-        return model
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        unknowns = options.unknowns_of(model, self.prior, self.bounds, self.fixed)
+        unknowns = self.unknowns(model)
         problem, starts = problem_of(records, model.blanked(), unknowns)
         start = min(starts, key=lambda one: problem.at(problem.start(one)).cost)
         spread = SPREAD * np.abs(start)
@@ -81,8 +75,8 @@ class CmaEs(Method):
 
     def _search(self, problem: Problem, z: np.ndarray, sd: np.ndarray) -> Minimum:
         """The best of all points tried; unknowns are counted from z in units of sd."""
-        with extras_told():
-            from cmaes import CMA
+        from cmaes import CMA
+
         limits, bounds = problem.limits(), None
         if limits is not None:
             z = np.clip(z, *limits)

@@ -78,12 +78,12 @@ class EsoRwLssvr(Method):
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         if model.is_3dof:
             raise CannotFit(f"the heading observer needs a response model, and {model.family} is none")
-        printed = self.variant == "as_printed"
+        printed, proposed = self.variant == "as_printed", self.variant == "proposed"
         parts: Sequence[Any]
         if printed:
             omega = PRINTED_OMEGA if self.omega0 is None else self.omega0
             parts = samples = printed_samples(records, model, omega)
-        elif self.aligned and self.variant != "proposed":
+        elif self.aligned and not proposed:
             omega, parts = _aligned_rows(records, model, self.omega0)
             samples = [rows.parts for rows in parts]
         else:
@@ -94,7 +94,7 @@ class EsoRwLssvr(Method):
         rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)
         extra = {"omega0_rad_s": omega}
         regressor = (rw_ls_svr if self.weighted else ls_svr)("as_printed" if printed else "corrected")
-        tuner = "abc" if self.variant == "proposed" else self.tuner
+        tuner = "abc" if proposed else self.tuner
         return fit_svr(rows, regressor, self.C, tuner, not printed, extra)
 
 

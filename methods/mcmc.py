@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ..estimation.fit import Fit
-from ..estimation.likelihood import options
 from ..estimation.likelihood.output_error import identify
 from ..estimation.likelihood.posterior import sample
 from ..models.errors import BadInput
-from .base import Method
+from .prior_method import PriorMethod
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -25,7 +24,7 @@ MOST_SHOWN = 2000
 """Draws from which quantiles are taken."""
 
 
-class Mcmc(Method):
+class Mcmc(PriorMethod):
     """Posterior mean and covariance of the grey box, by an ensemble sampler around the output-error estimate.
 
     Parameters
@@ -63,13 +62,9 @@ class Mcmc(Method):
         self.require_whole("steps", 20)
         self.require_whole("walkers", 4, optional=True)
         self.require_whole("seed", 0)
-        options.check(self.prior, self.bounds, self.fixed)
-
-    def visible(self, model: Model) -> Model:
-        return model
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        unknowns = options.unknowns_of(model, self.prior, self.bounds, self.fixed)
+        unknowns = self.unknowns(model)
         blank = model.blanked()
         outcome = identify(records, blank, unknowns)
         problem = outcome.problem

@@ -10,7 +10,7 @@ from ..estimation.likelihood.loss import loss_of
 from ..estimation.likelihood.output_error import as_fit, identify
 from ..estimation.likelihood.profile import profile
 from ..models.errors import BadInput
-from .base import Method
+from .prior_method import PriorMethod
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MOST_STRETCHES = 1000
 
 
-class OutputError(Method):
+class OutputError(PriorMethod):
     """Output error by multi-start Levenberg-Marquardt on generated sensitivities.
 
     Initial states are estimated too.  The mathematics is in `helmbench.estimation.likelihood.output_error`.
@@ -76,15 +76,11 @@ class OutputError(Method):
         if not (isinstance(self.level, float) and 0.0 < self.level < 1.0):
             raise BadInput(f"level is {self.level!r}, a number between 0 and 1 is needed")
         loss_of(self.loss, self.tuning)
-        options.check(self.prior, self.bounds, self.fixed)
         if self.profile is not None:
             options.names("profile", self.profile)
 
-    def visible(self, model: Model) -> Model:
-        return model
-
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        unknowns = options.unknowns_of(model, self.prior, self.bounds, self.fixed)
+        unknowns = self.unknowns(model)
         wanted = options.profiled(self.profile, model)
         loss = loss_of(self.loss, self.tuning)
         outcome = identify(records, model.blanked(), unknowns, loss, self.max_iterations, self.shooting)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import norm
 
+from ...estimation.assessment import NORMAL_95
 from .base import Outcome, score
-
-LEVEL = 0.95
 
 
 @score({"crps_median": "float", "coverage_95": "float"}, rank=1)
@@ -18,11 +16,13 @@ def probability(outcome: Outcome) -> dict[str, float]:
     2007, Journal of the American Statistical Association 102, eq 21).  With a standard error of zero it is the relative
     error.
     """
+    from scipy.stats import norm
+
     stated = [row for row in outcome.identifiable if row["stderr"] and np.isfinite(row["stderr"])]
     if not stated:
         return {}
     estimate, true, sd = (np.array([row[name] for row in stated], float) for name in ("estimate", "true", "stderr"))
     z = (true - estimate) / sd
     crps = sd * (z * (2.0 * norm.cdf(z) - 1.0) + 2.0 * norm.pdf(z) - 1.0 / np.sqrt(np.pi))
-    inside = np.abs(z) <= norm.ppf(0.5 + 0.5 * LEVEL)
-    return {"crps_median": float(np.median(crps / np.abs(true))), "coverage_95": float(np.mean(inside))}
+    inside = float(np.mean(np.abs(z) <= NORMAL_95))
+    return {"crps_median": float(np.median(crps / np.abs(true))), "coverage_95": inside}

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...models.errors import CannotFit, FitFailed
-from ...models.extras import extras_told
 from ..regression import factors
 from .minimiser import NULL, Minimum
 from .problem import Problem
@@ -46,11 +45,11 @@ def sample(problem: Problem, minimum: Minimum, steps: int, walkers: int | None, 
     CannotFit : the records leave an unknown open: without a prior its density has no mean.
     FitFailed : no proposal was accepted.
     """
+    import emcee
+
     solution = factors.solve(problem.information(minimum.point), NULL)
     if not np.isfinite(np.diag(solution.covariance)).all():
         raise CannotFit("the records do not determine every unknown: give a prior, or fix parameters")
-    with extras_told(CannotFit):
-        import emcee
     rng, count = np.random.default_rng(seed), walkers or max(LEAST_WALKERS, 2 * problem.width + 2)
     limits = problem.limits()
 

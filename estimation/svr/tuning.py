@@ -7,9 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...models.errors import CannotFit
-from ...models.extras import extras_told
-
 DOMAIN = (1e-2, 1e10)
 """Search domain of C (paper 003, Table 3)."""
 POINTS = 25
@@ -42,17 +39,12 @@ def grid(objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1], 
 
 
 def colony(objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1], cycles: int = CYCLES) -> Tuned:
-    """The best that the artificial bee colony of paper 003 finds (Table 3): 30 sources, and 60 moves in every cycle.
+    """The best that the artificial bee colony of paper 003 finds (Table 3): 30 sources, and 60 moves in every cycle."""
+    import optuna
 
-    Raises
-    ------
-    CannotFit : Optuna is not installed.
-    """
-    with extras_told(CannotFit):
-        import optuna
+    from ..tuning.abc import PAPER_003, ABCSampler
+    from ..tuning.tune import quiet
 
-        from ..tuning.abc import PAPER_003, ABCSampler
-        from ..tuning.tune import quiet
     most = PAPER_003["n_sources"] + cycles * (PAPER_003["n_sources"] + PAPER_003["n_onlookers"])
     with quiet():
         study = optuna.create_study(sampler=ABCSampler(**PAPER_003, seed=0))

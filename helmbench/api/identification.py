@@ -192,7 +192,9 @@ def identify(
     from ..methods.registry import make
 
     if model == AUTO:
-        return _chosen(records, method, validate, positive_rudder, particulars)
+        read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
+        found = chosen_estimate(read, () if method is None else (method,), others, particulars)
+        return replace(found, held_out=tuple(others))
     if particulars is not None:
         raise BadInput("particulars beside a model", hint="they go with the model 'auto'")
     if method is None:
@@ -206,19 +208,6 @@ def identify(
     for doubt in filter(None, map(rudder_sign_doubt, given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)
     return replace(Estimate.of(estimate, read), held_out=tuple(others))
-
-
-def _chosen(
-    records: Record | Path | Sequence[Record | Path],
-    method: Method | str | None,
-    validate: Record | Path | Sequence[Record | Path],
-    positive_rudder: str | None,
-    particulars: Model | Path | None,
-) -> Estimate:
-    """The estimate of 'auto', see `identify`."""
-    read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
-    found = chosen_estimate(read, () if method is None else (method,), others, particulars)
-    return replace(found, held_out=tuple(others))
 
 
 def chosen_estimate(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import sympy as sp
@@ -22,52 +22,43 @@ if TYPE_CHECKING:
     from ..model import Model
 
 
-class Octave(OctaveCodePrinter):
-    """Expressions of MATLAB and Octave, the models' own functions among them."""
+class OwnFunctions(CodePrinter):
+    """The models' own functions in a language: `forms` has what each becomes."""
 
-    def _print_absv(self, expr: sp.Expr) -> str:
-        return f"abs({self._print(expr.args[0])})"
+    forms: ClassVar[Mapping[str, str]] = {}
 
-    def _print_sgn(self, expr: sp.Expr) -> str:
-        return f"sign({self._print(expr.args[0])})"
+    def _print_own(self, expr: sp.Expr) -> str:
+        return self.forms[type(expr).__name__].format(*map(self._print, expr.args))
 
-    def _print_step(self, expr: sp.Expr) -> str:
-        return f"double({self._print(expr.args[0])} > 0)"
-
-    def _print_atan2v(self, expr: sp.Expr) -> str:
-        return f"atan2({self._print(expr.args[0])}, {self._print(expr.args[1])})"
+    _print_absv = _print_sgn = _print_step = _print_atan2v = _print_own
 
 
-class Python(PythonCodePrinter):
-    """Expressions of Python's `math`, the models' own functions among them."""
+class Octave(OwnFunctions, OctaveCodePrinter):
+    """Expressions of MATLAB and Octave."""
 
-    def _print_absv(self, expr: sp.Expr) -> str:
-        return f"abs({self._print(expr.args[0])})"
-
-    def _print_sgn(self, expr: sp.Expr) -> str:
-        return f"(({self._print(expr.args[0])}) > 0) - (({self._print(expr.args[0])}) < 0)"
-
-    def _print_step(self, expr: sp.Expr) -> str:
-        return f"float({self._print(expr.args[0])} > 0)"
-
-    def _print_atan2v(self, expr: sp.Expr) -> str:
-        return f"math.atan2({self._print(expr.args[0])}, {self._print(expr.args[1])})"
+    forms: ClassVar = {"absv": "abs({})", "sgn": "sign({})", "step": "double({} > 0)", "atan2v": "atan2({}, {})"}
 
 
-class C(C99CodePrinter):
-    """Expressions of C with `math.h`, the models' own functions among them."""
+class Python(OwnFunctions, PythonCodePrinter):
+    """Expressions of Python's `math`."""
 
-    def _print_absv(self, expr: sp.Expr) -> str:
-        return f"fabs({self._print(expr.args[0])})"
+    forms: ClassVar = {
+        "absv": "abs({})",
+        "sgn": "(({0}) > 0) - (({0}) < 0)",
+        "step": "float({} > 0)",
+        "atan2v": "math.atan2({}, {})",
+    }
 
-    def _print_sgn(self, expr: sp.Expr) -> str:
-        return f"((({self._print(expr.args[0])}) > 0) - (({self._print(expr.args[0])}) < 0))"
 
-    def _print_step(self, expr: sp.Expr) -> str:
-        return f"(({self._print(expr.args[0])}) > 0 ? 1.0 : 0.0)"
+class C(OwnFunctions, C99CodePrinter):
+    """Expressions of C with `math.h`."""
 
-    def _print_atan2v(self, expr: sp.Expr) -> str:
-        return f"atan2({self._print(expr.args[0])}, {self._print(expr.args[1])})"
+    forms: ClassVar = {
+        "absv": "fabs({})",
+        "sgn": "((({0}) > 0) - (({0}) < 0))",
+        "step": "(({}) > 0 ? 1.0 : 0.0)",
+        "atan2v": "atan2({}, {})",
+    }
 
 
 def definition(model: Model) -> Definition:
