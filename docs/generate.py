@@ -21,7 +21,7 @@ from helmbench.cli import cli
 from helmbench.datasets.columns import CANONICAL, QUANTITIES
 from helmbench.datasets.sensors import CHANNELS, NOISE
 from helmbench.datasets.sidecar import META_KEYS
-from helmbench.diagnosis.causes.base import WHERE, Cause
+from helmbench.diagnosis.causes.base import Cause
 from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.estimation.assessment import NORMAL_95
 from helmbench.estimation.indices import given
@@ -38,6 +38,7 @@ HEADINGS = {
     "environment": "Wind, current, waves",
     "sensor": "Sensors",
     "sampling": "Sampling",
+    "record": "Records and files",
 }
 """Where a cause acts -> heading of its section."""
 
@@ -112,8 +113,8 @@ def cause_page() -> Iterator[str]:
         "What `diagnose` tests, and what `check` looks for without a model. The pictures show",
         "a run with given steps of the rudder, without the cause and with it, so large that it is seen.",
     )
-    for where in WHERE:
-        yield from (f"## {HEADINGS[where]}", "")
+    for where, heading in HEADINGS.items():
+        yield from (f"## {heading}", "")
         for name, cause in all_causes().items():
             if cause.where != where:
                 continue

@@ -146,6 +146,12 @@ def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tm
     assert [found for page in pages for found in loaded.findall(page.read_text(encoding="utf-8"))] == []
 
 
+def test_every_cause_is_on_the_page_of_causes():
+    page = "\n".join(runpy.run_path(str(DOCS / "generate.py"))["cause_page"]())
+    assert sorted(re.findall(r"^### (\w+)$", page, re.MULTILINE)) == sorted(helmbench.list_causes())
+    assert sorted(re.findall(r"cause-(\w+)\.svg", page)) == sorted(helmbench.list_causes())
+
+
 def test_every_cause_has_a_picture_that_shows_it():
     """Two curves that are not the same, of every cause; and the pictures of the fastest methods."""
     pictures = runpy.run_path(str(DOCS / "pictures.py"))
