@@ -63,7 +63,7 @@ def _check(found: object, wanted: object) -> None:
 def compiled(regressors: Sequence[Any], x: np.ndarray) -> Packed | None:
     """A fast form of fitted regressors, checked on rows x (N, d); None if no form agrees."""
     expected = stacked(regressors, x)
-    for form in (_affine, _terms, _kernel, _ridge_kernel, _gaussian_process, _network, _forest, _boosted):
+    for form in (_affine, _terms, _kernel, _ridge_kernel, _gaussian_process, _network, forest, _boosted):
         try:
             found = form(regressors, x.shape[1], expected.shape[1])
             if found is not None and _agree(found, x, expected):
@@ -116,13 +116,13 @@ def _terms(regressors: Sequence[Any], d: int, k: int) -> Packed:
 def _kernel(regressors: Sequence[Any], d: int, k: int) -> Packed:
     """Support vector machines."""
     outputs = [(one._gamma, one.support_vectors_, one.dual_coef_.T, one.intercept_) for one in regressors]
-    return _sums([_isotropic(*output) for output in outputs], d, k)
+    return kernel_sums([_isotropic(*output) for output in outputs], d, k)
 
 
 def _ridge_kernel(regressors: Sequence[Any], d: int, k: int) -> Packed:
     """Kernel ridge regression."""
     outputs = [(one.gamma, one.X_fit_, one.dual_coef_.reshape(len(one.X_fit_), -1), 0.0) for one in regressors]
-    return _sums([_isotropic(*output) for output in outputs], d, k)
+    return kernel_sums([_isotropic(*output) for output in outputs], d, k)
 
 
 def _isotropic(gamma: float, vectors: np.ndarray, weights: np.ndarray, b: Any):
@@ -138,10 +138,10 @@ def _gaussian_process(regressors: Sequence[Any], d: int, k: int) -> Packed:
         scale = np.sqrt(0.5) / (smooth.k2.length_scale * np.ones(one.X_train_.shape[1]))
         weights = smooth.k1.constant_value * one.alpha_.reshape(len(one.X_train_), -1) * one._y_train_std
         outputs.append((scale, one.X_train_ * scale, weights, np.zeros(weights.shape[1]) + one._y_train_mean))
-    return _sums(outputs, d, k)
+    return kernel_sums(outputs, d, k)
 
 
-def _sums(outputs: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]], d: int, k: int) -> Packed:
+def kernel_sums(outputs: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]], d: int, k: int) -> Packed:
     """Kernel sums of scales (d,), vectors (m, d), weights (m, k) and constants (k,)."""
     shapes = [weights.shape for _, _, weights, _ in outputs]
     for (m, own), (scale, vectors, _, b) in zip(shapes, outputs, strict=True):
@@ -152,7 +152,7 @@ def _sums(outputs: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
     return found._replace(size=size)
 
 
-def _forest(regressors: Sequence[Any], d: int, k: int) -> Packed:
+def forest(regressors: Sequence[Any], d: int, k: int) -> Packed:
     """Single trees and means of them (random forests, extra trees)."""
     parts = []
     for place, one in enumerate(regressors):

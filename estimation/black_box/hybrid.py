@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,6 +102,11 @@ class HybridPredictor:
 
         with unchecked(), np.errstate(all="ignore"):
             return self._advance(simulated_states(self.model, states, inputs[: len(states), 0]), inputs, dt)
+
+    def members(self, count: int, rng: np.random.Generator) -> list[HybridPredictor]:
+        """Predictors with the learnt accelerations drawn from their own uncertainty; see `estimation.ensemble`."""
+        drawn = self.learnt.drawn(count, rng) if self.share else []
+        return [replace(self, learnt=learnt) for learnt in drawn]
 
     def _advance(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
         from ...models.simulate import step_map

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,6 +53,12 @@ class Scaled:
         if far.any():
             found[far] = np.nan
         return found
+
+    def drawn(self, count: int, rng: np.random.Generator) -> list[Scaled]:
+        """At most `count` functions drawn from the regressors' uncertainty (`draws`); none where they state none."""
+        from .draws import drawn
+
+        return [replace(self, fast=one) for one in drawn(self.regressors, len(self.y_scale), count, rng)]
 
 
 def fit_scaled(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], symbols: tuple[str, ...]) -> Scaled:
@@ -158,6 +164,10 @@ class NarxPredictor:
             if known.any():
                 ahead[known] = z[known] + dt * self.learnt(x[known])
             return one_ahead(self.states, states, dict(zip(self.outputs, ahead.T, strict=True)), dt)
+
+    def members(self, count: int, rng: np.random.Generator) -> list[NarxPredictor]:
+        """Predictors with the learnt function drawn from its own uncertainty; see `estimation.ensemble`."""
+        return [replace(self, learnt=learnt) for learnt in self.learnt.drawn(count, rng)]
 
 
 def at_earlier(values: np.ndarray, time: np.ndarray, earlier: float) -> np.ndarray:

@@ -51,7 +51,8 @@ def findings(of: Statistics, every: Statistics | None = None) -> list[Finding]:
     return [found for found in made if found is not None]
 
 
-def _command(suite: str) -> str:
+def command(suite: str) -> str:
+    """The command that makes the runs of a suite."""
     return f"helmbench run --suite {suite} -o out/{suite}"
 
 
@@ -64,12 +65,12 @@ def _best(of: Statistics) -> list[Finding]:
     """Which method, for every case of what is known."""
     if not _first(of):
         return []
-    return [Finding(f"Which method, {case}: {text}", _command("default")) for case, text in headlines(of.board)]
+    return [Finding(f"Which method, {case}: {text}", command("default")) for case, text in headlines(of.board)]
 
 
 def _boxes(of: Statistics) -> Finding | None:
     found = of.grey_black
-    return Finding(found.sentence(), _command("default")) if found else None
+    return Finding(found.sentence(), command("default")) if found else None
 
 
 def _own_models(of: Statistics) -> np.ndarray:
@@ -83,7 +84,7 @@ def _boxes_of_simpler_models(of: Statistics) -> Finding | None:
     found = grey_against_black(of.board.kept(~own))
     if found is None or own.all():
         return None
-    return Finding(found.sentence("Where the fitted model is not the ship's own"), _command("default"))
+    return Finding(found.sentence("Where the fitted model is not the ship's own"), command("default"))
 
 
 def _simpler_models(of: Statistics) -> Finding | None:
@@ -100,7 +101,7 @@ def _simpler_models(of: Statistics) -> Finding | None:
         f"With response models instead of the ship's own equations {first[0]} errs {number(simple)} instead of "
         f"{number(exact)} in the median ({', '.join(both)})."
     )
-    return Finding(text, _command("default"))
+    return Finding(text, command("default"))
 
 
 def beyond(board: Contest) -> Finding | None:
@@ -113,7 +114,7 @@ def beyond(board: Contest) -> Finding | None:
     found = grey_against_black(board)
     if found is None:
         return None
-    return Finding(found.sentence("Beyond the training records"), _command("generalise"))
+    return Finding(found.sentence("Beyond the training records"), command("generalise"))
 
 
 def _bound(of: Statistics) -> Finding | None:
@@ -129,7 +130,7 @@ def _bound(of: Statistics) -> Finding | None:
         f"At low noise {near} comes nearest to the Cramer-Rao floor: its median parameter error is "
         f"{number(known[near])} times the floor ({percent(floor['low'], 2)}); unbiased methods reach about 1."
     )
-    return Finding(text, _command("default"))
+    return Finding(text, command("default"))
 
 
 def _speed(of: Statistics) -> Finding | None:
@@ -140,7 +141,7 @@ def _speed(of: Statistics) -> Finding | None:
     if len(front) < 2:
         return None
     named = ", ".join(f"{of.board.methods[i]} ({number(errors[i])}, {duration(times[i])})" for i in front)
-    return Finding(f"No other method is both faster and more accurate than: {named}.", _command("default"))
+    return Finding(f"No other method is both faster and more accurate than: {named}.", command("default"))
 
 
 def _noise(of: Statistics) -> Finding | None:
@@ -176,7 +177,7 @@ def _excitation(of: Statistics) -> Finding | None:
         f"Of single manoeuvres, {order[0]} teaches most (median prediction error {number(levels[order[0]])} over all "
         f"methods), {order[-1]} least ({number(levels[order[-1]])})."
     )
-    return Finding(text, _command("excitation"))
+    return Finding(text, command("excitation"))
 
 
 def _failures(of: Statistics) -> Finding | None:
@@ -189,12 +190,12 @@ def _failures(of: Statistics) -> Finding | None:
         f"{worst} gives no finite prediction in {percent(lost[worst])} of its problems, the largest share; "
         f"{never} of {len(lost)} methods always give one."
     )
-    return Finding(text, _command("default"))
+    return Finding(text, command("default"))
 
 
 def _ranking(of: Statistics) -> Finding | None:
     told = next((text for text in of.statements() if text.startswith("The first method stays")), None)
-    return Finding(told, _command("default")) if told else None
+    return Finding(told, command("default")) if told else None
 
 
 def _hardest(of: Statistics) -> Finding | None:
@@ -211,7 +212,7 @@ def _hardest(of: Statistics) -> Finding | None:
         f"With the ships' own equations {first[0]} has its largest median prediction error on {hard} "
         f"({number(known[hard])})."
     )
-    return Finding(text, _command("default"))
+    return Finding(text, command("default"))
 
 
 def _medians_by(levels: Series, errors: np.ndarray) -> dict[str, float]:
@@ -240,4 +241,4 @@ def _levels(
         f"{number(errors.loc[best, 'nrmse_a'])} with {words[0]} ({int(most.max())} problems; with {words[0]}, {calm} "
         f"is best with {number(errors.loc[calm, 'nrmse_a'])})."
     )
-    return Finding(text, _command(suite))
+    return Finding(text, command(suite))

@@ -24,6 +24,7 @@ from .standings import Frame, Leaderboard
 from .statistics import Statistics
 from .tables import choice_table, detail_tables, failure_table, matrices, overall_table
 from .timings import read_timing, timing_table
+from .uncertainty import uncertainty_table
 
 READING = (
     "A cell is one vessel, fitted model, manoeuvres, noise, disturbance and sampling; the seeds are repeated runs in "
@@ -90,7 +91,7 @@ def markdown(
     parts += [*answer_lines(found), *map(tables.in_markdown, statements(found))]
     unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
     details = detail_tables(standings.details(board.cells[unknown], board.estimates))
-    tail = [failure_table(board.failures), timing_table(timings)]
+    tail = [uncertainty_table(results), failure_table(board.failures), timing_table(timings)]
     for table in [overall_table(board), choice_table(board), ahead_table(results), *matrices(board), *details, *tail]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
@@ -130,6 +131,7 @@ def html(
         ahead=ahead_table(results),
         by_record=record_table(results),
         matrices=matrices(board),
+        uncertainty=uncertainty_table(results),
         failures=failure_table(board.failures),
         timings=timing_table(timings),
         reading=READING,

@@ -32,6 +32,7 @@ from .page_data import MEASURED, as_script, page_data
 from .standings import CELL, Frame, Leaderboard
 from .statistics import Statistics
 from .tables import overall_table
+from .uncertainty import uncertainty_finding, uncertainty_table
 
 README, PAGE, PICTURE, ADVICE = "README.md", "leaderboard.html", "ranking.svg", "advice.md"
 DATA = '<script type="application/json" id="data">'
@@ -158,7 +159,8 @@ def headline_lines(main: Contest, every: Contest) -> list[str]:
 
 def told(runs: Frame, main: Statistics, every: Statistics) -> list[Finding]:
     """All findings, of the main suite's ranking and of the conditions of all suites."""
-    return [*findings(main, every), *_generalise(runs)]
+    more = (uncertainty_finding(runs), *_generalise(runs))
+    return [*findings(main, every), *(found for found in more if found is not None)]
 
 
 def _generalise(runs: Frame) -> list[Finding]:
@@ -196,6 +198,7 @@ def readme(
             f"![Median prediction error of every method with its interval]({PICTURE})",
             f"## Ranking{_in_suite(results)}",
             tables.markdown(shown),
+            *_uncertainty(results),
             "## Suites",
             tables.markdown(_suites(manifest, results)),
             "## Findings",
@@ -204,6 +207,12 @@ def readme(
             *map(tables.in_markdown, found.statements()),
         ]
     ) + "\n"  # fmt: skip
+
+
+def _uncertainty(results: Frame) -> list[str]:
+    """The section on stated uncertainties in the first suite; nothing where none was scored."""
+    shown = uncertainty_table(results[results["suite"] == results["suite"].iloc[0]])
+    return [f"## {shown.title}{_in_suite(results)}", shown.note, tables.markdown(shown)] if shown.rows else []
 
 
 def _in_suite(results: Frame) -> str:

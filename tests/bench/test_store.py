@@ -28,7 +28,8 @@ def test_result_columns_are_those_of_the_specification():
     rest = [name for name in result_columns() if name not in scores]
     assert rest == [
         *KEYS, "status", "error", "diverged", "measured", "n_samples", "rel_error_median", "rel_error_max",
-        "crb_z_rms", "crps_median", "coverage_95", "trusted_s", "noise_heading_rad", "noise_yaw_rate_rad_s",
+        "crb_z_rms", "crps_median", "coverage_95", "crps_free", "coverage_free",
+        "trusted_s", "noise_heading_rad", "noise_yaw_rate_rad_s",
         "nrmse_by_record", "wall_s", "cpu_s", "peak_memory_mib",
     ]  # fmt: skip
     channels = {"heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m"}

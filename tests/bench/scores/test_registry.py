@@ -17,11 +17,15 @@ def row(estimate, true, crb_sd, identifiable=True, kind="given", stderr=None):
 
 
 def outcome(*rows, **prediction):
-    return Outcome(types.SimpleNamespace(measured=False), types.SimpleNamespace(), rows, prediction)
+    estimate = types.SimpleNamespace(predictor=None, covariance=None)
+    return Outcome(types.SimpleNamespace(measured=False, held_out=()), estimate, rows, prediction)
 
 
 def test_scores_stand_in_the_order_of_their_columns():
-    of_parameters, of_runs = ["parameter_error", "efficiency", "probability"], ["prediction_error", "errors_ahead"]
+    of_parameters, of_runs = (
+        ["parameter_error", "efficiency", "probability"],
+        ["prediction_error", "spread", "errors_ahead"],
+    )
     assert list(scores()) == [*of_parameters, *of_runs, "record_errors"]
     columns = list(result_columns())
     first = columns.index("rel_error_median")

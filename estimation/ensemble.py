@@ -1,0 +1,113 @@
+"""Ensembles of free runs: what an estimate says of its own uncertainty, and how well it tells the errors.
+
+The coefficients of a model are drawn from the normal density of their covariance; learnt functions from what their
+regressors say of their uncertainty (`black_box.draws`).  The spread of the free runs is compared with the records by
+the continuous ranked probability score and the share of samples inside the ensemble's 95 % interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from .black_box.hybrid import HybridPredictor
+from .prediction import predict
+from .predictor import ModelPredictor, Predictor
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..models.model import Model
+    from .estimate import Estimate
+
+COUNT = 20
+"""Members of an ensemble."""
+CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
+"""Channels whose free runs are compared, where the record has them."""
+
+
+@runtime_checkable
+class Drawable(Protocol):
+    """A predictor that draws others from its own uncertainty."""
+
+    def members(self, count: int, rng: np.random.Generator) -> Sequence[Predictor]:
+        """At most `count` predictors; none where it states no uncertainty."""
+        ...
+
+
+def members(estimate: Estimate, count: int, rng: np.random.Generator) -> list[Predictor]:
+    """At most `count` predictors drawn from the estimate's uncertainty; none where that is not stated, or infinite."""
+    predictor = estimate.predictor
+    models = _models(estimate, count, rng)
+    if predictor is None:
+        return [ModelPredictor(model) for model in models]
+    learnt = list(predictor.members(count, rng)) if isinstance(predictor, Drawable) else []
+    if not isinstance(predictor, HybridPredictor):
+        return learnt
+    parts = learnt or [predictor] * len(models)
+    return [replace(part, model=model) for part, model in zip(parts, models, strict=False)]
+
+
+def _models(estimate: Estimate, count: int, rng: np.random.Generator) -> list[Model]:
+    """The estimate's model with coefficients drawn from their covariance; none without a finite one."""
+    covariance = estimate.covariance
+    if covariance is None or not len(covariance) or not np.isfinite(covariance).all():
+        return []
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unit = np.where(sd > 0.0, sd, 1.0)
+    size, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    factor = unit[:, None] * vectors * np.sqrt(np.maximum(size, 0.0))
+    draws = estimate.coefficients + rng.normal(size=(count, len(sd))) @ factor.T
+    return [estimate.model.with_coefficients(row) for row in draws]
+
+
+def ensemble_scores(estimate: Estimate, records: Sequence[Record], seed: int) -> dict[str, Any]:
+    """Score and coverage of `COUNT` free runs along records, a mean over records and channels.
+
+    `crps` is in units of the channel's standard deviation in the record: that of an ensemble without spread is its mean
+    absolute error.  `coverage` is the share of samples within 1.96 standard deviations of the ensemble's mean.  Sensor
+    noise of the records counts as error.  Empty where the estimate states no uncertainty; where a member's run is not
+    finite, `crps` is infinite and there is no coverage.
+    """
+    drawn = members(estimate, COUNT, np.random.default_rng(seed))
+    if len(drawn) < 2:
+        return {}
+    found = [one for record in records for one in _of_record(estimate.model, record, drawn)]
+    if not found:
+        return {}
+    crps, coverage = np.mean(found, axis=0)
+    return {"crps": float(crps), "coverage": float(coverage)} if np.isfinite(crps) else {"crps": np.inf}
+
+
+def _of_record(model: Model, record: Record, drawn: Sequence[Predictor]) -> list[tuple[float, float]]:
+    """CRPS and coverage of each channel of a record that varies."""
+    runs = [predict(model, record, member) for member in drawn]
+    found = []
+    for same in zip(*runs, strict=True):
+        first = same[0]
+        known = np.isfinite(first.observed)
+        spread = np.std(first.observed[known]) if known.any() else 0.0
+        if first.channel in CHANNELS and spread > 0.0:
+            free = np.array([one.free[known] for one in same])
+            found.append(spread_scores(free / spread, first.observed[known] / spread))
+    return found
+
+
+def spread_scores(free: np.ndarray, observed: np.ndarray) -> tuple[float, float]:
+    """Mean CRPS of members (m, N) for samples (N,), and the share of samples inside the ensemble's 95 % interval.
+
+    The fair score of an ensemble: the mean of |x - y| minus half the mean of |x - x'| over different members (Ferro
+    2014, Q. J. R. Meteorol. Soc. 140, 1917, eq 2).  Infinite, and nan, where a member is not finite.
+    """
+    from .assessment import NORMAL_95
+
+    if not np.isfinite(free).all():
+        return np.inf, np.nan
+    count = len(free)
+    weight = 2.0 * np.arange(count) - count + 1.0
+    apart = 2.0 * (weight[:, None] * np.sort(free, axis=0)).sum(axis=0) / (count * (count - 1))
+    crps = np.abs(free - observed).mean(axis=0) - 0.5 * apart
+    inside = np.abs(observed - free.mean(axis=0)) <= NORMAL_95 * free.std(axis=0, ddof=1)
+    return float(crps.mean()), float(inside.mean())
