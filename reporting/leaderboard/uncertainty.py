@@ -19,7 +19,7 @@ SCORES = ("coverage_95", "crps_median", "coverage_free", "crps_free")
 NOTE = (
     "Inside: mean share of the stated 95 % intervals that hold the true parameter, or the sample of a held-out record. "
     "CRPS: median continuous ranked probability score, over the true value or the spread of the record. Free runs are "
-    "drawn 20 times from what the method states: covariance of coefficients, Gaussian process, trees of a forest. Noise "
+    "drawn 20 times from what the method states: covariance of coefficients, Gaussian process, or trees. Noise "
     "of the held-out sensors counts as error. Intervals that are too small hold less than 95 %."
 )
 
