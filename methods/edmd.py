@@ -24,9 +24,9 @@ class Edmd(Learner):
     regression (`helmbench.estimation.black_box.koopman`).  A free run moves the lifted state on linearly and computes
     no product anew: this makes it a Koopman model, and `narx-poly` none.  With degree=1 it is dynamic mode
     decomposition with control (DMDc).  Inputs act linearly: what a rudder does in proportion to the state, such as the
-    loss of speed in a turn, has no place in this form.  A is not made stable; runs that diverge are not chosen.
-    Sources: Proctor, Brunton & Kutz 2016, SIAM J. Appl. Dyn. Syst. 15(1), 142; Williams, Kevrekidis & Rowley 2015, J.
-    Nonlinear Sci. 25, 1307; Korda & Mezic 2018, Automatica 93, 149.
+    loss of speed in a turn, has no place in this form.  A is not made stable: options whose free runs diverge are not
+    chosen.  Sources: Proctor, Brunton & Kutz 2016, SIAM J. Appl. Dyn. Syst. 15(1), 142; Williams, Kevrekidis & Rowley
+    2015, J. Nonlinear Sci. 25, 1307; Korda & Mezic 2018, Automatica 93, 149.
 
     Parameters
     ----------
