@@ -32,6 +32,7 @@ class Edmd(Learner):
     ----------
     stride : h in samples; degree : of the products, 1, 2 or 3; output_lags : values of the outputs that are lifted;
         alpha : ridge penalty.  None: chosen by free runs.
+    bilinear : whether products of inputs and lifted outputs act too.
     trials : option values tried; None: 12.
     seed : of the search.
     """
@@ -52,15 +53,16 @@ class Edmd(Learner):
         degree: int | None = None,
         output_lags: int | None = None,
         alpha: float | None = None,
+        bilinear: bool = True,
         trials: int | None = None,
         seed: int = 0,
     ) -> None:
         self.stride, self.degree, self.output_lags = stride, degree, output_lags
-        self.alpha, self.trials, self.seed = alpha, trials, seed
+        self.alpha, self.bilinear, self.trials, self.seed = alpha, bilinear, trials, seed
 
     def learn(self, records: Sequence[Record], model: Model) -> Fit:
         from ..estimation.black_box.koopman import lift
 
         training, lags = training_of(records, model, int(self.stride or 1)), int(self.output_lags or 1)
-        system = lift(training, int(self.degree or 1), lags, self.alpha or 0.0)
+        system = lift(training, int(self.degree or 1), lags, self.alpha or 0.0, self.bilinear)
         return black_box_fit(training.predictor(system, lags), rows=sum(len(part.whole) for part in training.parts))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.black_box.koopman import lift
+from helmbench.estimation.black_box import koopman
 from helmbench.estimation.black_box.rows import Signals
 from helmbench.estimation.black_box.state_space import Scales, Training, pasts
 from helmbench.estimation.black_box.terms import evaluate
@@ -23,6 +23,10 @@ def closed(rng, n):
     for t in range(n - 1):
         z[t + 1] = 0.9 * z[t, 0], 0.7 * z[t, 1] + 0.5 * z[t, 0] ** 2 + 0.3 * w[t, 0] + 0.2
     return Signals(1.0, z, w, np.ones(n, bool))
+
+
+def lift(*arguments, bilinear=False):
+    return koopman.lift(*arguments, bilinear)
 
 
 def training(*parts, stride=1):
@@ -69,7 +73,7 @@ def test_of_real_size_it_is_dmdc_of_the_record():
     """Stride one averages nothing: the matrices of the record's own columns, in SI units, give the same free run."""
     model = resolve("mariner")
     record = generate(Case("mariner", "zigzag:20/20", noise="none"))
-    found = make("edmd,stride=1,degree=1,output_lags=1,alpha=1e-14").fit(record, model).predictor
+    found = make("edmd,stride=1,degree=1,output_lags=1,alpha=1e-14,bilinear=false").fit(record, model).predictor
     series = series_of(record.turned(model.positive_rudder), model, MEASURED)
     z = np.column_stack([record.column(name) for name in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s")])
     w = series.inputs[: len(z)]
@@ -80,6 +84,23 @@ def test_of_real_size_it_is_dmdc_of_the_record():
         expected.append(np.concatenate([expected[-1], now]) @ matrices)
     run = found.simulate(series.inputs, series.dt, series.start)[:, [model.states.index(s) for s in ("u", "v", "r")]]
     np.testing.assert_allclose((run - expected) / z.std(axis=0), 0.0, atol=1e-4)
+
+
+def test_the_bilinear_form_is_exact_where_inputs_act_in_proportion_to_the_state(rng):
+    """z1' = 0.8 z1 + (0.3 + 0.2 z1 + 0.1 z2) w, z2' = 0.6 z2 + 0.5 w: no product of outputs is needed."""
+
+    def driven(n):
+        w, z = rng.uniform(-1.0, 1.0, size=(n, 1)), np.zeros((n, 2))
+        for t in range(n - 1):
+            x, y = z[t]
+            z[t + 1] = 0.8 * x + (0.3 + 0.2 * x + 0.1 * y) * w[t, 0], 0.6 * y + 0.5 * w[t, 0]
+        return Signals(1.0, z, w, np.ones(n, bool))
+
+    parts, held_out = [driven(60) for _ in range(5)], driven(60)
+    found = free_run(lift(training(*parts), 1, 1, 0.0, bilinear=True), held_out, 1, 0, 59)
+    np.testing.assert_allclose(found, held_out.outputs, rtol=0.0, atol=1e-10)
+    linear = free_run(lift(training(*parts), 1, 1, 0.0), held_out, 1, 0, 59)
+    assert np.abs(linear - held_out.outputs).max() > 1e-4
 
 
 def test_products_are_not_computed_anew_in_a_free_run(rng):
