@@ -40,6 +40,10 @@ if TYPE_CHECKING:
     from .api.reproduction import Reproduction, reproduce
     from .api.suites import SuiteResults, compare_results, leaderboard, load_results, merge_results, run_suite
     from .api.validation import Validation, validate
+    from .bench.identibench.method import identibench_model
+    from .bench.identibench.problems import export_problems
+    from .bench.identibench.ship import identibench_suite
+    from .bench.identibench.specs import identibench_specs
     from .datasets.generator import Case, generate
     from .datasets.io import read_record, write_record
     from .datasets.many import SimulatedRuns
@@ -97,8 +101,12 @@ __all__ = [
     "doctor",
     "draft_import",
     "export_model",
+    "export_problems",
     "fetch",
     "generate",
+    "identibench_model",
+    "identibench_specs",
+    "identibench_suite",
     "identify",
     "import_log",
     "leaderboard",
@@ -170,8 +178,12 @@ _HOME = {
     "doctor": ("api.doctor", "doctor"),
     "draft_import": ("api.importing", "draft_import"),
     "export_model": ("api.export", "export_model"),
+    "export_problems": ("bench.identibench.problems", "export_problems"),
     "fetch": ("datasets.measured", "fetch"),
     "generate": ("datasets.generator", "generate"),
+    "identibench_model": ("bench.identibench.method", "identibench_model"),
+    "identibench_specs": ("bench.identibench.specs", "identibench_specs"),
+    "identibench_suite": ("bench.identibench.ship", "identibench_suite"),
     "identify": ("api.identification", "identify"),
     "import_log": ("api.importing", "import_log"),
     "leaderboard": ("api.suites", "leaderboard"),

@@ -1,0 +1,208 @@
+"""The problems of an identification suite as HDF5 files, for programs that identify models of any kind.
+
+    DIR/README.md              what there is, in words
+    DIR/problems.json          each problem: its files, columns, steps and true parameters (`problems_file`)
+    DIR/NAME/train/*.hdf5      training records: a dataset a channel, and attributes
+    DIR/NAME/test/*.hdf5       held-out records
+
+The folders are laid out as identibench's data sets are, but any program can read them.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...datasets.columns import CANONICAL, INPUTS, in_order
+from ...estimation.validation.validate import TOGETHER
+from ...models.argument_types import typed
+from ...models.errors import BadInput
+from ...models.folders import make_folder, write_atomic
+from ...models.plain import plain
+from ..environment import code_version
+from ..kinds import IDENTIFICATION, kind_of
+from ..kinds.base import Selection
+from ..kinds.identification.plan import model_text
+from ..kinds.identification.problems import problem
+from ..store import check_vacant
+from ..suites import load_suite
+from ..trust import check_trust
+from .columns import RATE, SIDE
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ..kinds.identification.problems import Problem, Task, Truth
+    from ..suites import Suite
+
+MANIFEST, README = "problems.json", "README.md"
+EXTRA = "pip install 'helmbench[identibench]'"
+PACKAGES = ("h5py", "identibench", "nonlinear_benchmarks")
+TEXT = """# Problems of helmbench's suite {suite}
+
+{title}: {count} problems, written by helmbench {version}.
+
+`problems.json` lists them. A problem is a folder with training records in `train/` and held-out records in `test/`,
+HDF5 files with one dataset a channel:
+
+{channels}
+
+`inputs` act on the ship and are known throughout; `outputs` are to be predicted on the held-out records from their inputs
+and their first sample. Positions, where there are any, are beside them: they add up all errors of the others. The heading
+is not wrapped. Gaps of the measurements are nan. A training record may have another step than the held-out ones; the
+attribute `fs` of a file is its number of samples in a second, and is missing where the steps are unequal. `positive_rudder`
+is the side to which a positive rudder turns the ship.
+
+`truth` holds the true parameters of the model that helmbench fits, where there are any: the values of the ship that was
+simulated (`given`), or those of its linearisation (`derived`); `crb_sd` is the Cramer-Rao bound of the standard deviation
+at the noise of the training records. No method may be given them.
+
+With identibench: `helmbench.identibench_specs(folder)` gives its benchmark specifications.
+"""
+
+
+@contextmanager
+def packages_told() -> Iterator[None]:
+    """BadInput that says what to install where the enclosed code imports a package of the extra that is not there."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in PACKAGES:
+            raise
+        raise BadInput(f"this needs {error.name}: {EXTRA}") from None
+
+
+@typed
+def export_problems(
+    suite: str,
+    directory: str | PathLike[str],
+    *,
+    vessels: Sequence[str] = (),
+    seeds: int | None = None,
+) -> tuple[str, ...]:
+    """Write the problems of an identification suite as HDF5 files, for identibench or any other program.
+
+    A problem is what one row of the suite gives to a method: training and held-out records, and the model that is
+    fitted.  Of several methods on the same records there is one problem.
+
+    Parameters
+    ----------
+    suite : a name of `list_suites` or the path of a suite file, which may not name code.
+    directory : new or empty; gets README.md, problems.json and a folder for each problem.
+    vessels : only these vessels or measured sets.
+    seeds : number of seeds; None: the suite's.
+
+    Returns
+    -------
+    The problems' names, which are those of their folders.
+
+    Raises
+    ------
+    BadInput : the suite is unknown, of another kind or names code, a measured set is missing, h5py is not installed, or
+        the directory cannot be used.
+    """
+    out, found = Path(directory), load_suite(suite)
+    check_vacant(out)
+    if found.kind != IDENTIFICATION:
+        raise BadInput(f"suite {found.name} identifies nothing", hint="its kind must be identification")
+    check_trust(found.texts, suite, False)
+    kind = kind_of(found.kind)
+    specs = kind.plan(found, Selection(suite, (), tuple(vessels), seeds))
+    kind.check(specs)
+    tasks = list(dict.fromkeys(spec.task for spec in specs))  # pyright: ignore[reportAttributeAccessIssue]
+    with packages_told():
+        import h5py  # noqa: F401, before anything is written
+    width = len(str(len(tasks)))
+    named = {f"{number:0{width}}-{_plain_name(task)}": task for number, task in enumerate(tasks, start=1)}
+    entries = [_write(out, name, task) for name, task in named.items()]
+    _write_head(out, found, entries)
+    return tuple(named)
+
+
+def _plain_name(task: Task) -> str:
+    return re.sub(r"[^A-Za-z0-9_-]+", "-", f"{task.vessel}-{task.model}")[:100]
+
+
+def _write(out: Path, name: str, task: Task) -> dict[str, Any]:
+    """Write a problem's records; its entry of problems.json."""
+    own = problem(task)
+    files = {
+        part: [_file(out, f"{name}/{part}/{part}-{i}.hdf5", record) for i, record in enumerate(records, start=1)]
+        for part, records in (("train", own.train), ("test", own.held_out))
+    }
+    inputs, outputs = _columns(own)
+    return {
+        "name": name,
+        "vessel": task.vessel,
+        "model": model_text(task),
+        "train": task.train_text,
+        "held_out": task.held_out_text,
+        "noise": task.noise,
+        "disturbance": task.disturbance,
+        "thinning": task.thinning,
+        "length": task.length,
+        "seed": task.seed,
+        "measured": task.measured,
+        "inputs": inputs,
+        "outputs": outputs,
+        "files": files,
+        "truth": _truth(own.truth, own),
+    }
+
+
+def _columns(own: Problem) -> tuple[list[str], list[str]]:
+    """Inputs and outputs that all records have."""
+    shared = set.intersection(*(set(record.channels) for record in (*own.train, *own.held_out)))
+    ordered = in_order(shared)
+    return [c for c in ordered if c in INPUTS], [c for c in ordered if c in TOGETHER]
+
+
+def _truth(truth: Truth, own: Problem) -> dict[str, Any]:
+    units = dict(zip(own.model.parameter_names, own.model.parameter_units, strict=True))
+    return {
+        name: {"value": value, "unit": units[name], "kind": truth.kind, "crb_sd": truth.crb_sd.get(name)}
+        for name, value in truth.values.items()
+    }
+
+
+def _file(out: Path, name: str, record: Record) -> dict[str, Any]:
+    """Write a record; what problems.json says of it."""
+    path = out / name
+    make_folder(path.parent)
+    write_atomic(path, hdf5_bytes(record))
+    return {"file": name, "record": record.name, "samples": record.n, "dt_s": record.dt}
+
+
+def hdf5_bytes(record: Record) -> bytes:
+    """A record as an HDF5 file: a dataset a column with its unit, float64; attributes fs, positive_rudder and record."""
+    import h5py
+
+    columns = {name: record.column(name) for name in in_order(["time_s", *record.channels])}
+    if "heading_rad" in columns:
+        columns["heading_rad"] = record.heading_unwrapped()
+    memory = io.BytesIO()
+    with h5py.File(memory, "w") as file:
+        for name, values in columns.items():
+            file.create_dataset(name, data=values).attrs["unit"] = CANONICAL[name]
+        if record.uniform():
+            file.attrs[RATE] = 1.0 / record.dt
+        if record.meta.positive_rudder is not None:
+            file.attrs[SIDE] = record.meta.positive_rudder
+        file.attrs["record"] = record.name
+    return memory.getvalue()
+
+
+def _write_head(out: Path, suite: Suite, entries: Sequence[dict[str, Any]]) -> None:
+    """README.md and problems.json."""
+    used = in_order({"time_s", *(name for entry in entries for name in (*entry["inputs"], *entry["outputs"]))})
+    facts = {"suite": suite.name, "title": suite.title, "version": code_version()}
+    units = {name: CANONICAL[name] for name in used}
+    content = {"schema_version": 1, **facts, "units": units, "problems": entries}
+    channels = "\n".join(f"- `{name}`: {unit}" for name, unit in units.items())
+    write_atomic(out / README, TEXT.format(count=len(entries), channels=channels, **facts).encode())
+    write_atomic(out / MANIFEST, (json.dumps(plain(content), indent=1, allow_nan=False) + "\n").encode())

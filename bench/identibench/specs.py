@@ -1,0 +1,66 @@
+"""Problems that `export_problems` wrote as benchmark specifications of identibench."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...models.argument_types import typed
+from ...models.errors import BadInput
+from ...models.yaml_file import checked, load
+from .problems import MANIFEST, packages_told
+
+if TYPE_CHECKING:
+    from .problems_file import ProblemEntry
+
+
+@typed
+def identibench_specs(folder: str | PathLike[str], *, init_window: int = 1) -> list[Any]:
+    """Exported problems as `identibench.BenchmarkSpec`s: Simulation of the held-out records, metric rmse.
+
+    The training records are `train` and, since there is no validation set, `train_valid`; `valid` is empty.
+
+    Parameters
+    ----------
+    folder : what `export_problems` wrote.
+    init_window : measured samples of a held-out record that a model is given, at least 1 for helmbench's methods.
+
+    Returns
+    -------
+    A specification a problem, with the problem's name, inputs and outputs.
+
+    Raises
+    ------
+    BadInput : identibench is not installed, the folder holds no problems, or init_window is negative.
+    """
+    from .problems_file import ProblemsFile
+
+    if init_window < 0:
+        raise BadInput(f"init_window is {init_window}, at least 0 is needed")
+    place = Path(folder).absolute()
+    if not (place / MANIFEST).is_file():
+        raise BadInput("holds no exported problems", file=place, hint="write them with export_problems")
+    found = checked(ProblemsFile, load(place / MANIFEST), place / MANIFEST)
+    with packages_told():
+        return [_spec(entry, place, init_window) for entry in found.problems]
+
+
+def _spec(entry: ProblemEntry, place: Path, init_window: int) -> Any:
+    from identibench import BenchmarkSpec, Simulation
+    from identibench.metrics import rmse
+
+    from .folder import Folder
+
+    data = Folder(entry.name, None, root=place)
+    train: list[tuple[Any, str]] = [(data, "train/*.hdf5")]
+    return BenchmarkSpec(
+        name=entry.name,
+        u_cols=list(entry.inputs),
+        y_cols=list(entry.outputs),
+        train=train,
+        valid=[],
+        train_valid=train,
+        test_sets={"test": [(data, "test/*.hdf5")]},
+        task=Simulation(metric=rmse, init_window=init_window),
+    )
