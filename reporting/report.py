@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from ..bench.kinds import DIAGNOSIS, IDENTIFICATION
-from ..bench.store import read_manifest
+from ..bench.store import read_manifest, read_tables, stored_kind
 from ..models.argument_types import typed
 from ..models.folders import check_each, write_atomic
-from .tables import in_markdown
+from .tables import csv as as_csv
+from .tables import from_frame, in_markdown
 
 PAGES = {IDENTIFICATION: ".leaderboard.page", DIAGNOSIS: ".diagnosis_suite.page"}
 """Kind of suite -> the module that writes its report."""
+RUNS_CSV = "runs.csv"
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,26 @@ class Report:
 
 
 @typed
-def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
-    """Report a run directory by the kind of its suite; raises what the report of that kind does."""
-    kind = read_manifest(Path(directory)).get("kind", IDENTIFICATION)
-    return import_module(PAGES[kind], __package__).write_report(directory, timing)
+def write_report(directory: str | Path, timing: str | Path | None = None, *, csv: bool = False) -> Report:
+    """Report a run directory by the kind of its suite; raises what the report of that kind does.
+
+    Parameters
+    ----------
+    timing : output of `pytest --benchmark-json`; None: timing.json in the directory, where there is one.
+    csv : whether to write the stored tables as CSV too: runs.csv, a row a run, and parameters.csv (suites of kind
+        diagnosis: diagnosis_sizes.csv), a row a run and parameter.
+    """
+    directory = Path(directory)
+    kind = read_manifest(directory).get("kind", IDENTIFICATION)
+    written = import_module(PAGES[kind], __package__).write_report(directory, timing)
+    return replace(written, paths=(*written.paths, *_write_rows(directory))) if csv else written
+
+
+def _write_rows(directory: Path) -> tuple[Path, ...]:
+    """The two stored tables as CSV."""
+    names = (RUNS_CSV, Path(stored_kind(read_manifest(directory)).tables.long_file).with_suffix(".csv").name)
+    frames = read_tables(directory)
+    return write_files(directory, {name: as_csv(from_frame(frame)) for name, frame in zip(names, frames, strict=True)})
 
 
 def write_files(directory: Path, texts: Mapping[str, str]) -> tuple[Path, ...]:

@@ -238,7 +238,7 @@ def test_commands_call_only_what_helmbench_offers() -> None:
     assert wrong == []
 
 
-OPTIONAL = ("bayes", "bench", "deep", "distributed", "open", "parquet", "pdf")
+OPTIONAL = ("bayes", "bench", "deep", "distributed", "identibench", "open", "parquet", "pdf")
 DISTRIBUTIONS = {"sklearn": "scikit-learn", "yaml": "pyyaml", "charset_normalizer": "charset-normalizer"}
 """Import name -> distribution, where they differ."""
 

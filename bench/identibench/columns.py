@@ -1,11 +1,11 @@
 """What the columns of identibench's files mean as channels of a record.
 
-Columns under helmbench's own names (`datasets.columns`) mean what they mean there.  The others are those of identibench's
-ship set, a simulated patrol ship in wind and waves: Baier & Staab 2022, doi 10.18419/darus-2905.
+Columns under helmbench's own names (`datasets.columns`) mean what they mean there.  The others are those of
+identibench's ship set, a simulated patrol ship in wind and waves: Baier & Staab 2022, doi 10.18419/darus-2905.
 
-Known, from the authors' own propulsion model (github.com/AlexandraBaier/deepsysid, models/hybrid/physical.py) and metric
-(metrics/trajectory.py): n is in 1/min and the same for both propellers, deltal and deltar are the angles of the left and
-the right rudder in rad, u and v are m/s, p and r rad/s and phi rad in body axes; the step is 1 s.
+Known, from the authors' own propulsion model (github.com/AlexandraBaier/deepsysid, models/hybrid/physical.py) and
+metric (metrics/trajectory.py): n is in 1/min and the same for both propellers, deltal and deltar are the angles of the
+left and the right rudder in rad, u and v are m/s, p and r rad/s and phi rad in body axes; the step is 1 s.
 
 Assumed: a positive rudder steers to port, since there a positive angle pushes the stern to the positive side of y, 25 m
 behind the centre of gravity.  One rudder stands for both, at their mean angle.  Vw is in m/s.  alpha_x and alpha_y are

@@ -1,13 +1,13 @@
 """Every method of helmbench as a model of identibench: `build_model(context)` -> callable (u, y_init, attrs) -> y.
 
-A model is run from the state at the end of the initial window, with the inputs that follow.  The state is smoothed from
-the window alone, as for helmbench's errors ahead (`estimation.smoothed_states`); what the window does not measure is that
-of a run through the window.  The predictions within the window are those of that run, not the samples that were given.
-A window of fewer than 16 samples gives the free run from its first sample, as helmbench's own scores have it.
+A model is run from the state at the end of the initial window, with the inputs that follow.  The state is smoothed
+from the window alone, as for helmbench's errors ahead (`estimation.smoothed_states`); what the window does not measure
+is that of a run through the window.  The predictions within the window are those of that run, not the samples that
+were given.  A window of fewer than 16 samples gives the free run from its first sample, as helmbench's scores have it.
 
-Columns of which the model has no state, such as the roll, are held at their mean over the window.  The wind's angle turns
-with the predicted yaw rate r: d(alpha)/dt = c r, with c of the training records, rounded to -1, 0 or 1: a wind that keeps
-its direction over the earth turns against the ship, and the sign depends on how alpha is counted.
+Columns of which the model has no state, such as the roll, are held at their mean over the window.  The wind's angle
+turns with the predicted yaw rate r: d(alpha)/dt = c r, with c of the training records, rounded to -1, 0 or 1: a wind
+that keeps its direction over the earth turns against the ship, and the sign depends on how alpha is counted.
 """
 
 from __future__ import annotations

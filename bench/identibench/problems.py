@@ -52,15 +52,15 @@ HDF5 files with one dataset a channel:
 
 {channels}
 
-`inputs` act on the ship and are known throughout; `outputs` are to be predicted on the held-out records from their inputs
-and their first sample. Positions, where there are any, are beside them: they add up all errors of the others. The heading
-is not wrapped. Gaps of the measurements are nan. A training record may have another step than the held-out ones; the
-attribute `fs` of a file is its number of samples in a second, and is missing where the steps are unequal. `positive_rudder`
-is the side to which a positive rudder turns the ship.
+`inputs` act on the ship and are known throughout; `outputs` are to be predicted on the held-out records from their
+inputs and their first sample. Positions, where there are any, are beside them: they add up all errors of the others.
+The heading is not wrapped. Gaps of the measurements are nan. A training record may have another step than the held-out
+ones; the attribute `fs` of a file is its number of samples in a second, and is missing where the steps are unequal.
+`positive_rudder` is the side to which a positive rudder turns the ship.
 
-`truth` holds the true parameters of the model that helmbench fits, where there are any: the values of the ship that was
-simulated (`given`), or those of its linearisation (`derived`); `crb_sd` is the Cramer-Rao bound of the standard deviation
-at the noise of the training records. No method may be given them.
+`truth` holds the true parameters of the model that helmbench fits, where there are any: those of the ship that was
+simulated (`given`), or of its linearisation (`derived`); `crb_sd` is the Cramer-Rao bound of the standard deviation at
+the noise of the training records. No method may be given them.
 
 With identibench: `helmbench.identibench_specs(folder)` gives its benchmark specifications.
 """
@@ -179,7 +179,7 @@ def _file(out: Path, name: str, record: Record) -> dict[str, Any]:
 
 
 def hdf5_bytes(record: Record) -> bytes:
-    """A record as an HDF5 file: a dataset a column with its unit, float64; attributes fs, positive_rudder and record."""
+    """A record as an HDF5 file: a dataset a column with its unit, and the attributes fs, positive_rudder and record."""
     import h5py
 
     columns = {name: record.column(name) for name in in_order(["time_s", *record.channels])}

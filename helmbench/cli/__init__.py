@@ -27,6 +27,7 @@ from .exam import exam
 from .export import export
 from .fetch import fetch
 from .from_indices import from_indices
+from .identibench import identibench
 from .identify import identify
 from .import_ import import_command
 from .import_model import import_model
@@ -49,7 +50,8 @@ def cli() -> None:
 COMMANDS = (
     *(open_command, list_command, import_command, simulate, check, identify, from_indices),
     *(validate, diagnose, calibrate),
-    *(run, report, advice, compare, merge, exam, reproduce, export, import_model, fetch, doctor, completion),
+    *(run, report, advice, compare, merge, exam, reproduce, export, import_model),
+    *(identibench, fetch, doctor, completion),
 )
 NUMBA_SETTINGS = Path(".numba_config.yaml")
 """File of the working folder that numba reads by itself: it may say where compiled code is taken from."""

@@ -12,12 +12,13 @@ from ._shared import FILE, output_options, print_json, show_files, show_text
 @click.command()
 @click.argument("directory", metavar="DIR", type=FILE)
 @click.option("--timing", type=FILE, help="Benchmark JSON to show; default: DIR/timing.json.")
+@click.option("--csv", is_flag=True, help="Also write runs.csv and parameters.csv: a row a run, a row a parameter.")
 @output_options
-def report(directory: Path, timing: Path | None, as_json: bool, quiet: bool) -> None:
+def report(directory: Path, timing: Path | None, csv: bool, as_json: bool, quiet: bool) -> None:
     """Write the report of a run (Markdown, CSV and HTML) from stored results, without refitting."""
     from .. import write_report
 
-    written = write_report(directory, timing)
+    written = write_report(directory, timing, csv=csv)
     if as_json:
         print_json(written.as_dict())
     elif not quiet:

@@ -14,6 +14,7 @@ from helmbench.models.errors import BadInput
 from helmbench.reporting import numbers
 from helmbench.reporting.leaderboard import page as report
 from helmbench.reporting.leaderboard.standings import STANDING_COLUMNS
+from helmbench.reporting.report import write_report
 
 
 @pytest.fixture
@@ -73,6 +74,18 @@ def test_three_files_are_written_beside_the_results(finished):
     assert [path.name for path in written.paths] == ["leaderboard.md", "leaderboard.csv", "leaderboard.html"]
     assert written.complete and all(path.stat().st_size > 500 for path in written.paths)
     assert written.markdown == (finished / "leaderboard.md").read_text()
+
+
+def test_the_stored_tables_are_written_as_csv_too(finished):
+    plain = write_report(finished).paths
+    written = write_report(finished, csv=True).paths
+    assert [path.name for path in written] == [*(path.name for path in plain), "runs.csv", "parameters.csv"]
+    for path, frame in zip(written[-2:], read_tables(finished), strict=True):
+        rows = list(csv.DictReader(path.read_text().splitlines()))
+        assert list(rows[0]) == list(frame.columns) and len(rows) == len(frame)
+        assert [row["method"] for row in rows] == list(frame["method"])
+        number = "rel_error_median" if path.name == "runs.csv" else "estimate"
+        assert [float(row[number] or "nan") for row in rows] == pytest.approx(list(frame[number]), rel=0.0, nan_ok=True)
 
 
 def test_markdown_shows_ranks_intervals_and_failures(finished):
