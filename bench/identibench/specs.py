@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @typed
 def identibench_specs(folder: str | PathLike[str], *, init_window: int = 1) -> list[Any]:
-    """Exported problems as `identibench.BenchmarkSpec`s: Simulation of the held-out records, metric rmse.
+    """Exported problems as `BenchmarkSpec` of identibench: Simulation of the held-out records, metric rmse.
 
     The training records are `train` and, since there is no validation set, `train_valid`; `valid` is empty.
 
@@ -54,6 +54,7 @@ def _spec(entry: ProblemEntry, place: Path, init_window: int) -> Any:
 
     data = Folder(entry.name, None, root=place)
     train: list[tuple[Any, str]] = [(data, "train/*.hdf5")]
+    metric: Any = rmse  # an array by channel, of which identibench takes the mean
     return BenchmarkSpec(
         name=entry.name,
         u_cols=list(entry.inputs),
@@ -62,5 +63,5 @@ def _spec(entry: ProblemEntry, place: Path, init_window: int) -> Any:
         valid=[],
         train_valid=train,
         test_sets={"test": [(data, "test/*.hdf5")]},
-        task=Simulation(metric=rmse, init_window=init_window),
+        task=Simulation(metric=metric, init_window=init_window),
     )

@@ -36,7 +36,7 @@ def export(suite: str, vessels: tuple[str, ...], seeds: int | None, output: Path
 @click.option("--data-root", type=FILE, help="identibench's data; default: IDENTIBENCH_DATA_ROOT, ~/.identibench_data.")
 @click.option("-o", "--output", required=True, type=FILE, help="directory of the records and suite.yaml")
 @output_options
-def import_ship(data_root: Path | None, output: Path, as_json: bool, quiet: bool) -> None:
+def suite(data_root: Path | None, output: Path, as_json: bool, quiet: bool) -> None:
     """Write identibench's ship set as records, with a suite of every method on them."""
     from .. import identibench_suite
 

@@ -276,6 +276,12 @@ PRIOR = (b"T: [14, 1e-1]\nK: {mean: 0.2, sd: 0.05, unit: 1/s}\n", b"T: {mean: 0.
 BOUNDS = (b"T: [1, null]\nK: {low: 0.0, high: .inf}\n", b"alpha: [-.inf, 400]\n")
 
 
+PROBLEMS = json.dumps(
+    {"schema_version": 1, "suite": "s", "title": "t", "version": "0", "units": {"rudder_rad": "rad"},
+     "problems": [{"name": "1-a", "inputs": ["rudder_rad"], "outputs": ["yaw_rate_rad_s"], "noise": "low"}]}
+).encode()  # fmt: skip
+
+
 RAW = {
     "raw-text": "German",
     "raw-workbook": "workbook with merged headers",
@@ -314,6 +320,12 @@ def _submission(path: Path) -> None:
     stated(read.answer("world-1"), resolve("mariner"))
     with suppress(BadInput):
         extended_model(read, "world-1")
+
+
+def _problems(path: Path) -> None:
+    from helmbench.bench.identibench.specs import identibench_specs
+
+    identibench_specs(path.parent)
 
 
 def _indices(path: Path) -> None:
@@ -390,6 +402,7 @@ def readers(scratch: Path) -> dict[str, Reader]:
         "api": Reader((b'[1, "turn:10", null, 2.5, [3], {"a": 1}]',), "arguments.json", _api),
         "mapping": Reader((MAPPING,), "log.map.yaml", _mapping),
         "submission": Reader((SUBMISSION,), "submission.json", _submission),
+        "problems": Reader((PROBLEMS,), "problems.json", _problems),
         "indices": Reader((INDICES,), "ship.yaml", _indices),
         "table": Reader(TABLES, "table.csv", _table),
         **_raw_readers(scratch),

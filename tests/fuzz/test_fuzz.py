@@ -14,7 +14,7 @@ from .worker import Worker
 
 READERS = (
     *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
-    *("journal", "traces", "manifest", "strings", "api", "mapping", "submission", "indices", "table", *RAW),
+    *("journal", "traces", "manifest", "strings", "api", "mapping", "submission", "problems", "indices", "table", *RAW),
 )
 NEW_INPUTS, NEW_LOGS = 40, 5
 """Inputs of a reader, and of a raw log, which is drafted whole; `make fuzz` tries more."""
