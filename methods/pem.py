@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..estimation.fit import Fit
 from ..estimation.likelihood.minimiser import NULL
+from ..estimation.likelihood.output_error import identify
 from ..estimation.likelihood.prediction_error import (
     fit_prediction_error,
     information,
@@ -15,10 +16,12 @@ from ..estimation.likelihood.prediction_error import (
 )
 from ..estimation.regression import factors
 from ..estimation.starts import starts_of
-from ..models.errors import BadInput, CannotFit
+from ..models.errors import BadInput, CannotFit, FitFailed
 from .base import Method
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..datasets.record import Record
     from ..models.model import Model
 
@@ -31,8 +34,10 @@ class Pem(Method):
     as process noise.  The variances may become zero: then the method is output error that allows for the rudder's
     noise.
 
-    Predictions over one sample have few minima, unlike free runs: the search starts at the likeliest least-squares
-    solution under strong forces, and lets the forces decrease while the coefficients improve.
+    The search starts at the likeliest least-squares solution under strong forces, and lets the forces decrease while
+    the coefficients improve.  Predictions over one sample have fewer minima than free runs, but strong forces can also
+    hide what the coefficients lack: where the coefficients of `output-error` are likelier than what was found, the
+    search goes on from them.
 
     Parameters
     ----------
@@ -47,7 +52,7 @@ class Pem(Method):
     name = "pem"
     title = "prediction error: likeliest innovations, sensor noise and gusts estimated along"
 
-    def __init__(self, max_iterations: int = 30) -> None:
+    def __init__(self, max_iterations: int = 100) -> None:
         self.max_iterations = max_iterations
 
     def check_options(self) -> None:
@@ -61,7 +66,7 @@ class Pem(Method):
         p = len(model.coordinates)
         if est.n_values <= p:
             raise CannotFit(f"{est.n_values} measured values for {p} coefficients")
-        est, found = fit_prediction_error(est, starts, self.max_iterations)
+        est, found = fit_prediction_error(est, starts, self.max_iterations, _by_free_runs(records, model))
         solution = factors.solve(information(est, found.point), NULL)
         notes = [factors.rank_message(solution.rank, p), "" if found.converged else "stopped before convergence"]
         setting = found.point.setting
@@ -73,3 +78,12 @@ class Pem(Method):
             n_iterations=found.n_iterations,
             extra={"log_likelihood": found.log_likelihood, **noise_of(est, setting)},
         )
+
+
+def _by_free_runs(records: Sequence[Record], model: Model) -> np.ndarray | None:
+    """Coefficients (p,) by output error; None where it finds none."""
+    try:
+        outcome = identify(records, model)
+        return outcome.problem.coefficients(outcome.minimum.z)
+    except (CannotFit, FitFailed):
+        return None

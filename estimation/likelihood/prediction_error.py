@@ -17,7 +17,7 @@ import numpy as np
 from ...models.errors import FitFailed
 from ..filters.innovations.derivatives import responses, tangent, traces
 from ..filters.innovations.estimator import Estimator, Innovations, estimator
-from ..filters.innovations.noise_fit import QUANTUM, fit_noise
+from ..filters.innovations.noise_fit import QUANTUM, fit_noise, fit_noise_from_starts
 from ..filters.innovations.settings import Setting
 from ..filters.innovations.vector import SYMBOLS
 from ..regression import factors
@@ -64,15 +64,31 @@ class SearchResult(NamedTuple):
 
 
 def fit_prediction_error(
-    est: Estimator, starts: Sequence[np.ndarray], max_iterations: int
+    est: Estimator, starts: Sequence[np.ndarray], max_iterations: int, free_run: np.ndarray | None = None
 ) -> tuple[Estimator, SearchResult]:
     """The likeliest coefficients and noise from several starts (p,), with the filter in the form of noise found.
+
+    The search under forces can end in another maximum of the likelihood than that of free runs: large forces explain
+    what the coefficients do not.  Where the coefficients of a free-run fit, `free_run` (p,), are likelier with noise of
+    their own than what was found, the search goes on from them.
 
     Raises
     ------
     FitFailed : the filter diverges from every start, or a derivative is not finite.
     """
-    found = search(est, best_start(est, starts), max_iterations, ROUGH)
+    kept, found = _searched(est, best_start(est, starts), max_iterations)
+    if free_run is not None:
+        setting, innovations = fit_noise_from_starts(est, with_coefficients(est.start(), free_run), est.start())
+        if innovations.log_likelihood > found.log_likelihood:
+            other, likelier = _searched(est, SearchPoint(setting, innovations), max_iterations)
+            if likelier.log_likelihood > found.log_likelihood:
+                return other, likelier._replace(n_iterations=found.n_iterations + likelier.n_iterations)
+    return kept, found
+
+
+def _searched(est: Estimator, start: SearchPoint, max_iterations: int) -> tuple[Estimator, SearchResult]:
+    """The whole search from one point."""
+    found = search(est, start, max_iterations, ROUGH)
     est, found = with_best_noise_form(est, found)
     remaining = max(max_iterations - found.n_iterations, 1)
     last = search(est, found.point, remaining, ENOUGH)
