@@ -15,6 +15,8 @@ CHANNELS = ("only=heading", "only=heading+yaw_rate", "without=surge+sway", "only
 SIMPLER = ("nomoto-1", "nomoto-1-cubic", "nomoto-2-cubic")
 SHARES = {"simpler": 0.4, "disturbed": 0.25, "fewer channels": 0.25}
 """Share of the situations of 3-DOF ships with simpler equations and disturbances, of all with fewer channels."""
+SEEDS = 3
+"""Draws of the noise of a situation, of which the medians count: in a single one some method is best by chance."""
 SUITE = "situations.yaml"
 
 
@@ -43,7 +45,7 @@ def draw(count: int, seed: int) -> list[Situation]:
 
 
 def suite_text(situations: Sequence[Situation], methods: Sequence[str]) -> str:
-    """The suite file that runs all methods in every situation, once."""
+    """The suite file that runs all methods in every situation, with `SEEDS` draws of the noise."""
     import yaml
 
     entries = [
@@ -55,6 +57,7 @@ def suite_text(situations: Sequence[Situation], methods: Sequence[str]) -> str:
             "held_out": [list(one.held_out)],
             "noise": [one.noise],
             "disturbance": [one.disturbance],
+            "seeds": SEEDS,
         }
         for one in dict.fromkeys(situations)
     ]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...bench.situations import Situation
+from ...bench.situations import SEEDS, Situation
 from ..numbers import MISSING, number, percent
 from ..tables import Column, Table, field, make_table, markdown
 from .contest import Contest
@@ -22,7 +22,8 @@ GOOD = 1.3
 FLOOR = 0.01
 EXPLAINED = (
     "The regret of an advice is the error of the method that it names over the least error of all methods there; it is "
-    "infinite (a dash) where that method fails or diverges. A method that does not apply is passed over. "
+    "infinite (a dash) where that method fails or diverges. Errors are medians over "
+    f"{SEEDS} draws of the noise. A method that does not apply is passed over. "
     f"Errors below {FLOOR:g} of what the record varies by count as {FLOOR:g}: nobody needs the difference."
 )
 CONDITIONS = ("case", "noise", "disturbance", "model", "sampling", "excitation")

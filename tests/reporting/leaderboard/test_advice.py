@@ -9,7 +9,7 @@ from helmbench import check_advice
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.identification.plan import plan
-from helmbench.bench.situations import Situation, draw, suite_text
+from helmbench.bench.situations import SEEDS, Situation, draw, suite_text
 from helmbench.bench.store import Store, frames
 from helmbench.bench.suites import load_suite
 from helmbench.models.errors import BadInput
@@ -87,7 +87,7 @@ def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_p
     path = tmp_path / "situations.yaml"
     path.write_text(suite_text(drawn, ["ls"]))
     specs = plan(load_suite(str(path)), Selection("situations"))
-    assert len(specs) == len(set(drawn))
+    assert len(specs) == SEEDS * len(set(drawn))
     assert all(not set(one.train) & set(one.held_out) for one in drawn)
 
 
