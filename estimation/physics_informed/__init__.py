@@ -1,0 +1,1 @@
+"""Networks of time that are held to a model's equations."""
