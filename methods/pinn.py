@@ -26,8 +26,8 @@ class Pinn(Method):
 
     Parameters
     ----------
-    weight : > 0, of the equations: 1e4 takes an error of 1 % of a state's rate as seriously as one standard deviation of
-        a sensor.
+    weight : > 0, of the equations: 1e4 takes an error of 1 % of a state's rate as seriously as one standard
+        deviation of a sensor.
     spacing : >= 1, samples for each hidden unit.
     iterations : at most.
 
@@ -39,7 +39,7 @@ class Pinn(Method):
     minutes = True
     brief: ClassVar = {"spacing": 8.0, "iterations": 4}
 
-    def __init__(self, weight: float = 1e4, spacing: float = 3.0, iterations: int = 40) -> None:
+    def __init__(self, weight: float = 1e4, spacing: float = 1.5, iterations: int = 40) -> None:
         self.weight, self.spacing, self.iterations = weight, spacing, iterations
 
     def check_options(self) -> None:

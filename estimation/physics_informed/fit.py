@@ -9,16 +9,16 @@ is minimised over the output weights of all networks and theta.  Collocation tim
 grid, where the inputs are as recorded; velocities, yaw rate and heading are states of the networks, positions, of which
 no rate depends, are not.  f and its derivatives are jax's (`equations`).
 
-Raissi, Perdikaris & Karniadakis 2019 minimise J by Adam and L-BFGS.  The residuals are linear in the weights but for
-f's non-linearity, and in theta too, so that Levenberg-Marquardt steps end after ten or twenty iterations, also along the
-directions about which a record says little; the weights of each network are eliminated from a step by orthogonal
-transformations (`likelihood.arrow`).
+Raissi, Perdikaris & Karniadakis 2019 (J. Comput. Phys. 378, 686) minimise J by Adam and L-BFGS.  The residuals are
+linear in the weights but for f's non-linearity, and in theta too, so that Levenberg-Marquardt steps end after about ten
+iterations, also along the directions of which a record says little; the weights of each network are eliminated from a
+step by orthogonal transformations (`likelihood.arrow`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -33,15 +33,15 @@ from ..regression import factors
 from ..series import Series, series_of
 from ..smoothed_states import smoothed_states
 from ..starts import starts_of
-from .equations import compiled_of
+from .equations import POINTS, Equations
 from .network import Features, Window, features_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
 
-STEPS = 200
-"""Most steps of the grid in a window, which is as many points as jax is compiled for."""
+STEPS = POINTS - 1
+"""Most collocation intervals of a window."""
 MOST_POINTS = 12_000
 """Collocation times of all records, beyond which every second, third, ... point of the grid is one."""
 OUTSIDE = 4
@@ -82,10 +82,9 @@ class Scales(NamedTuple):
 
 @dataclass(frozen=True)
 class Problem:
-    """The sum of squares J, `kept` being the states that the networks have among those of the model."""
+    """The sum of squares J over the windows of all records."""
 
-    model: Model
-    kept: tuple[int, ...]
+    equations: Equations
     parts: tuple[Part, ...]
     scales: Scales
     weight: float
@@ -93,14 +92,14 @@ class Problem:
     @cached_property
     def widths(self) -> list[int]:
         """Number of output weights of every network."""
-        return [part.at.values.shape[1] * len(self.kept) for part in self.parts]
+        return [part.at.values.shape[1] * len(self.equations.kept) for part in self.parts]
 
     def residuals(self, theta: np.ndarray, weights: Sequence[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Residuals of every window, of the data (n, N), nan where not measured, and of the equations (n, C)."""
-        rates, found = compiled_of(self.model.family)[0], []
+        found = []
         for part, w in zip(self.parts, weights, strict=True):
-            (value,) = self._evaluated(rates, part, w, theta)
-            found.append((self._misfit(part, w), self._off(part, w, value)))
+            rates = self.equations.rates(self._states(part, w), part.inputs, theta)
+            found.append((self._misfit(part, w), self._off(part, w, rates)))
         return found
 
     def cost(self, theta: np.ndarray, weights: Sequence[np.ndarray]) -> float:
@@ -111,11 +110,11 @@ class Problem:
     def rows(self, theta: np.ndarray, weights: Sequence[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Of every window, rows (R, f n + p + 1) of [derivatives | right side], and the block (R,) of each: state i of
         the data i, of the equations n + i."""
-        both, n, p, found = compiled_of(self.model.family)[1], len(self.kept), len(theta), []
+        n, p, found = len(self.equations.kept), len(theta), []
         for part, w in zip(self.parts, weights, strict=True):
-            value, by_state, by_theta = self._evaluated(both, part, w, theta)
+            rates, by_state, by_theta = self.equations.derivatives(self._states(part, w), part.inputs, theta)
             f, blocks, rows = len(w), [], []
-            misfit, off = self._misfit(part, w), self._off(part, w, value)
+            misfit, off = self._misfit(part, w), self._off(part, w, rates)
             scale = np.sqrt(self.weight) / self.scales.rate
             for i in range(n):
                 known = np.isfinite(misfit[i])
@@ -131,7 +130,7 @@ class Problem:
             found.append((np.vstack(rows), np.concatenate(blocks)))
         return found
 
-    def states(self, part: Part, w: np.ndarray) -> np.ndarray:
+    def _states(self, part: Part, w: np.ndarray) -> np.ndarray:
         """States (C, n) of a window's network at its collocation times."""
         return self.scales.mean + self.scales.size * (part.at.values @ w)
 
@@ -142,26 +141,6 @@ class Problem:
     def _off(self, part: Part, w: np.ndarray, rates: np.ndarray) -> np.ndarray:
         slopes = self.scales.size * (part.at.slopes @ w)
         return (np.sqrt(self.weight) * (slopes - rates) / self.scales.rate).T
-
-    def _evaluated(self, compiled, part: Part, w: np.ndarray, theta: np.ndarray) -> list[np.ndarray]:
-        """What a compiled function gives at the collocation times, for the kept states and the coefficients."""
-        return evaluated(compiled, self.model, self.kept, self.states(part, w), part.inputs, theta)
-
-
-def evaluated(compiled, model: Model, kept: Sequence[int], states: np.ndarray, inputs: np.ndarray, theta: np.ndarray):
-    """A function of `compiled_of` at C <= STEPS + 1 states (C, n), of the kept states and the coefficients only."""
-    count = len(states)
-    whole, given = np.zeros((STEPS + 1, len(model.states))), np.empty((STEPS + 1, inputs.shape[1]))
-    whole[:count, kept], given[:count] = states, inputs
-    whole[count:], given[count:] = whole[count - 1], inputs[-1]
-    found = compiled(whole, given, np.concatenate([theta, model.constants]))
-    value, *slopes = found if isinstance(found, tuple) else (found,)
-    kept = list(kept)
-    out = [np.asarray(value)[:count, kept]]
-    if slopes:
-        by_state, by_theta = (np.asarray(slope)[:count, kept] for slope in slopes)
-        out += [by_state[:, :, kept], by_theta[:, :, : len(theta)]]
-    return out
 
 
 def identify(records: Sequence[Record], model: Model, weight: float, spacing: float, iterations: int) -> Fit:
@@ -185,51 +164,48 @@ def identify(records: Sequence[Record], model: Model, weight: float, spacing: fl
         return _minimised(problem, theta, iterations)
 
 
-def _prepared(
-    records: Sequence[Record], model: Model, weight: float, spacing: float
-) -> tuple[Problem, np.ndarray]:
+def _prepared(records: Sequence[Record], model: Model, weight: float, spacing: float) -> tuple[Problem, np.ndarray]:
     records = unbroken(records, model)
     series, p = [series_of(record, model) for record in records], len(model.coordinates)
     if (count := sum(s.n_outputs for s in series)) <= p:
         raise CannotFit(f"{count} measured values for {p} coefficients")
-    kept = tuple(i for i, name in enumerate(model.states) if name not in ("x", "y"))
-    smooth = [_smooth(record, s, model, kept) for record, s in zip(records, series, strict=True)]
-    theta, states, rate = _best_start(records, series, model, kept, smooth)
-    parts = [part for s, x in zip(series, states, strict=True) for part in _parts(s, x, kept, series, spacing)]
-    return Problem(model, kept, tuple(parts), _scales(series, kept, np.vstack(states), rate), weight), theta
+    equations = Equations.of(model)
+    smooth = [_smooth(record, s, equations) for record, s in zip(records, series, strict=True)]
+    theta, states, rate = _best_start(records, series, equations, smooth)
+    parts = [
+        part for s, x in zip(series, states, strict=True) for part in _parts(s, x, equations.kept, series, spacing)
+    ]
+    return Problem(equations, tuple(parts), _scales(series, equations.kept, np.vstack(states), rate), weight), theta
 
 
-def _smooth(record: Record, series: Series, model: Model, kept: Sequence[int]) -> np.ndarray:
-    """States (M + 1, n) on the grid, smoothed from the record; q in the place of w, and the initial state where a record
-    does not measure one."""
+def _smooth(record: Record, series: Series, equations: Equations) -> np.ndarray:
+    """States (M + 1, n) on the grid, smoothed from the record; q in the place of w, and the initial state where it
+    measures none."""
     times = record.time_s[0] + series.dt * np.arange(len(series.inputs))
     found = smoothed_states(record, times)
     found |= {"w": found["q"]} if "q" in found else {}
-    return np.column_stack([found.get(model.states[k], np.full(len(times), series.start[k])) for k in kept])
+    columns = zip(equations.kept, equations.names, strict=True)
+    return np.column_stack([found.get(name, np.full(len(times), series.start[k])) for k, name in columns])
 
 
 def _best_start(
-    records: Sequence[Record], series: Sequence[Series], model: Model, kept: Sequence[int], smooth: list[np.ndarray]
+    records: Sequence[Record], series: Sequence[Series], equations: Equations, smooth: list[np.ndarray]
 ) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
     """The least-squares start (p,) whose equations the smoothed states keep best, with the states (M + 1, n) of every
     record, and the root mean square of their rates (n,)."""
-    rates, gain, best = compiled_of(model.family)[0], model.kernels.RATE_GAIN, None
-    for start in starts_of(records, model):
+    gain, best = equations.model.kernels.RATE_GAIN, None
+    for start in starts_of(records, equations.model):
         theta, states = start.coefficients, smooth
         if gain is not None:
-            shift = np.eye(len(kept))[model.states.index("w")] * theta[gain]
+            shift = np.eye(len(equations.kept))[equations.names.index("w")] * theta[gain]
             states = [x - shift * s.inputs[:, :1] for x, s in zip(smooth, series, strict=True)]
         slopes = np.vstack([np.gradient(x, s.dt, axis=0) for x, s in zip(states, series, strict=True)])
-        blocks = [
-            evaluated(rates, model, kept, x[a : a + STEPS], s.inputs[a : a + STEPS], theta)[0]
-            for x, s in zip(states, series, strict=True)
-            for a in range(0, len(x), STEPS)
-        ]
-        value = np.vstack(blocks)
+        pairs = zip(states, series, strict=True)
+        rates = np.vstack([equations.rates(x, s.inputs, theta) for x, s in pairs])
         size = np.sqrt(np.mean(slopes**2, axis=0))
-        size = np.where(size > 0.0, size, np.sqrt(np.mean(value**2, axis=0)))
+        size = np.where(size > 0.0, size, np.sqrt(np.mean(rates**2, axis=0)))
         size = np.where(size > 0.0, size, 1.0)
-        cost = float(np.sum(((slopes - value) / size) ** 2))
+        cost = float(np.sum(((slopes - rates) / size) ** 2))
         if np.isfinite(cost) and (best is None or cost < best[0]):
             best = cost, theta, states, size
     if best is None:
@@ -276,7 +252,10 @@ def _first_weights(problem: Problem) -> list[np.ndarray]:
     for part in problem.parts:
         wanted = (part.start - problem.scales.mean) / problem.scales.size
         f = part.at.values.shape[1]
-        rows, right = np.vstack([part.at.values, RIDGE * np.eye(f)]), np.vstack([wanted, np.zeros((f, wanted.shape[1]))])
+        rows, right = (
+            np.vstack([part.at.values, RIDGE * np.eye(f)]),
+            np.vstack([wanted, np.zeros((f, wanted.shape[1]))]),
+        )
         found.append(np.linalg.lstsq(rows, right, rcond=None)[0])
     return found
 
@@ -292,9 +271,7 @@ def _minimised(problem: Problem, theta: np.ndarray, iterations: int) -> Fit:
         linear = LinearArrow(_arrow(problem, theta, weights, places))
         while True:
             step, _ = linear.step(damping)
-            moved = [
-                w + step[a:b].reshape(w.shape) for w, a, b in zip(weights, places[:-1], places[1:], strict=True)
-            ]
+            moved = [w + step[a:b].reshape(w.shape) for w, a, b in zip(weights, places[:-1], places[1:], strict=True)]
             ahead = problem.cost(theta + step[:p], moved)
             if ahead <= cost or damping > MOST_DAMPING:
                 break
@@ -322,10 +299,8 @@ def _arrow(problem: Problem, theta: np.ndarray, weights: Sequence[np.ndarray], p
     return arrow
 
 
-def _as_fit(
-    problem: Problem, theta: np.ndarray, weights: Sequence[np.ndarray], converged: bool, count: int
-) -> Fit:
-    n, p, names = len(problem.kept), len(theta), [problem.model.states[k] for k in problem.kept]
+def _as_fit(problem: Problem, theta: np.ndarray, weights: Sequence[np.ndarray], converged: bool, count: int) -> Fit:
+    n, p, names = len(problem.equations.kept), len(theta), problem.equations.names
     residuals = problem.residuals(theta, weights)
     data, equations = (np.hstack(parts) for parts in zip(*residuals, strict=True))
     measured = np.flatnonzero(np.isfinite(data).any(axis=1))
@@ -344,7 +319,9 @@ def _as_fit(
         extra={
             "networks": len(problem.parts),
             "weights": sum(problem.widths),
-            "residual_sd": {names[i]: float(np.sqrt(np.nanmean(data[i] ** 2)) * problem.scales.sd[i]) for i in measured},
+            "residual_sd": {
+                names[i]: float(np.sqrt(np.nanmean(data[i] ** 2)) * problem.scales.sd[i]) for i in measured
+            },
             "equations_off": dict(zip(names, lasting.tolist(), strict=True)),
         },
     )
