@@ -31,7 +31,9 @@ class Pinn(Method):
     spacing : >= 1, samples for each hidden unit.
     iterations : at most.
 
-    Standard errors are those with the networks free, for white errors of the sensors and of the equations.
+    Standard errors are those with the networks free, for white errors of the sensors and of the equations.  No
+    network knows where the one before it ended, so records whose 200 steps are shorter than the ship's time constants
+    give less than they do to a free run (`output-error`).
     """
 
     name = "pinn"
