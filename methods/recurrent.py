@@ -57,7 +57,7 @@ class Recurrent(Learner):
             raise BadInput(f"units is {self.units!r} and hidden {self.hidden!r}, at least 1 and 0 are needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        from ..estimation.black_box.recurrent import require_jax
+        from ..estimation.black_box.free_runs import require_jax
 
         require_jax()
         return super().estimate(records, model)

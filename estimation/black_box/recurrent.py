@@ -18,19 +18,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from ...models.errors import CannotFit, FitFailed
-from ...models.extras import extras_told
+from ...models.errors import FitFailed
 from ...models.linear_algebra import lstsq
-from .predictor import evenly_spaced
-from .state_space import Training, pasts
+from .free_runs import Windows, beside, mean_square, require_jax, tanh, windows_of
+from .state_space import Training
 
 LAGS = 3
 """Steps of a past."""
 STEPS, WINDOWS = 40, 64
 """Most steps of a window, and number of windows: fixed, so that jax compiles once for a model's signals."""
 ITERATIONS = 80
-LARGEST_STATE = 30.0
-"""Standard deviations at which states are cut while training: a start that diverges has finite gradients."""
 
 
 class Network(NamedTuple):
@@ -49,39 +46,12 @@ class Network(NamedTuple):
     def begin(self, past: Any) -> Any:
         """States (N, n) after pasts (N, q)."""
         outputs = self.a.shape[1] - self.e.shape[1]
-        return _beside(past[:, :outputs], past @ self.e[:-1] + self.e[-1])
+        return beside(past[:, :outputs], past @ self.e[:-1] + self.e[-1])
 
     def advance(self, state: Any, inputs: Any) -> Any:
         """States (N, n) one step on under inputs (N, nu)."""
-        x = _beside(state, inputs)
-        return state + x @ self.a[:-1] + self.a[-1] + _tanh(x @ self.u[:-1] + self.u[-1]) @ self.v
-
-
-def _beside(first: Any, second: Any) -> Any:
-    """Columns of numpy or jax arrays."""
-    return np.hstack([first, second]) if isinstance(first, np.ndarray) else require_jax().numpy.hstack([first, second])
-
-
-def _tanh(x: Any) -> Any:
-    return np.tanh(x) if isinstance(x, np.ndarray) else require_jax().numpy.tanh(x)
-
-
-class Windows(NamedTuple):
-    """Pasts (B, q); inputs (T, B, nu) and outputs (T, B, k) of each step and the one after it; weights (T, B)."""
-
-    past: np.ndarray
-    inputs: np.ndarray
-    outputs: np.ndarray
-    weight: np.ndarray
-
-
-def require_jax() -> Any:
-    """The module jax; CannotFit where it is not installed, or too old: `jax.enable_x64` came with 0.8."""
-    with extras_told(CannotFit):
-        import jax
-    if not hasattr(jax, "enable_x64"):
-        raise CannotFit(f"this needs jax 0.8 or newer, not {jax.__version__}: pip install 'helmbench[deep]'")
-    return jax
+        x = beside(state, inputs)
+        return state + x @ self.a[:-1] + self.a[-1] + tanh(x @ self.u[:-1] + self.u[-1]) @ self.v
 
 
 def train(training: Training, hidden: int, units: int, alpha: float, seed: int) -> Network:
@@ -93,7 +63,7 @@ def train(training: Training, hidden: int, units: int, alpha: float, seed: int) 
     FitFailed : no finite network is found.
     """
     jax = require_jax()
-    windows = windows_of(training)
+    windows = windows_of(training, LAGS, STEPS, WINDOWS)
     start = _first(windows, hidden, units, np.random.default_rng(seed))
     sizes = np.cumsum([part.size for part in start])[:-1]
 
@@ -119,42 +89,9 @@ def _loss_and_slope() -> Callable[..., Any]:
     jax = require_jax()
 
     def loss(network: Network, windows: Windows, alpha: float) -> Any:
-        def step(state: Any, now: tuple) -> tuple:
-            inputs, wanted, weight = now
-            ahead = jax.numpy.clip(network.advance(state, inputs), -LARGEST_STATE, LARGEST_STATE)
-            return ahead, (weight * ((ahead[:, : wanted.shape[1]] - wanted) ** 2).sum(axis=1)).sum()
-
-        _, squares = jax.lax.scan(step, network.begin(windows.past), windows[1:])
-        penalty = sum((part**2).sum() for part in network)
-        return squares.sum() / (windows.weight.sum() * windows.outputs.shape[2]) + alpha * penalty
+        return mean_square(network, windows) + alpha * sum((part**2).sum() for part in network)
 
     return jax.jit(jax.value_and_grad(loss))
-
-
-def windows_of(training: Training) -> Windows:
-    """Windows that begin at samples evenly spaced over all records.
-
-    Raises
-    ------
-    CannotFit : there are too few samples.
-    """
-    s, found = training.stride, []
-    for part in training.parts:
-        n = len(part.whole)
-        place = np.arange(n - s)
-        ahead = place[:, None] + s * np.arange(STEPS + 1)
-        inside = ahead < n
-        ahead = np.minimum(ahead, n - 1)
-        weight = np.logical_and.accumulate(part.whole[ahead] & inside, axis=1)[:, 1:]
-        kept = weight.any(axis=1)
-        inputs, outputs = part.inputs[ahead[kept, :-1]], part.outputs[ahead[kept, 1:]]
-        found.append((pasts(part, place[kept], s, LAGS), inputs, outputs, weight[kept].astype(float)))
-    n, d = sum(len(past) for past, *_ in found), found[0][0].shape[1]
-    if n <= d:
-        raise CannotFit(f"{n} usable rows for {d} features")
-    chosen = np.resize(evenly_spaced(n, WINDOWS), WINDOWS)
-    past, inputs, outputs, weight = (np.concatenate(blocks)[chosen] for blocks in zip(*found, strict=True))
-    return Windows(past, inputs.swapaxes(0, 1), outputs.swapaxes(0, 1), weight.T)
 
 
 def _first(windows: Windows, hidden: int, units: int, rng: np.random.Generator) -> Network:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.black_box.recurrent import STEPS, WINDOWS, Network, train, windows_of
+from helmbench.estimation.black_box.free_runs import windows_of
+from helmbench.estimation.black_box.recurrent import LAGS, STEPS, WINDOWS, Network, train
 from helmbench.estimation.black_box.rows import Signals
 from helmbench.estimation.black_box.state_space import Scales, Training, pasts, training_of
 from helmbench.estimation.black_box.subspace import identify
@@ -76,7 +77,7 @@ def test_too_few_rows_are_refused(rng):
     with pytest.raises(CannotFit, match="usable rows for 31 unknowns"):
         identify(training(part), 4)
     with pytest.raises(CannotFit, match="usable rows"):
-        windows_of(training(Signals(*(v if i == 0 else v[:6] for i, v in enumerate(part)))))
+        windows_of(training(Signals(*(v if i == 0 else v[:6] for i, v in enumerate(part)))), LAGS, STEPS, WINDOWS)
 
 
 def test_infinite_signals_fail():
@@ -94,7 +95,7 @@ def test_windows_end_with_their_record_and_before_gaps(rng):
     part, _ = linear(rng, 100)
     whole = part.whole.copy()
     whole[50] = False
-    windows = windows_of(training(part._replace(whole=whole)))
+    windows = windows_of(training(part._replace(whole=whole)), LAGS, STEPS, WINDOWS)
     assert windows.weight.shape == (STEPS, WINDOWS) and windows.outputs.shape == (STEPS, WINDOWS, 1)
     lengths = windows.weight.sum(axis=0)
     np.testing.assert_array_equal(windows.weight, np.arange(STEPS)[:, None] < lengths)
