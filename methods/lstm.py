@@ -39,15 +39,15 @@ class Lstm(Learner):
     minutes = True
     brief: ClassVar = {"units": 8, "iterations": 100}
     usual_trials = 6
-    search_space: ClassVar = {"stride": Integer(1, 8, log=True), "decay": Real(0.05, 0.5, log=True)}
-    usual: ClassVar = {"stride": 2, "decay": 0.2}
+    search_space: ClassVar = {"stride": Integer(1, 8, log=True), "decay": Real(0.1, 1.0, log=True)}
+    usual: ClassVar = {"stride": 2, "decay": 0.4}
 
     def __init__(
         self,
         stride: int | None = None,
         decay: float | None = None,
         units: int = 32,
-        iterations: int = 3000,
+        iterations: int = 2000,
         trials: int | None = None,
         seed: int = 0,
     ) -> None:
