@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..black_box.recurrent import require_jax
+from ..black_box.free_runs import require_jax
 
 if TYPE_CHECKING:
     from ...models.model import Model

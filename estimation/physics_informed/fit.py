@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import CannotFit, FitFailed
-from ..black_box.recurrent import require_jax
+from ..black_box.free_runs import require_jax
 from ..fit import Fit
 from ..gaps import unbroken
 from ..likelihood.arrow import Arrow, LinearArrow, Rows

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.black_box.recurrent import require_jax
+from helmbench.estimation.black_box.free_runs import require_jax
 from helmbench.estimation.physics_informed.equations import Equations, rates_of
 from helmbench.estimation.physics_informed.network import Window, features_of
 from helmbench.models.kernels import catalogue
@@ -49,7 +49,7 @@ def test_the_slopes_of_the_features_are_their_derivatives(rng):
 
 
 def test_the_derivatives_are_those_of_the_rates(rng):
-    """Central differences of 1e-5, of a model with a product of two coefficients, over more than one block of states."""
+    """Central differences of 1e-5, of a model with a product of two coefficients, over several blocks of states."""
     model = resolve("remus-kt")
     equations, theta = Equations.of(model.blanked()), model.coefficients
     x, u, step = rng.normal(size=(250, 3)), rng.normal(size=(250, 1)), 1e-5
