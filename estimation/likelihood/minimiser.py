@@ -160,7 +160,12 @@ class Minimum(NamedTuple):
 
 
 def levenberg_marquardt(
-    problem: Problem, z: np.ndarray, max_iterations: int, gain: float = FINE, straight: int = STRAIGHT
+    problem: Problem,
+    z: np.ndarray,
+    max_iterations: int,
+    gain: float = FINE,
+    straight: int = STRAIGHT,
+    first_damping: float = FIRST_DAMPING,
 ) -> Minimum:
     """Minimise the problem's cost from z (width,), which lies within its bounds; the cost never increases.
 
@@ -169,7 +174,7 @@ def levenberg_marquardt(
     The search has converged when the damped linear problem predicts less than `gain` in log likelihood, or when no
     step lowers the cost although only a gain within rounding is predicted.
     """
-    here, damping, limits, curved = problem.at(z), FIRST_DAMPING, problem.limits(), False
+    here, damping, limits, curved = problem.at(z), first_damping, problem.limits(), False
     for iteration in range(max_iterations):
         if not np.isfinite(here.cost):
             return Minimum(here, False, iteration)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from ..series import Series
 from .horizons import measured_state
 from .minimiser import ROUGH, Minimum, levenberg_marquardt
 from .problem import Point, Problem
+
+if TYPE_CHECKING:
+    from ...models.model import Model
 
 JUMP_SD = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 """Standard deviations of the jumps in turn, in units of the states' size."""
@@ -115,7 +118,7 @@ def shooting_problem(problem: Problem, stretches: int) -> ShootingProblem:
     """The problem with every record cut into that many stretches; jumps are in units of the states' size."""
     cut, free, joints = [], [], []
     for series, own_free in zip(problem.series, problem.free, strict=True):
-        pieces = _stretches(series, problem, stretches)
+        pieces = stretches_of(series, problem.model, stretches)
         joints += [(len(cut) + i, len(cut) + i + 1) for i in range(len(pieces) - 1)]
         cut += pieces
         free += [own_free] * len(pieces)
@@ -126,7 +129,7 @@ def shooting_problem(problem: Problem, stretches: int) -> ShootingProblem:
     return ShootingProblem(problem.model, tuple(cut), tuple(free), joints=tuple(joints), jump_sd=size, **shared)
 
 
-def _stretches(series: Series, problem: Problem, count: int) -> list[Series]:
+def stretches_of(series: Series, model: Model, count: int) -> list[Series]:
     """The series cut at points of its time grid; each stretch but the first starts at the measured state there."""
     steps = len(series.inputs) - 1
     edges = np.round(np.linspace(0, steps, max(1, min(count, steps // SHORTEST_STRETCH)) + 1)).astype(int)
@@ -135,7 +138,7 @@ def _stretches(series: Series, problem: Problem, count: int) -> list[Series]:
         within = (series.index >= a) & ((series.index < b) | (b == steps))
         start = series.start
         if a and within.any():
-            start = measured_state(series, problem.model, int(np.flatnonzero(within)[0]), start)
+            start = measured_state(series, model, int(np.flatnonzero(within)[0]), start)
         found.append(
             replace(
                 series,
