@@ -339,15 +339,17 @@ def run_passes(
         found = filter_pass(model, series, CoefficientDensity.prior(model.coefficients, prior), noise, filter_record)
         if not np.isfinite(found.cost):
             break
-        done.append(found._replace(change=_largest_change(found, model.coefficients)))
+        change_of_pass = found.density.coefficients - model.coefficients
+        done.append(found._replace(change=largest_change(change_of_pass, found.density.coefficient_covariance)))
         model = model.with_coefficients(found.density.coefficients)
         series = [with_smoothed_start(model, s, noise) for s in series]
     return done
 
 
-def _largest_change(found: FilterPass, before: np.ndarray) -> float:
-    sd = np.sqrt(np.maximum(np.diag(found.density.coefficient_covariance), 0.0))
-    return float(np.max(np.abs(found.density.coefficients - before) / np.where(sd > 0.0, sd, np.inf), initial=0.0))
+def largest_change(change: np.ndarray, covariance: np.ndarray) -> float:
+    """Largest of the changes (p,) of coefficients, in standard deviations of their covariance (p, p)."""
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return float(np.max(np.abs(change) / np.where(sd > 0.0, sd, np.inf), initial=0.0))
 
 
 def _as_fit(done: list[FilterPass], series: Sequence[Series], model: Model, passes: int) -> Fit:
