@@ -27,8 +27,8 @@ class MovingHorizon(Method):
     ----------
     horizon : samples of a horizon.
     step : share of the horizon by which it moves, 1 divided by a whole number.
-    forgetting : factor on the information of the arrival cost at every move, above 0 and up to 1 (nothing is forgotten).
-        Below 1, the standard errors of coefficients that a manoeuvre does not excite grow with every move.
+    forgetting : factor on the information of the arrival cost at every move, above 0 and up to 1 (nothing is
+        forgotten).  Below 1, the standard errors of coefficients that a manoeuvre does not excite grow with every move.
     passes : runs over all records at most; the last is the one after which the coefficients stand still.
     inflation : factor on the standard deviations of the least-squares start that make the first arrival cost.
 

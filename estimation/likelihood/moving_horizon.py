@@ -100,11 +100,15 @@ class Arrival(NamedTuple):
         return wide._replace(rows=np.vstack([shared, states]))
 
 
+NOTHING = Arrival(np.zeros((0, 1)), np.zeros(0))
+"""The arrival cost of nothing."""
+
+
 @dataclass(frozen=True)
 class HorizonProblem(ShootingProblem):
     """The stretches of one horizon, joined by process noise, with an arrival cost."""
 
-    arrival: Arrival = Arrival(np.zeros((0, 1)), np.zeros(0))
+    arrival: Arrival = NOTHING
 
     def at(self, z: np.ndarray) -> Point:
         point = super().at(z)
@@ -115,7 +119,7 @@ class HorizonProblem(ShootingProblem):
 
 
 def eliminated(factor: np.ndarray, first: int, last: int) -> np.ndarray:
-    """Rows (m, w - d + 1) on the other unknowns of rows (M, w + 1) whose d unknowns first .. last - 1 are at their best.
+    """Rows (m, w - d + 1) on the other unknowns of rows (M, w + 1), the d unknowns first .. last - 1 at their best.
 
     The least sum of squares over some of the unknowns is a sum of squares of the others.
     """
@@ -240,10 +244,8 @@ def _after(model: Model, before: Series, stretch: Series) -> Series:
 
 def _without_samples(stretch: Series) -> Series:
     """The first point of a stretch, without measurements."""
-    none = slice(0, 0)
-    return replace(
-        stretch, inputs=stretch.inputs[:1], outputs=stretch.outputs[none], index=stretch.index[none], part=stretch.part[none]
-    )  # fmt: skip
+    none = {"outputs": stretch.outputs[:0], "index": stretch.index[:0], "part": stretch.part[:0]}
+    return replace(stretch, inputs=stretch.inputs[:1], **none)
 
 
 def fit_moving_horizon(records: Sequence[Record], model: Model, horizon: Horizon, passes: int, inflation: float) -> Fit:
