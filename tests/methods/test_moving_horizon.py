@@ -59,8 +59,8 @@ def test_eliminated_unknowns_leave_the_least_sum_of_squares(rng):
 
 def test_the_arrival_cost_keeps_what_earlier_samples_say(suite, seed):
     """Close to the truth the problem is linear: short horizons with hardly any disturbance (a hundredth of a sensor's
-    noise over the record) end like one over the record.  In 40 draws the disturbances changed a standard error by at most
-    1.03 % and a coefficient by .13 standard errors."""
+    noise over the record) end like one over the record.  In 40 draws the disturbances changed standard errors by at
+    most 1.03 % and coefficients by at most .13 standard errors."""
     model, records = suite("kvlcc2-l7", noise="low", seed=seed % 2**31)
     problem, c = _weighted(records[:2], model), model.coefficients
     prior = Arrival.prior(c, np.diag(1e-3 * np.abs(c) + 1e-9))
