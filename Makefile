@@ -23,7 +23,7 @@ ENTRANTS := innovations residual-bic sparse-regression best-fit nothing
 EXAM_WORLDS ?= 12
 EXAM_SEED ?= 1
 SUITES ?= default measured mismatch channels minutes generalise response-models \
-	noise outliers disturbances sampling excitation
+	noise outliers disturbances sampling excitation tuners
 ROOMS := models datasets checks estimation methods diagnosis bench reporting reproduction
 
 # An environment holds absolute paths: when the checkout has moved, build it again.

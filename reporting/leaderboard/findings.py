@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numbers import duration, number, percent
-from . import profiles
+from . import profiles, tuners
 from .answer import headlines
 from .contest import Contest
 from .grey_black import grey_against_black
@@ -115,6 +115,16 @@ def beyond(board: Contest) -> Finding | None:
     if found is None:
         return None
     return Finding(found.sentence("Beyond the training records"), command("generalise"))
+
+
+def tuners_compared(board: Contest) -> list[Finding]:
+    """Which tuner finds the best options at each budget.
+
+    Parameters
+    ----------
+    board : of the suite `tuners`.
+    """
+    return [Finding(budget.sentence(), command(tuners.SUITE)) for budget in tuners.budgets(board)]
 
 
 def _bound(of: Statistics) -> Finding | None:

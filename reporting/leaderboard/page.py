@@ -24,6 +24,7 @@ from .standings import Frame, Leaderboard
 from .statistics import Statistics
 from .tables import choice_table, detail_tables, failure_table, matrices, overall_table
 from .timings import read_timing, timing_table
+from .tuners import budgets, tuner_table
 from .uncertainty import uncertainty_table
 
 READING = (
@@ -92,7 +93,8 @@ def markdown(
     unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
     details = detail_tables(standings.details(board.cells[unknown], board.estimates))
     tail = [uncertainty_table(results), failure_table(board.failures), timing_table(timings)]
-    for table in [overall_table(board), choice_table(board), ahead_table(results), *matrices(board), *details, *tail]:
+    first = [overall_table(board), choice_table(board), tuner_table(found.board), ahead_table(results)]
+    for table in [*first, *matrices(board), *details, *tail]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
     made_with = listed(environment_rows(manifest))
@@ -128,6 +130,7 @@ def html(
         sensitivity=found.sensitivity_table(),
         overall=overall_table(board),
         choice=choice_table(board),
+        tuners=tuner_table(found.board),
         ahead=ahead_table(results),
         by_record=record_table(results),
         matrices=matrices(board),
@@ -145,9 +148,9 @@ def answer_lines(found: Statistics) -> list[str]:
 
 
 def statements(found: Statistics) -> list[str]:
-    """Grey against black boxes, and what the tests say, in sentences."""
+    """Grey against black boxes, tuners at equal budgets, and what the tests say, in sentences."""
     boxes = [found.grey_black.sentence()] if found.grey_black else []
-    return [*boxes, *found.statements()]
+    return [*boxes, *(budget.sentence() for budget in budgets(found.board)), *found.statements()]
 
 
 def headline(manifest: Mapping[str, Any], results: Frame) -> str:

@@ -21,17 +21,18 @@ from ...models.data_file import load
 from ...models.errors import BadInput
 from ...models.folders import make_folder, write_atomic
 from .. import plots, tables
-from . import standings
+from . import standings, tuners
 from .answer import begin, headlines
 from .charts import standings_figure
 from .contest import Contest, contest
 from .estimates import summarised
-from .findings import Finding, beyond, findings
+from .findings import Finding, beyond, findings, tuners_compared
 from .page import headline, html
 from .page_data import MEASURED, as_script, page_data
 from .standings import CELL, Frame, Leaderboard
 from .statistics import Statistics
 from .tables import overall_table
+from .tuners import tuner_table
 from .uncertainty import uncertainty_finding, uncertainty_table
 
 README, PAGE, PICTURE, ADVICE = "README.md", "leaderboard.html", "ranking.svg", "advice.md"
@@ -121,10 +122,11 @@ def pages(
     old : data of an earlier page of the same results, whose curves are kept.
     advice : what the test of the advice says.
     """
-    estimates = summarised(parameters)
-    runs = standings.judged(results, estimates)
+    runs, tuning = ranked_and_tuning(results)
+    estimates = summarised(parameters[parameters["suite"].isin(runs["suite"].unique())].reset_index(drop=True))
+    runs = standings.judged(runs, estimates)
     cells = standings.cell_table(runs)
-    first = str(results["suite"].iloc[0])
+    first = str(runs["suite"].iloc[0])
     board, found = main_board(runs, estimates, first)
     every = Statistics(contest(cells, runs), cells, estimates)
     shown = page_data(cells, runs, estimates, traces, first)
@@ -132,14 +134,34 @@ def pages(
         shown["runs"] = old["runs"]
     data = as_script(shown)
     lines = headline_lines(found.board, every.board)
+    compared = None if tuning is None else contest_of_tuners(tuning, parameters)
+    findings = [*told(runs, found, every), *(tuners_compared(compared) if compared else [])]
     texts = {
         README: readme(
-            manifest, results, board, [*lines, *([advice] if advice else [])], found, told(runs, found, every)
+            manifest, results, board, [*lines, *([advice] if advice else [])], found, findings, tuning=compared
         ),
         PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else ""),
         PICTURE: picture(board),
     }
     return {name: text.encode() for name, text in texts.items()}
+
+
+def ranked_and_tuning(results: Frame) -> tuple[Frame, Frame | None]:
+    """The runs that methods are ranked by, and those of the suite `tuners` where there are both.
+
+    Its methods with every tuner and seed would fill the ranking with copies of a few methods.
+    """
+    own = results["suite"] == tuners.SUITE
+    if not own.any() or own.all():
+        return results, None
+    return results[~own].reset_index(drop=True), results[own].reset_index(drop=True)
+
+
+def contest_of_tuners(results: Frame, parameters: Frame) -> Contest:
+    """The contest of the runs of the suite `tuners`."""
+    own = parameters[parameters["suite"] == tuners.SUITE].reset_index(drop=True)
+    runs = standings.judged(results, summarised(own))
+    return contest(standings.cell_table(runs), runs)
 
 
 def main_board(runs: Frame, estimates: Frame, suite: str) -> tuple[Leaderboard, Statistics]:
@@ -178,6 +200,7 @@ def readme(
     found: Statistics,
     findings: Sequence[Finding],
     advice: str = "",
+    tuning: Contest | None = None,
 ) -> str:
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
     ranking = overall_table(board)
@@ -203,6 +226,7 @@ def readme(
             tables.markdown(_suites(manifest, results)),
             "## Findings",
             "\n".join(listed),
+            *(tuner_section(tuning) if tuning else []),
             "## Statistics",
             *map(tables.in_markdown, found.statements()),
         ]
@@ -215,7 +239,14 @@ def _uncertainty(results: Frame) -> list[str]:
     return [f"## {shown.title}{_in_suite(results)}", shown.note, tables.markdown(shown)] if shown.rows else []
 
 
+def tuner_section(tuning: Contest) -> list[str]:
+    """The table of tuners under its heading; nothing where too few are compared."""
+    table = tuner_table(tuning)
+    return [f"## {table.title}", table.note, tables.markdown(table)] if table.rows else []
+
+
 def _in_suite(results: Frame) -> str:
+    results, _ = ranked_and_tuning(results)
     return f" in the suite {results['suite'].iloc[0]}" if results["suite"].nunique() > 1 else ""
 
 

@@ -8,7 +8,17 @@ from helmbench.models.errors import BadInput
 
 
 def test_the_suites_are_there():
-    themes = ["channels", "disturbances", "excitation", "minutes", "mismatch", "noise", "outliers", "sampling"]
+    themes = [
+        "channels",
+        "disturbances",
+        "excitation",
+        "minutes",
+        "mismatch",
+        "noise",
+        "outliers",
+        "sampling",
+        "tuners",
+    ]
     diagnosis = ["diagnosis", "exam", "false-discovery", "imperfect", "one-bug", "regimes"]
     assert suite_names() == sorted(
         ["default", "generalise", "measured", "quick", "response-models", *diagnosis, *themes]
