@@ -208,8 +208,36 @@ class Figure(FileContent):
     draw: Text
 
 
+class ShownRow(FileContent):
+    """A quantity of a table of values, with the key of the study for each column."""
+
+    quantity: Text
+    unit: Text = ""
+    keys: tuple[Text, ...]
+
+
+class Shown(FileContent):
+    """A table of a study's values that the paper claims nothing of, with a text before it."""
+
+    title: Text
+    text: Text
+    study: Text
+    columns: tuple[Text, ...]
+    rows: tuple[ShownRow, ...]
+
+    @model_validator(mode="after")
+    def _a_key_a_column(self) -> Shown:
+        for row in self.rows:
+            if len(row.keys) != len(self.columns):
+                raise ValueError(f"{row.quantity}: needs a key for each of {len(self.columns)} columns")
+        return self
+
+
 class Paper(FileContent):
-    """Everything that is claimed of one paper; `whole` are studies that a page shows without claims."""
+    """Everything that is claimed of one paper.
+
+    `shown` are tables of values without claims, `whole` studies that a page shows without claims.
+    """
 
     paper: Text
     title: Text
@@ -220,6 +248,7 @@ class Paper(FileContent):
     references: tuple[Reference, ...] = ()
     notes: tuple[Text, ...] = ()
     searches: tuple[Search, ...] = ()
+    shown: tuple[Shown, ...] = ()
     whole: tuple[Text, ...] = ()
     headline: Headline | None = None
 
@@ -243,8 +272,9 @@ class Paper(FileContent):
 
     @property
     def studies(self) -> tuple[str, ...]:
-        """Names of the studies that claims, references and figures need, and those that are shown as a whole."""
-        entries = (*self.claims, *self.references, *self.figures, *(self.headline.own if self.headline else ()))
+        """Names of the studies of claims, references, figures and tables, and of those that are shown as a whole."""
+        own = self.headline.own if self.headline else ()
+        entries = (*self.claims, *self.references, *self.figures, *self.shown, *own)
         named = [entry.study for entry in entries if entry.study]
         named += [claim.search for claim in self.claims if claim.search]
         named += self.whole
@@ -266,7 +296,7 @@ class Paper(FileContent):
         return [*(filled(claim) for claim in self.claims if claim.reference is not None), *self.references]
 
     def only_table(self, number: int) -> Paper:
-        """The claims of one table, without errata, figures and references.
+        """The claims of one table, without errata, figures, tables of values and references.
 
         Raises `BadInput` for a table without claims.
         """
@@ -274,7 +304,8 @@ class Paper(FileContent):
         if not kept:
             known = ", ".join(map(str, self.tables))
             raise BadInput(f"paper {self.paper} has no table {number}", hint=f"it has {known}")
-        return self.model_copy(update={"claims": kept, "errata": (), "figures": (), "references": (), "headline": None})
+        nothing = {"errata": (), "figures": (), "shown": (), "references": (), "headline": None}
+        return self.model_copy(update={"claims": kept, **nothing})
 
     def search(self, study: str) -> Search:
         """The ranges that a study searches."""

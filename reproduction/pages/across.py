@@ -6,13 +6,15 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ...reporting.numbers import number, percent
+import numpy as np
+
+from ...reporting.numbers import MISSING, number, percent
 from ...reporting.tables import Column, make_table
 from ...reporting.tables import markdown as table_text
 from ..claims.claim import Paper
 from ..papers.paper_across import statistics
 from ..papers.paper_across.statistics import OUTCOMES
-from ..papers.paper_across.studies import LOST, NOISE, PAIRS, SEEDS
+from ..papers.paper_across.studies import LOST, NOISE, PAIRS, PLACES, PROPOSED, SEEDS
 from ..results import Results
 
 
@@ -55,12 +57,25 @@ def title(pair: str) -> str:
     return f"{PAIRS[pair].method} against {PAIRS[pair].baseline}"
 
 
+def proposed(results: Results) -> dict[tuple[str, str], dict[str, float]]:
+    """Quantities of `PROPOSED` by vessel and noise, see `studies.proposed_at`; empty where it was not computed."""
+    values, found = results.values.get("proposed", {}), {}
+    for vessel, noise in PLACES:
+        prefix = f"{vessel}.{noise}."
+        own = {key.removeprefix(prefix): v.median for key, v in values.items() if key.startswith(prefix)}
+        if own:
+            found[vessel, noise] = own
+    return found
+
+
 def page(paper: Paper, results: Results) -> str:
     """The whole page."""
     pairs = {pair: cells(results, pair) for pair in PAIRS}
     parts = [f"# {paper.title}", *paper.notes, _LEGEND, "## In short", _summary(pairs)]
     for pair, found in pairs.items():
         parts += [f"## {title(pair)}", *_details(found)]
+    if single := proposed(results):
+        parts += [f"## {PROPOSED.method} against {PROPOSED.baseline}", *_proposed(single)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -103,6 +118,44 @@ def _details(found: Sequence[Cell]) -> Iterator[str]:
     yield "<details><summary>All numbers</summary>"
     yield table_text(make_table(columns, found))
     yield "</details>"
+
+
+def _proposed(found: dict[tuple[str, str], dict[str, float]]) -> Iterator[str]:
+    own, other = (np.array([cell[name] for cell in found.values()]) for name in ("error", "baseline"))
+    both = statistics.paired(own, other, LOST)
+    failing = int(np.sum(np.minimum(own, other) > statistics.USELESS))
+
+    def cost(prefix: str) -> str:
+        evaluations, seconds = (
+            float(np.nanmedian([cell[f"{prefix}{name}"] for cell in found.values()]))
+            for name in ("evaluations", "cpu_s")
+        )
+        return f"{evaluations:.0f} evaluations and {number(seconds, 2)} s of CPU time"
+
+    yield (
+        "Paper 003's proposal as a whole: the observer's states as they are, C by the bee colony of its Table 3 (30 "
+        "sources, 60 moves a cycle, 30 cycles), with RW-LSSVR and with LS-SVR. One record a vessel and level of noise "
+        "instead of 20, since a fit takes the colony's evaluations; so there is one test over all of them and none for "
+        "each. [The colony's convergence](003.md)."
+    )
+    yield (
+        f"RW-LSSVR has the smaller error in {int(np.sum(own < other))} of {len(found)}, the larger one in "
+        f"{int(np.sum(own > other))}; the median ratio of errors is {number(both['ratio'], 3)} (two-sided Wilcoxon "
+        f"signed-rank test, p {number(both['p'], 2)}); in {failing} both are worse than a constant prediction. In the "
+        f"median a fit takes {cost('')}, that of LS-SVR {cost('baseline_')}."
+    )
+    yield "Ratio of errors, and in brackets the error with RW-LSSVR and with LS-SVR:"
+    columns = [Column("vessel", lambda vessel: vessel)]
+    for noise in NOISE:
+        columns.append(Column(f"{noise} noise", lambda vessel, noise=noise: _errors(found.get((vessel, noise)))))
+    yield table_text(make_table(columns, list(dict.fromkeys(vessel for vessel, _ in found))))
+
+
+def _errors(cell: dict[str, float] | None) -> str:
+    if cell is None:
+        return MISSING
+    own, other = cell["error"], cell["baseline"]
+    return f"{number(own / other, 2)} ({number(own, 2)}, {number(other, 2)})"
 
 
 def _matrix(found: Sequence[Cell]) -> str:

@@ -22,7 +22,7 @@ from .. import results as stored
 from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Paper, Reference
 from ..claims.files import ACROSS, everything, load
 from ..results import Results
-from ..verdicts.spread import DIGITS, Spread
+from ..verdicts.spread import DIGITS, NOTHING, Spread
 from ..verdicts.verdict import NO_VALUE, REPRODUCED, VERDICTS, Judged, shown, within
 from . import across, answers
 from .figures import file_of
@@ -65,6 +65,7 @@ def page(paper: Paper, results: Results, others: Results | None = None) -> str:
         "agrees with ours where it lies in the interval, widened by the tolerance. [How to read this](README.md)",
         *paper.notes,
         *_items(judged),
+        *_shown(paper, results),
         *_figures(paper, results),
         *_errata(paper),
         *_checks(paper, results),
@@ -222,6 +223,15 @@ def _spread(judged: Judged, found: Spread) -> str:
     return f"{shown(found.median, max(digits, 4))} [{shown(found.low, digits)}, {shown(found.high, digits)}]{lost}"
 
 
+def _range(found: Spread) -> str:
+    """Median of the runs, with the least and the largest."""
+    if not found.known:
+        return NO_VALUE if found.n else MISSING
+    if found.smallest == found.largest:
+        return shown(found.median)
+    return f"{shown(found.median, 3)} [{shown(found.smallest, 3)}, {shown(found.largest, 3)}]"
+
+
 def _share(judged: Judged, found: Spread) -> str:
     """Of a statement: whether it is true, and in how many of the runs."""
     if not found.known:
@@ -229,6 +239,22 @@ def _share(judged: Judged, found: Spread) -> str:
     if found.n == 1:
         return shown(bool(found.median))
     return f"true in {percent(found.mean)} of {found.n} runs"
+
+
+def _shown(paper: Paper, results: Results) -> Iterable[str]:
+    """Tables of values without claims, of studies that were computed."""
+    for table in paper.shown:
+        values = results.values.get(table.study)
+        if not values:
+            continue
+        columns = [_ready("quantity", lambda row: row.quantity + (f", {row.unit}" if row.unit else ""))]
+        columns += [
+            _ready(title, lambda row, place=place, values=values: _range(values.get(row.keys[place], NOTHING)))
+            for place, title in enumerate(table.columns)
+        ]
+        yield f"## {table.title}"
+        yield table.text
+        yield table_text(make_table(columns, table.rows))
 
 
 def _figures(paper: Paper, results: Results) -> Iterable[str]:

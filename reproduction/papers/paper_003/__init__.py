@@ -1,7 +1,8 @@
 """Paper 003: extended state observer, then robust weighted LS-SVR, on a cargo and a patrol vessel.
 
 `vessels` has the vessels and their runs, `settings` what needs neither noise nor fit, `states` Table 4,
-`identification` Tables 5 and 6, `robustness` the effect of outliers, `figures` the figures.
+`identification` Tables 5 and 6, `proposed` the proposal as a whole with its bee colony, `robustness` the effect of
+outliers, `figures` the figures.
 """
 
 from __future__ import annotations
@@ -9,10 +10,24 @@ from __future__ import annotations
 from functools import partial
 
 from ..study import Study, StudyResult
-from . import identification, robustness, search, settings, states
-from .figures import draw_errors_cargo, draw_errors_patrol, draw_outliers, draw_prediction, draw_states
+from . import identification, proposed, robustness, search, settings, states
+from .figures import (
+    draw_convergence,
+    draw_errors_cargo,
+    draw_errors_patrol,
+    draw_outliers,
+    draw_prediction,
+    draw_states,
+)
 
-__all__ = ["draw_errors_cargo", "draw_errors_patrol", "draw_outliers", "draw_prediction", "draw_states"]
+__all__ = [
+    "draw_convergence",
+    "draw_errors_cargo",
+    "draw_errors_patrol",
+    "draw_outliers",
+    "draw_prediction",
+    "draw_states",
+]
 
 
 def _of(function, vessel: str):
@@ -46,4 +61,5 @@ STUDIES = {
     "sensitivity": Study(robustness.sensitivity, seeds=20),
     "outliers": Study(robustness.outliers, seeds=150),
     "efficiency": Study(robustness.efficiency, seeds=12),
+    "proposed": Study(proposed.proposed, seeds=3, drawn=3),
 }

@@ -21,6 +21,8 @@ RUNS = (
     ("as_printed", "observer, as printed", "#d1495b"),
 )
 NAMES = {"psi": "heading, rad", "psi_ddot": "yaw acceleration, rad/s²"}
+LEAST_DRAWN = 1e-16
+"""Where a curve of convergence that has come to its end is drawn."""
 FORM_NAMES = {
     "ls": "LS-SVR",
     "printed": "RW-LSSVR as printed",
@@ -114,3 +116,19 @@ def draw_outliers(results: Sequence[StudyResult], figure: Figure) -> None:
         axis.set_title(title, fontsize=9)
         axis.set_ylim(0.03, 100.0)
     figure.axes[0].set_ylabel("worst parameter error, %")
+
+
+def draw_convergence(results: Sequence[StudyResult], figure: Figure) -> None:
+    """Least validation error of the colony after each of its cycles, above that after the last, one line a run."""
+    figure.set_size_inches(7.5, 3.0)
+    for axis, vessel in zip(figure.subplots(1, 2, sharey=True), ("cargo", "patrol"), strict=True):
+        for method, title, colour in (("rw", "RW-LSSVR", "#1b6ca8"), ("ls", "LS-SVR", "#d1495b")):
+            for place, run in enumerate(results):
+                best = run.series[f"{vessel}_best_{method}"]
+                excess = np.maximum(best / best[-1] - 1.0, LEAST_DRAWN)
+                axis.step(np.arange(len(best)), excess, where="post", color=colour, label="" if place else title)
+        axis.set_yscale("log")
+        axis.set_title(vessel, fontsize=9)
+        axis.set_xlabel("cycles of 60 evaluations, after 30 first ones")
+    figure.axes[0].set_ylabel("error above the last one (-)")
+    figure.axes[0].legend(loc="upper right")

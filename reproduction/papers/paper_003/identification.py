@@ -50,8 +50,13 @@ WEIGHTED = {"rw": True, "ls": False}
 
 def tables_5_and_6(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """Both methods on one noisy run of three sines, corrected and as printed."""
+    return on_sines(vessel, "S3", noise_of(index), rng)
+
+
+def noise_of(index: int) -> float:
+    """Heading noise of a run, rad: evenly spread over the logarithm of `NOISE`."""
     low, high = np.log(NOISE)
-    return on_sines(vessel, "S3", float(np.exp(low + (index * GOLDEN + 0.5) % 1.0 * (high - low))), rng)
+    return float(np.exp(low + (index * GOLDEN + 0.5) % 1.0 * (high - low)))
 
 
 def on_sines(vessel: str, sines: str, level: float, rng: np.random.Generator) -> StudyResult:
@@ -101,6 +106,13 @@ def _validation(vessel: str, sines: str) -> Motion:
     """True states of the last 40 %."""
     whole = vessels.motion(vessel, sines)
     return Motion(*(values[int(TRAINING * len(values)) :] for values in whole))
+
+
+def prediction_scores(vessel: str, sines: str, coefficients: np.ndarray) -> tuple[float, float]:
+    """RMSE [rad/s^3] and R^2 (eq 32-33) of the third derivative on the true states of the last 40 %."""
+    truth = _validation(vessel, sines)
+    found = _scores("own", _predicted(truth, coefficients), truth.psi_dddot)
+    return found["own_rmse"], found["own_r2"]
 
 
 def _rows(run: Motion) -> np.ndarray:

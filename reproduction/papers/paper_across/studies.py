@@ -1,15 +1,16 @@
 """Each paper's method against its baseline on every vessel: paired runs at three levels of sensor noise.
 
 Both methods of a pair get the same 20 noisy records; the error is that of free runs on clean held-out manoeuvres.
-There is one study a vessel, so that pairs share their fits.
+There is one study a vessel, so that pairs share their fits, and one of paper 003's proposal with its bee colony.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model, resolve
 from ..study import Study, StudyResult
 from .statistics import paired
+
+if TYPE_CHECKING:
+    from ....estimation.estimate import Estimate
 
 NOISE = ("low", "medium", "high")
 SEEDS = 20
@@ -64,6 +68,17 @@ PAIRS = {
 }
 
 
+PROPOSED = Pair(
+    f"{ESO},variant=proposed",
+    f"{ESO},variant=proposed,weighted=false",
+    (f"{ESO},variant=proposed", f"{ESO},variant=proposed,weighted=false"),
+    response=True,
+)
+"""Paper 003's proposal as a whole, with C by its bee colony, against the same with LS-SVR.  A fit takes some 2000
+evaluations: one record at each of `PLACES`."""
+PLACES = tuple((vessel, noise) for vessel in VESSELS for noise in NOISE)
+
+
 def structure(vessel: str, response: bool) -> Model:
     """The blank model that is fitted: the vessel's own equations, or the response model."""
     own = resolve(vessel)
@@ -105,6 +120,11 @@ def error(text: str, vessel: str, response: bool, heading: bool, noise: str, see
         return LOST
     if text == SVF:
         CORNERS[vessel, noise, seed] = float(found.extra["omega_rad_s"])
+    return _free_run_error(found, vessel)
+
+
+def _free_run_error(found: Estimate, vessel: str) -> float:
+    """Error of an estimate's free runs of the held-out manoeuvres, at most `LOST`."""
     scores = prediction_scores(found.model, held_out(vessel))
     unexplained = [1.0 - scores[f"r2_free_{channel}"] for channel in RATES if f"r2_free_{channel}" in scores]
     value = float(np.sqrt(np.mean(unexplained)))
@@ -133,4 +153,34 @@ def _errors(pair: Pair, text: str, vessel: str, noise: str, seeds: Sequence[int]
     return np.array([error(text, vessel, pair.response, heading, noise, seed) for seed in seeds])
 
 
-STUDIES = {vessel: Study(partial(pairs_on, vessel)) for vessel in VESSELS}
+def proposed_at(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """`PROPOSED` on one record of `PLACES[index]`: keys VESSEL.NOISE.QUANTITY.
+
+    error, baseline : of free runs, as in `error`;  evaluations, cpu_s : of both fits, `baseline_` before those of the
+    baseline.
+    """
+    vessel, noise = PLACES[index]
+    records = [r.with_channels(yaw_rate_rad_s=None) for r in training(vessel, noise, int(rng.integers(2**31)))]
+    model, values = structure(vessel, PROPOSED.response), {}
+    for text, names in (
+        (PROPOSED.method, ("error", "evaluations", "cpu_s")),
+        (PROPOSED.baseline, ("baseline", "baseline_evaluations", "baseline_cpu_s")),
+    ):
+        values |= {f"{vessel}.{noise}.{k}": v for k, v in zip(names, _tuned(text, vessel, records, model), strict=True)}
+    return StudyResult(values)
+
+
+def _tuned(text: str, vessel: str, records: Sequence[Record], model: Model) -> tuple[float, float, float]:
+    """Error of a method that chooses an option by evaluations, the number of these, and the fit's CPU time [s]."""
+    begin = time.process_time()
+    try:
+        found = make(text).fit(records, model)
+    except FitFailed:
+        return LOST, np.nan, time.process_time() - begin
+    seconds = time.process_time() - begin
+    return _free_run_error(found, vessel), float(found.extra["evaluations"]), seconds
+
+
+STUDIES = {vessel: Study(partial(pairs_on, vessel)) for vessel in VESSELS} | {
+    "proposed": Study(proposed_at, seeds=len(PLACES))
+}
