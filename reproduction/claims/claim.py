@@ -209,28 +209,29 @@ class Figure(FileContent):
 
 
 class ShownRow(FileContent):
-    """A quantity of a table of values, with the key of the study for each column."""
+    """A quantity of a table of values, and the end of its keys."""
 
     quantity: Text
+    key: Text
     unit: Text = ""
-    keys: tuple[Text, ...]
 
 
 class Shown(FileContent):
-    """A table of a study's values that the paper claims nothing of, with a text before it."""
+    """A table of a study's values that the paper claims nothing of, with a text before it.
+
+    columns : title -> begin of the keys of its values; the key of a row follows, after an underscore.
+    """
 
     title: Text
     text: Text
     study: Text
-    columns: tuple[Text, ...]
+    columns: dict[str, Text]
     rows: tuple[ShownRow, ...]
 
-    @model_validator(mode="after")
-    def _a_key_a_column(self) -> Shown:
-        for row in self.rows:
-            if len(row.keys) != len(self.columns):
-                raise ValueError(f"{row.quantity}: needs a key for each of {len(self.columns)} columns")
-        return self
+    @property
+    def keys(self) -> list[str]:
+        """The keys of all values."""
+        return [f"{begin}_{row.key}" for row in self.rows for begin in self.columns.values()]
 
 
 class Paper(FileContent):

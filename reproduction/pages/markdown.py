@@ -249,8 +249,8 @@ def _shown(paper: Paper, results: Results) -> Iterable[str]:
             continue
         columns = [_ready("quantity", lambda row: row.quantity + (f", {row.unit}" if row.unit else ""))]
         columns += [
-            _ready(title, lambda row, place=place, values=values: _range(values.get(row.keys[place], NOTHING)))
-            for place, title in enumerate(table.columns)
+            _ready(title, lambda row, begin=begin, values=values: _range(values.get(f"{begin}_{row.key}", NOTHING)))
+            for title, begin in table.columns.items()
         ]
         yield f"## {table.title}"
         yield table.text

@@ -76,7 +76,7 @@ def test_numbers_of_tables():
 
 def test_one_table_of_a_paper():
     only = load("003").only_table(5)
-    assert only.tables == (5,) and not only.figures and not only.references
+    assert only.tables == (5,) and not only.figures and not only.references and not only.shown
     with pytest.raises(BadInput, match="003 has no table 7; it has 1, 2, 3, 4, 5, 6"):
         load("003").only_table(7)
 
@@ -113,6 +113,18 @@ def test_faults_of_a_file(old, new, told, tmp_path):
     with pytest.raises(BadInput, match=told) as error:
         read(path)
     assert "\n" not in str(error.value) and str(path) in str(error.value)
+
+
+def test_keys_of_a_table_of_values(tmp_path):
+    path = tmp_path / "999.yaml"
+    rows = "[{quantity: q, key: k}, {quantity: p, key: l}]"
+    table = f"{{title: t, text: x, study: w, columns: {{one: a, two: b_c}}, rows: {rows}}}"
+    path.write_text(f"{GOOD}shown: [{table}]", encoding="utf-8")
+    (found,) = read(path).shown
+    assert found.keys == ["a_k", "b_c_k", "a_l", "b_c_l"] and read(path).studies == ("s", "w")
+    path.write_text(f"{GOOD}shown: [{table.replace('study: w, ', '')}]", encoding="utf-8")
+    with pytest.raises(BadInput, match="study"):
+        read(path)
 
 
 def test_keys_on_a_logarithmic_scale(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from helmbench.reproduction import results
 from helmbench.reproduction.claims.files import ACROSS, everything, load, papers
 from helmbench.reproduction.pages import figures, markdown
-from helmbench.reproduction.pages.across import cells
+from helmbench.reproduction.pages.across import cells, proposed
 from helmbench.reproduction.papers.paper_across.studies import NOISE, VESSELS
 from helmbench.reproduction.verdicts.verdict import CONTRADICTED, VERDICTS, within
 
@@ -45,7 +45,8 @@ def test_the_first_table_is_the_answer():
 
 def test_every_method_is_compared_on_every_vessel():
     stored = results.read(ACROSS, FOLDER)
-    assert set(stored.values) == set(VESSELS) and stored.failures == {}
+    assert set(stored.values) == {*VESSELS, "proposed"} and stored.failures == {}
+    assert len(proposed(stored)) == len(VESSELS) * len(NOISE)
     for pair in ("fw-rls", "fci-ls", "mi-rls", "nmi-rls", "eso-svf", "eso-ls"):
         found = cells(stored, pair)
         assert len(found) == len(VESSELS) * len(NOISE), pair
@@ -64,6 +65,8 @@ def test_every_claim_has_a_verdict_from_stored_values(paper):
     ]
     assert lacking == []
     assert found.headline is not None
+    shown = [(table.study, key) for table in found.shown for key in table.keys]
+    assert [(study, key) for study, key in shown if key not in stored.values.get(study, {})] == []
     assert [c.key for c in found.headline.own if c.key not in stored.values[c.study]] == []
     searched = [(claim, key) for claim in found.claims if claim.search for key in (claim.corrected, claim.as_printed)]
     assert [(claim.id, key) for claim, key in searched if key and key not in stored.values[claim.search]] == []

@@ -1,17 +1,19 @@
 """The comparison on every vessel: its statistics against scipy and known cases, its pairs, its answers."""
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from helmbench.models.errors import CannotFit
+from helmbench.estimation.svr.tuning import TUNERS, colony
+from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 from helmbench.reproduction import stability
 from helmbench.reproduction.claims.claim import Comparison, Headline, Interval, Search
 from helmbench.reproduction.claims.files import ACROSS, load, papers
-from helmbench.reproduction.pages import answers
+from helmbench.reproduction.pages import across, answers
 from helmbench.reproduction.papers.paper_across import studies
 from helmbench.reproduction.papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, WORSE, holm, outcome, paired
 from helmbench.reproduction.papers.study import point
@@ -23,7 +25,8 @@ def test_all_vessels_take_part():
     from helmbench import list_vessels
 
     assert set(studies.VESSELS) == set(list_vessels())
-    assert set(load(ACROSS).studies) == set(studies.STUDIES) == set(studies.VESSELS)
+    assert set(load(ACROSS).studies) == set(studies.STUDIES) == {*studies.VESSELS, "proposed"}
+    assert studies.STUDIES["proposed"].seeds == len(studies.VESSELS) * len(studies.NOISE)
 
 
 def test_paired_differences(rng):
@@ -87,6 +90,54 @@ def test_the_observer_s_corner_is_that_of_svf_ls():
     assert studies.CORNERS and studies.error(studies.ESO, "cargo", True, True, "medium", 3) == alone
 
 
+def test_the_proposal_is_run_at_its_place_with_its_cost(monkeypatch, rng):
+    """One cycle of the colony instead of 30; the errors are those of the same methods in the other comparisons."""
+    monkeypatch.setitem(TUNERS, "abc", partial(colony, cycles=1))
+    monkeypatch.setattr(studies, "PLACES", (("remus-kt", "low"), ("response-1", "medium")))
+    seed = int(np.random.default_rng(7).integers(2**31))
+    studies.error.cache_clear()
+    found = studies.proposed_at(np.random.default_rng(7), index=1).values
+    own, other = (
+        studies.error(text, "response-1", True, True, "medium", seed)
+        for text in (studies.PROPOSED.method, studies.PROPOSED.baseline)
+    )
+    studies.error.cache_clear()
+    key = "response-1.medium."
+    assert (found[f"{key}error"], found[f"{key}baseline"]) == (own, other)
+    assert found[f"{key}evaluations"] == found[f"{key}baseline_evaluations"] == 90
+    assert found[f"{key}cpu_s"] > 0.0 and len(found) == 6
+
+
+def test_a_proposal_that_fails_counts_as_lost(monkeypatch):
+    def failing(*_):
+        raise FitFailed("made up")
+
+    monkeypatch.setattr(studies.make(studies.PROPOSED.method).__class__, "fit", failing)
+    found = studies.proposed_at(np.random.default_rng(1), index=0).values
+    assert found["remus-kt.low.error"] == studies.LOST and math.isnan(found["remus-kt.low.evaluations"])
+
+
+def proposal(ratios):
+    """Results of the study with these ratios of errors, in the order of its places."""
+    values = {}
+    for (vessel, noise), ratio in zip(studies.PLACES, ratios, strict=False):
+        own = {"error": 0.2 * ratio, "baseline": 0.2, "evaluations": 1830.0, "cpu_s": 9.0}
+        own |= {"baseline_evaluations": 1830.0, "baseline_cpu_s": 3.0}
+        values |= {f"{vessel}.{noise}.{name}": spread([math.nan, value]) for name, value in own.items()}
+    return Results(ACROSS, {"proposed": values})
+
+
+def test_the_page_of_the_proposal_has_one_test_its_cost_and_every_place():
+    text = across.page(load(ACROSS), proposal([0.5] * 20 + [1.0] * 10 + [4.0] * 6))
+    section = text[text.index(f"## {studies.PROPOSED.method} against {studies.PROPOSED.baseline}") :]
+    assert "smaller error in 20 of 36, the larger one in 6; the median ratio of errors is 0.5" in section
+    assert "a fit takes 1830 evaluations and 9 s of CPU time, that of LS-SVR 1830 evaluations and 3 s" in section
+    assert "in 0 both are worse than a constant prediction" in section
+    assert section.count("0.5 (0.1, 0.2)") == 20 and section.count("4 (0.8, 0.2)") == 6
+    assert all(f"| {vessel} " in section for vessel in studies.VESSELS)
+    assert studies.PROPOSED.method not in across.page(load(ACROSS), Results(ACROSS, {}))
+
+
 def test_ships_get_a_response_model_with_their_own_rudder():
     found = studies.structure("s175", True)
     assert found.family == "nomoto-2" and found.rudder == resolve("s175").rudder and not found.known
@@ -114,12 +165,12 @@ def test_where_to_use_it_instead():
 
     values = {"a": comparison("mi-rls", 0.5) | comparison("nmi-rls", 0.5)}
     values["b"] = comparison("mi-rls", 0.5) | comparison("nmi-rls", 2.0)
-    across = Results("across", values)
+    own_results = Results("across", values)
     own = (Comparison(quantity="q", study="s", key="k"),)
     headline = Headline(claim="c", method="m", baseline="b", own=own, pairs=("mi-rls", "nmi-rls"))
-    assert answers.instead(headline, across) == "low noise: a"
-    assert answers.instead(headline.model_copy(update=dict(pairs=("nmi-rls",))), across) == "low noise: a"
-    assert answers.elsewhere(answers.cells(across, "mi-rls")) == "yes"
+    assert answers.instead(headline, own_results) == "low noise: a"
+    assert answers.instead(headline.model_copy(update=dict(pairs=("nmi-rls",))), own_results) == "low noise: a"
+    assert answers.elsewhere(answers.cells(own_results, "mi-rls")) == "yes"
 
 
 def test_changes_between_two_reproductions():

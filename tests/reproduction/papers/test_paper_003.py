@@ -1,12 +1,33 @@
 """Paper 003's own parts: its closed loop against the simulator, its printed equations, its Kalman filter."""
 
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from helmbench.estimation.svr.tuning import CYCLES, TUNERS, colony
+from helmbench.methods.registry import make
 from helmbench.models.model import resolve
-from helmbench.reproduction.papers.paper_003 import identification, settings, states, vessels
+from helmbench.reproduction import results
+from helmbench.reproduction.claims.files import load
+from helmbench.reproduction.pages import markdown
+from helmbench.reproduction.papers.paper_003 import (
+    draw_convergence,
+    identification,
+    proposed,
+    settings,
+    states,
+    vessels,
+)
 from helmbench.reproduction.papers.paper_003.vessels import DT, VESSELS
 from helmbench.reproduction.papers.study import stream
+from helmbench.reproduction.verdicts.spread import spread
+
+from .named import draw
+
+PUBLISHED = Path(__file__).parents[3] / "reports" / "reproduction"
 
 
 @pytest.mark.parametrize(("vessel", "limit"), [("cargo", 1e-4), ("patrol", 2e-3)])
@@ -79,3 +100,71 @@ def test_runs_are_spread_over_the_noise(monkeypatch):
 def test_equal_streams_give_equal_results():
     one, two = (states.table_4("patrol", stream("003", "states_patrol", 5)).values for _ in range(2))
     assert one == two
+
+
+@pytest.fixture
+def short_runs(monkeypatch):
+    """A tenth of the paper's durations, one cycle of the colony and two observers."""
+
+    def clear():
+        for cached in (vessels.record, vessels.motion, identification._validation):
+            cached.cache_clear()
+
+    clear()
+    monkeypatch.setattr(vessels, "DURATION", {"cargo": 600.0, "patrol": 90.0})
+    monkeypatch.setattr(proposed, "colony", partial(colony, cycles=1))
+    monkeypatch.setattr(proposed, "AFTER", (0, 1))
+    monkeypatch.setattr(proposed, "POLES", {"cargo": (0.5, 1.0), "patrol": (5.0, 10.0)})
+    yield
+    clear()
+
+
+@pytest.mark.parametrize("weighted", [True, False])
+def test_a_watched_proposal_is_the_proposed_variant(weighted, short_runs, monkeypatch, rng):
+    monkeypatch.setitem(TUNERS, "abc", proposed.colony)
+    model, run = resolve("patrol"), vessels.noisy(vessels.record("patrol", "S3"), 1e-4, rng)
+    found, watched = proposed.fitted(run, model, weighted, proposed.colony)
+    variant = make(f"eso-rw-lssvr,variant=proposed,weighted={str(weighted).lower()}").fit([run], model)
+    assert found.coefficients.tobytes() == variant.coefficients.tobytes()
+    assert found.extra["C"] == variant.extra["C"] and len(watched.errors) == variant.extra["evaluations"] == 90
+    assert (np.diff(watched.best) <= 0.0).all() and watched.best[-1] == min(watched.errors)
+
+
+def test_the_proposal_s_budget_and_convergence(short_runs, rng):
+    result = proposed.proposed(rng, index=0)
+    keys = {key for table in load("003").shown for key in table.keys}
+    assert {key for key in keys if not key.endswith(("_3", "_10"))} <= set(result.values)  # cycles that are not run
+    for vessel in vessels.VESSELS:
+        assert result.values[f"{vessel}_best_ls_omega0"] in proposed.POLES[vessel]
+        for name in (f"{vessel}_chosen_rw", f"{vessel}_best_ls"):
+            best = result.series[name]
+            assert len(best) == 2 and best[1] <= best[0]
+            assert result.values[f"{name}_excess_0"] == pytest.approx(100.0 * (best[0] / best[1] - 1.0))
+            assert result.values[f"{name}_excess_1"] == 0.0 and result.values[f"{name}_evaluations"] == 90
+            assert result.values[f"{name}_cpu_s"] > 0.0
+    assert len(draw(draw_convergence, [result])) > 1000
+
+
+def test_the_cycles_that_are_told_are_the_colony_s(rng):
+    """30 sources, and 60 moves in each of 30 cycles, as Table 3 has them."""
+    seen = proposed.Watched(colony)
+    seen(lambda c: float(np.log(c) ** 2) + 1.0, 1e-2, 1e10)
+    assert (proposed.SOURCES, proposed.MOVES) == (30, 60)
+    assert len(seen.errors) == 30 + 30 * 60 == proposed.SOURCES + CYCLES * proposed.MOVES
+    assert max(proposed.AFTER) < CYCLES
+
+
+def test_values_without_claims_are_tables_of_the_page():
+    paper, stored = load("003"), results.read("003", PUBLISHED)
+
+    def page(values):
+        return markdown.page(paper, replace(stored, values={**stored.values, "proposed": values}))
+
+    values = {key: spread([1.0, 2.0, 4.0]) for table in paper.shown for key in table.keys}
+    text, empty = page(values), page({})
+    assert text.count("2 [1, 4]") == sum(len(table.keys) for table in paper.shown) == 4 * 21
+    for table in paper.shown:
+        assert f"## {table.title}" in text and table.title not in empty
+    assert text.count("no finite value |") == empty.count("no finite value |")
+    lacking = page(values | {"cargo_best_rw_r2": spread([np.nan, np.nan, 0.5])})
+    assert lacking.count("no finite value |") == empty.count("no finite value |") + 1
