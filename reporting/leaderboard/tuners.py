@@ -84,7 +84,8 @@ class Budget:
 def tuned(label: str) -> Tuned | None:
     """What a label of the contest says of its tuning; None unless it names tuner and trials."""
     name, *options = label.split(",")
-    given = dict(option.partition("=")[::2] for option in options)
+    pairs = [option.partition("=") for option in options]
+    given = {option: value for option, _, value in pairs}
     tuner, trials = given.pop("tuner", ""), given.pop("trials", "")
     given.pop("tuner_seed", None)
     if not (name.startswith(PREFIX) and tuner and trials.isdigit()):

@@ -101,8 +101,8 @@ def _told(run: Record, vessel: str, weighted: bool, omega0: float | None) -> tup
     errors = zip(PARAMETERS, np.abs(percent(model, found.coefficients)).tolist(), strict=True)
     values = {f"error_{name}": error for name, error in errors}
     values |= {"rmse": rmse, "r2": r2, "C": found.extra["C"], "omega0": found.extra["omega0_rad_s"]}
-    values |= {"evaluations": float(best.size), "cpu_s": seconds, "excess_grid": _excess(spaced.best[-1], best)}
-    values |= {f"excess_{cycle}": _excess(best[SOURCES + cycle * MOVES - 1], best) for cycle in AFTER}
+    values |= {"evaluations": float(best.size), "cpu_s": seconds, "excess_grid": _excess(float(spaced.best[-1]), best)}
+    values |= {f"excess_{cycle}": _excess(float(best[SOURCES + cycle * MOVES - 1]), best) for cycle in AFTER}
     return values, best
 
 
