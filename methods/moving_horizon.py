@@ -38,6 +38,8 @@ class MovingHorizon(Method):
 
     name = "moving-horizon"
     title = "moving-horizon estimation of states and coefficients with an arrival cost"
+    minutes = True
+    brief: ClassVar = {"passes": 2}
     search_space: ClassVar = {
         "horizon": Integer(30, 300, log=True),
         "forgetting": Real(0.98, 1.0),
@@ -64,6 +66,9 @@ class MovingHorizon(Method):
             value = getattr(self, name)
             if not 0.0 < value <= 1.0:
                 raise BadInput(f"{name} is {value!r}, a number above 0 and up to 1 is needed")
+        moves = round(1.0 / self.step)
+        if abs(moves * self.step - 1.0) > 1e-6:
+            raise BadInput(f"step is {self.step!r}, 1 divided by a whole number is needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         horizon = Horizon(self.horizon, round(1.0 / self.step), self.forgetting)

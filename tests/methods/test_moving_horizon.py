@@ -102,6 +102,14 @@ def test_the_trajectory_has_a_row_for_every_horizon(suite):
 
 def test_refusals(suite):
     model, records = suite("response-1")
-    for options in ({"horizon": 1}, {"step": 0.0}, {"step": 1.5}, {"forgetting": 0.0}, {"passes": 0}, {"inflation": 0}):
+    for options in (
+        {"horizon": 1},
+        {"step": 0.0},
+        {"step": 1.5},
+        {"step": 0.4},
+        {"forgetting": 0.0},
+        {"passes": 0},
+        {"inflation": 0},
+    ):
         with pytest.raises(BadInput):
             MovingHorizon(**options).fit(records, model)

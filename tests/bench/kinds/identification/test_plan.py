@@ -31,7 +31,7 @@ def own_method(tmp_path):
 
 def test_methods_of_the_class_of_minutes_are_in_the_suite_of_minutes_only():
     slow = methods().keys() - SECONDS
-    assert slow == {"cma-es", "lstm", "mcmc", "pinn"}
+    assert slow == {"cma-es", "lstm", "mcmc", "moving-horizon", "pinn"}
     minutes, default = ({s.method.partition(",")[0] for s in plan(load_suite(name))} for name in ("minutes", "default"))
     assert slow <= minutes and not slow & default
 
