@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,10 @@ SUITE = "situations.yaml"
 
 @dataclass(frozen=True)
 class Situation:
-    """What somebody has, in texts: a ship, the model to fit, records to learn from and to predict, conditions."""
+    """What somebody has, in texts: a ship, the model to fit, records to learn from and to predict, conditions.
+
+    `check` is one more record under the conditions of the training records, to choose among methods by.
+    """
 
     vessel: str
     model: str
@@ -30,6 +34,7 @@ class Situation:
     held_out: tuple[str, ...]
     noise: str
     disturbance: str
+    check: str
 
     @property
     def kind(self) -> str:
@@ -46,22 +51,35 @@ def draw(count: int, seed: int) -> list[Situation]:
 
 def suite_text(situations: Sequence[Situation], methods: Sequence[str]) -> str:
     """The suite file that runs all methods in every situation, with `SEEDS` draws of the noise."""
+    return _suite("fresh situations", [_entry(one, methods, one.held_out) for one in dict.fromkeys(situations)])
+
+
+def checks_text(listed: Mapping[Situation, Sequence[str]]) -> str:
+    """The suite file that runs the methods listed for each situation on its `check` record."""
+    entries = [
+        _entry(one, methods, (one.check,)) | {"held_out_noise": one.noise, "held_out_disturbance": one.disturbance}
+        for one, methods in listed.items()
+    ]
+    return _suite("fresh situations, records to choose by", entries)
+
+
+def _suite(title: str, entries: Sequence[Mapping[str, Any]]) -> str:
     import yaml
 
-    entries = [
-        {
-            "vessels": one.vessel,
-            "models": one.model,
-            "methods": list(methods),
-            "train": [list(one.train)],
-            "held_out": [list(one.held_out)],
-            "noise": [one.noise],
-            "disturbance": [one.disturbance],
-            "seeds": SEEDS,
-        }
-        for one in dict.fromkeys(situations)
-    ]
-    return yaml.safe_dump({"title": "fresh situations", "entries": entries}, sort_keys=False)
+    return yaml.safe_dump({"title": title, "entries": list(entries)}, sort_keys=False)
+
+
+def _entry(one: Situation, methods: Sequence[str], held_out: Sequence[str]) -> dict[str, Any]:
+    return {
+        "vessels": one.vessel,
+        "models": one.model,
+        "methods": list(methods),
+        "train": [list(one.train)],
+        "held_out": [list(held_out)],
+        "noise": [one.noise],
+        "disturbance": [one.disturbance],
+        "seeds": SEEDS,
+    }
 
 
 def _situation(rng: np.random.Generator) -> Situation:
@@ -72,7 +90,7 @@ def _situation(rng: np.random.Generator) -> Situation:
     noise = str(rng.choice(NOISES)) + (f",{rng.choice(CHANNELS)}" if fewer else "")
     disturbed = ship.is_3dof and rng.random() < SHARES["disturbed"]
     train = tuple(dict.fromkeys(_manoeuvre(ship, rng) for _ in range(rng.integers(1, 4))))
-    held_out = next(text for text in iter(lambda: _manoeuvre(ship, rng), None) if text not in train)
+    held_out, check = _others(ship, train, rng)
     return Situation(
         vessel,
         str(rng.choice(SIMPLER)) if simpler else "own",
@@ -80,7 +98,17 @@ def _situation(rng: np.random.Generator) -> Situation:
         (held_out,),
         noise,
         _disturbance(ship, rng) if disturbed else "none",
+        check,
     )
+
+
+def _others(ship: Model, train: Sequence[str], rng: np.random.Generator) -> tuple[str, str]:
+    """Two manoeuvres that are neither equal nor among the training records."""
+    found = list(train)
+    while len(found) < len(train) + 2:
+        if (text := _manoeuvre(ship, rng)) not in found:
+            found.append(text)
+    return found[-2], found[-1]
 
 
 def _manoeuvre(ship: Model, rng: np.random.Generator) -> str:

@@ -12,42 +12,45 @@ from typing import Any
 import numpy as np
 
 from ...bench.situations import SEEDS, Situation
+from ...models.model import resolve
 from ..numbers import MISSING, number, percent
 from ..tables import Column, Table, field, make_table, markdown
+from .answer import FLOOR, GOOD, shortlist
+from .columns import count, numeric
 from .contest import Contest
-from .standings import CASES, median
+from .standings import median
 
-GOOD = 1.3
-"""Regret below which an advice is good."""
-FLOOR = 0.01
 EXPLAINED = (
     "The regret of an advice is the error of the method that it names over the least error of all methods there; it is "
     "infinite (a dash) where that method fails or diverges. Errors are medians over "
     f"{SEEDS} draws of the noise. A method that does not apply is passed over. "
-    f"Errors below {FLOOR:g} of what the record varies by count as {FLOOR:g}: nobody needs the difference."
+    f"Errors below {FLOOR:g} of what the record varies by count as {FLOOR:g}: nobody needs the difference. The page "
+    "also lists a few methods to compare: of these the one is taken that errs least on one more record, another "
+    "manoeuvre with the same sensors in the same weather, for each draw of the noise."
 )
 CONDITIONS = ("case", "noise", "disturbance", "model", "sampling", "excitation")
 """What the page is asked with, the most important first."""
 LEAST_SHIPS = 2
 """Ships that an answer must rest on, else a condition is left open."""
-KNOWN, UNKNOWN, _ = CASES
 
 
 @dataclass(frozen=True)
 class Advice:
-    """What the page names in a situation: a method, and the selection that it was asked with."""
+    """What the page names in a situation: a method, a few to compare, and the selection that it was asked with."""
 
     method: str
+    listed: tuple[str, ...]
     chosen: Mapping[str, str]
 
 
 @dataclass(frozen=True)
 class Tested:
-    """A situation, the advice, its error, the best method with the least error, and the regret."""
+    """A situation, the advice, its error, that of the method chosen from the list, and the best one with its error."""
 
     situation: Situation
     advice: Advice
     error: float
+    chosen_error: float
     best: str
     least: float
 
@@ -55,6 +58,11 @@ class Tested:
     def regret(self) -> float:
         """The advised method's error over the least, neither below `FLOOR`."""
         return max(self.error, FLOOR) / max(self.least, FLOOR)
+
+    @property
+    def chosen_regret(self) -> float:
+        """The same of the method that was chosen from the list."""
+        return max(self.chosen_error, FLOOR) / max(self.least, FLOOR)
 
 
 def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) -> Advice | None:
@@ -74,43 +82,72 @@ def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) ->
         return None
     own, chosen = max(ranked, key=lambda pair: (len(pair[1]), len(pair[0].problems)))
     names = [place.method for place in own.order() if not place.partial]
-    method = next((name for name in names if name in applies), names[0])
-    return Advice(method, chosen)
+    usable = [name for name in names if name in applies]
+    if not usable:
+        return Advice(names[0], (names[0],), chosen)
+    return Advice(usable[0], tuple(shortlist(own, usable)[0]), chosen)
 
 
-def tested(board: Contest, fresh: Contest, situations: Sequence[Situation]) -> list[Tested]:
+def advices(board: Contest, fresh: Contest, situations: Sequence[Situation]) -> dict[Situation, Advice]:
     """The advice of a board in those of the situations that are in the contest of their runs."""
-    found = [_tested(board, fresh, one) for one in situations]
-    return [one for one in found if one is not None]
+    found = {}
+    for one in situations:
+        if (at := _problem_of(fresh, one)) is not None:
+            applies = [name for name, error in zip(fresh.methods, fresh.errors[at], strict=True) if not np.isnan(error)]
+            row = fresh.problems.iloc[at]
+            advice = advise(board, {name: str(row[name]) for name in CONDITIONS}, applies)
+            found |= {one: advice} if advice else {}
+    return found
 
 
-def _tested(board: Contest, fresh: Contest, one: Situation) -> Tested | None:
-    at = _problems_of(fresh, one)
-    if at.size != 1 or np.isnan(fresh.errors[at[0]]).all():
-        return None
-    errors, row = fresh.errors[at[0]], fresh.problems.iloc[at[0]]
-    applies = [method for method, error in zip(fresh.methods, errors, strict=True) if not np.isnan(error)]
-    advice = advise(board, {name: str(row[name]) for name in CONDITIONS}, applies)
-    if advice is None:
-        return None
+def tested(advised: Mapping[Situation, Advice], fresh: Contest, checks: Contest) -> list[Tested]:
+    """What advices are worth in the contest of all methods; what their lists hold is chosen by that of the checks."""
+    return [_tested(fresh, checks, one, advice) for one, advice in advised.items()]
+
+
+def _tested(fresh: Contest, checks: Contest, one: Situation, advice: Advice) -> Tested:
+    at = _problem_of(fresh, one)
+    assert at is not None
+    errors = fresh.errors[at]
     least = int(np.nanargmin(errors))
-    error = errors[fresh.methods.index(advice.method)] if advice.method in applies else np.inf
-    return Tested(one, advice, float(error), fresh.methods[least], float(errors[least]))
+    error = errors[fresh.methods.index(advice.method)] if advice.method in fresh.methods else np.nan
+    error = np.inf if np.isnan(error) else float(error)
+    by_seed = [_chosen(fresh, checks, one, advice, at, seed) for seed in range(fresh.runs.shape[2])]
+    known = [value for value in by_seed if not np.isnan(value)]
+    return Tested(one, advice, error, median(known) if known else error, fresh.methods[least], float(errors[least]))
+
+
+def _chosen(fresh: Contest, checks: Contest, one: Situation, advice: Advice, at: int, seed: int) -> float:
+    """Error, with one draw of the noise, of the listed method with the least error on the check record."""
+    place = _check_of(checks, one)
+    names = [name for name in advice.listed if name in fresh.methods]
+    if place is None or not names:
+        return np.nan
+    shown = [
+        checks.runs[place, checks.methods.index(name), seed] if name in checks.methods else np.inf for name in names
+    ]
+    best = names[int(np.argmin(np.where(np.isnan(shown), np.inf, shown)))]
+    return float(fresh.runs[at, fresh.methods.index(best), seed])
 
 
 def summary(found: Sequence[Tested]) -> str:
-    """The share of good advice in one sentence, with a 95 % interval (Wilson)."""
-    from scipy.stats import binomtest
-
+    """The shares of good advice in two sentences, with 95 % intervals (Wilson)."""
     if not found:
         return "No situation could be judged."
-    good = sum(one.regret < GOOD for one in found)
-    low, high = binomtest(good, len(found)).proportion_ci(method="wilson")
     return (
         f"In {len(found)} fresh situations the method that this page names errs less than {GOOD:g} times the least "
-        f"error of all methods in {percent(good / len(found))} [{percent(low)}, {percent(high)}]; median regret "
-        f"{number(median([one.regret for one in found]))}."
+        f"error of all methods in {_good([one.regret for one in found])}. The best on one more record of the methods "
+        f"that it lists does so in {_good([one.chosen_regret for one in found])}."
     )
+
+
+def _good(regrets: Sequence[float]) -> str:
+    from scipy.stats import binomtest
+
+    good = sum(regret < GOOD for regret in regrets)
+    low, high = binomtest(good, len(regrets)).proportion_ci(method="wilson")
+    share = percent(good / len(regrets))
+    return f"{share} [{percent(low)}, {percent(high)}], median regret {number(median(regrets))}"
 
 
 def report(found: Sequence[Tested], seed: int) -> str:
@@ -123,22 +160,22 @@ def report(found: Sequence[Tested], seed: int) -> str:
 
 
 def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:
-    rows = [
-        {
-            "kind": kind,
-            "n": len(own),
-            "good": sum(o.regret < GOOD for o in own),
-            "median": median([o.regret for o in own]),
+    def row(kind: str, own: Sequence[Tested]) -> dict[str, Any]:
+        named, chosen = [one.regret for one in own], [one.chosen_regret for one in own]
+        shares = {"named": named, "chosen": chosen}
+        return {"kind": kind, "n": len(own), "median": median(named), "median_chosen": median(chosen)} | {
+            name: sum(regret < GOOD for regret in regrets) / len(own) for name, regrets in shares.items()
         }
-        for kind, own in by_kind
-    ]
+
     columns = [
         field("kind"),
-        Column("situations", lambda row: str(row["n"]), lambda row: row["n"]),
-        Column(f"regret below {GOOD:g}", lambda row: percent(row["good"] / row["n"]), lambda row: row["good"]),
-        Column("median regret", lambda row: number(row["median"]), lambda row: row["median"]),
+        count("n", "situations"),
+        numeric(f"named: regret below {GOOD:g}", "named", percent),
+        numeric("median", "median"),
+        numeric(f"chosen from the list: regret below {GOOD:g}", "chosen", percent),
+        numeric("median", "median_chosen"),
     ]
-    return make_table(columns, rows)
+    return make_table(columns, [row(kind, own) for kind, own in by_kind])
 
 
 def _situations(found: Sequence[Tested]) -> Table:
@@ -152,12 +189,13 @@ def _situations(found: Sequence[Tested]) -> Table:
             "disturbance": one.situation.disturbance,
             "asked": ", ".join(text for name, text in one.advice.chosen.items() if name != "case"),
             "advice": f"{one.advice.method} ({number(one.error)})",
+            "list": f"{', '.join(one.advice.listed)} ({number(one.chosen_error)})",
             "best": f"{one.best} ({number(one.least)})",
             "regret": one.regret,
         }
         for one in sorted(found, key=lambda one: -one.regret)
     ]
-    names = ("ship", "model", "train", "predict", "noise", "disturbance", "asked", "advice", "best")
+    names = ("ship", "model", "train", "predict", "noise", "disturbance", "asked", "advice", "list", "best")
     columns = [*map(field, names), Column("regret", lambda row: _told(row["regret"]), lambda row: row["regret"])]
     return make_table(columns, rows)
 
@@ -201,15 +239,26 @@ def _first_number(text: str) -> float:
     return float(digits) if digits.replace(".", "", 1).isdigit() else 0.0
 
 
-def _problems_of(fresh: Contest, one: Situation) -> np.ndarray:
-    own, rows = fresh.problems, {"vessel": one.vessel, "train": "+".join(one.train), "held_out": "+".join(one.held_out)}
-    rows |= {"noise": one.noise, "disturbance": one.disturbance}
-    keep = np.ones(len(own), dtype=bool)
+def _problem_of(fresh: Contest, one: Situation) -> int | None:
+    """Place of the situation's problem among those with an error; None: there is none, or more than one."""
+    found = _places(fresh, one, held_out="+".join(one.held_out))
+    return int(found[0]) if found.size == 1 and not np.isnan(fresh.errors[found[0]]).all() else None
+
+
+def _check_of(checks: Contest, one: Situation) -> int | None:
+    """Place of the problem of the situation's record to choose by; None: it was not run."""
+    found = [at for at in _places(checks, one) if str(checks.problems["held_out"].iloc[at]).startswith(one.check)]
+    return int(found[0]) if found else None
+
+
+def _places(board: Contest, one: Situation, **more: str) -> np.ndarray:
+    """Places of the problems with the ship, model, training records and conditions of a situation."""
+    family = resolve(one.vessel).family if one.model == "own" else one.model
+    rows = {"vessel": one.vessel, "model": family, "train": "+".join(one.train), "noise": one.noise}
+    rows |= {"disturbance": one.disturbance} | more
+    keep = np.ones(len(board.problems), dtype=bool)
     for name, text in rows.items():
-        keep &= (own[name].astype(str) == text).to_numpy()
-    keep &= (own["case"].astype(str) == (KNOWN if one.model == "own" else UNKNOWN)).to_numpy()
-    if one.model != "own":
-        keep &= (own["model"].astype(str) == one.model).to_numpy()
+        keep &= (board.problems[name].astype(str) == text).to_numpy()
     return np.flatnonzero(keep)
 
 
@@ -217,6 +266,6 @@ def as_rows(found: Sequence[Tested]) -> list[dict[str, Any]]:
     """Plain values, one row a situation, for machines."""
     return [
         {**vars(one.situation), "advised": one.advice.method, "error": one.error, "best": one.best, "least": one.least}
-        | {"regret": one.regret}
+        | {"regret": one.regret, "listed": one.advice.listed, "chosen_error": one.chosen_error}
         for one in found
     ]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..numbers import percent
 from .contest import Contest
 from .equivalence import EQUAL, FEW, NEAR, WORSE, Rival, rivals
 from .standings import CASES, median
@@ -14,6 +15,10 @@ FASTER = 1.2
 """A method is faster from this ratio of times on."""
 NAMED = 4
 """Methods that are as good which a sentence names."""
+GOOD, FLOOR = 1.3, 0.01
+"""An error is good below this multiple of the least of all methods; free-run errors below the floor count as it."""
+SHORT, ENOUGH = 4, 0.95
+"""Most methods of a short list, and the share of problems with a good one among them from which it is whole."""
 USELESS = "None predicts better than the mean of the record (error 1); least bad: "
 NOTHING = "No two methods were compared under these conditions."
 
@@ -47,7 +52,38 @@ def sentence(board: Contest) -> str:
     useless = "" if error < 1.0 or board.criterion != "prediction" else USELESS
     others = rivals(board)
     told = _others(places[0].method, others) if others else ""
-    return f"{useless}{places[0].method} (error {number(error)}, {number(seconds)} s){told}."
+    listed = _listed(board) if board.criterion == "prediction" else ""
+    return f"{useless}{places[0].method} (error {number(error)}, {number(seconds)} s){told}.{listed}"
+
+
+def shortlist(board: Contest, methods: Sequence[str]) -> tuple[list[str], float]:
+    """The few methods of which one is good in most problems, the first of the ranking first; and the share of these.
+
+    methods : those that may be listed, in the order of the ranking.
+    """
+    errors = np.where(np.isnan(board.errors), np.inf, np.maximum(board.errors, FLOOR))
+    places = [board.methods.index(name) for name in methods]
+    least = errors.min(axis=1)
+    good = (errors[:, places] < GOOD * least[:, None]) & np.isfinite(least)[:, None]
+    chosen, covered = [0], good[:, 0]
+    while covered.mean() < ENOUGH and len(chosen) < SHORT:
+        gains = (good & ~covered[:, None]).sum(axis=0)
+        if not gains.max():
+            break
+        chosen.append(int(gains.argmax()))
+        covered = covered | good[:, chosen[-1]]
+    return [methods[place] for place in chosen], float(covered.mean())
+
+
+def _listed(board: Contest) -> str:
+    """Which methods to compare where no single one is good in most problems."""
+    names, share = shortlist(board, [place.method for place in board.order() if not place.partial])
+    if len(names) < 2:
+        return ""
+    return (
+        f" Compare {', '.join(names)} on a record kept back: one of them errs less than {GOOD:g} times the least in "
+        f"{percent(share)} of {len(board.errors)} problems."
+    )
 
 
 def _others(best: str, others: Sequence[Rival]) -> str:

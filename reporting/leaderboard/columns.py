@@ -20,9 +20,9 @@ def numeric(title: str, name: str, form: Callable[[Any], str] = number, scale: f
     return Column(title, lambda row: form(value(row)), value)
 
 
-def count(name: str) -> Column:
+def count(name: str, title: str = "") -> Column:
     """A column of whole numbers."""
-    return Column(name, lambda row: str(row[name]), lambda row: row[name])
+    return Column(title or name, lambda row: str(row[name]), lambda row: row[name])
 
 
 def with_interval(title: str, name: str) -> Column:

@@ -1,7 +1,7 @@
 // Ranks, tests and the answer, as reporting/leaderboard/contest.py, equivalence.py and answer.py compute them.
 "use strict";
 const Ranking = (function () {
-  const COVERAGE = 0.9, LEVEL = 0.05, LEAST = 5, NEAR = 1.25, FASTER = 1.2, NAMED = 4, EXACT_PAIRS = 50;
+  const COVERAGE = 0.9, LEVEL = 0.05, LEAST = 5, NEAR = 1.25, FASTER = 1.2, NAMED = 4, EXACT_PAIRS = 50, GOOD = 1.3, FLOOR = 0.01, SHORT = 4, ENOUGH = 0.95;
   const EQUAL = "as good", WORSE = "worse", OPEN = "not settled", FEW = "too few";
   const SINGLE = { ships: "ship", problems: "problem", "seeds of one problem": "seed of one problem" };
   const NOTHING = "No two methods were compared under these conditions.";
@@ -185,7 +185,36 @@ const Ranking = (function () {
     if (!isFinite(error)) return "No method predicts these problems with a finite error.";
     const useless = error >= 1 && b.criterion === "prediction"
       ? "None predicts better than the mean of the record (error 1); least bad: " : "";
-    return useless + full[0].method + " (error " + number(error) + ", " + number(seconds) + " s)" + (rest.length ? others(full[0].method, rest) : "") + ".";
+    return useless + full[0].method + " (error " + number(error) + ", " + number(seconds) + " s)" + (rest.length ? others(full[0].method, rest) : "") + "." +
+      (b.criterion === "prediction" ? listed(b, full) : "");
+  }
+  function shortlist(b, full) { // the few methods of which one is good in most problems
+    const good = b.errors.map(function (row) {
+      const raised = row.map(function (e) { return e === null ? Infinity : Math.max(e, FLOOR); }), least = Math.min(...raised);
+      return full.map(function (place) { return isFinite(least) && raised[place.index] < GOOD * least; });
+    });
+    const share = function (covered) { return covered.filter(Boolean).length / covered.length; };
+    const chosen = [0];
+    let covered = good.map(function (row) { return row[0]; });
+    while (share(covered) < ENOUGH && chosen.length < SHORT) {
+      const gains = full.map(function (_, j) { return good.filter(function (row, i) { return row[j] && !covered[i]; }).length; });
+      const most = Math.max(...gains);
+      if (!most) break;
+      const next = gains.indexOf(most);
+      chosen.push(next);
+      covered = covered.map(function (own, i) { return own || good[i][next]; });
+    }
+    return { names: chosen.map(function (j) { return full[j].method; }), share: share(covered) };
+  }
+  function listed(b, full) {
+    const found = shortlist(b, full);
+    if (found.names.length < 2) return "";
+    return " Compare " + found.names.join(", ") + " on a record kept back: one of them errs less than " + GOOD + " times the least in " +
+      percent(found.share) + " of " + b.errors.length + " problems.";
+  }
+  function percent(share) { // half to even, as Python rounds
+    const x = share * 100, low = Math.floor(x), rest = x - low;
+    return (rest > 0.5 || (rest === 0.5 && low % 2) ? low + 1 : low) + " %";
   }
   return { median: median, signedRank: signedRank, board: board, order: order, rivals: rivals, answer: answer,
     number: number, pText: pText, NOTHING: NOTHING };

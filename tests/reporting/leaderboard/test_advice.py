@@ -9,11 +9,12 @@ from helmbench import check_advice
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.identification.plan import plan
-from helmbench.bench.situations import SEEDS, Situation, draw, suite_text
+from helmbench.bench.situations import SEEDS, Situation, checks_text, draw, suite_text
 from helmbench.bench.store import Store, frames
 from helmbench.bench.suites import load_suite
 from helmbench.models.errors import BadInput
 from helmbench.reporting.leaderboard import advice, contest, standings
+from helmbench.reporting.leaderboard.answer import answer, shortlist
 from helmbench.reporting.leaderboard.estimates import summarised
 
 SHIPS = ("mariner", "s175", "kvlcc2-l7")
@@ -65,18 +66,77 @@ def test_channels_that_are_missing_count_before_the_size_of_the_noise():
     assert advice.nearest(levels, "high,only=heading") == "low,only=heading" and advice.nearest(levels, "gross") is None
 
 
+def situation(disturbance="none"):
+    return Situation("cargo", "own", ("zigzag:20/20",), ("turn:35",), "low", disturbance, "zigzag:15/15")
+
+
+def runs_of(run_of, errors, **facts):
+    """Runs of cargo with the error of each (method, disturbance)."""
+    return [
+        run_of(error=0.1, r2=1.0 - e**2, method=m, vessel="cargo", model="nomoto-2", disturbance=d, **facts)
+        for (m, d), e in errors.items()
+    ]
+
+
 def test_regret_is_the_ratio_of_the_errors(calm_and_windy, run_of):
-    windy = Situation("cargo", "own", ("zigzag:20/20",), ("turn:35",), "low", "wind:9@0deg")
-    calm = Situation("cargo", "own", ("zigzag:20/20",), ("turn:35",), "low", "none")
+    windy, calm = situation("wind:9@0deg"), situation()
     errors = {("a", "none"): 0.3, ("b", "none"): 0.1, ("a", "wind:9@0deg"): 0.4, ("b", "wind:9@0deg"): 0.2}
-    fresh = [run_of(error=0.1, r2=1.0 - e**2, method=m, vessel="cargo", disturbance=d) for (m, d), e in errors.items()]
-    found = advice.tested(board_of(calm_and_windy), board_of(fresh), [windy, calm])
+    fresh = board_of(runs_of(run_of, errors))
+    checks = board_of(runs_of(run_of, {("a", "none"): 0.1, ("b", "none"): 0.2}, held_out="zigzag:15/15"))
+    advised = advice.advices(board_of(calm_and_windy), fresh, [windy, calm])
+    assert {one.method for one in advised.values()} == {"a", "b"}
+    found = advice.tested(advised, fresh, checks)
     assert [one.advice.method for one in found] == ["b", "a"]
     assert [one.regret for one in found] == pytest.approx([1.0, 3.0], rel=1e-3)
     assert "in 50 % [" in advice.summary(found) and "own equations, disturbed" in advice.report(found, 7)
-    lost = advice.Tested(calm, found[0].advice, math.inf, "b", 0.001)
-    small = advice.Tested(calm, found[0].advice, 0.009, "b", 0.001)
-    assert lost.regret == math.inf and small.regret == 1.0
+    lost = advice.Tested(calm, found[0].advice, math.inf, math.inf, "b", 0.001)
+    small = advice.Tested(calm, found[0].advice, 0.009, 0.3, "b", 0.001)
+    assert lost.regret == math.inf and small.regret == 1.0 and small.chosen_regret == pytest.approx(30.0)
+
+
+def test_of_a_list_the_method_is_taken_that_errs_least_on_the_check_record(run_of):
+    """`b` errs less on what is predicted in both draws of the noise; the record to choose by says so in the second."""
+    one, found = situation(), advice.Advice("a", ("a", "b", "unknown"), {})
+    fresh, checks = (
+        board_of(
+            [
+                run_of(
+                    error=0.1, r2=1.0 - e**2, method=m, vessel="cargo", model="nomoto-2", held_out=held_out, seed=seed
+                )
+                for m, errors in table.items()
+                for seed, e in enumerate(errors)
+            ]
+        )
+        for held_out, table in (
+            ("turn:35", {"a": (0.4, 0.4), "b": (0.1, 0.2)}),
+            ("zigzag:15/15", {"a": (0.2, 0.3), "b": (0.5, 0.1)}),
+        )
+    )
+    (tested,) = advice.tested({one: found}, fresh, checks)
+    assert tested.error == pytest.approx(0.4, rel=1e-3) and tested.chosen_error == pytest.approx(0.3, rel=1e-3)
+    other = situation("wind:8@0deg")
+    assert advice.tested({one: advice.Advice("a", ("a",), {})}, fresh, board_of(runs_of(run_of, {("a", "none"): 0.1})))
+    assert advice.advices(fresh, fresh, [other]) == {}
+
+
+def test_a_short_list_covers_the_problems_with_few_methods(run_of):
+    errors = {
+        "a": (0.1, 0.1, 0.9, 0.9),
+        "b": (0.5, 0.5, 0.1, 0.9),
+        "c": (0.5, 0.5, 0.9, 0.1),
+        "d": (0.11, 0.5, 0.9, 0.9),
+    }
+    ships = ("cargo", "mariner", "s175", "patrol")
+    board = board_of(
+        [
+            run_of(error=0.1, r2=1.0 - e**2, method=m, vessel=ship)
+            for m, row in errors.items()
+            for ship, e in zip(ships, row, strict=True)
+        ]
+    )
+    assert shortlist(board, ["a", "d", "c", "b"]) == (["a", "c", "b"], 1.0)
+    assert shortlist(board, ["d", "a"]) == (["d", "a"], 0.5)
+    assert "Compare a, b, c on a record kept back" in answer(board) and "100 % of 4 problems" in answer(board)
 
 
 def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_path):
@@ -88,7 +148,9 @@ def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_p
     path.write_text(suite_text(drawn, ["ls"]))
     specs = plan(load_suite(str(path)), Selection("situations"))
     assert len(specs) == SEEDS * len(set(drawn))
-    assert all(not set(one.train) & set(one.held_out) for one in drawn)
+    assert all(not set(one.train) & {*one.held_out, one.check} and one.check not in one.held_out for one in drawn)
+    path.write_text(checks_text({one: ["ls"] for one in drawn}))
+    assert {spec.task.held_out_noise for spec in plan(load_suite(str(path)), Selection("checks"))} > {"low"}
 
 
 def test_an_advice_is_tested_and_goes_on_where_it_stopped(tmp_path, manifest, calm_and_windy):
