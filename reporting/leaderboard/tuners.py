@@ -53,8 +53,8 @@ class Budget:
 
     @property
     def order(self) -> list[str]:
-        """The tuners by median error, then by mean rank."""
-        return sorted(self.tests.methods, key=lambda tuner: median(self.errors[tuner]))
+        """The tuners by `excess`, then by mean rank: the errors of problems differ too much for their median."""
+        return sorted(self.tests.methods, key=self.excess)
 
     def excess(self, tuner: str) -> float:
         """Median ratio of the tuner's error to the least of all tuners in the same problem."""
@@ -64,10 +64,11 @@ class Budget:
     def sentence(self) -> str:
         """Which tuner finds the best options, and whether chance alone explains the differences."""
         first, *rest = self.order
-        others = ", ".join(f"{tuner} {number(median(self.errors[tuner]))}" for tuner in rest)
+        others = ", ".join(f"{tuner} {number(self.excess(tuner))}" for tuner in rest)
         return (
             f"Of tuners at equal budgets ({self.trials} trials), {first} finds options with the least held-out error "
-            f"in the median: {number(median(self.errors[first]))} ({others}); {self._chance()}"
+            f"in the median: {number(self.excess(first))} times the least of all tuners in the same problem ({others}); "
+            f"{self._chance()}"
         )
 
     def _chance(self) -> str:
@@ -133,8 +134,8 @@ def tuner_table(board: Contest) -> Table:
     columns = [
         Column("trials", lambda row: str(row[0].trials), lambda row: row[0].trials),
         Column("tuner", lambda row: row[1]),
-        _number("median held-out error", lambda budget, tuner: median(budget.errors[tuner])),
-        _number("over the least of all tuners", lambda budget, tuner: budget.excess(tuner)),
+        _number("error over the least", lambda budget, tuner: budget.excess(tuner)),
+        _number("median error", lambda budget, tuner: median(budget.errors[tuner])),
         _number("mean rank", lambda budget, tuner: float(budget.tests.mean_ranks[budget.tests.methods.index(tuner)])),
         Column("CPU time", lambda row: duration(row[0].times[row[1]]), lambda row: row[0].times[row[1]]),
     ]
@@ -142,8 +143,8 @@ def tuner_table(board: Contest) -> Table:
 
 
 NOTE = (
-    "Held-out error of the options found, medians over problems and methods; its median ratio to the least error of "
-    "all tuners in the same problem; CPU time of a fit with all its trials."
+    "Held-out errors of the options found: the median ratio to the least error of all tuners in the same problem, and "
+    "the median over problems and methods; CPU time of a fit with all its trials."
 )
 
 
