@@ -67,8 +67,8 @@ class Budget:
         others = ", ".join(f"{tuner} {number(self.excess(tuner))}" for tuner in rest)
         return (
             f"Of tuners at equal budgets ({self.trials} trials), {first} finds options with the least held-out error "
-            f"in the median: {number(self.excess(first))} times the least of all tuners in the same problem ({others}); "
-            f"{self._chance()}"
+            f"in the median: {number(self.excess(first))} times the least of all tuners in the same problem "
+            f"({others}); {self._chance()}"
         )
 
     def _chance(self) -> str:
