@@ -28,8 +28,7 @@ def test_every_kind_has_methods():
 
 @pytest.mark.parametrize("name", LEARNERS)
 def test_learners_follow_their_records_better_than_the_floors(name):
-    brief = ",".join(f"{option}={value}" for option, value in methods()[name].brief.items())
-    learnt, estimate = scores(f"{name},{brief}" if brief else name)
+    learnt, estimate = scores(name)
     assert set(estimate.extra["options"]) == set(methods()[name].search_space)
     for floor in ("mean", "straight-line"):
         assert learnt["rmse_free_yaw_rate_rad_s"] < scores(floor)[0]["rmse_free_yaw_rate_rad_s"]

@@ -11,6 +11,8 @@ from helmbench.estimation.black_box.free_runs import mean_square, require_jax, w
 from helmbench.estimation.black_box.lstm import LAGS, STEP_SIZE, STEPS, Network, train
 from helmbench.estimation.black_box.rows import Signals
 from helmbench.estimation.black_box.state_space import pasts
+from helmbench.estimation.prediction import prediction_scores
+from helmbench.methods import contract
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve
@@ -90,8 +92,15 @@ def test_the_seed_decides(rng):
     assert all(map(np.array_equal, one, again)) and not np.allclose(one.gates, other.gates)
 
 
+def test_even_a_brief_training_beats_the_floors():
+    model, records = contract.sample("kvlcc2-l7")
+    fits = [make(text).fit(records, model) for text in ("lstm,units=8,iterations=100", "mean", "straight-line")]
+    errors = [prediction_scores(model, records, fit.predictor)["rmse_free_yaw_rate_rad_s"] for fit in fits]
+    assert errors[0] < min(errors[1:])
+
+
 def test_impossible_options_are_refused():
-    for text in ("lstm,units=0", "lstm,iterations=0", "lstm,stride=0", "lstm,decay=-1", "lstm,trials=-1"):
+    for text in ("lstm,units=0", "lstm,iterations=0", "lstm,stride=0", "lstm,decay=-1", "lstm,seed=-1"):
         with pytest.raises(BadInput, match="is needed"):
             make(text)
 
