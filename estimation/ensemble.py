@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 
 from .black_box.hybrid import HybridPredictor
-from .prediction import predict
+from .prediction import free_runs
 from .predictor import ModelPredictor, Predictor
 
 if TYPE_CHECKING:
@@ -83,15 +83,12 @@ def ensemble_scores(estimate: Estimate, records: Sequence[Record], seed: int) ->
 
 def _of_record(model: Model, record: Record, drawn: Sequence[Predictor]) -> list[tuple[float, float]]:
     """CRPS and coverage of each channel of a record that varies."""
-    runs = [predict(model, record, member) for member in drawn]
     found = []
-    for same in zip(*runs, strict=True):
-        first = same[0]
-        known = np.isfinite(first.observed)
-        spread = np.std(first.observed[known]) if known.any() else 0.0
-        if first.channel in CHANNELS and spread > 0.0:
-            free = np.array([one.free[known] for one in same])
-            found.append(spread_scores(free / spread, first.observed[known] / spread))
+    for channel, (observed, free) in free_runs(model, record, drawn).items():
+        known = np.isfinite(observed)
+        spread = np.std(observed[known]) if known.any() else 0.0
+        if channel in CHANNELS and spread > 0.0:
+            found.append(spread_scores(free[:, known] / spread, observed[known] / spread))
     return found
 
 

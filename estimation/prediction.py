@@ -64,8 +64,8 @@ def predict(model: Model, record: Record, predictor: Predictor | None = None) ->
 
     predictor = predictor or ModelPredictor(model)
     series = kept_series_of(record.turned(model.positive_rudder), model, SYMBOLS)
+    free = _free(predictor, model, series)
     with np.errstate(all="ignore"):
-        free = series.observe(predictor.simulate(series.inputs, series.dt, _start(model, series)))
         one, stepped = _one_step(predictor, model, series)
     predictions = []
     for place, state in enumerate(series.columns):
@@ -73,6 +73,28 @@ def predict(model: Model, record: Record, predictor: Predictor | None = None) ->
         lost = _diverged(symbol, observed, free[:, state])
         predictions.append(Prediction(channel_of[symbol], observed, free[:, state], one[:, state], stepped, lost))
     return predictions
+
+
+def free_runs(
+    model: Model, record: Record, predictors: Sequence[Predictor]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Channel -> observed samples (N,) and those of the free run of every predictor (m, N), as `predict` gives them."""
+    from ..models.model import CHANNELS as channel_of
+    from .series import kept_series_of
+
+    series = kept_series_of(record.turned(model.positive_rudder), model, SYMBOLS)
+    runs = np.array([_free(predictor, model, series) for predictor in predictors])
+    names = [channel_of[model.states[state]] for state in series.columns]
+    return {
+        name: (series.outputs[:, place], runs[:, :, state])
+        for place, (name, state) in enumerate(zip(names, series.columns, strict=True))
+    }
+
+
+def _free(predictor: Predictor, model: Model, series: Series) -> np.ndarray:
+    """States (N, n) of the free run at the samples of a series."""
+    with np.errstate(all="ignore"):
+        return series.observe(predictor.simulate(series.inputs, series.dt, _start(model, series)))
 
 
 def predicted_record(estimate: Estimate, record: Record, horizon: str) -> Record:
