@@ -53,10 +53,11 @@ def test_quick_holds_noise_free_rows_of_output_error_for_every_vessel():
     assert {spec.task.vessel for spec in specs} == set(list_vessels())
 
 
-def test_default_crosses_every_vessel_with_every_method_and_noise_level():
+def test_default_crosses_every_vessel_but_the_scaled_one_with_every_method_and_noise_level():
     specs = planned("default")
     found = {(spec.task.vessel, spec.method, spec.task.noise) for spec in specs if spec.task.source == spec.task.vessel}
-    assert found >= {(v, m, n) for v in list_vessels() for m in SECONDS for n in ("low", "high")}
+    ships = set(list_vessels()) - {"mariner-model"}
+    assert found >= {(v, m, n) for v in ships for m in SECONDS for n in ("low", "high")}
 
 
 IDENTIFICATION_SUITES = [name for name in suite_names() if load_suite(name).kind == "identification"]
