@@ -43,11 +43,10 @@ def members(estimate: Estimate, count: int, rng: np.random.Generator) -> list[Pr
     models = _models(estimate, count, rng)
     if predictor is None:
         return [ModelPredictor(model) for model in models]
-    learnt = list(predictor.members(count, rng)) if isinstance(predictor, Drawable) else []
-    if not isinstance(predictor, HybridPredictor):
-        return learnt
-    parts = learnt or [predictor] * len(models)
-    return [replace(part, model=model) for part, model in zip(parts, models, strict=False)]
+    if isinstance(predictor, HybridPredictor):
+        parts = predictor.members(count, rng) or [predictor] * len(models)
+        return [replace(part, model=model) for part, model in zip(parts, models, strict=False)]
+    return list(predictor.members(count, rng)) if isinstance(predictor, Drawable) else []
 
 
 def _models(estimate: Estimate, count: int, rng: np.random.Generator) -> list[Model]:
