@@ -204,7 +204,17 @@
     place.textContent = lines.length ? "" : Ranking.NOTHING;
     lines.forEach(function (line) {
       const row = make("span", {}, place);
-      row.textContent = (several ? line.name[0].toUpperCase() + line.name.slice(1) + ": " : "") + line.text;
+      const parts = line.text.split(/(?<=\.)(?= Compare )/);
+      unbroken(row, (several ? line.name[0].toUpperCase() + line.name.slice(1) + ": " : "") + parts[0]);
+      if (parts.length > 1) unbroken(make("small", {}, row), parts[1]);
+    });
+  }
+  const names = new RegExp("(" + data.methods.slice().sort(function (a, b) { return b.length - a.length; }).map(function (name) {
+    return name.replace(/[^\w]/g, "\\$&");
+  }).join("|") + ")");
+  function unbroken(node, text) { // the text, in which no name of a method breaks
+    text.split(names).forEach(function (part, i) {
+      if (i % 2) make("b", { text: part }, node); else node.appendChild(document.createTextNode(part));
     });
   }
   function show() {
