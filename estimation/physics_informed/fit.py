@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import CannotFit, FitFailed
+from ...models.linear_algebra import lstsq
 from ..black_box.free_runs import require_jax
 from ..fit import Fit
 from ..gaps import unbroken
@@ -256,7 +257,7 @@ def _first_weights(problem: Problem) -> list[np.ndarray]:
             np.vstack([part.at.values, RIDGE * np.eye(f)]),
             np.vstack([wanted, np.zeros((f, wanted.shape[1]))]),
         )
-        found.append(np.linalg.lstsq(rows, right, rcond=None)[0])
+        found.append(lstsq(rows, right))
     return found
 
 

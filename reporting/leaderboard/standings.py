@@ -228,7 +228,8 @@ def matched(cells: Frame, factor: str) -> Frame:
 
 
 def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
-    """One row per group and method, inside each group by the mean rank in prediction, then in both criteria.
+    """One row per group and method, inside each group by the mean rank in prediction, equal ones by name, as
+    `contest.Contest.order` has them; without predictions by the mean rank.
 
     Methods that were compared in less than `COVERAGE` of the cells stand below the others.
 
@@ -247,8 +248,10 @@ def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
     table["_group"] = [in_order(group) for group in table["group"]]
     most = table.groupby("group")["cells"].transform("max")
     table["_partial"] = table["cells"].to_numpy() < COVERAGE * most.to_numpy()
-    order = ["_group", "_partial", "rank_prediction", "mean_rank", "method"]
-    return table.sort_values(order, ignore_index=True).drop(columns=["_group", "_partial"])
+    table["_rank"] = table["rank_prediction"].round(9)
+    table["_other"] = table["mean_rank"].where(table["rank_prediction"].isna(), 0.0)
+    order = ["_group", "_partial", "_rank", "_other", "method"]
+    return table.sort_values(order, ignore_index=True).drop(columns=["_group", "_partial", "_rank", "_other"])
 
 
 def efficiency(estimates: Frame) -> Frame:
