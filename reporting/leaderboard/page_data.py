@@ -20,7 +20,7 @@ from .standings import CASES, CELL, Frame
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 GAP, MOST_CODE = 4095, 4094
 """Code of a missing value, and the largest one of a value."""
-MOST_TRACE_CHARACTERS = 4_500_000
+MOST_TRACE_CHARACTERS = 3_500_000
 BUDGETS_S = {"0.1 s": 0.1, "1 s": 1.0, "10 s": 10.0, "1 min": 60.0, "10 min": 600.0}
 MEASURED = "measured"
 """The suite whose answer the page gives beside that of its first suite, for cases that the first one lacks."""
