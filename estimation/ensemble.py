@@ -16,6 +16,7 @@ import numpy as np
 from .black_box.hybrid import HybridPredictor
 from .prediction import free_runs
 from .predictor import ModelPredictor, Predictor
+from .validation.validate import TOGETHER
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 COUNT = 20
 """Members of an ensemble."""
-CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
-"""Channels whose free runs are compared, where the record has them."""
 
 
 @runtime_checkable
@@ -86,7 +85,7 @@ def _of_record(model: Model, record: Record, drawn: Sequence[Predictor]) -> list
     for channel, (observed, free) in free_runs(model, record, drawn).items():
         known = np.isfinite(observed)
         spread = np.std(observed[known]) if known.any() else 0.0
-        if channel in CHANNELS and spread > 0.0:
+        if channel in TOGETHER and spread > 0.0:
             found.append(spread_scores(free[:, known] / spread, observed[known] / spread))
     return found
 

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..models.errors import CannotFit
+from .series import Series, series_of
+
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
@@ -39,6 +42,20 @@ def unbroken(records: Sequence[Record], model: Model) -> list[Record]:
     """All records cut at long gaps and splices; one that has no stretch long enough stays as it is."""
     clock = clock_of(model, records)
     return [part for record in records for part in parts_of(record, clock) or [record]]
+
+
+def unbroken_series(records: Sequence[Record], model: Model, unknowns: int) -> tuple[list[Record], list[Series]]:
+    """Records cut at long gaps and splices, and each as a series.
+
+    Raises
+    ------
+    CannotFit : a record lacks a channel, or there are no more measured values than `unknowns`.
+    """
+    cut = unbroken(records, model)
+    series = [series_of(record, model) for record in cut]
+    if (n := sum(s.n_outputs for s in series)) <= unknowns:
+        raise CannotFit(f"{n} measured values for {unknowns} coefficients")
+    return cut, series
 
 
 def stretches(record: Record, clock: float) -> list[tuple[int, int]]:

@@ -16,6 +16,7 @@ EXTRAS: Mapping[str, str] = {
     "weasyprint": "pdf",
     "emcee": "bayes",
     **dict.fromkeys(("starlette", "uvicorn"), "open"),
+    **dict.fromkeys(("h5py", "identibench"), "identibench"),
 }
 """Import name of a package -> the extra of helmbench that brings it."""
 

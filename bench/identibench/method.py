@@ -21,6 +21,7 @@ import numpy as np
 
 from ...datasets.instruments import hull_record
 from ...datasets.record import RecordMeta
+from ...datasets.signals import integral
 from ...estimation.prediction import SYMBOLS, as_shown, predicted_record
 from ...estimation.predictor import predictor_of
 from ...estimation.regression.smoothed import SHORTEST
@@ -164,7 +165,7 @@ class FittedModel:
                 found[:, place] = shown.column(channel) / factor
         if self._told(WIND_ANGLE[0]):
             places = [self.y_cols.index(name) for name in WIND_ANGLE]
-            swung = self.turn * _integral(shown.column("yaw_rate_rad_s"), part.step_s)
+            swung = self.turn * _turned_by(shown.column("yaw_rate_rad_s"), part.step_s)
             found[:, places] = _turned(y[:window, places], swung)
         return found
 
@@ -211,14 +212,14 @@ def _turn(parts: Sequence[_Sequence]) -> int:
     for part in parts:
         columns = part.columns()
         alpha_x, alpha_y, r = (columns[name] for name in (*WIND_ANGLE, "r"))
-        swing, turned = np.diff(np.unwrap(np.arctan2(alpha_y, alpha_x))), np.diff(_integral(r, part.step_s))
+        swing, turned = np.diff(np.unwrap(np.arctan2(alpha_y, alpha_x))), np.diff(_turned_by(r, part.step_s))
         product, square = product + float(swing @ turned), square + float(turned @ turned)
     return int(np.clip(np.round(product / square), -1, 1)) if square > 0.0 else 0
 
 
-def _integral(values: np.ndarray, step_s: float) -> np.ndarray:
-    """Integral (N,) of samples (N,) from the first one on, by trapezia."""
-    return np.append(0.0, np.cumsum(0.5 * (values[1:] + values[:-1]) * step_s))
+def _turned_by(yaw_rate: np.ndarray, step_s: float) -> np.ndarray:
+    """Angle (N,) that a yaw rate (N,) turns from the first sample on."""
+    return integral(yaw_rate, step_s * np.arange(len(yaw_rate)))
 
 
 def _turned(window: np.ndarray, swung: np.ndarray) -> np.ndarray:

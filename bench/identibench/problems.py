@@ -13,8 +13,7 @@ from __future__ import annotations
 import io
 import json
 import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,12 +22,13 @@ from ...datasets.columns import CANONICAL, INPUTS, in_order
 from ...estimation.validation.validate import TOGETHER
 from ...models.argument_types import typed
 from ...models.errors import BadInput
+from ...models.extras import extras_told
 from ...models.folders import make_folder, write_atomic
 from ...models.plain import plain
 from ..environment import code_version
 from ..kinds import IDENTIFICATION, kind_of
 from ..kinds.base import Selection
-from ..kinds.identification.plan import model_text
+from ..kinds.identification.plan import task_key
 from ..kinds.identification.problems import problem
 from ..store import check_vacant
 from ..suites import load_suite
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from ..suites import Suite
 
 MANIFEST, README = "problems.json", "README.md"
-EXTRA = "pip install 'helmbench[identibench]'"
-PACKAGES = ("h5py", "identibench", "nonlinear_benchmarks")
 TEXT = """# Problems of helmbench's suite {suite}
 
 {title}: {count} problems, written by helmbench {version}.
@@ -64,17 +62,6 @@ the noise of the training records. No method may be given them.
 
 With identibench: `helmbench.identibench_specs(folder)` gives its benchmark specifications.
 """
-
-
-@contextmanager
-def packages_told() -> Iterator[None]:
-    """BadInput that says what to install where the enclosed code imports a package of the extra that is not there."""
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in PACKAGES:
-            raise
-        raise BadInput(f"this needs {error.name}: {EXTRA}") from None
 
 
 @typed
@@ -115,7 +102,7 @@ def export_problems(
     specs = kind.plan(found, Selection(suite, (), tuple(vessels), seeds))
     kind.check(specs)
     tasks = list(dict.fromkeys(spec.task for spec in specs))  # pyright: ignore[reportAttributeAccessIssue]
-    with packages_told():
+    with extras_told():
         import h5py  # noqa: F401, before anything is written
     width = len(str(len(tasks)))
     named = {f"{number:0{width}}-{_plain_name(task)}": task for number, task in enumerate(tasks, start=1)}
@@ -138,15 +125,7 @@ def _write(out: Path, name: str, task: Task) -> dict[str, Any]:
     inputs, outputs = _columns(own)
     return {
         "name": name,
-        "vessel": task.vessel,
-        "model": model_text(task),
-        "train": task.train_text,
-        "held_out": task.held_out_text,
-        "noise": task.noise,
-        "disturbance": task.disturbance,
-        "thinning": task.thinning,
-        "length": task.length,
-        "seed": task.seed,
+        **task_key(task),
         "measured": task.measured,
         "inputs": inputs,
         "outputs": outputs,

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...models.argument_types import typed
 from ...models.errors import BadInput
+from ...models.extras import extras_told
 from ...models.yaml_file import checked, load
-from .problems import MANIFEST, packages_told
+from .problems import MANIFEST
 
 if TYPE_CHECKING:
     from .problems_file import ProblemEntry
@@ -42,7 +43,7 @@ def identibench_specs(folder: str | PathLike[str], *, init_window: int = 1) -> l
     if not (place / MANIFEST).is_file():
         raise BadInput("holds no exported problems", file=place, hint="write them with export_problems")
     found = checked(ProblemsFile, load(place / MANIFEST), place / MANIFEST)
-    with packages_told():
+    with extras_told():
         return [_spec(entry, place, init_window) for entry in found.problems]
 
 

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...models.errors import BadInput, CannotFit, FitFailed
+from ...models.errors import BadInput, FitFailed
 from ..fit import LONGEST_PATH, Fit
-from ..gaps import unbroken
+from ..gaps import unbroken_series
 from ..regression.least_squares import LeastSquares
-from ..series import Series, noise_floor, series_of
+from ..series import Series, noise_floor
 from ..starts import Start, starts_of
 
 if TYPE_CHECKING:
@@ -303,10 +303,7 @@ def joint_fit(
     CannotFit : a record lacks a channel, or there are no more measured values than coefficients.
     FitFailed : the filter diverges in its first pass.
     """
-    records = unbroken(records, model)
-    series = [series_of(record, model) for record in records]
-    if (n := sum(s.n_outputs for s in series)) <= len(model.coordinates):
-        raise CannotFit(f"{n} measured values for {len(model.coordinates)} coefficients")
+    records, series = unbroken_series(records, model, len(model.coordinates))
     sensor, change = sensor_variances(series, len(model.states)), square_changes(model, series)
     start = best_start(starts_of(records, model), model, series, change, sensor)
     model = model.with_coefficients(start.coefficients)

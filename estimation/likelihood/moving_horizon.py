@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...models.errors import CannotFit, FitFailed
+from ...models.errors import FitFailed
 from ...models.linear_algebra import pinv
 from .. import free_run
 from ..filters.joint import (
@@ -37,9 +37,9 @@ from ..filters.joint import (
     square_changes,
 )
 from ..fit import Fit
-from ..gaps import unbroken
+from ..gaps import unbroken_series
 from ..regression import factors
-from ..series import Series, series_of
+from ..series import Series
 from ..starts import Start, starts_of
 from .minimiser import NULL, levenberg_marquardt
 from .problem import Point, Problem, free_start_problem, sensor_sd_of
@@ -260,10 +260,7 @@ def fit_moving_horizon(records: Sequence[Record], model: Model, horizon: Horizon
     CannotFit : a record lacks a channel, or there are no more measured values than coefficients.
     FitFailed : the model diverges in the first pass.
     """
-    records = unbroken(records, model)
-    series = [series_of(record, model) for record in records]
-    if (n := sum(s.n_outputs for s in series)) <= len(model.coordinates):
-        raise CannotFit(f"{n} measured values for {len(model.coordinates)} coefficients")
+    records, series = unbroken_series(records, model, len(model.coordinates))
     problem, change = free_start_problem(series, model), square_changes(model, series)
     start = _best_start(starts_of(records, model), problem, horizon)
     prior = prior_factor(start.source, inflation)

@@ -23,9 +23,9 @@ import numpy as np
 
 from ...models.errors import CannotFit
 from ..fit import Fit
-from ..gaps import unbroken
+from ..gaps import unbroken_series
 from ..regression import factors
-from ..series import Series, series_of
+from ..series import Series
 from ..starts import starts_of
 from .loss import Loss
 from .minimiser import NULL
@@ -72,11 +72,8 @@ def problem_of(
 def _prepared(
     records: Sequence[Record], model: Model, unknowns: Unknowns | None
 ) -> tuple[list[Series], list[np.ndarray]]:
-    records = unbroken(records, model)
-    series = [series_of(record, model) for record in records]
     k = len(model.coordinates) if unknowns is None else len(unknowns.estimated)
-    if (n := sum(s.n_outputs for s in series)) <= k:
-        raise CannotFit(f"{n} measured values for {k} coefficients")
+    records, series = unbroken_series(records, model, k)
     return series, _starts(records, model, unknowns)
 
 

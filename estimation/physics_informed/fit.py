@@ -24,14 +24,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...models.errors import CannotFit, FitFailed
+from ...models.errors import FitFailed
 from ...models.linear_algebra import lstsq
 from ..black_box.free_runs import require_jax
 from ..fit import Fit
-from ..gaps import unbroken
+from ..gaps import unbroken_series
 from ..likelihood.arrow import Arrow, LinearArrow, Rows
 from ..regression import factors
-from ..series import Series, series_of
+from ..series import Series
 from ..smoothed_states import smoothed_states
 from ..starts import starts_of
 from .equations import POINTS, Equations
@@ -166,10 +166,7 @@ def identify(records: Sequence[Record], model: Model, weight: float, spacing: fl
 
 
 def _prepared(records: Sequence[Record], model: Model, weight: float, spacing: float) -> tuple[Problem, np.ndarray]:
-    records = unbroken(records, model)
-    series, p = [series_of(record, model) for record in records], len(model.coordinates)
-    if (count := sum(s.n_outputs for s in series)) <= p:
-        raise CannotFit(f"{count} measured values for {p} coefficients")
+    records, series = unbroken_series(records, model, len(model.coordinates))
     equations = Equations.of(model)
     smooth = [_smooth(record, s, equations) for record, s in zip(records, series, strict=True)]
     theta, states, rate = _best_start(records, series, equations, smooth)
@@ -336,15 +333,12 @@ def _covariance(
     With P the rows of theta's derivatives outside the space of the networks' weights, theta moves by (P'P)^-1 P' e when
     the residuals move by e; e is taken as white with the variance of its block (channel or equation).
     """
-    outside, middle = [factors.empty(p)], np.zeros((p, p))
+    factor, middle = factors.empty(p), np.zeros((p, p))
     for (values, blocks), width in zip(rows, widths, strict=True):
         q = np.linalg.qr(values[:, :width])[0]
         free = values[:, width:-1] - q @ (q.T @ values[:, width:-1])
         middle += free.T @ (free * variances[blocks, None])
-        outside.append(np.column_stack([free, np.zeros(len(free))]))
-    factor = factors.empty(p)
-    for part in outside:
-        factor = factors.fold(factor, part)
+        factor = factors.fold(factor, np.column_stack([free, np.zeros(len(free))]))
     solution = factors.solve(factor)
     bread = solution.half @ solution.half.T
     covariance = bread @ middle @ bread

@@ -57,8 +57,8 @@ def features_of(window: Window, dt: float, inputs: np.ndarray, place: np.ndarray
     grid = np.arange(first, last + 1)
     part = inputs[first : last + 1]
     sums, powers = _integrals(part), _powers(part)
-    known = np.hstack([[np.interp(place, grid, column) for column in sums.T]]).T / distance
-    slopes = np.hstack([[np.interp(place, grid, column) for column in powers.T]]).T / (distance * dt)
+    known = np.column_stack([np.interp(place, grid, column) for column in sums.T]) / distance
+    slopes = np.column_stack([np.interp(place, grid, column) for column in powers.T]) / (distance * dt)
     one = np.ones((len(place), 1))
     return Features(np.hstack([bend, one, known]), np.hstack([rise, 0.0 * one, slopes]))
 

@@ -106,28 +106,33 @@ def tested(advised: Mapping[Situation, Advice], fresh: Contest, checks: Contest)
 
 
 def _tested(fresh: Contest, checks: Contest, one: Situation, advice: Advice) -> Tested:
-    at = _problem_of(fresh, one)
-    assert at is not None
+    (at,), place = _places(fresh, one, held_out="+".join(one.held_out)), _check_of(checks, one)
     errors = fresh.errors[at]
     least = int(np.nanargmin(errors))
     error = errors[fresh.methods.index(advice.method)] if advice.method in fresh.methods else np.nan
     error = np.inf if np.isnan(error) else float(error)
-    by_seed = [_chosen(fresh, checks, one, advice, at, seed) for seed in range(fresh.runs.shape[2])]
-    known = [value for value in by_seed if not np.isnan(value)]
-    return Tested(one, advice, error, median(known) if known else error, fresh.methods[least], float(errors[least]))
+    chosen = (
+        np.nan if place is None else _chosen(fresh.runs[at], fresh.methods, checks.runs[place], checks.methods, advice)
+    )
+    return Tested(one, advice, error, error if np.isnan(chosen) else chosen, fresh.methods[least], float(errors[least]))
 
 
-def _chosen(fresh: Contest, checks: Contest, one: Situation, advice: Advice, at: int, seed: int) -> float:
-    """Error, with one draw of the noise, of the listed method with the least error on the check record."""
-    place = _check_of(checks, one)
-    names = [name for name in advice.listed if name in fresh.methods]
-    if place is None or not names:
+def _chosen(
+    runs: np.ndarray, methods: Sequence[str], checks: np.ndarray, checked: Sequence[str], advice: Advice
+) -> float:
+    """Median over draws of the noise of the error of the listed method with the least error on the check record.
+
+    runs, checks : errors (M, S) of `methods` in the situation, and of `checked` on its check record; nan without any.
+    """
+    names = [name for name in advice.listed if name in methods]
+    if not names:
         return np.nan
-    shown = [
-        checks.runs[place, checks.methods.index(name), seed] if name in checks.methods else np.inf for name in names
-    ]
-    best = names[int(np.argmin(np.where(np.isnan(shown), np.inf, shown)))]
-    return float(fresh.runs[at, fresh.methods.index(best), seed])
+    shown = np.array(
+        [checks[checked.index(name)] if name in checked else np.full(runs.shape[1], np.inf) for name in names]
+    )
+    best = np.argmin(np.where(np.isnan(shown), np.inf, shown), axis=0)
+    own = runs[[methods.index(name) for name in names]]
+    return median(own[best, np.arange(runs.shape[1])])
 
 
 def summary(found: Sequence[Tested]) -> str:

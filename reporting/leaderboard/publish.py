@@ -199,10 +199,11 @@ def readme(
     lines: Sequence[str],
     found: Statistics,
     findings: Sequence[Finding],
-    advice: str = "",
     tuning: Contest | None = None,
 ) -> str:
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
+    suites = ranked_and_tuning(results)[0]["suite"]
+    main, where = suites.iloc[0], f" in the suite {suites.iloc[0]}" if suites.nunique() > 1 else ""
     ranking = overall_table(board)
     keep = [i for i, name in enumerate(ranking.columns) if name in SHOWN]
     rows = tuple(tuple(row[i] for i in keep) for row in ranking.rows)
@@ -212,42 +213,29 @@ def readme(
         [
             "# Leaderboard",
             *(f"**{tables.in_markdown(line)}**" for line in lines),
-            *([advice] if advice else []),
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
             f"`{PAGE}` chooses by vessel, excitation, noise, disturbance, channels and time, and shows every run; the "
             f"runs are in `{RESULTS}` and `{PARAMETERS}`. These files are in the archive `helmbench-reports` of a "
             "release (`make asset`), and not in the repository; `make reports` makes all of it anew.",
             "Times are CPU times of a fit; they hardly depend on what else the machine does.",
             f"![Median prediction error of every method with its interval]({PICTURE})",
-            f"## Ranking{_in_suite(results)}",
+            f"## Ranking{where}",
             tables.markdown(shown),
-            *_uncertainty(results),
+            *_section(uncertainty_table(results[results["suite"] == main]), where),
             "## Suites",
             tables.markdown(_suites(manifest, results)),
             "## Findings",
             "\n".join(listed),
-            *(tuner_section(tuning) if tuning else []),
+            *(_section(tuner_table(tuning)) if tuning else []),
             "## Statistics",
             *map(tables.in_markdown, found.statements()),
         ]
     ) + "\n"  # fmt: skip
 
 
-def _uncertainty(results: Frame) -> list[str]:
-    """The section on stated uncertainties in the first suite; nothing where none was scored."""
-    shown = uncertainty_table(results[results["suite"] == results["suite"].iloc[0]])
-    return [f"## {shown.title}{_in_suite(results)}", shown.note, tables.markdown(shown)] if shown.rows else []
-
-
-def tuner_section(tuning: Contest) -> list[str]:
-    """The table of tuners under its heading; nothing where too few are compared."""
-    table = tuner_table(tuning)
-    return [f"## {table.title}", table.note, tables.markdown(table)] if table.rows else []
-
-
-def _in_suite(results: Frame) -> str:
-    results, _ = ranked_and_tuning(results)
-    return f" in the suite {results['suite'].iloc[0]}" if results["suite"].nunique() > 1 else ""
+def _section(table: tables.Table, where: str = "") -> list[str]:
+    """A table with its note under its title; nothing where it has no rows."""
+    return [f"## {table.title}{where}", table.note, tables.markdown(table)] if table.rows else []
 
 
 def _suites(manifest: Mapping[str, Any], results: Frame) -> tables.Table:

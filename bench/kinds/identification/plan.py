@@ -71,21 +71,22 @@ class RunSpec:
 
     def row_key(self) -> dict[str, Any]:
         """The key columns of the tables."""
-        task = self.task
-        return {
-            "suite": self.suite,
-            "method": self.method,
-            "variant": self.variant,
-            "vessel": task.vessel,
-            "model": model_text(task),
-            "train": task.train_text,
-            "held_out": task.held_out_text,
-            "noise": task.noise,
-            "disturbance": task.disturbance,
-            "thinning": task.thinning,
-            "length": task.length,
-            "seed": task.seed,
-        }
+        return {"suite": self.suite, "method": self.method, "variant": self.variant, **task_key(self.task)}
+
+
+def task_key(task: Task) -> dict[str, Any]:
+    """The key columns of the tables that say which task it is."""
+    return {
+        "vessel": task.vessel,
+        "model": model_text(task),
+        "train": task.train_text,
+        "held_out": task.held_out_text,
+        "noise": task.noise,
+        "disturbance": task.disturbance,
+        "thinning": task.thinning,
+        "length": task.length,
+        "seed": task.seed,
+    }
 
 
 def model_text(task: Task) -> str:

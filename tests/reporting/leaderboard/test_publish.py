@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from helmbench.bench.store import Store, read_tables
+from helmbench.bench.store import read_tables
 from helmbench.models.errors import BadInput
 from helmbench.reporting.leaderboard import comparing, publish, standings
 from helmbench.reporting.leaderboard.contest import contest
@@ -15,20 +15,6 @@ from helmbench.reporting.leaderboard.statistics import Statistics
 from helmbench.reporting.tables import in_markdown
 
 STORED = Path(__file__).parents[3] / "reports" / "leaderboard"
-
-
-@pytest.fixture
-def folder_of(tmp_path, manifest):
-    """Writes runs into a directory of results: folder_of(name, runs)."""
-
-    def build(name, runs):
-        with Store.create(tmp_path / name, manifest(len(runs)) | {"suite": name}) as store:
-            for run in runs:
-                store.append(run)
-            store.write_tables()
-        return tmp_path / name
-
-    return build
 
 
 @pytest.fixture

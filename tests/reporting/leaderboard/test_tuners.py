@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import friedmanchisquare
 
 from helmbench.bench.kinds.identification.plan import plan
-from helmbench.bench.store import Store, read_tables
+from helmbench.bench.store import read_tables
 from helmbench.bench.suites import load_suite
 from helmbench.estimation.tuning.space import Choice, grid_of
 from helmbench.estimation.tuning.tune import TUNERS
@@ -139,16 +139,8 @@ def test_the_suite_gives_every_tuner_the_same_budget():
 
 
 @pytest.fixture
-def folders(tmp_path, manifest, run_of):
+def folders(folder_of, run_of):
     """Results of a main suite, and of tuners on two of its problems and on others."""
-
-    def build(suite, runs):
-        with Store.create(tmp_path / suite, manifest(len(runs)) | {"suite": suite}) as store:
-            for run in runs:
-                store.append(run)
-            store.write_tables()
-        return tmp_path / suite
-
     vessels = ("cargo", "mariner", "s175", "patrol", "remus-kt", "response-1")
     main = [
         run_of(error=e, r2=1.0 - e**2, method=method, vessel=vessel, suite="default")
@@ -160,7 +152,7 @@ def folders(tmp_path, manifest, run_of):
         for tuner, e in (("abc", 0.03), ("tpe", 0.01), ("random", 0.02))
         for vessel in vessels
     ]
-    return build("default", main), build("tuners", tuning)
+    return folder_of("default", main), folder_of("tuners", tuning)
 
 
 def test_published_tuners_are_a_finding_and_no_part_of_the_ranking(folders, tmp_path):
