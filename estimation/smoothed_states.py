@@ -7,6 +7,7 @@ and yaw rate contradict each other, a run starts from both as they were measured
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,14 +41,18 @@ def smoothed_states(record: Record, times_s: np.ndarray) -> dict[str, np.ndarray
     for symbol, states in CHANNELS.items():
         values = samples(even, symbol)
         if values is not None and np.isfinite(values).sum() >= SHORTEST:
-            derivatives = _derivatives(values, len(states)) / even.dt ** np.arange(len(states))
+            derivatives = _derivatives(values.tobytes(), len(states)) / even.dt ** np.arange(len(states))
             found |= {s: np.interp(times_s, even.time_s, derivatives[:, rank]) for rank, s in enumerate(states)}
     return found
 
 
-def _derivatives(values: np.ndarray, count: int) -> np.ndarray:
-    """A series (N,) and its derivatives, (N, count), per sample^k; nan = gap."""
-    track = Track(values[:, None], (0,))
+@lru_cache(maxsize=32)
+def _derivatives(series: bytes, count: int) -> np.ndarray:
+    """A series (N,) of float64 and its derivatives, (N, count), per sample^k; nan = gap.
+
+    Kept for some series: many models are compared on the same records.
+    """
+    track = Track(np.frombuffer(series)[:, None], (0,))
     with np.errstate(divide="ignore"):  # a series without any noise has an infinite likelihood
         walk = fitted_walk([track], sensor_variances([track]), (count + 1, count + 2))
     return smoothed(track, walk)[:, :count]

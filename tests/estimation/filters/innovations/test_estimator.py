@@ -374,15 +374,17 @@ def test_a_sample_is_cut_into_as_many_steps_as_its_innovations_need():
     assert np.all(np.abs(found - wanted) < 5e-3 * (1.0 + np.abs(wanted)))
 
 
-def test_a_step_of_the_noise_gains_where_forces_are_nearly_collinear(rng):
+def test_noise_is_fitted_from_every_start_where_forces_are_nearly_collinear(rng):
     """The two forces of a second-order response model do much the same; no start above the truth is a dead end."""
     model, records = _records("response-2", duration_s=150.0)
     est = estimator(model, records)
+    best = noise_fit.fit_noise_from_starts(est, est.start(), est.start())[1].log_likelihood
     for _ in range(10):
         sd = QUANTUM * np.sqrt(10.0 ** rng.uniform(0.0, 1.5, 2))
         s = _noisy(est.start(), force_sd=sd, correlation_time_s=est.clock * 10.0 ** rng.uniform(0.0, 1.5))
-        start = noise_fit._stored(est, s)
-        assert start.cost - noise_fit._step(est, start, 0.0).point.cost > 1.0, (sd, s.noise.correlation_time_s)
+        assert best - est.evaluate(s).log_likelihood > 100.0
+        found = noise_fit.fit_noise(est, s, noise_fit.MOST_STEPS)[1].log_likelihood
+        assert best - found < 1.0, (sd, s.noise.correlation_time_s)
 
 
 def test_a_long_gap_cuts_a_record(seed):
