@@ -95,12 +95,12 @@ def check_advice(
     fresh = _run(suite, text, folder / RUNS, options)
     advised = advice.advices(rule, fresh, drawn)
     if not advised:
-        return _written(folder, advice.report([], seed), [])
+        return _written(folder, advice.report([], situations, seed), [])
     text = checks_text({one: own.listed for one, own in advised.items()})
     name = f"{CHOICES}-{sha256(text.encode()).hexdigest()[:8]}"
     checks = _run(folder / f"{name}.yaml", text, folder / name, options)
     found = advice.tested(advised, fresh, checks)
-    return _written(folder, advice.report(found, seed), found)
+    return _written(folder, advice.report(found, len(set(drawn)), seed), found)
 
 
 def _run(suite: Path, text: str, folder: Path, options: Mapping[str, Any]) -> Contest:

@@ -155,13 +155,16 @@ def _good(regrets: Sequence[float]) -> str:
     return f"{share} [{percent(low)}, {percent(high)}], median regret {number(median(regrets))}"
 
 
-def report(found: Sequence[Tested], seed: int) -> str:
-    """The page of the test as Markdown."""
+def report(found: Sequence[Tested], drawn: int, seed: int) -> str:
+    """The page of the test as Markdown; drawn : situations, also those where no method applies."""
     kinds = sorted({one.situation.kind for one in found})
     by_kind = [(kind, [one for one in found if one.situation.kind == kind]) for kind in kinds]
     parts = ["# The advice tested", summary(found), EXPLAINED]
     parts += ["## By kind of situation", markdown(_kinds(by_kind)), "## Situations", markdown(_situations(found))]
-    return "\n\n".join([*parts, f"Drawn with seed {seed}; every run is in the folder."]) + "\n"
+    left = drawn - len(found)
+    told = f"; in {left} no method applies: the equations need channels that are not measured" if left else ""
+    parts.append(f"{drawn} situations were drawn with seed {seed}{told}. Every run is in the folder.")
+    return "\n\n".join(parts) + "\n"
 
 
 def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:

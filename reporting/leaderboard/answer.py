@@ -17,8 +17,10 @@ NAMED = 4
 """Methods that are as good which a sentence names."""
 GOOD, FLOOR = 1.3, 0.01
 """An error is good below this multiple of the least of all methods; free-run errors below the floor count as it."""
-SHORT, ENOUGH = 4, 0.95
+SHORT, ENOUGH = 5, 0.95
 """Most methods of a short list, and the share of problems with a good one among them from which it is whole."""
+MEAN = 1.0
+"""Free-run error of the mean of the record."""
 USELESS = "None predicts better than the mean of the record (error 1); least bad: "
 NOTHING = "No two methods were compared under these conditions."
 
@@ -49,40 +51,62 @@ def sentence(board: Contest) -> str:
     error, seconds = median(board.errors[:, best]), median(board.times[:, best])
     if not np.isfinite(error):
         return "No method predicts these problems with a finite error."
-    useless = "" if error < 1.0 or board.criterion != "prediction" else USELESS
+    useless = "" if error < MEAN or board.criterion != "prediction" else USELESS
     others = rivals(board)
     told = _others(places[0].method, others) if others else ""
     listed = _listed(board) if board.criterion == "prediction" else ""
     return f"{useless}{places[0].method} (error {number(error)}, {number(seconds)} s){told}.{listed}"
 
 
-def shortlist(board: Contest, methods: Sequence[str]) -> tuple[list[str], float]:
-    """The few methods of which one is good in most problems, the first of the ranking first; and the share of these.
+def shortlist(board: Contest, methods: Sequence[str]) -> tuple[list[str], float, int]:
+    """A few methods of which one is good in most problems, the first of the ranking first; and what the list is worth.
 
     methods : those that may be listed, in the order of the ranking.
+
+    The second is the share of problems with a good method in a list made of the problems of all other ships, nan for a
+    single ship; the third the number of problems, those left out that nobody predicts better than by the record's mean.
+    The list is the shortest with `ENOUGH` of them, else the best of at most `SHORT`.
     """
     errors = np.where(np.isnan(board.errors), np.inf, np.maximum(board.errors, FLOOR))
-    places = [board.methods.index(name) for name in methods]
-    least = errors.min(axis=1)
-    good = (errors[:, places] < GOOD * least[:, None]) & np.isfinite(least)[:, None]
-    chosen, covered = [0], good[:, 0]
-    while covered.mean() < ENOUGH and len(chosen) < SHORT:
-        gains = (good & ~covered[:, None]).sum(axis=0)
-        if not gains.max():
-            break
+    ships, useful = board.problems["vessel"].to_numpy(str), errors.min(axis=1) < MEAN
+    errors, ships = errors[useful], ships[useful]
+    if not len(errors):
+        return list(methods[:1]), np.nan, 0
+    good = errors[:, [board.methods.index(name) for name in methods]] < GOOD * errors.min(axis=1)[:, None]
+    listed, each = _covering(good), np.unique(ships)
+    sets = [(good[ships == ship], good[ships != ship]) for ship in each] if len(each) > 1 else [(good, good)]
+    hits = np.concatenate([np.logical_or.accumulate(own[:, _covering(rest)], axis=1) for own, rest in sets])
+    shares = hits.mean(axis=0)
+    last = int(np.argmax(np.minimum(shares, ENOUGH)))
+    share = float(shares[last]) if len(each) > 1 else np.nan
+    return [methods[place] for place in listed[: last + 1]], share, len(good)
+
+
+def _covering(good: np.ndarray) -> list[int]:
+    """At most `SHORT` columns that together are true in many rows (P, M): the first one, then always the one with most.
+
+    A row counts a quarter each time that it is covered, so that the list does not rest on single columns.
+    """
+    weights, chosen = np.ones(len(good)), [0]
+    while len(chosen) < min(SHORT, good.shape[1]):
+        weights = np.where(good[:, chosen[-1]], 0.25 * weights, weights)
+        gains = weights @ good
+        gains[chosen] = -1.0
         chosen.append(int(gains.argmax()))
-        covered = covered | good[:, chosen[-1]]
-    return [methods[place] for place in chosen], float(covered.mean())
+    return chosen
 
 
 def _listed(board: Contest) -> str:
     """Which methods to compare where no single one is good in most problems."""
-    names, share = shortlist(board, [place.method for place in board.order() if not place.partial])
+    names, share, count = shortlist(board, [place.method for place in board.order() if not place.partial])
     if len(names) < 2:
         return ""
+    told = f" Compare {', '.join(names)} on a record kept back"
+    if np.isnan(share):
+        return f"{told}."
     return (
-        f" Compare {', '.join(names)} on a record kept back: one of them errs less than {GOOD:g} times the least in "
-        f"{percent(share)} of {len(board.errors)} problems."
+        f"{told}: of a list made without the ship, one errs less than {GOOD:g} times the least in {percent(share)} of "
+        f"{count} problems."
     )
 
 

@@ -1,7 +1,7 @@
 // Ranks, tests and the answer, as reporting/leaderboard/contest.py, equivalence.py and answer.py compute them.
 "use strict";
 const Ranking = (function () {
-  const COVERAGE = 0.9, LEVEL = 0.05, LEAST = 5, NEAR = 1.25, FASTER = 1.2, NAMED = 4, EXACT_PAIRS = 50, GOOD = 1.3, FLOOR = 0.01, SHORT = 4, ENOUGH = 0.95;
+  const COVERAGE = 0.9, LEVEL = 0.05, LEAST = 5, NEAR = 1.25, FASTER = 1.2, NAMED = 4, EXACT_PAIRS = 50, GOOD = 1.3, FLOOR = 0.01, SHORT = 5, ENOUGH = 0.95, MEAN = 1;
   const EQUAL = "as good", WORSE = "worse", OPEN = "not settled", FEW = "too few";
   const SINGLE = { ships: "ship", problems: "problem", "seeds of one problem": "seed of one problem" };
   const NOTHING = "No two methods were compared under these conditions.";
@@ -183,34 +183,51 @@ const Ranking = (function () {
     const error = median(b.errors.map(function (row) { return row[best]; }));
     const seconds = median(b.times.map(function (row) { return row[best]; }));
     if (!isFinite(error)) return "No method predicts these problems with a finite error.";
-    const useless = error >= 1 && b.criterion === "prediction"
+    const useless = error >= MEAN && b.criterion === "prediction"
       ? "None predicts better than the mean of the record (error 1); least bad: " : "";
     return useless + full[0].method + " (error " + number(error) + ", " + number(seconds) + " s)" + (rest.length ? others(full[0].method, rest) : "") + "." +
       (b.criterion === "prediction" ? listed(b, full) : "");
   }
-  function shortlist(b, full) { // the few methods of which one is good in most problems
-    const good = b.errors.map(function (row) {
-      const raised = row.map(function (e) { return e === null ? Infinity : Math.max(e, FLOOR); }), least = Math.min(...raised);
-      return full.map(function (place) { return isFinite(least) && raised[place.index] < GOOD * least; });
-    });
-    const share = function (covered) { return covered.filter(Boolean).length / covered.length; };
+  function covering(good) { // at most SHORT columns that together are true in many rows; a row counts a quarter each time it is covered
     const chosen = [0];
-    let covered = good.map(function (row) { return row[0]; });
-    while (share(covered) < ENOUGH && chosen.length < SHORT) {
-      const gains = full.map(function (_, j) { return good.filter(function (row, i) { return row[j] && !covered[i]; }).length; });
-      const most = Math.max(...gains);
-      if (!most) break;
-      const next = gains.indexOf(most);
-      chosen.push(next);
-      covered = covered.map(function (own, i) { return own || good[i][next]; });
+    let weights = good.map(function () { return 1; });
+    while (chosen.length < Math.min(SHORT, good[0].length)) {
+      const latest = chosen[chosen.length - 1];
+      weights = weights.map(function (w, i) { return good[i][latest] ? 0.25 * w : w; });
+      const gains = good[0].map(function (_, j) {
+        return chosen.includes(j) ? -1 : good.reduce(function (sum, row, i) { return sum + (row[j] ? weights[i] : 0); }, 0);
+      });
+      chosen.push(gains.indexOf(Math.max(...gains)));
     }
-    return { names: chosen.map(function (j) { return full[j].method; }), share: share(covered) };
+    return chosen;
+  }
+  function shortlist(b, full) { // a few methods of which one is good in most problems, and what such a list is worth on a ship left out
+    const raised = b.errors.map(function (row) { return row.map(function (e) { return e === null ? Infinity : Math.max(e, FLOOR); }); });
+    const kept = raised.map(function (_, i) { return i; }).filter(function (i) { return Math.min(...raised[i]) < MEAN; });
+    if (!kept.length) return { names: [full[0].method], share: NaN, count: 0 };
+    const good = kept.map(function (i) {
+      const least = Math.min(...raised[i]);
+      return full.map(function (place) { return raised[i][place.index] < GOOD * least; });
+    });
+    const each = new Set(kept.map(function (i) { return b.ships[i]; })), hits = [];
+    each.forEach(function (ship) {
+      const own = good.filter(function (_, k) { return b.ships[kept[k]] === ship; });
+      const chosen = covering(each.size > 1 ? good.filter(function (_, k) { return b.ships[kept[k]] !== ship; }) : good);
+      own.forEach(function (row) {
+        hits.push(chosen.map(function (_, n) { return chosen.slice(0, n + 1).some(function (j) { return row[j]; }); }));
+      });
+    });
+    const shares = hits[0].map(function (_, n) { return hits.filter(function (row) { return row[n]; }).length / hits.length; });
+    const capped = shares.map(function (share) { return Math.min(share, ENOUGH); }), last = capped.indexOf(Math.max(...capped));
+    return { names: covering(good).slice(0, last + 1).map(function (j) { return full[j].method; }),
+      share: each.size > 1 ? shares[last] : NaN, count: good.length };
   }
   function listed(b, full) {
     const found = shortlist(b, full);
     if (found.names.length < 2) return "";
-    return " Compare " + found.names.join(", ") + " on a record kept back: one of them errs less than " + GOOD + " times the least in " +
-      percent(found.share) + " of " + b.errors.length + " problems.";
+    const told = " Compare " + found.names.join(", ") + " on a record kept back";
+    return isNaN(found.share) ? told + "." : told + ": of a list made without the ship, one errs less than " + GOOD + " times the least in " +
+      percent(found.share) + " of " + found.count + " problems.";
   }
   function percent(share) { // half to even, as Python rounds
     const x = share * 100, low = Math.floor(x), rest = x - low;
