@@ -109,6 +109,7 @@ def html(
     found: Statistics,
     data: str,
     main: str = "",
+    advice: str = "",
 ) -> str:
     """The report as one self-contained page.
 
@@ -116,6 +117,7 @@ def html(
     ----------
     data : what `page_data.as_script` gave.
     main : the suite that board and statistics are of, where the results are of several.
+    advice : what the test of the advice says.
     """
     return render(
         "leaderboard.html.j2",
@@ -125,6 +127,7 @@ def html(
         complete=len(results) >= manifest["planned"],
         data=data,
         main=main,
+        advice=advice,
         charts=found.charts(),
         statements=statements(found),
         sensitivity=found.sensitivity_table(),

@@ -95,8 +95,7 @@ def _tested(folder: Path) -> str:
     """What the test of the advice says that lies in the folder (`helmbench advice`); empty without one."""
     if not (folder / ADVICE).is_file():
         return ""
-    said = (folder / ADVICE).read_text(encoding="utf-8").split("\n\n")[1]
-    return f"{said} See [{ADVICE}]({ADVICE})."
+    return (folder / ADVICE).read_text(encoding="utf-8").split("\n\n")[1]
 
 
 def _written(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
@@ -137,10 +136,8 @@ def pages(
     compared = None if tuning is None else contest_of_tuners(tuning, parameters)
     findings = [*told(runs, found, every), *(tuners_compared(compared) if compared else [])]
     texts = {
-        README: readme(
-            manifest, results, board, [*lines, *([advice] if advice else [])], found, findings, tuning=compared
-        ),
-        PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else ""),
+        README: readme(manifest, results, board, lines, found, findings, compared, advice),
+        PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else "", advice),
         PICTURE: picture(board),
     }
     return {name: text.encode() for name, text in texts.items()}
@@ -200,6 +197,7 @@ def readme(
     found: Statistics,
     findings: Sequence[Finding],
     tuning: Contest | None = None,
+    advice: str = "",
 ) -> str:
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
     suites = ranked_and_tuning(results)[0]["suite"]
@@ -213,6 +211,7 @@ def readme(
         [
             "# Leaderboard",
             *(f"**{tables.in_markdown(line)}**" for line in lines),
+            *([f"{advice} See [{ADVICE}]({ADVICE})."] if advice else []),
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
             f"`{PAGE}` chooses by vessel, excitation, noise, disturbance, channels and time, and shows every run; the "
             f"runs are in `{RESULTS}` and `{PARAMETERS}`. These files are in the archive `helmbench-reports` of a "

@@ -65,6 +65,16 @@ def test_the_published_leaderboard_says_what_its_results_say(folder, tmp_path):
         check_published(stored)
 
 
+def test_what_the_advice_is_worth_stands_on_page_and_readme(folder, tmp_path):
+    said = "In 60 fresh situations the method that this page names errs less than 1.3 times the least error in 70 %."
+    paths = publish.publish([folder], tmp_path)
+    assert said not in "".join(path.read_text() for path in paths if path.name in (publish.README, publish.PAGE))
+    (tmp_path / publish.ADVICE).write_text(f"# The advice tested\n\n{said}\n\nMore.\n")
+    publish.publish_again(tmp_path)
+    assert f"\n\n{said} See [advice.md](advice.md).\n\n" in (tmp_path / publish.README).read_text()
+    assert f'<p class="sub">{said}</p>' in (tmp_path / publish.PAGE).read_text()
+
+
 def test_findings_are_computed_from_the_results(folder):
     results, parameters = read_tables(folder)
     runs = standings.judged(results, summarised(parameters))
