@@ -16,7 +16,7 @@ from ..models.model import CHANNELS as COLUMNS
 from .causes.base import Cause
 from .causes.registry import causes
 from .residuals.unmodelled import confirmed
-from .result import Diagnosis, Entry, Finding, Gain, Trace
+from .result import Diagnosis, Entry, Finding, Gain
 from .starting import DECIDED
 from .state import Candidate, State, Unmodelled, covariance, matters
 from .verdict import next_manoeuvre, power, where
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .kinematics.stage import Shown
     from .options import Options
+    from .trace import Trace
 
 SMALL = "below the size that matters"
 

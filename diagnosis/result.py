@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..models.plain import plain
 
 if TYPE_CHECKING:
@@ -14,6 +12,7 @@ if TYPE_CHECKING:
     from ..estimation.validation.result import Validation
     from ..models.model import Model
     from .calibration.result import Calibration
+    from .trace import Trace
 
 SCHEMA = 2
 VERDICTS = ("inconclusive", "unexplained", "partly_named", "tied", "named", "adequate")
@@ -64,22 +63,6 @@ class Gain:
     r2_after: float
     closed: float
     """Share of the gap to the noise floor that the extension closed."""
-
-
-@dataclass(frozen=True)
-class Trace:
-    """One record for the page: measured channels against the free runs before and after.
-
-    time (T,) s; measured, before, after: channel name -> (T,), SI; nan where not scored.
-    """
-
-    record: str
-    role: str
-    time: np.ndarray
-    rudder: np.ndarray
-    measured: dict[str, np.ndarray]
-    before: dict[str, np.ndarray]
-    after: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..checks.statistics.tails import chi2_quantile, shifted_chi2_tail
-from .result import Finding, Trace
+from .result import Finding
 from .state import Unmodelled
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ..estimation.filters.innovations.settings import Setting
     from .causes.base import Cause
     from .state import Candidate, State
+    from .trace import Trace
 
 EXCITED = 8.0
 """Yaw motion over its sensor's noise (rms, smoothed) below which a record tells nothing about manoeuvring."""

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from ..discrepancy.regimes import Local
     from ..discrepancy.subsets import Subset
     from ..prepared import Prepared
-    from ..result import Trace
+    from ..trace import Trace
 
 NAMED, PARTLY = 0.8, 0.2
 """Shares of the explainable squared error that a verdict needs."""

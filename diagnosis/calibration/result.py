@@ -10,7 +10,7 @@ from ...models.plain import plain
 
 if TYPE_CHECKING:
     from ...models.model import Model
-    from ..result import Trace
+    from ..trace import Trace
 
 SCHEMA = 2
 EXPLAINABLE = 0.05

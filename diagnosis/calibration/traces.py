@@ -6,7 +6,7 @@ import numpy as np
 
 from ...estimation.mixed_effects.problem import THRUST, Problem, Run
 from ...models.model import CHANNELS
-from ..result import Trace
+from ..trace import Trace
 from .forward import Attempt
 
 

@@ -19,7 +19,8 @@ from ...estimation.filters.innovations.settings import Parameter, Setting
 from ...estimation.filters.innovations.vector import SYMBOLS
 from ...estimation.likelihood.minimiser import Damping, try_steps
 from ...models.model import CHANNELS as COLUMNS
-from ..result import Gain, Trace
+from ..result import Gain
+from ..trace import Trace
 
 START_S = 10.0
 """Time (s, of a 160 m ship) that a free run starts after."""

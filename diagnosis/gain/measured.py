@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Parameter, Setting
     from ..causes.base import Cause
     from ..options import Options
-    from ..result import Gain, Trace
+    from ..result import Gain
+    from ..trace import Trace
 
 GAINS = 0.95
 """Ratio of errors with a cause to those without it, in its best channel, from which it gains too little."""

@@ -12,7 +12,7 @@ from ..models.errors import BadInput
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..diagnosis.result import Trace
+    from ..diagnosis.trace import Trace
 
 
 def trace_of(traces: Sequence[Trace], record: str | None, what: str) -> Trace:

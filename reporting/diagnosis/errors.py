@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from ...diagnosis.result import Trace
+    from ...diagnosis.trace import Trace
 
 
 def residual(trace: Trace, name: str, run: str) -> np.ndarray:

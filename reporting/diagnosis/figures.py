@@ -13,7 +13,8 @@ from .errors import banded, residual, rms
 from .panels import CHANNELS
 
 if TYPE_CHECKING:
-    from ...diagnosis.result import Diagnosis, Trace
+    from ...diagnosis.result import Diagnosis
+    from ...diagnosis.trace import Trace
 
 BANDS = 14
 """Frequency bands, equally wide on a logarithmic axis, into which a spectrum of errors is averaged."""

@@ -15,7 +15,8 @@ from .panels import panel
 from .tables import added_table, bank_table, gain_table, instrument_rows, not_testable_table, where_table
 
 if TYPE_CHECKING:
-    from ...diagnosis.result import Diagnosis, Trace
+    from ...diagnosis.result import Diagnosis
+    from ...diagnosis.trace import Trace
     from ..tables import Table
 
 

@@ -13,7 +13,7 @@ from .charts import AFTER, BEFORE, MEASURED, Curve, channel_chart, rudder_chart,
 from .errors import extent, residual, rms
 
 if TYPE_CHECKING:
-    from ...diagnosis.result import Trace
+    from ...diagnosis.trace import Trace
 
 CHANNELS = ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s")
 """Channels with a chart each, in this order."""

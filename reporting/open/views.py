@@ -23,7 +23,8 @@ from .curves import numbers, stride, times
 if TYPE_CHECKING:
     from ...checks.result import CheckResult
     from ...diagnosis.craft.result import CraftDiagnosis
-    from ...diagnosis.result import Diagnosis, Finding, Trace
+    from ...diagnosis.result import Diagnosis, Finding
+    from ...diagnosis.trace import Trace
     from ...estimation.assessment import Assessment
     from ...estimation.validation.result import Validation
     from ..tables import Table
