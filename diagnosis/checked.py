@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from ..checks.columns._base import ColumnFault
     from ..datasets.record import Record
     from ..models.model import Model
-    from .prepared import Prepared
 
 SPEED = "surge_m_s"
 FAINT = 1e-6
@@ -61,15 +60,15 @@ def _judged(found: CheckFinding, model: Model) -> CheckFinding:
     return replace(found, standing=True) if dead and model.is_3dof else found
 
 
-def with_checks(found: Diagnosis, given: Prepared) -> Diagnosis:
-    """The diagnosis with what the files showed: named where it is a cause of the bank; and without a word of the model
-    while records stand in doubt, or where free runs do not follow the motion."""
-    found, lost = replace(found, checks=given.checked), without_motion(found.traces)
+def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Sequence[Record]) -> Diagnosis:
+    """The diagnosis with what the files of all records showed: named where it is a cause of the bank; and without a
+    word of the model while records stand in doubt, or where free runs do not follow the motion."""
+    found, lost = replace(found, checks=checks), without_motion(found.traces)
     if lost is not None and found.verdict in ("named", "tied"):
         found = replace(found, verdict="unexplained", reason=lost)
-    for name in dict.fromkeys(f.cause for f in given.checked if check_of(f.cause).named and f.blanked):
-        found = _named(found, _finding(name, given))
-    standing = [f for f in given.checked if f.standing]
+    for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).named and f.blanked):
+        found = _named(found, _finding(name, checks, records))
+    standing = [f for f in checks if f.standing]
     if standing:
         first = f"{', '.join(standing[0].records)}: {standing[0].evidence}"
         reason = f"nothing can be said of the model while the records are in doubt: {first}"
@@ -83,11 +82,11 @@ def with_checks(found: Diagnosis, given: Prepared) -> Diagnosis:
     return found
 
 
-def _finding(name: str, given: Prepared) -> Finding:
+def _finding(name: str, checks: Sequence[CheckFinding], records: Sequence[Record]) -> Finding:
     """Samples that were left out, as one share over all channels."""
-    own = [f for f in given.checked if f.cause == name]
+    own = [f for f in checks if f.cause == name]
     lost = sum(f.blanked for f in own)
-    kept = sum(int(np.isfinite(r.column(c)).sum()) for r in (*given.train, *given.held_out) for c in SENSED if r.has(c))
+    kept = sum(int(np.isfinite(r.column(c)).sum()) for r in records for c in SENSED if r.has(c))
     share = lost / max(kept + lost, 1)
     half = NORMAL_90 * float(np.sqrt(share * (1.0 - share) / max(kept + lost, 1)))
     size = Size("share", share, max(share - half, 0.0), share + half, "1")

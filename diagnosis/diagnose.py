@@ -81,7 +81,7 @@ def _diagnosed(
         given = behind_sensors(given, sensors_of(given.train, given.held_out, options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
-    found = with_checks(_found(model, given, options, watch), given)
+    found = with_checks(_found(model, given, options, watch), given.checked, (*given.train, *given.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
     return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
