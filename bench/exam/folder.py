@@ -29,7 +29,7 @@ from .key import SCHEMA, digest, read_key, world_key
 from .key_file import Key
 from .motion import logged, opening, without_motion
 from .names import cause_list, group_list
-from .submission import submission_schema
+from .submission_file import submission_schema
 from .worlds import World, draw, drawn_seed
 
 MANIFEST, CAUSES, SUBMISSION_SCHEMA, MODEL = "exam.json", "causes.json", "submission.schema.json", "model.json"

@@ -59,11 +59,6 @@ class Read:
         return self.content.worlds.get(world, Answer())
 
 
-def submission_schema() -> dict[str, Any]:
-    """The JSON schema of submissions (draft 2020-12)."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Submission.model_json_schema()}
-
-
 def read_submission(path: Path, exam: Exam) -> Read:
     """A submission to an exam.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -73,3 +73,8 @@ class Submission(FileContent):
     entrant: Short
     about: Text = ""
     worlds: dict[Short, Answer] = Field(default_factory=dict)
+
+
+def submission_schema() -> dict[str, Any]:
+    """The JSON schema of submissions (draft 2020-12)."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Submission.model_json_schema()}
