@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 from ..models.errors import BadInput
 from .environment import code_version, environment
 from .kinds import kind_of
-from .kinds.base import Selection, Spec
+from .kinds.base import Selection, Spec, Suite
 from .limits import UNLIMITED, Limits
 from .store import MANIFEST, Store, read_manifest
 
 if TYPE_CHECKING:
     from .pool import Pool
-    from .suites import Suite
 
 
 def run(

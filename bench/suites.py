@@ -7,42 +7,14 @@ entry holds, and which further keys the file has, is said by the kind's module `
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from ..models.errors import BadInput
 from ..models.suggestions import suggestion
 from .kinds import IDENTIFICATION, kind_of
+from .kinds.base import Suite
 
 FOLDER = Path(__file__).parent / "suites"
-
-
-@dataclass(frozen=True)
-class Suite:
-    """A named list of entries; `digest` changes with the file's content.
-
-    `folder` is that of the file; names of files in it may be relative to it.  `head` holds the keys beside the entries;
-    it and the entries are instances of the models of the suite's kind.
-    """
-
-    name: str
-    digest: str
-    kind: str
-    head: Any = field(repr=False)
-    entries: tuple[Any, ...] = field(repr=False)
-    folder: Path = field(default=FOLDER, repr=False)
-
-    @property
-    def title(self) -> str:
-        """The suite in a few words; the file's name where it has no title."""
-        return self.head.title or self.name
-
-    @property
-    def texts(self) -> tuple[str, ...]:
-        """Every text that the file holds, such as those of methods."""
-        return tuple(_texts_in([part.model_dump() for part in (self.head, *self.entries)]))
 
 
 def suite_names() -> list[str]:
@@ -73,11 +45,3 @@ def load_suite(name: str) -> Suite:
     head = checked(models.Head, content, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     return Suite(path.stem, digest, kind.name, head, rows, path.parent)
-
-
-def _texts_in(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict | list | tuple):
-        for part in value.values() if isinstance(value, dict) else value:
-            yield from _texts_in(part)

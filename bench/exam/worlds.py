@@ -15,7 +15,7 @@ from ..faults.effects._sensors import SensorKind
 from ..faults.effects.registry import kind_of
 from ..faults.frames import Frames
 from ..faults.ships import sister_numbers
-from ..kinds.base import Selection
+from ..kinds.base import Selection, Suite
 from ..kinds.diagnosis.bases import EXACT, UNSTATED
 from ..kinds.diagnosis.bugs import bug_of, numbers_of, with_numbers
 from ..kinds.diagnosis.execute import base_of, injected_of, right_names
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from ...models.model import Model
     from ..faults import Injected
-    from ..suites import Suite
 
 KINDS = ("exact base", "imperfect base", "regime", "sensors", "two at once", "nothing wrong")
 SPREAD, MOST = 0.1, 2.0

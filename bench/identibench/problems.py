@@ -27,7 +27,7 @@ from ...models.folders import make_folder, write_atomic
 from ...models.plain import plain
 from ..environment import code_version
 from ..kinds import IDENTIFICATION, kind_of
-from ..kinds.base import Selection
+from ..kinds.base import Selection, Suite
 from ..kinds.identification.plan import task_key
 from ..kinds.identification.problems import problem
 from ..store import check_vacant
@@ -38,7 +38,6 @@ from .columns import RATE, SIDE
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ..kinds.identification.problems import Problem, Task, Truth
-    from ..suites import Suite
 
 MANIFEST, README = "problems.json", "README.md"
 TEXT = """# Problems of helmbench's suite {suite}

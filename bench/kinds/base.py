@@ -1,18 +1,16 @@
-"""What the runner, the store and the command line know of a kind of suite."""
+"""What the runner, the store and the command line know of suites and their kinds."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import islice
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, TypeVar
 
 from ...models.errors import BadInput
-
-if TYPE_CHECKING:
-    from ..suites import Suite
 
 TIMES = {"wall_s": "float", "cpu_s": "float", "peak_memory_mib": "float"}
 """The last columns of a table of runs, and the only ones in which two equal runs may differ."""
@@ -59,6 +57,40 @@ class Selection:
     vessels: tuple[str, ...] = ()
     seeds: int | None = None
     seed: int | None = None
+
+
+@dataclass(frozen=True)
+class Suite:
+    """A named list of entries; `digest` changes with the file's content.
+
+    `folder` is that of the file; names of files in it may be relative to it.  `head` holds the keys beside the entries;
+    it and the entries are instances of the models of the suite's kind.
+    """
+
+    name: str
+    digest: str
+    kind: str
+    head: Any = field(repr=False)
+    entries: tuple[Any, ...] = field(repr=False)
+    folder: Path = field(repr=False)
+
+    @property
+    def title(self) -> str:
+        """The suite in a few words; the file's name where it has no title."""
+        return self.head.title or self.name
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Every text that the file holds, such as those of methods."""
+        return tuple(_texts_in([part.model_dump() for part in (self.head, *self.entries)]))
+
+
+def _texts_in(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict | list | tuple):
+        for part in value.values() if isinstance(value, dict) else value:
+            yield from _texts_in(part)
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ..base import Kind, Selection, Tables
+from ..base import Kind, Selection, Suite, Tables
 from .columns import CASE_COLUMNS, CASES, KEYS, SIZE_COLUMNS, SIZE_KEYS, SIZES
 from .execute import execute
 from .plan import CaseSpec, plan, with_seed
-
-if TYPE_CHECKING:
-    from ...suites import Suite
 
 
 class DiagnosisKind(Kind):

@@ -19,8 +19,7 @@ from .bases import EXACT, carried
 from .bugs import BUGS
 
 if TYPE_CHECKING:
-    from ...suites import Suite
-    from ..base import Selection
+    from ..base import Selection, Suite
     from .suite import Entry
 
 NOTHING, PLAIN, ONE_BUG, REGIME, PLANTED = "none", "plain", "one-bug", "regime", "planted-null"

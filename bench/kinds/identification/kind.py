@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ....models.errors import BadInput
-from ..base import Kind, Selection, Tables
+from ..base import Kind, Selection, Suite, Tables
 from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
 from .content import content
 from .execute import execute
 from .plan import RunSpec, plan
 from .problems import HELD_OUT_SEED, measured_records
-
-if TYPE_CHECKING:
-    from ...suites import Suite
 
 
 class IdentificationKind(Kind):

@@ -16,12 +16,11 @@ from ....models.errors import BadInput
 from ....models.memory import SIMULATED_SAMPLE, require_memory
 from ....models.model import list_vessels, resolve
 from ....models.suggestions import suggestion
-from ..base import Selection, limited
+from ..base import Selection, Suite, limited
 from .own import Ship, digest, is_file_name, located, ship_of
 from .problems import Task, check_task
 
 if TYPE_CHECKING:
-    from ...suites import Suite
     from .suite import Entry
 
 VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
