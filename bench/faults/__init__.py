@@ -9,11 +9,12 @@ moves inside the integration step (`integrate`), and only the numbers of the ves
 A kind of effect is one file in `effects/`.
 """
 
-from .case import GUSTS, Case, Injected, inject
+from .case import GUSTS, SIZED, STRENGTHS, Case
 from .effects import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
+from .injected import Injected, inject
 from .measured import inject_in_record
 from .ships import VESSELS
-from .strength import SIZED, STRENGTHS, noncentrality
+from .strength import noncentrality
 
 __all__ = [
     "ANTICIPATED", "GUSTS", "REGIME", "SIZED", "STRENGTHS", "TAXONOMY", "UNFORESEEN", "VESSELS", "Case", "Effect",

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.record import Record
 from . import sensing
+from .case import Case
 from .effects import Effect
 from .effects._forces import ForceKind
 from .effects._sensors import SensorKind
 from .foreign import foreign_forces
 from .ships import Ship
 from .simulator import Gusts, Plan, Run, simulate
-
-if TYPE_CHECKING:
-    from .case import Case
 
 
 def plan_of(ship: Ship, effects: Sequence[Effect], record: int) -> Plan:

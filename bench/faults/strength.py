@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...datasets.record import Record
 from . import equations, oracle, sensing
+from .case import SIZED, STRENGTHS, Case
 from .effects import Effect, Setting, kind_of
 from .frames import Frames
 from .simulator import (
@@ -21,20 +20,6 @@ from .simulator import (
     vector,
 )  # fmt: skip
 
-if TYPE_CHECKING:
-    from .case import Case
-
-#: Non-centrality of a strength: drawn uniformly in its logarithm; 29.3 is power .99 at level .001 (one size)
-STRENGTHS = {
-    "undetectable": (1.0, 3.0),
-    "detectable": (30.0, 60.0),
-    "faint": (60.0, 120.0),
-    "medium": (400.0, 800.0),
-    "gross": (4e3, 8e3),
-}
-#: Strengths by size: factors on the size that a kind draws (an offset near .1 deg, a delay near .2 s, a current near
-#: 3 cm/s), increased where that would not be detectable
-SIZED = {"small": 1.0, "moderate": 3.0, "large": 10.0}
 DETECTABLE = 60.0
 #: Non-centrality of a ship that is unstable (a damping that feeds the turn): no real ship
 RUNAWAY = 1e8

@@ -1,0 +1,79 @@
+"""Records of cases: `inject` draws the effects and makes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...datasets.record import Record
+from . import sensing
+from .case import GUSTS, Case
+from .effects import Effect
+from .frames import Frames
+from .simulator import Gusts
+from .strength import draw_effect
+
+
+@dataclass(frozen=True, eq=False)
+class Injected:
+    """The records of a case and what is in them.
+
+    noncentrality: of the weakest of the drawn effects, each on its own on the training records (nan for a case
+    without effects that have a size).  frames: what its records share.
+    """
+
+    case: Case
+    train: list[Record]
+    held_out: list[Record]
+    effects: tuple[Effect, ...]
+    gusts: Gusts | None
+    noncentrality: float
+    frames: Frames
+
+    @property
+    def truth(self) -> list[dict[str, Any]]:
+        """[{cause, parameters, units}], per-record values as lists (training records first)."""
+        return [{"cause": e.cause, "parameters": dict(e.parameters), "units": dict(e.kind.units)} for e in self.effects]
+
+    def held_out_without_gusts(self) -> list[Record]:
+        """What the ship with its effects does in the held-out records under the same rudder without gusts, recorded
+        without noise and gaps: the best that a model of the ship could predict."""
+        out = []
+        for i in range(len(self.train), self.frames.count):
+            run = self.frames.run(self.case, self.effects, i, self.gusts)
+            if self.gusts is not None:
+                run = self.frames.run(self.case, self.effects, i, None, run.rudder)
+            out.append(self.frames.record(self.case, self.effects, i, run, np.random.default_rng(0), noise=False))
+        return out
+
+    def true_motion(self) -> list[Record]:
+        """The motion of the training records as it was, in all channels without errors of the sensors."""
+        case = replace(self.case, channels=sensing.CHANNELS)
+        runs = [self.frames.run(case, self.effects, i, self.gusts) for i in range(len(self.train))]
+        rng = np.random.default_rng(0)
+        return [self.frames.record(case, (), i, run, rng, noise=False) for i, run in enumerate(runs)]
+
+
+def inject(case: Case, rng: np.random.Generator) -> Injected:
+    """Draw the effects of a case, scale each to the strength, and make the records."""
+    case = case.completed()
+    gusts = draw_gusts(case, rng)
+    frames = Frames.draw(case, rng)
+    drawn = [draw_effect(replace(case, foreign=False), cause, frames, gusts, rng) for cause in case.causes]
+    found = (*case.effects, *(effect.spread(case.spread, frames.count, rng) for effect, _ in drawn))
+    power = min((power for _, power in drawn if not np.isnan(power)), default=float("nan"))
+    runs = [frames.run(case, found, i, gusts) for i in range(frames.count)]
+    records = [frames.record(case, found, i, run, rng) for i, run in enumerate(runs)]
+    n = len(case.train)
+    return Injected(case, records[:n], records[n:], found, gusts, power, frames)
+
+
+def draw_gusts(case: Case, rng: np.random.Generator) -> Gusts | None:
+    """Correlation time and frame of a case's gusts."""
+    span = GUSTS[case.gusts]
+    if span is None:
+        return None
+    time = float(np.exp(rng.uniform(*np.log(span)))) * case.ship.clock
+    return Gusts(case.gust_level, time, bool(rng.random() < 0.5))
