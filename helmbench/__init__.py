@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api.admission import rudder_sign_doubt
     from .api.advice import AdviceTest, check_advice
     from .api.assessment import Assessment, Comparison, compare
     from .api.calibration import Calibration, calibrate
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from .api.doctor import Health, doctor
     from .api.exam import ExamScores, answer_exam, make_exam, score_exam
     from .api.export import export_model, read_parameters
-    from .api.identification import Estimate, identify, rudder_sign_doubt, simulate
+    from .api.identification import Estimate, identify, simulate
     from .api.importing import Import, ImportDraft, draft_import, import_log
     from .api.indices import ModelFromIndices, model_from_indices
     from .api.lists import (
@@ -204,7 +205,7 @@ _HOME = {
     "read_record": ("datasets.io", "read_record"),
     "reproduce": ("api.reproduction", "reproduce"),
     "resolve": ("models.model", "resolve"),
-    "rudder_sign_doubt": ("api.identification", "rudder_sign_doubt"),
+    "rudder_sign_doubt": ("api.admission", "rudder_sign_doubt"),
     "run_suite": ("api.suites", "run_suite"),
     "score_exam": ("api.exam", "score_exam"),
     "simulate": ("api.identification", "simulate"),

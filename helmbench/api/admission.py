@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 
 if TYPE_CHECKING:
@@ -37,6 +38,19 @@ def _biases(found: CheckFinding, model: Model) -> bool:
 
     followed = {CHANNELS[s] for s in model.states if s in CHANNELS}
     return found.biases and (found.cause == "time_stamps" or not followed.isdisjoint(found.channels))
+
+
+@typed
+def rudder_sign_doubt(record: Record, model: Model) -> str | None:
+    """A sentence if the record's yaw response contradicts its rudder sign, else None.
+
+    The record is taken behind the model's instruments; one that does not say its sign has the model's.  A first-order
+    response to the rudder is fitted by least squares, and its gain must have the sign of the rudder.
+    """
+    from ..datasets.instruments import hull_record
+    from ..datasets.rudder_sign import rudder_sign_doubt as doubt
+
+    return doubt(hull_record(record, model))
 
 
 def warn_of(doubts: Sequence[str]) -> None:

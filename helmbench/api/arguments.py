@@ -1,12 +1,47 @@
-"""Arguments of the wrong type are told by their names."""
+"""Arguments of commands: models and records, or what stands for them; wrong numbers are told by their names."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from numbers import Integral, Real
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, TypeAlias
 
+from ..datasets.record import Record
 from ..models.argument_types import shown
 from ..models.errors import BadInput
+
+if TYPE_CHECKING:
+    from ..models.model import Model
+
+Path: TypeAlias = "str | PathLike[str]"
+AUTO = "auto"
+"""Stands for every model that the records allow."""
+
+
+def as_model(model: Model | Path) -> Model:
+    """The model itself, or the one that an identifier or a path stands for; BadInput where there is none."""
+    from ..models.model import Model, resolve
+
+    return model if isinstance(model, Model) else resolve(model)
+
+
+def as_records(records: Record | Path | Sequence[Record | Path], positive_rudder: str | None = None) -> list[Record]:
+    """One record or several, read where they are paths; BadInput where a file cannot be used."""
+    from ..datasets.io import read_record
+
+    return [read_record(one, positive_rudder) if isinstance(one, str | PathLike) else one for one in listed(records)]
+
+
+def listed(records: Record | Path | Sequence[Record | Path]) -> list[Record | Path]:
+    """One record or path, or several, as a list."""
+    return [records] if isinstance(records, Record | str | PathLike) else list(records)
+
+
+def labels(records: Record | Path | Sequence[Record | Path]) -> list[str]:
+    """What results call the records: paths as they were given, or the records' names."""
+    return [one.name if isinstance(one, Record) else fspath(one) for one in listed(records)]
 
 
 def check_numbers(**given: object) -> None:

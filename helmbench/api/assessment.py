@@ -10,12 +10,13 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..datasets.copies import check_no_copies
 from ..estimation import assessment, comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput
-from .admission import admit, warn_of
+from .admission import admit, rudder_sign_doubt, warn_of
+from .arguments import AUTO, as_model, as_records
 from .documents import content_writer, write_together
-from .identification import AUTO, as_model, as_records, refuse_copies
 from .results import Result
 from .validation import runs_figure
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from ..estimation.estimate import Estimate
     from ..methods.base import Method
     from ..models.model import Model
-    from .identification import Path as FilePath
+    from .arguments import Path as FilePath
 
 FILES = ("identification.json", "identification.html", "model.json")
 
@@ -159,10 +160,8 @@ def assess(
     positive_rudder: str | None,
 ) -> Assessment:
     """What an estimate from these records is worth; raises as `Estimate.assess`."""
-    from .identification import rudder_sign_doubt
-
     others = as_records(validate, positive_rudder)
-    refuse_copies(records, others)
+    check_no_copies(records, others)
     signs = (rudder_sign_doubt(record, estimate.model) for record in (*records, *others))
     doubts = [*admit(records, estimate.model), *admit(others, estimate.model), *filter(None, signs)]
     return Assessment.of(assessment.assess(estimate, records, others, found, doubts))
@@ -236,5 +235,5 @@ def _check(train: Sequence[Record], others: Sequence[Record], models: Sequence[M
         raise BadInput("no record to fit", hint="give at least one")
     doubts = [*admit(train, models[0]), *admit(others, models[0])]
     doubts += [told for model in models[1:] for side in (train, others) for told in check_plausible(side, model)]
-    refuse_copies(train, others)
+    check_no_copies(train, others)
     warn_of(list(dict.fromkeys(doubts)))

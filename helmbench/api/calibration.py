@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from ..diagnosis.calibration import result
 from ..models.argument_types import typed
 from .admission import require_trustworthy
+from .arguments import as_model, labels
 from .diagnosis import training_and_held_out
-from .identification import as_model, labels
 from .results import Result
 from .traces import trace_figure, trace_of
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from ..datasets.record import Record
     from ..models.model import Model
-    from .identification import Path as FilePath
+    from .arguments import Path as FilePath
 
 FILES = ("calibration.json", "calibration.html", "extended_model.json", "calibrated_model.json")
 

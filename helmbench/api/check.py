@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ..checks import result as check_result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
-from .identification import listed
+from .arguments import listed
 from .results import Result
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..checks.result import CheckFinding
     from ..datasets.lenient import Repairs
     from ..datasets.record import Record
-    from .identification import Path as FilePath
+    from .arguments import Path as FilePath
 
 FILES = ("check.json", "check.html")
 

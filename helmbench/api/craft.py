@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.craft import result
 from ..models.argument_types import typed
+from .arguments import as_model, labels
 from .diagnosis import FILES, READING, shown_stages, training_and_held_out
-from .identification import labels
 from .results import Result
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from ..datasets.record import Record
     from ..models.model import Model
-    from .identification import Path as FilePath
+    from .arguments import Path as FilePath
 
 SHIP, OWN_SPEED = "particulars_model.json", "own_speed_model.json"
 """Files of the simulation of particulars, and of the built model with surge and sway of its own."""
@@ -94,7 +94,6 @@ def build_model(
         watch(READING)
         from ..diagnosis.craft.build import build
         from ..models.model import resolve
-        from .identification import as_model
 
         ship = None if particulars is None else as_model(particulars)
         records, others, doubts = training_and_held_out(resolve("nomoto-1"), train, held_out, positive_rudder)

@@ -13,7 +13,7 @@ from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
 from .admission import admit
-from .identification import as_model, as_records, labels
+from .arguments import as_model, as_records, labels
 from .results import Result
 from .traces import trace_figure, trace_of
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from ..datasets.record import Record
     from ..models.model import Model
-    from .identification import Path as FilePath
+    from .arguments import Path as FilePath
 
 FILES = ("diagnosis.json", "diagnosis.html", "extended_model.json")
 CALIBRATED = "calibrated_model.json"

@@ -10,7 +10,7 @@ from .documents import content_writer, refuse_existing, write_together
 
 if TYPE_CHECKING:
     from ..models.model import Model
-    from .identification import Path
+    from .arguments import Path
 
 
 @typed

@@ -5,9 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from os import PathLike, fspath
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from ..datasets.record import Record
 from ..estimation import estimate as result
@@ -15,15 +14,14 @@ from ..estimation.comparison import Comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput, CannotFit
 from .admission import admit, warn_of
+from .arguments import AUTO, as_model, as_records, check_numbers, check_seed
 
 if TYPE_CHECKING:
     from ..methods.base import Method
     from ..models.model import Model
+    from .arguments import Path
     from .assessment import Assessment
 
-Path: TypeAlias = "str | PathLike[str]"
-AUTO = "auto"
-"""Stands for every model that the records allow."""
 LEAST = 0.02
 """Share by which a built model must predict better ahead than the best family."""
 NORMAL_90 = 1.6448536269514722
@@ -130,7 +128,6 @@ def simulate(
     from ..datasets.generator import record_run
     from ..datasets.manoeuvres import parse_manoeuvre
     from ..datasets.sensors import parse_noise
-    from .arguments import check_numbers, check_seed
 
     check_seed(seed)
     check_numbers(duration_s=duration_s, dt_s=dt_s)
@@ -186,6 +183,7 @@ def identify(
     CannotFit : the method does not suit the model, or a record lacks what it needs.
     FitFailed : no finite estimate was found.
     """
+    from ..datasets.copies import check_no_copies
     from ..datasets.instruments import hull_record
     from ..datasets.rudder_sign import RudderSignWarning, rudder_sign_doubt
     from ..estimation.estimate import published
@@ -201,7 +199,7 @@ def identify(
         raise BadInput("no method", hint="give one (`list_methods`); only the model 'auto' needs none")
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
     read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
-    refuse_copies(read, others)
+    check_no_copies(read, others)
     warn_of(admit(read, structure))
     given = [hull_record(record, structure) for record in read]
     estimate = published(fitter.fit(given, structure))
@@ -289,47 +287,3 @@ def estimate_of(found: Comparison, records: Sequence[Record]) -> Estimate:
     """The chosen estimate of a comparison, with its training records."""
     assert found.chosen.estimate is not None, "the chosen candidate has an error, so it was fitted"
     return Estimate.of(found.chosen.estimate, records, found)
-
-
-@typed
-def rudder_sign_doubt(record: Record, model: Model) -> str | None:
-    """A sentence if the record's yaw response contradicts its rudder sign, else None.
-
-    The record is taken behind the model's instruments; one that does not say its sign has the model's.  A first-order
-    response to the rudder is fitted by least squares, and its gain must have the sign of the rudder.
-    """
-    from ..datasets.instruments import hull_record
-    from ..datasets.rudder_sign import rudder_sign_doubt as doubt
-
-    return doubt(hull_record(record, model))
-
-
-def refuse_copies(records: Sequence[Record], others: Sequence[Record]) -> None:
-    """Refuse records whose samples stand twice, also on both sides of training and validation; BadInput names them."""
-    from ..datasets.copies import check_no_copies
-
-    check_no_copies(records, others)
-
-
-def as_model(model: Model | Path) -> Model:
-    """The model itself, or the one that an identifier or a path stands for; BadInput where there is none."""
-    from ..models.model import Model, resolve
-
-    return model if isinstance(model, Model) else resolve(model)
-
-
-def as_records(records: Record | Path | Sequence[Record | Path], positive_rudder: str | None = None) -> list[Record]:
-    """One record or several, read where they are paths; BadInput where a file cannot be used."""
-    from ..datasets.io import read_record
-
-    return [read_record(one, positive_rudder) if isinstance(one, str | PathLike) else one for one in listed(records)]
-
-
-def listed(records: Record | Path | Sequence[Record | Path]) -> list[Record | Path]:
-    """One record or path, or several, as a list."""
-    return [records] if isinstance(records, Record | str | PathLike) else list(records)
-
-
-def labels(records: Record | Path | Sequence[Record | Path]) -> list[str]:
-    """What results call the records: paths as they were given, or the records' names."""
-    return [one.name if isinstance(one, Record) else fspath(one) for one in listed(records)]

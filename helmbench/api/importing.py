@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..datasets.importing.report import Fault, ImportReport
     from ..datasets.importing.segments import Segment
     from ..datasets.record import Record
-    from .identification import Path as FilePath
+    from .arguments import Path as FilePath
 
 
 @dataclass(frozen=True, eq=False, repr=False)

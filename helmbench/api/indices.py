@@ -14,7 +14,7 @@ from ..models.argument_types import typed
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .identification import Path
+    from .arguments import Path
 
 
 class ModelFromIndices(result.ModelFromIndices):

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.memory import require_memory
-from .identification import as_model
+from .arguments import as_model
 
 if TYPE_CHECKING:
     from ..datasets.disturbances import Disturbance
     from ..datasets.manoeuvres import Manoeuvre
     from ..datasets.many import SimulatedRuns
     from ..models.model import Model
-    from .identification import Path
+    from .arguments import Path
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

@@ -12,7 +12,7 @@ from .documents import content_writer, json_text, model_writer, write_together
 
 if TYPE_CHECKING:
     from ..models.model import Model
-    from .identification import Path as FilePath
+    from .arguments import Path as FilePath
 
 
 class Result:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 from ..estimation.validation import result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
-from .admission import admit
+from .admission import admit, rudder_sign_doubt
+from .arguments import as_model, as_records, labels, listed
 from .documents import content_writer, write_together
-from .identification import as_model, as_records, labels, listed, rudder_sign_doubt
 from .results import Result
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from ..datasets.record import Record
     from ..models.model import Model
-    from .identification import Path as FilePath
+    from .arguments import Path as FilePath
 
 FILES = ("validation.json", "validation.html")
 

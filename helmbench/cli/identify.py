@@ -97,8 +97,8 @@ def identify(
     model.json.  --model auto builds a model from the records: what steers the craft, and what simpler models lack.
     """
     from .. import with_tuner
+    from ..api.arguments import AUTO
     from ..api.assessment import FILES
-    from ..api.identification import AUTO
 
     into_file = output.suffix == ".json"
     check_file(output, force) if into_file else check_folder(output, FILES, force)
@@ -147,13 +147,15 @@ def _identified(asked: Request) -> Assessment:
     """Read every record before anything is fitted, then fit, compare and assess."""
     import helmbench
 
-    from ..api.identification import AUTO, chosen_estimate, refuse_copies
+    from ..api.arguments import AUTO
+    from ..api.identification import chosen_estimate
+    from ..datasets.copies import check_no_copies
 
     fitters = [helmbench.make_method(text) for text in asked.methods]
     structure = asked.model if asked.model == AUTO else helmbench.resolve(asked.model)
     train, others = ([helmbench.read_record(path, asked.positive_rudder) for path in side]
                      for side in (asked.records, asked.validate))  # fmt: skip
-    refuse_copies(train, others)
+    check_no_copies(train, others)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", helmbench.PlausibilityWarning)  # the assessment tells of all records
         if structure != AUTO:
