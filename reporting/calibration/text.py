@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING
 
-from ..diagnosis.text import channel, sentence, worse
+from ..diagnosis.words import channel, sentence, worse
 from ..numbers import DEG, interval, number, percent
 from ..tables import Column, Table, console, field, html, make_table
 

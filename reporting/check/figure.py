@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...models.errors import BadInput
-from ..diagnosis.text import cause
+from ..diagnosis.words import cause
 from ..plots import COLOURS, SOFT
 
 if TYPE_CHECKING:

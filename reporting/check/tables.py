@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..diagnosis.text import cause, scale, size
+from ..diagnosis.words import cause, scale, size
 from ..numbers import MISSING, number
 from ..tables import Column, Table, make_table
 

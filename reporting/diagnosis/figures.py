@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import text as words
+from . import words
 from .charts import AFTER, BEFORE, Curve, bars, spectra
 from .errors import banded, residual, rms
 from .panels import CHANNELS

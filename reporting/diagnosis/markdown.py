@@ -12,7 +12,7 @@ from ..calibration import text as calibration
 from ..numbers import p_value, percent, with_unit
 from ..report import listed, sentences
 from ..validation.tables import horizon_table, trusted_lines
-from . import text as words
+from . import words
 from .figures import figures
 from .panels import CHANNELS
 from .tables import bank_table, error_table, gain_table, instrument_rows, where_table

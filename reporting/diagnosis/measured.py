@@ -229,7 +229,7 @@ def write_reports(folder: Path = FOLDER, beginning: str = "") -> None:
     from ..craft.markdown import write_markdown as write_craft
     from ..craft.text import told_in_a_line
     from .markdown import write_markdown
-    from .text import verdict
+    from .words import verdict
 
     kept = _lines(folder / "README.md")
     for name in (name for name in (*REPORTS, *CRAFT) if name.startswith(beginning)):

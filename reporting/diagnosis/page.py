@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from ..calibration import text as calibration
 from ..equations import equations
+from ..numbers import p_value
 from ..templating import render
 from ..validation.tables import horizon_table, trusted_lines
-from . import text as words
+from . import words
 from .charts import AFTER, BEFORE, MEASURED
 from .panels import panel
 from .tables import added_table, bank_table, gain_table, instrument_rows, not_testable_table, where_table
@@ -28,6 +29,7 @@ def html(found: Diagnosis) -> str:
         "diagnosis.html.j2",
         found=found,
         words=words,
+        p_value=p_value,
         verdict=words.verdict(found),
         panels=[panel(trace, after=False) for trace in _shown_first(found)],
         held_out=[panel(trace, after=extended) for trace in found.traces if trace.role != "train"],

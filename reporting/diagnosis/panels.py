@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..numbers import DEG, number
-from . import text as words
+from . import words
 from .charts import AFTER, BEFORE, MEASURED, Curve, channel_chart, rudder_chart, track_chart
 from .errors import extent, residual, rms
 

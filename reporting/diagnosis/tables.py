@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..numbers import DEG, MISSING, fixed, interval, number, p_value, percent, with_unit
 from ..tables import Column, Table, field, make_table
-from . import text as words
+from . import words
 from .errors import correlation, mean, residual, rms
 from .panels import CHANNELS
 

@@ -13,7 +13,7 @@ from ..check import tables as of_check
 from ..check import text as check_words
 from ..craft import text as craft
 from ..diagnosis import tables as of_diagnosis
-from ..diagnosis import text as words
+from ..diagnosis import words
 from ..equations import equations
 from ..identification import tables as of_identification
 from ..identification import text as identification_words

@@ -9,7 +9,7 @@ from helmbench.bench.kinds.diagnosis.records import RECORDS
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import model_to_json, resolve
 from helmbench.models.simulate import initial_state, simulate
-from helmbench.reporting.diagnosis.text import verdict
+from helmbench.reporting.diagnosis.words import verdict
 
 TRAIN = {"train": RECORDS["five-steps"]["train"][:4], "held_out": ("turn:20",), "duration_s": 400.0, "dt_s": 1.0}
 

@@ -7,12 +7,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from helmbench.reporting.diagnosis import text as words
+from helmbench.reporting.diagnosis import words
 from helmbench.reporting.diagnosis.errors import residual, rms
 from helmbench.reporting.diagnosis.figures import figures
 from helmbench.reporting.diagnosis.markdown import write_markdown
 from helmbench.reporting.diagnosis.page import html
 from helmbench.reporting.diagnosis.tables import bank_table, error_table, gain_table
+from helmbench.reporting.diagnosis.text import terminal
 from helmbench.reporting.numbers import DEG, number
 
 from ...made_up_diagnosis import made_up
@@ -54,7 +55,7 @@ def test_every_verdict_has_its_page(verdict):
     page = html(other)
     assert "the gain was not measured" in page and words.verdict(other).split(":")[0][:40] in page
     assert ("The model stays as it is" in page) == (verdict != "tied")
-    assert words.terminal(other).startswith(verdict.capitalize())
+    assert terminal(other).startswith(verdict.capitalize())
 
 
 def test_names_in_the_page_are_escaped(found):

@@ -7,7 +7,8 @@ import pytest
 
 from helmbench.checks.result import Size
 from helmbench.diagnosis.calibration.result import Moved
-from helmbench.reporting.diagnosis import text as words
+from helmbench.reporting.diagnosis import words
+from helmbench.reporting.diagnosis.text import terminal
 
 from ...made_up_diagnosis import made_up
 
@@ -140,7 +141,7 @@ def test_channels_that_change_are_told_first():
 
 def test_the_terminal_shows_the_gain_as_a_table():
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
-    lines = words.terminal(found).splitlines()
+    lines = terminal(found).splitlines()
     head = next(i for i, line in enumerate(lines) if line.startswith("  channel"))
     rows = lines[head + 1 : head + 1 + len(found.gain)]
     assert [row.split("  ")[1] for row in rows] == [words.channel(name)[0] for name in found.gain]

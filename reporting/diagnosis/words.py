@@ -1,0 +1,304 @@
+"""Sentences and facts of a diagnosis, for the terminal, the page and the Markdown form."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...diagnosis.causes.base_coefficients import BaseCoefficients
+from ...diagnosis.causes.registry import causes
+from ...diagnosis.gain.guard import WORSE
+from ..numbers import DEG, interval_digits, number, with_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ...checks.result import Size
+    from ...diagnosis.result import Diagnosis, Entry, Finding
+
+IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
+SHARES = ("e", "s", "share", "fraction", "change")
+"""Parameters without unit that are given in per cent."""
+CHANNEL_WORDS = {
+    "heading_rad": ("heading", "deg", DEG),
+    "yaw_rate_rad_s": ("yaw rate", "deg/s", DEG),
+    "surge_m_s": ("surge", "m/s", 1.0),
+    "sway_m_s": ("sway", "m/s", 1.0),
+    "north_m": ("north", "m", 1.0),
+    "east_m": ("east", "m", 1.0),
+    "position_m": ("position", "m", 1.0),
+}
+LONGEST = 25
+"""Words that a headline may have."""
+STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testable")
+
+
+def channel(name: str) -> tuple[str, str, float]:
+    """Name, unit and factor with which a channel is shown."""
+    return CHANNEL_WORDS.get(name, (name, "", 1.0))
+
+
+def size(item: Size) -> str:
+    """`delta0 0.31 deg [0.28, 0.34]`, in degrees or per cent where that is usual; `+- 0.07 %` of a narrow interval."""
+    factor, unit = scale(item)
+    value, low, high = (factor * x for x in (item.value, item.low, item.high))
+    digits = interval_digits(value, low, high, most=3)
+    where = f" in {item.record}" if item.record else ""
+    middle, ends = with_unit(value, unit, digits), (number(low, digits), number(high, digits))
+    if ends[0] == ends[1] and low < high:  # three digits do not show so narrow an interval
+        width = f"+- {number(50.0 * (high - low) / max(abs(value), 1e-300), 1)} %"
+        return f"{item.parameter} {middle} {width}{where}"
+    return f"{item.parameter} {middle} [{ends[0]}, {ends[1]}]{where}"
+
+
+def scale(item: Size) -> tuple[float, str]:
+    """Factor and unit in which a size is shown."""
+    if item.unit in IN_DEGREES:
+        return DEG, IN_DEGREES[item.unit]
+    if item.unit in ("1", "fraction") and item.parameter.partition(":")[0] in SHARES:
+        return 100.0, "%"
+    return 1.0, "" if item.unit == "1" else item.unit
+
+
+def cause(name: str) -> str:
+    """The id of a cause as words: `rudder offset`."""
+    return name.replace("_", " ")
+
+
+def said(text: str) -> str:
+    """A sentence of a diagnosis, with the ids of causes as words."""
+    for name in causes():
+        text = text.replace(name, cause(name))
+    return text
+
+
+def sentence(text: str) -> str:
+    """The same with a capital and a full stop."""
+    text = said(text)
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".") if text else ""
+
+
+def tie(finding: Finding) -> str:
+    """The cause, with those that the records cannot distinguish from it."""
+    return " or ".join(map(cause, (finding.cause, *finding.tied_with)))
+
+
+def detail(value: object) -> str:
+    """A detail of a finding: a number with three digits, parts of a list one after the other."""
+    if isinstance(value, list | tuple):
+        return ", ".join(map(detail, value))
+    return number(value) if isinstance(value, float) else said(str(value))
+
+
+def headline(found: Diagnosis) -> str:
+    """The verdict in at most LONGEST words: what is named, and what including it does to the heading (or the next known
+    channel) of held-out records."""
+    alone = {
+        "adequate": "the simulation agrees with the records",
+        "inconclusive": "the records do not allow a conclusion",
+        "unexplained": "the simulation is wrong in a way that no known cause explains",
+    }
+    told = f"{cause(found.verdict).capitalize()}: "
+    if found.verdict in alone or not found.causes:
+        return f"{told}{alone.get(found.verdict, 'a part of the error is explained')}."
+    of_records, of_model = _by_stage(found)
+    wrong = [f for f in of_model if f.cause == BaseCoefficients.id and not f.tied_with]
+    names = [*_wrong_groups(found, wrong), *(tie(f) for f in (*of_model, *of_records) if f not in wrong)]
+    gained = next((n for n in CHANNEL_WORDS if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
+    ending = f"; held-out error {_change(found, gained)}." if gained else "."
+    for count in range(len(names), 0, -1):
+        more = [f"{len(names) - count} more"] if count < len(names) else []
+        line = f"{told}{_in_line([*names[:count], *more])}{ending}"
+        if len(line.split()) <= LONGEST:
+            return line
+    return f"{told}{len(names)} causes{ending}"
+
+
+def _wrong_groups(found: Diagnosis, findings: Sequence[Finding]) -> list[str]:
+    """Groups of the base model's own numbers that are named, by their short titles."""
+    if not findings:
+        return []
+    moved = {item.parameter for finding in findings for item in finding.sizes}
+    steps = () if found.calibration is None else found.calibration.steps
+    held = set() if found.calibration is None else {m.group for m in found.calibration.moved if m.name in moved}
+    return [s.title.partition(" (")[0] for s in steps if s.group in held] or ["the model's own numbers"]
+
+
+def verdict(found: Diagnosis) -> str:
+    """The first sentences: what the records show by themselves, what the simulation lacks, and what including it does
+    to the free-run error."""
+    return " ".join(part for part in (*_findings(found), gain_sentence(found), calibrated_sentence(found)) if part)
+
+
+def _findings(found: Diagnosis) -> tuple[str, str]:
+    """What the records show without a model, and the verdict on the simulation."""
+    of_records, of_model = _by_stage(found)
+    shown = f"Found in the records themselves, and corrected: {_listed(of_records)}." if of_records else ""
+    lacking = _lacking(found, of_model) if of_model else "The simulation agrees with the records"
+    unexplained = "The simulation is wrong in a way that none of the known causes explains"
+    best = f"; of these, {_listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
+    return shown, {
+        "adequate": "The simulation agrees with the records: no further cause is needed.",
+        "inconclusive": "The records do not allow a conclusion.",
+        "unexplained": unexplained + best,
+        "named": f"{lacking}.",
+        "partly_named": f"{lacking}; a part of its error remains." if of_model else "A part of its error remains.",
+        "tied": f"{lacking}; the records cannot distinguish between the tied causes.",
+    }[found.verdict]
+
+
+def _lacking(found: Diagnosis, findings: Sequence[Finding]) -> str:
+    """What the simulation lacks; coefficients it has, and they are wrong."""
+    wrong = [f for f in findings if f.cause == BaseCoefficients.id and not f.tied_with]
+    lacked = [f for f in findings if f not in wrong]
+    parts = [f"has wrong {_groups(found, wrong) or _listed(wrong)}"] if wrong else []
+    parts += [f"lacks {_listed(lacked)}"] if lacked else []
+    return f"The simulation {' and '.join(parts)}"
+
+
+def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
+    """Groups of coefficients with the numbers that free runs moved: `propeller thrust (thrust_scale 0.33)`; empty where
+    they come from elsewhere."""
+    if found.calibration is None:
+        return ""
+    names = {item.parameter for finding in findings for item in finding.sizes}
+    titles = {step.group: step.title.partition(" (")[0] for step in found.calibration.steps}
+    groups: dict[str, list[str]] = {}
+    for m in found.calibration.moved:
+        if m.parameter in names:
+            change = number(m.after) if m.percent is None else f"{m.percent:+.0f} %"
+            told = " ".join(filter(None, (m.name, change, m.where)))
+            groups.setdefault(titles.get(m.group, m.group), []).append(told)
+    return _in_line([f"{group} ({', '.join(numbers)})" for group, numbers in groups.items()])
+
+
+def _in_line(parts: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+
+
+def _by_stage(found: Diagnosis) -> tuple[list[Finding], list[Finding]]:
+    """Findings that the records show by themselves, for which they were corrected, and those of the simulation."""
+    of_records = [f for f in found.causes if f.stage == "kinematics"]
+    return of_records, [f for f in found.causes if f.stage != "kinematics"]
+
+
+def _listed(findings: Sequence[Finding]) -> str:
+    """Causes with the sizes that hold for all records, or with the first ones of single records."""
+    named = []
+    for finding in findings:
+        sizes = [item for item in finding.sizes if item.record is None] or finding.sizes
+        named.append(f"{tie(finding)} ({'; '.join(map(size, sizes[:3]))})" if sizes else tie(finding))
+    return _in_line(named)
+
+
+def gain_sentence(found: Diagnosis) -> str:
+    """How the extension changes the error on held-out records; empty where no gain was measured."""
+    shown = [name for name in ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s") if name in found.gain]
+    if not shown or not found.causes:
+        return ""
+    changed = [name for name in shown if len(set(_before_and_after(found, name))) > 1]
+    of_model = _by_stage(found)[1]
+    error, what = "the free-run error on held-out records", "it" if len(of_model) == 1 else "them"
+    if changed:
+        told = f"Including {what} changes {error}: {', '.join(_change(found, name) for name in changed[:2])}."
+    else:
+        opening = f"Including {what} leaves {error} as it is:" if of_model else f"{error.capitalize()} is"
+        told = f"{opening} {', '.join(_error(found, name) for name in shown[:2])}."
+    lost = [name for name in shown if found.gain[name].rmse_after > WORSE * found.gain[name].rmse_before]
+    return f"{told} {worse(lost, 'extended')}" if lost else told
+
+
+def calibrated_sentence(found: Diagnosis) -> str:
+    """What moving all numbers of the base model under their priors would reach; empty where none was uncertain."""
+    shown = [n for n in ("yaw_rate_rad_s", "heading_rad") if n in found.calibrated_gain and n in found.gain]
+    same = all(found.calibrated_gain[n].rmse_after == found.gain[n].rmse_after for n in shown)
+    if found.calibrated is None or same:
+        return ""
+    errors = [f"{number(channel(n)[2] * found.calibrated_gain[n].rmse_after)} {channel(n)[1]}" for n in shown]
+    return f"With all its numbers moved under their priors the errors are {_in_line(errors)} (calibrated model)."
+
+
+def _before_and_after(found: Diagnosis, name: str) -> tuple[str, str]:
+    """Errors of a channel as they are shown."""
+    gain, factor = found.gain[name], channel(name)[2]
+    return number(factor * gain.rmse_before), number(factor * gain.rmse_after)
+
+
+def _change(found: Diagnosis, name: str) -> str:
+    (before, after), (word, unit, _) = _before_and_after(found, name), channel(name)
+    return f"of the {word} from {before} to {after} {unit}"
+
+
+def _error(found: Diagnosis, name: str) -> str:
+    word, unit, _ = channel(name)
+    return f"{_before_and_after(found, name)[0]} {unit} of the {word}"
+
+
+def worse(columns: Sequence[str], model: str) -> str:
+    """Which channels of held-out records a model that was made (extended, calibrated) predicts worse."""
+    names = ", ".join(channel(column)[0] for column in columns)
+    return f"Held-out records are predicted worse than by the base model in {names}: use the {model} model with care."
+
+
+def ordered_bank(found: Diagnosis) -> list[Entry]:
+    """All causes: those named first, then by evidence."""
+
+    def key(entry: Entry) -> tuple:
+        place = STATUS_ORDER.index(entry.status) if entry.status in STATUS_ORDER else len(STATUS_ORDER)
+        p = 2.0 if entry.p_adjusted is None else entry.p_adjusted
+        return place, p, -(entry.statistic or 0.0), entry.cause
+
+    return sorted(found.bank, key=key)
+
+
+def hypothesis(found: Diagnosis) -> list[tuple[str, str]]:
+    """The term that fits an unexplained effect best, as pairs of name and text."""
+    facts = found.hypothesis or {}
+    rows = [("kind", cause(str(facts.get("hypothesis", ""))))]
+    rows += [(f"{term['term']} on {term['acts_on']}", number(float(term["size"]))) for term in facts.get("terms", ())]
+    outcomes = {True: "confirmed", False: "rejected", None: "not tested"}
+    confirmed = facts.get("confirmed_on_held_out")
+    return [*rows, ("on held-out records", outcomes[None if confirmed is None else bool(confirmed)])]
+
+
+def facts(found: Diagnosis) -> list[tuple[str, str]]:
+    """What the diagnosis was made with, as pairs of name and text."""
+    given = {True: "known, from the model file", False: "identified together with the causes"}
+    files = {role: [name for name, own in found.records if own == role] for role in ("train", "held_out")}
+    rows = [
+        ("model", f"{found.model.id} ({found.model.family})"),
+        ("base parameters", given[found.base_parameters == "file"]),
+        ("training records", ", ".join(files["train"])),
+        ("held-out records", ", ".join(files["held_out"]) or "none: the gain was not measured"),
+        ("family-wise level", number(found.alpha)),
+        ("seed", str(found.seed)),
+        ("time", f"{found.wall_s:.1f} s ({found.cpu_s:.1f} s of processor time)"),
+    ]
+    return [*rows, *noise_rows(found)]
+
+
+def noise_rows(found: Diagnosis) -> list[tuple[str, str]]:
+    """The estimated noise model, as pairs of name and text."""
+    noise, rows = found.noise, []
+    sd = [_standard_deviation(name, value) for name, value in noise.get("sensor_sd", {}).items()]
+    if "rudder_sd" in noise:
+        sd.append(f"rudder {number(DEG * noise['rudder_sd'])} deg")
+    if sd:
+        rows.append(("sensor noise (sd)", ", ".join(sd)))
+    forces = noise.get("force_sd", [])
+    if len(forces):
+        names = (("X", "N"), ("Y", "N"), ("N", "N m")) if len(forces) == 3 else [("yaw", "")] * len(forces)
+        texts = [f"{name} {with_unit(value, unit)}" for (name, unit), value in zip(names, forces, strict=True)]
+        time = f", correlation time {number(noise.get('correlation_time_s'))} s"
+        rows.append(("gusts (sd)", ", ".join(texts) + time if max(forces) > 0.0 else "none"))
+    return rows
+
+
+def _standard_deviation(name: str, value: float) -> str:
+    word, unit, factor = channel(name)
+    return f"{word} {with_unit(factor * float(value), unit)}"
+
+
+def separation(finding: Finding) -> str:
+    """What would distinguish between tied causes; empty where nothing is tied."""
+    return f"to distinguish between them: {finding.separate_by}" if finding.tied_with and finding.separate_by else ""
