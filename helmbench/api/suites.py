@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from ..bench.merging import Merged
     from ..bench.store import Store
     from ..bench.trust import Trust
+    from ..reporting.leaderboard.board import Leaderboard
     from ..reporting.leaderboard.comparing import Changes
-    from ..reporting.leaderboard.standings import Leaderboard
 
 STATUSES = ("ok", "failed", "not_applicable")
 
@@ -217,9 +217,9 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
     BadInput : no run is finished, or the suite ranks no identification methods.
     """
     from ..bench.kinds import IDENTIFICATION
+    from ..reporting.leaderboard.board import build
     from ..reporting.leaderboard.compact import read_compact
     from ..reporting.leaderboard.estimates import summarised
-    from ..reporting.leaderboard.standings import build
 
     found = results if isinstance(results, SuiteResults) else load_results(results)
     if found.manifest.get("kind", IDENTIFICATION) != IDENTIFICATION:

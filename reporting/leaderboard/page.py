@@ -15,12 +15,13 @@ from ..templating import render
 from . import standings
 from .ahead import ahead_table
 from .answer import answer
+from .board import Leaderboard, build
 from .by_record import record_table
 from .compact import read_compact
 from .contest import contest
 from .estimates import summarised
 from .page_data import as_script, page_data
-from .standings import Frame, Leaderboard
+from .standings import Frame
 from .statistics import Statistics
 from .tables import choice_table, detail_tables, failure_table, matrices, overall_table
 from .timings import read_timing, timing_table
@@ -64,7 +65,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     del parameters  # some gigabytes where there are millions
     runs = standings.judged(results, estimates)
     cells = standings.cell_table(runs)
-    board = standings.build(results, estimates, runs, cells)
+    board = build(results, estimates, runs, cells)
     found = Statistics(contest(cells, runs), cells, estimates)
     timings = read_timing(Path(timing) if timing else directory / TIMING, required=timing is not None)
     texts = {
@@ -93,8 +94,8 @@ def markdown(
     unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
     details = detail_tables(standings.details(board.cells[unknown], board.estimates))
     tail = [uncertainty_table(results), failure_table(board.failures), timing_table(timings)]
-    first = [overall_table(board), choice_table(board), tuner_table(found.board), ahead_table(results)]
-    for table in [*first, *matrices(board), *details, *tail]:
+    first = [overall_table(board.overall), choice_table(board.by), tuner_table(found.board), ahead_table(results)]
+    for table in [*first, *matrices(board.overall, board.by), *details, *tail]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
     made_with = listed(environment_rows(manifest))
@@ -131,12 +132,12 @@ def html(
         charts=found.charts(),
         statements=statements(found),
         sensitivity=found.sensitivity_table(),
-        overall=overall_table(board),
-        choice=choice_table(board),
+        overall=overall_table(board.overall),
+        choice=choice_table(board.by),
         tuners=tuner_table(found.board),
         ahead=ahead_table(results),
         by_record=record_table(results),
-        matrices=matrices(board),
+        matrices=matrices(board.overall, board.by),
         uncertainty=uncertainty_table(results),
         failures=failure_table(board.failures),
         timings=timing_table(timings),

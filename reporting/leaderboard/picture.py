@@ -10,9 +10,9 @@ import matplotlib
 
 from ...models.folders import make_folder, write_atomic
 from ..plots import NO_METADATA, STYLE
+from .board import Leaderboard, build
 from .compact import read_compact
 from .estimates import summarised
-from .standings import Leaderboard, build
 
 
 def drawn(board: Leaderboard) -> str:

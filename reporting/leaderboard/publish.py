@@ -23,13 +23,14 @@ from ...models.folders import make_folder, write_atomic
 from .. import plots, tables
 from . import standings, tuners
 from .answer import begin, headlines
+from .board import Leaderboard, build
 from .charts import standings_figure
 from .contest import Contest, contest
 from .estimates import summarised
 from .findings import Finding, beyond, findings, tuners_compared
 from .page import headline, html
 from .page_data import MEASURED, as_script, page_data
-from .standings import CELL, Frame, Leaderboard
+from .standings import CELL, Frame
 from .statistics import Statistics
 from .tables import overall_table
 from .tuners import tuner_table
@@ -165,7 +166,7 @@ def main_board(runs: Frame, estimates: Frame, suite: str) -> tuple[Leaderboard, 
     """Leaderboard and statistics of all runs (`standings.judged`) in one suite's problems, as the page gives them."""
     own = runs.merge(runs.loc[runs["suite"] == suite, CELL].drop_duplicates(), on=CELL)
     cells = standings.cell_table(own)
-    board = standings.build(own, estimates, own, cells)
+    board = build(own, estimates, own, cells)
     return board, Statistics(contest(cells, own), cells, estimates)
 
 
@@ -202,7 +203,7 @@ def readme(
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
     suites = ranked_and_tuning(results)[0]["suite"]
     main, where = suites.iloc[0], f" in the suite {suites.iloc[0]}" if suites.nunique() > 1 else ""
-    ranking = overall_table(board)
+    ranking = overall_table(board.overall)
     keep = [i for i, name in enumerate(ranking.columns) if name in SHOWN]
     rows = tuple(tuple(row[i] for i in keep) for row in ranking.rows)
     shown = tables.Table(tuple(ranking.columns[i] for i in keep), rows)
@@ -257,7 +258,7 @@ def picture(board: Leaderboard) -> str:
 
     with matplotlib.rc_context({"svg.hashsalt": "helmbench", "svg.fonttype": "none"}):
         buffer = io.BytesIO()
-        standings_figure(board).savefig(buffer, format="svg", metadata=plots.NO_METADATA)
+        standings_figure(board.overall).savefig(buffer, format="svg", metadata=plots.NO_METADATA)
     return "\n".join(line.rstrip() for line in buffer.getvalue().decode().splitlines()) + "\n"
 
 

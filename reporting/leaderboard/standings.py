@@ -1,4 +1,4 @@
-"""Leaderboard: ranks, medians and efficiencies of methods from stored results.
+"""Ranks, medians and efficiencies of methods from stored results.
 
 A cell is one set of conditions under which methods are compared: one vessel, fitted model, training and held-out
 manoeuvres, noise, disturbance and sampling of the training records; seeds are repetitions inside it.  Two criteria are
@@ -21,8 +21,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -89,65 +87,6 @@ STANDING_COLUMNS = [
     "cpu_s",
     "peak_memory_mib",
 ]
-
-
-@dataclass(frozen=True, repr=False)
-class Leaderboard:
-    """Aggregated results; every table is a pandas frame.
-
-    `overall` has `STANDING_COLUMNS`, and so has every frame of `by`: factor -> standings at each of its levels, for
-    factors with more than one.  `cells` is the `cell_table`, `estimates` are the parameters put together over seeds;
-    `failures` has one row per distinct reason.
-    """
-
-    overall: Frame
-    by: dict[str, Frame]
-    cells: Frame
-    estimates: Frame
-    failures: Frame
-
-    @cached_property
-    def detail(self) -> Frame:
-        """One row a cell and method, in reading order, with the estimates of small models."""
-        return details(self.cells, self.estimates)
-
-    def table(self) -> Frame:
-        """All standings in one table, as `leaderboard.csv` holds them."""
-        import pandas as pd
-
-        return pd.concat([self.overall, *self.by.values()], ignore_index=True)
-
-    def plot(self) -> Any:
-        """Draw the held-out prediction error of every method with its interval; a matplotlib figure, not of pyplot."""
-        from .charts import standings_figure
-
-        return standings_figure(self)
-
-    def __repr__(self) -> str:
-        methods = ", ".join(self.overall["method"])
-        return f"<Leaderboard of {len(self.overall)} methods, best first: {methods}>"
-
-    def _repr_html_(self) -> str:
-        from ..tables import html
-        from .tables import overall_table
-
-        return html(overall_table(self))
-
-
-def build(results: Frame, estimates: Frame, runs: Frame | None = None, cells: Frame | None = None) -> Leaderboard:
-    """The leaderboard of one results store.
-
-    results : as `store.read_tables` gives them.
-    estimates : `estimates.summarised` of the parameters.
-    runs, cells : `judged` and `cell_table` of them, where these are known already.
-    """
-    runs = judged(results, estimates) if runs is None else runs
-    cells = cell_table(runs) if cells is None else cells
-    efficiencies = efficiency(estimates)
-    overall = standings(cells, efficiencies, "overall")
-    blocks = {factor: matched(cells, factor) for factor in FACTORS}
-    by = {factor: standings(rows, efficiencies, factor) for factor, rows in blocks.items() if len(rows)}
-    return Leaderboard(overall, by, cells, estimates, failures(runs))
 
 
 def judged(results: Frame, estimates: Frame) -> Frame:

@@ -9,7 +9,7 @@ from ..numbers import duration, is_missing, number
 from ..tables import Cell, Column, Table, field, make_table, with_least_marked
 from . import standings
 from .columns import DETAIL, FAILURE, STANDING
-from .standings import Frame, Leaderboard
+from .standings import Frame
 
 FACTORS = {
     "noise": "noise",
@@ -37,27 +37,26 @@ SHARED = ("model", "train", "held out", "noise", "disturbance")
 """Columns of the table of all cells that stand in its note where they are the same in every row."""
 
 
-def overall_table(board: Leaderboard) -> Table:
+def overall_table(overall: Frame) -> Table:
     """The standings over all cells."""
-    return make_table(STANDING, _rows(board.overall), "Overall")
+    return make_table(STANDING, _rows(overall), "Overall")
 
 
-def matrices(board: Leaderboard) -> list[Table]:
+def matrices(overall: Frame, by: Mapping[str, Frame]) -> list[Table]:
     """Methods, best first, against the levels of each factor: the parameter error and the prediction error."""
     found = [
-        _matrix(board, factor, name, f"{title} by {FACTORS[factor]}")
-        for factor in board.by
+        _matrix(overall, frame, name, f"{title} by {FACTORS[factor]}")
+        for factor, frame in by.items()
         for name, title in CRITERIA.items()
     ]
     return [table for table in found if len(table.columns) > 1]
 
 
-def _matrix(board: Leaderboard, factor: str, name: str, title: str) -> Table:
-    frame = board.by[factor]
+def _matrix(overall: Frame, frame: Frame, name: str, title: str) -> Table:
     levels = list(dict.fromkeys(frame["group"]))
     most = frame.groupby("group")["cells"].max()
     rows = []
-    for method in [method for method in board.overall["method"] if method in set(frame["method"])]:
+    for method in [method for method in overall["method"] if method in set(frame["method"])]:
         own = {row["group"]: row for row in _rows(frame[frame["method"] == method])}
         found = {level: (row[name], int(row["cells"]), int(most[level])) for level, row in own.items()}
         if not all(is_missing(value) for value, *_ in found.values()):
@@ -81,14 +80,14 @@ def _in_every_cell(cell: Cell) -> bool:
     return " of " not in cell.text
 
 
-def choice_table(board: Leaderboard) -> Table:
+def choice_table(by: Mapping[str, Frame]) -> Table:
     """For every level of every factor: most accurate parameters, best prediction, fastest near the best.
 
     Only methods that were compared in as many cells as any other there.
     """
     rows = [
         {"records": f"{FACTORS[factor]} {level}", **_choices(frame[frame["group"] == level])}
-        for factor, frame in board.by.items()
+        for factor, frame in by.items()
         for level in dict.fromkeys(frame["group"])
     ]
     note = (

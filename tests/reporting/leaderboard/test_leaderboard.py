@@ -10,12 +10,13 @@ from hypothesis import strategies as st
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
 from helmbench.reporting.leaderboard import standings as leaderboard
+from helmbench.reporting.leaderboard.board import build
 from helmbench.reporting.leaderboard.estimates import summarised
 
 
 def board(runs):
     results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
-    return leaderboard.build(results, summarised(parameters))
+    return build(results, summarised(parameters))
 
 
 def by_method(table):

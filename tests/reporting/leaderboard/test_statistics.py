@@ -11,6 +11,7 @@ from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
 from helmbench.reporting.leaderboard import contest, equivalence, paired, profiles, standings
 from helmbench.reporting.leaderboard.answer import answer
+from helmbench.reporting.leaderboard.board import build
 from helmbench.reporting.leaderboard.estimates import summarised
 from helmbench.reporting.leaderboard.stability import stability
 
@@ -234,7 +235,7 @@ def test_a_method_of_few_problems_stands_below_the_others(board_of, run_of, eigh
 def test_the_ranking_is_that_of_the_standings(eight_problems, board_of):
     results, estimates = tables_of(eight_problems)
     order = [place.method for place in board_of(eight_problems).order()]
-    assert standings.build(results, estimates).overall["method"].tolist() == order
+    assert build(results, estimates).overall["method"].tolist() == order
 
 
 def test_sensitivity_leaves_vessels_out_and_takes_other_metrics(run_of, rng):
