@@ -40,6 +40,13 @@ def _biases(found: CheckFinding, model: Model) -> bool:
     return found.biases and (found.cause == "time_stamps" or not followed.isdisjoint(found.channels))
 
 
+def refuse_copies(records: Sequence[Record], others: Sequence[Record]) -> None:
+    """Refuse records whose samples stand twice, also on both sides of training and validation; BadInput names them."""
+    from ..datasets.copies import check_no_copies
+
+    check_no_copies(records, others)
+
+
 @typed
 def rudder_sign_doubt(record: Record, model: Model) -> str | None:
     """A sentence if the record's yaw response contradicts its rudder sign, else None.

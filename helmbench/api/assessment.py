@@ -10,11 +10,10 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..datasets.copies import check_no_copies
 from ..estimation import assessment, comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput
-from .admission import admit, rudder_sign_doubt, warn_of
+from .admission import admit, refuse_copies, rudder_sign_doubt, warn_of
 from .arguments import AUTO, as_model, as_records
 from .documents import content_writer, write_together
 from .results import Result
@@ -161,7 +160,7 @@ def assess(
 ) -> Assessment:
     """What an estimate from these records is worth; raises as `Estimate.assess`."""
     others = as_records(validate, positive_rudder)
-    check_no_copies(records, others)
+    refuse_copies(records, others)
     signs = (rudder_sign_doubt(record, estimate.model) for record in (*records, *others))
     doubts = [*admit(records, estimate.model), *admit(others, estimate.model), *filter(None, signs)]
     return Assessment.of(assessment.assess(estimate, records, others, found, doubts))
@@ -235,5 +234,5 @@ def _check(train: Sequence[Record], others: Sequence[Record], models: Sequence[M
         raise BadInput("no record to fit", hint="give at least one")
     doubts = [*admit(train, models[0]), *admit(others, models[0])]
     doubts += [told for model in models[1:] for side in (train, others) for told in check_plausible(side, model)]
-    check_no_copies(train, others)
+    refuse_copies(train, others)
     warn_of(list(dict.fromkeys(doubts)))

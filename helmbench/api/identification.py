@@ -13,7 +13,7 @@ from ..estimation import estimate as result
 from ..estimation.comparison import Comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput, CannotFit
-from .admission import admit, warn_of
+from .admission import admit, refuse_copies, warn_of
 from .arguments import AUTO, as_model, as_records, check_numbers, check_seed
 
 if TYPE_CHECKING:
@@ -183,7 +183,6 @@ def identify(
     CannotFit : the method does not suit the model, or a record lacks what it needs.
     FitFailed : no finite estimate was found.
     """
-    from ..datasets.copies import check_no_copies
     from ..datasets.instruments import hull_record
     from ..datasets.rudder_sign import RudderSignWarning, rudder_sign_doubt
     from ..estimation.estimate import published
@@ -199,7 +198,7 @@ def identify(
         raise BadInput("no method", hint="give one (`list_methods`); only the model 'auto' needs none")
     structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
     read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
-    check_no_copies(read, others)
+    refuse_copies(read, others)
     warn_of(admit(read, structure))
     given = [hull_record(record, structure) for record in read]
     estimate = published(fitter.fit(given, structure))

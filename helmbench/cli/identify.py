@@ -147,15 +147,15 @@ def _identified(asked: Request) -> Assessment:
     """Read every record before anything is fitted, then fit, compare and assess."""
     import helmbench
 
+    from ..api.admission import refuse_copies
     from ..api.arguments import AUTO
     from ..api.identification import chosen_estimate
-    from ..datasets.copies import check_no_copies
 
     fitters = [helmbench.make_method(text) for text in asked.methods]
     structure = asked.model if asked.model == AUTO else helmbench.resolve(asked.model)
     train, others = ([helmbench.read_record(path, asked.positive_rudder) for path in side]
                      for side in (asked.records, asked.validate))  # fmt: skip
-    check_no_copies(train, others)
+    refuse_copies(train, others)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", helmbench.PlausibilityWarning)  # the assessment tells of all records
         if structure != AUTO:
