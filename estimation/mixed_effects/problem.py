@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import CannotFit
-from ...models.regimes import Regime, simulate_in_regime
+from ...models.regimes import Regime
 from ...models.time_scale import time_scale_s
 from ..series import MEASURED, Series, samples, series_of
 from ..weather import with_weather
@@ -164,7 +164,7 @@ class Problem:
 
         theta : the model's, or that of its environment variant, whose wind coefficients then take part.
         """
-        from ...models.simulate import substeps, variant
+        from ...models.simulate import simulate_in_regime, substeps, variant
 
         series, model = run.series, self.model
         inputs = series.inputs.copy()
