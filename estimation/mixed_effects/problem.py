@@ -12,8 +12,7 @@ import numpy as np
 from ...models.errors import CannotFit
 from ...models.regimes import Regime
 from ...models.time_scale import time_scale_s
-from ..series import MEASURED, Series, samples, series_of
-from ..weather import with_weather
+from ..series import MEASURED, Series, samples, series_of, with_weather
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -40,7 +39,7 @@ START_S = 0.17
 class Run:
     """One record prepared for free runs: its series, thinned, and the thrust (N,) where it was measured.
 
-    The inputs of the series hold the measured wind where it counts, see `weather.with_weather`.
+    The inputs of the series hold the measured wind where it counts, see `series.with_weather`.
     """
 
     series: Series
