@@ -10,15 +10,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..models.display import html_table
 from ..models.errors import BadInput
 from ..models.lanes import Runs, closed_loops, width
 from ..models.memory import require_memory
 from ..models.model import Model
 from ..models.simulate import ClosedLoop, Run, initial_state
+from .columns import CANONICAL
+from .display import shown_name, spread_row
 from .disturbances import Disturbance
 from .generator import (
     DRIFT_PASSES,
@@ -33,7 +37,7 @@ from .generator import (
     no_convergence,
     steady_start,
 )
-from .indices_of_many import indices
+from .indices_of_many import INDICES, indices
 from .manoeuvres import Manoeuvre, steps
 from .record import Record, RecordMeta
 from .sensors import Sensors, apply
@@ -77,9 +81,13 @@ class SimulatedRuns:
         )
 
     def _repr_html_(self) -> str:
-        from .display import runs_html
-
-        return runs_html(self)
+        rows = [spread_row(name.replace("_", " "), INDICES[name], values) for name, values in self.indices.items()]
+        rows += [
+            spread_row(f"{shown_name(name)} at the end", CANONICAL[name], values[:, -1])
+            for name, values in self.channels.items()
+        ]
+        table = html_table(("quantity", "unit", "5 %", "median", "95 %"), rows)
+        return f"<p>{escape(repr(self)[1:-1])}</p>{table}"
 
     def record(self, run: int) -> Record:
         """Run number `run` as a record, with the channels that were kept; BadInput if there is no such run."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import escape
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 
@@ -12,9 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.argument_types import shown
+from ..models.display import html_table
 from ..models.errors import BadInput
+from .angles import unwrapped
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
-from .geometry import unwrapped
+from .display import Curve, channel_row, continuous, time_figure
 from .time_faults import refuse_time_fault
 
 if TYPE_CHECKING:
@@ -156,9 +159,11 @@ class Record:
         ------
         BadInput : the record has no such channel, or none at all.
         """
-        from .display import record_figure
-
-        return record_figure(self, channels)
+        names = in_order(self.channels) if channels is None else list(channels)
+        if not names:
+            raise BadInput("no channel to draw", file=self.name, hint=f"it has {', '.join(self.channels) or 'none'}")
+        panels = {name: [Curve("", self.time_s, continuous(name, self.column(name)))] for name in names}
+        return time_figure(panels, self.name)
 
     def __repr__(self) -> str:
         channels = ", ".join(in_order(self.channels)) or "no channels"
@@ -166,9 +171,14 @@ class Record:
 
     def _repr_html_(self) -> str:
         from ..models.figure import picture
-        from .display import record_html
 
-        return record_html(self, self._extent()) + picture(self.plot, f"channels of {self.name} over time")
+        rows = [channel_row(name, self.column(name)) for name in in_order(self.channels)]
+        table = html_table(("channel", "unit", "smallest", "mean", "largest", "gaps"), rows)
+        side = self.meta.positive_rudder
+        facts = [self.meta.vessel, self.meta.manoeuvre, self.meta.source, f"positive rudder to {side}" if side else ""]
+        told = "; ".join(escape(fact) for fact in facts if fact)
+        title = f"<p><b>{escape(self.name)}</b>: {escape(self._extent())}{'<br>' + told if told else ''}</p>"
+        return title + table + picture(self.plot, f"channels of {self.name} over time")
 
     def _extent(self) -> str:
         steps = f" every {self.dt:g} s" if self.uniform() else f", median step {self.dt:g} s"

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..datasets.display import Curve, continuous, time_figure
 from ..datasets.record import Record
+from ..models.display import html_table
 from ..models.errors import BadInput, FitFailed
 
 if TYPE_CHECKING:
@@ -65,7 +68,7 @@ class Estimate:
         """
         from .prediction import predicted_record
 
-        return predicted_record(self, record, "one")
+        return predicted_record(self.model, record, "one", self.predictor)
 
     def simulate(self, record: Record) -> Record:
         """Free run: the model driven by the record's rudder from its first samples.  Returns and raises as `predict`.
@@ -74,7 +77,7 @@ class Estimate:
         """
         from .prediction import predicted_record
 
-        return predicted_record(self, record, "free")
+        return predicted_record(self.model, record, "free", self.predictor)
 
     def score(self, records: Record | Sequence[Record]) -> dict[str, Any]:
         """Errors of free runs and one-step predictions, pooled over one record or several.
@@ -117,7 +120,7 @@ class Estimate:
         """
         from .residual_report import residual_report
 
-        return residual_report(self, listed(records), horizon)
+        return residual_report(self.model, listed(records), horizon, self.predictor)
 
     def identifiability(self, records: Record | Sequence[Record]) -> Identifiability:
         """How well the records determine each parameter (Cramer-Rao bounds at the estimate), and what would help.
@@ -154,9 +157,14 @@ class Estimate:
         ------
         CannotFit : the record lacks an input, or measures no state of the model.
         """
-        from .display import estimate_figure
+        from .prediction import CHANNELS
 
-        return estimate_figure(self, record)
+        measured = record.turned(self.model.positive_rudder)
+        free, one = self.simulate(record), self.predict(record)
+        runs, panels = (("measured", measured), ("one step", one), ("free run", free)), {}
+        for channel in (name for name in CHANNELS if free.has(name)):
+            panels[channel] = [Curve(told, run.time_s, continuous(channel, run.column(channel))) for told, run in runs]
+        return time_figure(panels, f"{self.model.family} by {self.method}: {record.name}")
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name}={value:.4g}" for name, value in self.parameters.items()) or "black box"
@@ -165,9 +173,14 @@ class Estimate:
         )
 
     def _repr_html_(self) -> str:
-        from .display import estimate_html
-
-        return estimate_html(self)
+        title = f"<p><b>{escape(self.model.family)}</b> by {escape(self.method)}"
+        state = "" if self.converged else f"; not converged: {escape(self.message)}"
+        if self.predictor is not None:
+            return f"{title}{state}; a black box without coefficients</p>"
+        units = dict(zip(self.model.parameter_names, self.model.parameter_units, strict=True))
+        errors = {name: _error(self.stderr.get(name, np.nan)) for name in self.parameters}
+        rows = [(name, f"{value:.5g}", errors[name], units[name]) for name, value in self.parameters.items()]
+        return f"{title}{state}</p>{html_table(('parameter', 'estimate', 'standard error', 'unit'), rows)}"
 
     def save(self, path: str | Path) -> None:
         """Write the model with the estimated coefficients, as `--model` and `resolve` read it back.
@@ -182,6 +195,19 @@ class Estimate:
         from ..models.model import model_to_json
 
         model_to_json(self.model, path)
+
+
+def _error(value: float) -> str:
+    if np.isinf(value):
+        return "not identified"
+    return "" if np.isnan(value) else f"{value:.2g}" if value else "fixed"
+
+
+def predictor_of(estimate: Estimate) -> Predictor:
+    """The estimate's own predictor, or its model."""
+    from .predictor import ModelPredictor
+
+    return estimate.predictor or ModelPredictor(estimate.model)
 
 
 def listed(records: Record | Sequence[Record]) -> list[Record]:

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..datasets.signals import sensor_sd
+from ..models.display import html_table
 from ..models.errors import CannotFit, FitFailed
 from ..models.linear_algebra import svd
 from .bounds import NULL, information
@@ -143,10 +145,23 @@ class Identifiability:
         return lines
 
     def plot(self) -> Figure:
-        """Draw the smallest relative standard deviation of every parameter; a matplotlib figure, not of pyplot."""
-        from .display import identifiability_figure
+        """Draw the smallest relative standard deviation of every parameter; a matplotlib figure, not of pyplot.
 
-        return identifiability_figure(self)
+        The axis is logarithmic; parameters that are not determined have no point.
+        """
+        from ..models.figure import ShownFigure
+
+        names = [one.name for one in self.parameters]
+        values = [one.relative if np.isfinite(one.relative) else np.nan for one in self.parameters]
+        figure = ShownFigure(7.5, 1.2 + 0.22 * len(names))
+        axes = figure.subplots()
+        axes.plot(values, range(len(names)), "o", color="#1b6ca8", markersize=4)
+        for edge in (PRECISE, ROUGH):
+            axes.axvline(edge, color="#5b6b7b", linewidth=0.8, linestyle="--")
+        axes.set_yticks(range(len(names)), names)
+        axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), xlabel="smallest relative standard deviation")
+        axes.grid(True, linewidth=0.3)
+        return figure
 
     def __repr__(self) -> str:
         counts = ", ".join(
@@ -155,9 +170,9 @@ class Identifiability:
         return f"<Identifiability of {self.model}: {counts}>"
 
     def _repr_html_(self) -> str:
-        from .display import identifiability_html
-
-        return identifiability_html(self)
+        rows = [(one.name, f"{one.value:.5g}", one.unit, _share(one.relative)) for one in self.parameters]
+        table = html_table(("parameter", "value", "unit", "smallest relative standard deviation"), rows)
+        return f"{table}<pre>{escape(chr(10).join(self.lines()))}</pre>"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
@@ -317,6 +332,10 @@ def _group(
     own = tuple(names[i] for i in members.tolist())
     relative = 1.0 / np.sqrt((effects / sd) @ inverse @ (effects / sd))
     return ParameterGroup(own, tuple(zip(own, factor.tolist(), strict=True)), float(relative))
+
+
+def _share(relative: float) -> str:
+    return "not determined" if np.isinf(relative) else "" if np.isnan(relative) else f"{100.0 * relative:.2g} %"
 
 
 def _sentence(group: ParameterGroup) -> str:

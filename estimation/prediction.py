@@ -19,7 +19,6 @@ from ..datasets.instruments import hull_record, observed
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
-    from .estimate import Estimate
     from .predictor import Predictor
     from .series import Series
 
@@ -97,14 +96,13 @@ def _free(predictor: Predictor, model: Model, series: Series) -> np.ndarray:
         return series.observe(predictor.simulate(series.inputs, series.dt, _start(model, series)))
 
 
-def predicted_record(estimate: Estimate, record: Record, horizon: str) -> Record:
+def predicted_record(model: Model, record: Record, horizon: str, predictor: Predictor | None = None) -> Record:
     """A record of the predictions with the horizon `free` or `one`, as the model's instruments show them.
 
     It has the inputs of the record in the model's rudder sign and each predicted channel (N,), nan where there is no
-    finite prediction.
+    finite prediction.  `predictor` as for `predict`.
     """
-    model = estimate.model
-    found = predict(model, hull_record(record, model), estimate.predictor)
+    found = predict(model, hull_record(record, model), predictor)
     return as_shown(
         model,
         record.turned(model.positive_rudder),

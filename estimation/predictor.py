@@ -17,7 +17,6 @@ from .series import MEASURED, series_of
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
-    from .estimate import Estimate
 
 
 class Predictor(Protocol):
@@ -47,11 +46,6 @@ class ModelPredictor:
         from ..models.simulate import simulated_states, step_map
 
         return step_map(self.model, simulated_states(self.model, states, inputs[: len(states), 0]), inputs, dt)
-
-
-def predictor_of(estimate: Estimate) -> Predictor:
-    """The estimate's own predictor, or its model."""
-    return estimate.predictor or ModelPredictor(estimate.model)
 
 
 def free_run_error(

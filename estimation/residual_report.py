@@ -14,23 +14,28 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ..datasets.record import Record
-    from .estimate import Estimate
+    from ..models.model import Model
+    from .predictor import Predictor
 
 HORIZONS = ("free", "one")
 LARGEST_LAG = 20
 """Lags of the Ljung-Box statistic; a tenth of the samples in short records."""
 
 
-def residual_report(estimate: Estimate, records: Sequence[Record], horizon: str) -> pd.DataFrame:
-    """A row a channel; `Estimate.residual_report` says what each column means."""
+def residual_report(
+    model: Model, records: Sequence[Record], horizon: str, predictor: Predictor | None = None
+) -> pd.DataFrame:
+    """A row a channel; `Estimate.residual_report` says what each column means.
+
+    `predictor` predicts in the model's place where it is given (a black box).
+    """
     import pandas as pd
 
     from .prediction import CHANNELS, predict
 
     if horizon not in HORIZONS:
         raise BadInput(f"unknown horizon {horizon!r}", hint=f"known: {', '.join(HORIZONS)}")
-    model = estimate.model
-    found = [p for r in records for p in predict(model, hull_record(r, model), estimate.predictor)]
+    found = [p for r in records for p in predict(model, hull_record(r, model), predictor)]
     pairs = {name: [p.pair(horizon) for p in found if p.channel == name] for name in CHANNELS}
     rows = {name: _row(name, own) for name, own in pairs.items() if own}
     frame = pd.DataFrame.from_dict(rows, orient="index")

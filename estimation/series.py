@@ -17,7 +17,7 @@ import numpy as np
 from ..datasets.columns import TWIN
 from ..datasets.signals import bridged, sensor_sd
 from ..models.errors import CannotFit
-from .weather import CURRENT, flow_of
+from .weather import CURRENT, flow_of, measured_weather
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -250,6 +250,16 @@ def series_of(record: Record, model: Model, symbols: Sequence[str] = MEASURED) -
         start_sd=start_sd,
         noise=np.array([sensor_sd(values) for values in measured.values()]),
     )
+
+
+def with_weather(series: Series, record: Record, model: Model) -> Series:
+    """The series with the inputs of the model's environment variant behind its own, where wind or current counts.
+
+    record : the record that the series was made of, or one of more samples that it was thinned from.
+    """
+    grid = record.time_s[0] + series.dt * np.arange(len(series.inputs))
+    weather = measured_weather(record, model, grid)
+    return series if weather is None else replace(series, inputs=np.hstack([series.inputs, weather]))
 
 
 _KEPT: WeakKeyDictionary[Record, dict[tuple[object, ...], Series]] = WeakKeyDictionary()

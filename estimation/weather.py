@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
-    from .series import Series
 
 CURRENT = ("current_speed_m_s", "current_direction_rad", 1.0)
 WIND = ("wind_speed_m_s", "wind_direction_rad", -1.0)
@@ -37,16 +35,6 @@ def held_weather(record: Record, model: Model, time_s: np.ndarray) -> np.ndarray
     if flows is not None:
         out[:-1], out[-1] = flows, flows[-1]
     return out
-
-
-def with_weather(series: Series, record: Record, model: Model) -> Series:
-    """The series with the inputs of the model's environment variant behind its own, where wind or current counts.
-
-    record : the record that the series was made of, or one of more samples that it was thinned from.
-    """
-    grid = record.time_s[0] + series.dt * np.arange(len(series.inputs))
-    weather = measured_weather(record, model, grid)
-    return series if weather is None else replace(series, inputs=np.hstack([series.inputs, weather]))
 
 
 def flow_of(record: Record, columns: tuple[str, str, float]) -> tuple[np.ndarray, np.ndarray] | None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..estimation.fit import Fit
-from ..estimation.likelihood.minimiser import NULL
+from ..estimation.likelihood.linear_problem import NULL
 from ..estimation.likelihood.output_error import identify
 from ..estimation.likelihood.prediction_error import (
     fit_prediction_error,

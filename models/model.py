@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,10 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import kernels as kernel_store
 from .argument_types import typed
+from .display import html_table
 from .errors import BadInput
 from .family_names import check_family_name, is_family_name
 from .files import replace_together
 from .instruments import INSTRUMENTS
+from .particulars import STEPS, Particulars, numbers_of, read_particulars
 from .stated_numbers import (
     coefficients_of,
     in_order,
@@ -172,9 +175,14 @@ class Model:
         return f"<Model {self.id!r}: {self.title or self.family}; {state}>"
 
     def _repr_html_(self) -> str:
-        from .display import model_html
-
-        return model_html(self)
+        values = self.to_parameters(self.coefficients)
+        pairs = zip(self.parameter_names, values.tolist(), self.parameter_units, strict=True)
+        rows = [(name, f"{value:.5g}" if np.isfinite(value) else "", unit) for name, value, unit in pairs]
+        facts = [f"family {self.family}", self.source, f"positive rudder to {self.positive_rudder}"]
+        facts += [f"{self.speed_m_s:g} m/s"] if np.isfinite(self.speed_m_s) else []
+        told = "; ".join(escape(fact) for fact in facts if fact)
+        title = f"<p><b>{escape(self.id)}</b>: {escape(self.title)}<br>{told}</p>"
+        return title + html_table(("parameter", "value", "unit"), rows)
 
     def with_coefficients(self, coefficients: ArrayLike) -> Model:
         """The same model with other coefficients (p,)."""
@@ -276,16 +284,35 @@ def _from_family(name: str) -> Model:
 def _from_yaml(path: Path) -> Model:
     """A vessel file, which names a family, or a file of particulars."""
     from .data_file import load
-    from .particulars import read_particulars
 
     content = load(path)
     if not isinstance(content, dict) or "family" not in content:
-        return read_particulars(path)
+        return model_from_particulars(read_particulars(path), path.stem, path)
     facts = read_vessel(path)
     check_family_name(facts["family"], path)
     if not kernel_store.is_family(facts["family"]):
         raise BadInput(f"unknown family {facts['family']!r}", file=path, hint="'helmbench list models' shows them")
     return _from_facts(path.stem, facts, path)
+
+
+def model_from_particulars(p: Particulars, name: str = "ship", file: Path | None = None) -> Model:
+    """The ship as a model of the family mmg; a positive rudder turns to starboard.
+
+    file : where the particulars were read, for messages.
+
+    Raises
+    ------
+    BadInput : the propeller gives no thrust at the speed of the straight course.
+    """
+    values, known = numbers_of(p, file), kernel_store.load("mmg")
+    return Model(
+        name, "mmg",
+        np.array([values[n] for n in known.COEFFICIENTS]), np.array([values[n] for n in known.CONSTANTS]),
+        positive_rudder="starboard", title=p.title, speed_m_s=p.speed_m_s, n0_rps=p.n0_rps,
+        max_step_s=p.L / p.speed_m_s / STEPS,
+        source="regressions of Clarke 1983, Kijima 1990, Yoshimura & Masumoto 2012",
+        particulars={"L": p.L, "B": p.B, "d": p.d, "nabla": p.nabla, "x_G": p.x_G, "rho": p.rho},
+    )  # fmt: skip
 
 
 @lru_cache

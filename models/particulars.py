@@ -21,12 +21,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from .errors import BadInput
-
-if TYPE_CHECKING:
-    from .model import Model
 
 SLENDERNESS, FULLNESS = (1.5, 15.0), (0.2, 1.0)
 """L/B and C_b that a ship can have."""
@@ -157,10 +153,10 @@ def propeller(p: Particulars) -> dict[str, float]:
     }  # fmt: skip
 
 
-def resistance(p: Particulars, own: Mapping[str, float]) -> float:
+def resistance(p: Particulars, own: Mapping[str, float], file: Path | None = None) -> float:
     """R_0, prime of 0.5 rho L d U^2, that balances the thrust at speed and revolutions of the straight course.
 
-    own : as `propeller` gives it.
+    own : as `propeller` gives it.  file : where the particulars were read, for messages.
 
     Raises
     ------
@@ -170,39 +166,27 @@ def resistance(p: Particulars, own: Mapping[str, float]) -> float:
     thrust = p.D_P**2 * (own["k_0"] * tip**2 + own["k_1"] * tip * inflow + own["k_2"] * inflow**2)
     if thrust <= 0.0:
         said = f"particulars: no thrust at {p.n0_rps:g} 1/s and {p.speed_m_s:g} m/s"
-        raise BadInput(said, hint="check speed_m_s, n0_rps, D_P and pitch_ratio")
+        raise BadInput(said, file=file, hint="check speed_m_s, n0_rps, D_P and pitch_ratio")
     return (1.0 - own["t_P"]) * thrust / (0.5 * p.L * p.d * p.speed_m_s**2)
 
 
-def model_of(p: Particulars, name: str = "ship") -> Model:
-    """The ship as a model of the family mmg; a positive rudder turns to starboard.
+def numbers_of(p: Particulars, file: Path | None = None) -> dict[str, float]:
+    """Coefficients and constants of the ship as a model of the family mmg, by name.
+
+    file : where the particulars were read, for messages.
 
     Raises
     ------
     BadInput : the propeller gives no thrust at the speed of the straight course.
     """
-    import numpy as np
-
-    from . import kernels
-    from .model import Model
-
     screw = propeller(p)
-    values = hull(p) | rudder(p) | screw | added_masses(p) | {"R_0": resistance(p, screw)}
+    values = hull(p) | rudder(p) | screw | added_masses(p) | {"R_0": resistance(p, screw, file)}
     turning = p.rho * p.nabla * ((0.25 * p.L) ** 2 + p.x_G**2)
-    values |= {"L": p.L, "d": p.d, "nabla": p.nabla, "x_G": p.x_G, "I_zz": turning, "rho": p.rho}
-    known = kernels.load("mmg")
-    return Model(
-        name, "mmg",
-        np.array([values[n] for n in known.COEFFICIENTS]), np.array([values[n] for n in known.CONSTANTS]),
-        positive_rudder="starboard", title=p.title, speed_m_s=p.speed_m_s, n0_rps=p.n0_rps,
-        max_step_s=p.L / p.speed_m_s / STEPS,
-        source="regressions of Clarke 1983, Kijima 1990, Yoshimura & Masumoto 2012",
-        particulars={"L": p.L, "B": p.B, "d": p.d, "nabla": p.nabla, "x_G": p.x_G, "rho": p.rho},
-    )  # fmt: skip
+    return values | {"L": p.L, "d": p.d, "nabla": p.nabla, "x_G": p.x_G, "I_zz": turning, "rho": p.rho}
 
 
-def read_particulars(path: Path) -> Model:
-    """The model of a YAML file of particulars: the names of `Particulars`, SI units.
+def read_particulars(path: Path) -> Particulars:
+    """The ship of a YAML file of particulars: the names of `Particulars`, SI units.
 
     Raises
     ------
@@ -223,6 +207,6 @@ def read_particulars(path: Path) -> Model:
                 f"particulars {said} {', '.join(map(str, which))}", file=path, hint=f"give {', '.join(names)}"
             )
     try:
-        return model_of(Particulars(**content), path.stem)
+        return Particulars(**content)
     except BadInput as error:
         raise BadInput(error.message, file=path, hint=error.hint) from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,8 +11,6 @@ import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from .kernels import Kernels
 
 VARIABLES = {"rudder": "rad", "yaw_rate": "rad/s", "drift": "rad", "speed": "m/s", "side": "rad/s", "time": "s"}
 """Variable -> unit: rudder angle, yaw rate and drift angle by their size, speed, yaw rate with its sign, time."""
@@ -81,27 +79,3 @@ def values_of(
 def regime(variable: str, side: str, threshold: float, scale: float | None = None) -> Regime:
     """A regime with the width of its variable; scale : of the variable, the threshold unless given."""
     return Regime(variable, side, threshold, WIDTH[variable] * (threshold if scale is None else scale))
-
-
-def simulate_in_regime(
-    kernels: Kernels,
-    where: Regime,
-    start: NDArray[np.float64],
-    inputs: NDArray[np.float64],
-    theta: tuple[NDArray[np.float64], NDArray[np.float64]],
-    time: tuple[float, int],
-    states: NDArray[np.float64],
-) -> None:
-    """Fill the states (N, n) of a run from `start` under inputs (N, nu), as `Kernels.simulate` does.
-
-    theta : the model's numbers outside and inside the regime.  time : step of the integration, s, and steps a sample.
-    """
-    from .drivers import in_regime  # numba
-
-    gate = np.array([[*VARIABLES].index(where.variable), where.sign, where.threshold, where.width], float)
-    in_regime(kernels.rhs, start, inputs, *theta, gate, _places(kernels.STATES), *time, states)
-
-
-def _places(states: Sequence[str]) -> NDArray[np.int64]:
-    """Places of u, v, r among the states, -1 for one that the model has not."""
-    return np.array([states.index(name) if name in states else -1 for name in ("u", "v", "r")], np.int64)

@@ -18,6 +18,7 @@ from . import kernels as kernel_store
 from .errors import BadInput
 from .instruments import linkage
 from .model import Model, RudderGear
+from .regimes import VARIABLES, Regime
 
 KINDS = ("series", "zigzag", "heading")
 MOST_SUBSTEPS = 10_000
@@ -320,3 +321,27 @@ def _array(values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
     if array.ndim != dimensions:
         raise BadInput(f"an array of {dimensions} dimensions is needed, not {array.ndim}")
     return array
+
+
+def simulate_in_regime(
+    kernels: kernel_store.Kernels,
+    where: Regime,
+    start: NDArray[np.float64],
+    inputs: NDArray[np.float64],
+    theta: tuple[NDArray[np.float64], NDArray[np.float64]],
+    time: tuple[float, int],
+    states: NDArray[np.float64],
+) -> None:
+    """Fill the states (N, n) of a run from `start` under inputs (N, nu), as `Kernels.simulate` does.
+
+    theta : the model's numbers outside and inside the regime.  time : step of the integration, s, and steps a sample.
+    """
+    from . import drivers
+
+    gate = np.array([[*VARIABLES].index(where.variable), where.sign, where.threshold, where.width], float)
+    drivers.in_regime(kernels.rhs, start, inputs, *theta, gate, _places(kernels.STATES), *time, states)
+
+
+def _places(states: Sequence[str]) -> NDArray[np.int64]:
+    """Places of u, v, r among the states, -1 for one that the model has not."""
+    return np.array([states.index(name) if name in states else -1 for name in ("u", "v", "r")], np.int64)

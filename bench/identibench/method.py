@@ -22,8 +22,8 @@ import numpy as np
 from ...datasets.instruments import hull_record
 from ...datasets.record import RecordMeta
 from ...datasets.signals import integral
-from ...estimation.prediction import SYMBOLS, as_shown, predicted_record
-from ...estimation.predictor import predictor_of
+from ...estimation.estimate import Estimate, predictor_of
+from ...estimation.prediction import SYMBOLS, as_shown
 from ...estimation.regression.smoothed import SHORTEST
 from ...estimation.series import series_of
 from ...estimation.smoothed_states import smoothed_states
@@ -34,7 +34,6 @@ from .columns import MEANINGS, WIND_ANGLE, check_columns, record_of, side_of, st
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...estimation.estimate import Estimate
     from ...methods.base import Method
     from ...models.model import Model
 
@@ -173,7 +172,7 @@ class FittedModel:
         """The predicted channels of the model's states, of which the first `window` samples are measured."""
         model = self.estimate.model
         if window < SHORTEST:
-            return predicted_record(self.estimate, record, "free")
+            return self.estimate.simulate(record)
         states = _states(self.estimate, hull_record(record, model), window)
         turned = record.turned(model.positive_rudder)
         return as_shown(model, turned, {CHANNELS[s]: states[:, i] for i, s in enumerate(model.states) if s in SYMBOLS})

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import unwrapped
+from ..angles import unwrapped
 from ..grammar import DEGREE
 from .units import Unit
 

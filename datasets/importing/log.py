@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..geometry import unwrapped
+from ..angles import unwrapped
 from .evidence import Series, together, track_velocity
 from .finding import Finding
 from .geodesy import on_plane

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..geometry import unwrapped
+from ..angles import unwrapped
 from ..time_faults import MOST_SAMPLES, time_fault
 from .convert import Stream
 from .offsets import estimate_offset

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...models.linear_algebra import lstsq
-from ..geometry import unwrapped
+from ..angles import unwrapped
 from .convert import Stream
 
 NEAR_S = 120.0

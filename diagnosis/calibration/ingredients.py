@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Errors = Mapping[str, tuple[float, float | None]]
 """Column -> errors of left-out training records and of held-out records, SI."""
 FLOWS = {"measured current": (0, 1), "measured wind": (2, 3)}
-"""Columns of each measured flow behind the model's own inputs (`weather.with_weather`)."""
+"""Columns of each measured flow behind the model's own inputs (`series.with_weather`)."""
 VARIES = 0.02
 """Standard deviation of the revolutions, as a share of their size, from which they are an ingredient."""
 

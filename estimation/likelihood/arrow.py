@@ -16,6 +16,7 @@ import numpy as np
 
 from ...models.linear_algebra import matrix_rank
 from ..regression import factors
+from .linear_problem import LinearProblem
 
 
 class Own(NamedTuple):
@@ -77,7 +78,7 @@ class Arrow:
 
 
 class LinearArrow:
-    """As `minimiser.LinearProblem`, for an arrow: steps are damped in columns of unit length."""
+    """As `LinearProblem`, for an arrow: steps are damped in columns of unit length."""
 
     def __init__(self, arrow: Arrow) -> None:
         self.arrow, self.n = arrow, arrow.shared.shape[1] - 1
@@ -94,8 +95,6 @@ class LinearArrow:
 
     def step_within(self, damping: float, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, float]:
         """The same with the shared unknowns between low and high (width,)."""
-        from .minimiser import LinearProblem
-
         solved = [_eliminated(own, length, damping) for own, length in zip(self.arrow.own, self.lengths, strict=True)]
         rows = [self.arrow.shared, *(rest.reshape(-1, self.n + 1) for _, _, rest in solved)]
         reduced = LinearProblem(factors.fold(factors.empty(self.n), np.vstack(rows)), self.length)

@@ -15,17 +15,15 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from ...models.linear_algebra import lstsq, svd
 from ..regression import factors
 from .arrow import LinearArrow
+from .linear_problem import LinearProblem
 from .problem import Point, Problem
 
 ROUGH, FINE = 1.0, 1e-6
 """Predicted gain in log likelihood at which the search among starts stops, and at which the last minimum does."""
 SHARE = 1e-3
 """Predicted gain, relative to the cost, at which a search stops while channels are weighted by their sensors."""
-NULL = 1e-12
-"""Singular values (columns of unit length) below which a direction counts as not identified."""
 FIRST_DAMPING = 1e-3
 REDUCED, KEPT = 0.01, 1.0
 """Factors on the damping after a step that succeeds at the first trial, and after one that needs several."""
@@ -52,53 +50,6 @@ class Damping(NamedTuple):
 
 Stepper = Callable[[float], tuple[np.ndarray, float]]
 """A linearised problem: damping -> the step (width,) and the gain that it predicts."""
-
-
-class LinearProblem:
-    """The weighted problem linearised about one point, in columns of unit length.
-
-    factor (rows, width + 1) is the triangular factor of [derivatives | residuals]; length (width,) are the lengths of
-    the columns where the factor does not hold all of their rows.
-    """
-
-    def __init__(self, factor: np.ndarray, length: np.ndarray | None = None) -> None:
-        self.a, self.b = factor[:, :-1], factor[:, -1]
-        full = np.linalg.norm(self.a, axis=0) if length is None else length
-        self.length = np.where(full > 0.0, full, 1.0)
-        u, s, vt = svd(self.a / self.length, full_matrices=False)
-        kept = s > NULL * s[0]
-        self.singular, self.projected = s[kept], (u.T @ self.b)[kept]
-        self.back = vt[kept].T / self.length[:, None]
-
-    def step(self, damping: float) -> tuple[np.ndarray, float]:
-        """The damped step (width,), and the decrease of half the sum of squares that it predicts."""
-        left = damping / (self.singular**2 + damping)
-        step = self.back @ (self.singular / (self.singular**2 + damping) * self.projected)
-        return step, float(0.5 * np.sum(self.projected**2 * (1.0 - left**2)))
-
-    def solved(self, gradient: np.ndarray, damping: float) -> np.ndarray:
-        """The damped normal equations' solution (width,) for a right-hand side (width,)."""
-        return self.back @ ((self.back.T @ gradient) / (self.singular**2 + damping))
-
-    def step_within(self, damping: float, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, float]:
-        """The same for a step between low and high (width,).
-
-        Unknowns whose step would cross a bound are set on it, and the others are solved again.
-        """
-        inside = np.ones(self.length.size, bool)
-        step = np.zeros(self.length.size)
-        while inside.any():
-            a = self.a[:, inside] / self.length[inside]
-            rest = self.b - self.a[:, ~inside] @ step[~inside]
-            damped = np.vstack([a, np.sqrt(damping) * np.eye(a.shape[1])])
-            right = np.concatenate([rest, np.zeros(a.shape[1])])
-            step[inside] = lstsq(damped, right, rcond=NULL) / self.length[inside]
-            outside = inside & ((step < low) | (step > high))
-            if not outside.any():
-                break
-            step[outside] = np.clip(step, low, high)[outside]
-            inside &= ~outside
-        return step, float(0.5 * (self.b @ self.b - np.sum((self.b - self.a @ step) ** 2)))
 
 
 class HasCost(Protocol):

@@ -41,7 +41,8 @@ from ..gaps import unbroken_series
 from ..regression import factors
 from ..series import Series
 from ..starts import Start, starts_of
-from .minimiser import NULL, levenberg_marquardt
+from .linear_problem import NULL
+from .minimiser import levenberg_marquardt
 from .problem import Point, Problem, free_start_problem, sensor_sd_of
 from .shooting import ShootingProblem, shooting_problem, stretches_of
 

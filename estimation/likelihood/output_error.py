@@ -27,8 +27,8 @@ from ..gaps import unbroken_series
 from ..regression import factors
 from ..series import Series
 from ..starts import starts_of
+from .linear_problem import NULL
 from .loss import Loss
-from .minimiser import NULL
 from .problem import Point, Problem, free_start_problem
 from .search import Outcome, fit_output_error
 from .shooting import ShootingProblem

@@ -15,7 +15,8 @@ import numpy as np
 
 from ...models.errors import CannotFit, FitFailed
 from ..regression import factors
-from .minimiser import NULL, Minimum
+from .linear_problem import NULL
+from .minimiser import Minimum
 from .problem import Problem
 
 LEAST_WALKERS = 24

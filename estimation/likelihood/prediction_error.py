@@ -22,7 +22,8 @@ from ..filters.innovations.settings import Setting
 from ..filters.innovations.vector import SYMBOLS
 from ..regression import factors
 from ..series import MEASURED
-from .minimiser import Damping, LinearProblem, try_steps
+from .linear_problem import LinearProblem
+from .minimiser import Damping, try_steps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..regression import factors
-from .minimiser import NULL, levenberg_marquardt
+from .linear_problem import NULL
+from .minimiser import levenberg_marquardt
 from .problem import Problem
 from .search import Outcome
 from .unknowns import Unknowns

@@ -6,19 +6,12 @@ the error: by algebra, without a further run.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .problem import Problem, Squares
+from .problem import Squares
 
-if TYPE_CHECKING:
-    from .fit import Number
-
-DIFFERENCE = 1e-3
-"""Step of the derivatives, in prior standard deviations."""
 Block = tuple[np.ndarray, np.ndarray, np.ndarray]
 """One record's share of the normal equations (q, q), (q,), and how its own effects follow (k, q + 1)."""
 
@@ -69,23 +62,3 @@ class Expansion:
         Eq. 26 of docs/mathematics/default-route.md.
         """
         return self.own + follow[:, -1] - follow[:, :-1] @ step
-
-
-def expansion_of(p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> Expansion:
-    """The expansion of one record about common numbers theta (m,) and own effects (k,), by differences."""
-    run = p.runs[i]
-    error = p.residuals(theta, run, own)
-    columns = np.empty((*error.shape, len(numbers) + own.size + 1))
-    for j, n in enumerate(numbers):
-        h, moved = DIFFERENCE * n.sd, theta.copy()
-        moved[n.place] += h
-        columns[:, :, j] = (p.residuals(moved, run, own) - error) / h
-    for j, h in enumerate((10.0 * DIFFERENCE * p.own_sd).tolist()):
-        step = h * (np.arange(own.size) == j)
-        columns[:, :, len(numbers) + j] = (p.residuals(theta, run, own + step) - error) / h
-    columns[:, :, -1] = error
-    known = np.where(np.isfinite(columns), columns, 0.0)
-    known[~np.isfinite(error)] = 0.0
-    by_channel = known.transpose(1, 2, 0)
-    gram = by_channel @ by_channel.transpose(0, 2, 1)
-    return Expansion(gram, np.isfinite(error).sum(axis=0), own, p.own_sd**-2.0)

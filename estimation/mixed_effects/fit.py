@@ -11,13 +11,15 @@ import numpy as np
 
 from ..likelihood.minimiser import Damping, try_steps
 from ..threads import in_threads
-from .expansion import Block, Expansion, expansion_of
+from .expansion import Block, Expansion
 from .problem import Problem, pooled, squares
 
 FIRST_DAMPING = 1e-2
 RULE = Damping(growth=5.0, least=5e-3, trials=6)
 ENOUGH = 0.01
 """Fall of the criterion below which a fit ends."""
+DIFFERENCE = 1e-3
+"""Step of the derivatives, in prior standard deviations."""
 LONGEST = 3.0
 """Longest single step, in prior standard deviations."""
 
@@ -126,7 +128,27 @@ def _criterion(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np
 
 def expansions_of(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> list[Expansion]:
     """The expansion of every record; own (R, k)."""
-    return in_threads(p.threads, lambda i: expansion_of(p, i, numbers, theta, own[i]), range(len(p.runs)))
+    return in_threads(p.threads, lambda i: _expansion_of(p, i, numbers, theta, own[i]), range(len(p.runs)))
+
+
+def _expansion_of(p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> Expansion:
+    """The expansion of one record about common numbers theta (m,) and own effects (k,), by differences."""
+    run = p.runs[i]
+    error = p.residuals(theta, run, own)
+    columns = np.empty((*error.shape, len(numbers) + own.size + 1))
+    for j, n in enumerate(numbers):
+        h, moved = DIFFERENCE * n.sd, theta.copy()
+        moved[n.place] += h
+        columns[:, :, j] = (p.residuals(moved, run, own) - error) / h
+    for j, h in enumerate((10.0 * DIFFERENCE * p.own_sd).tolist()):
+        step = h * (np.arange(own.size) == j)
+        columns[:, :, len(numbers) + j] = (p.residuals(theta, run, own + step) - error) / h
+    columns[:, :, -1] = error
+    known = np.where(np.isfinite(columns), columns, 0.0)
+    known[~np.isfinite(error)] = 0.0
+    by_channel = known.transpose(1, 2, 0)
+    gram = by_channel @ by_channel.transpose(0, 2, 1)
+    return Expansion(gram, np.isfinite(error).sum(axis=0), own, p.own_sd**-2.0)
 
 
 def normal_equations(

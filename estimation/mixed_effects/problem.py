@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import CannotFit
-from ...models.regimes import Regime, simulate_in_regime
+from ...models.regimes import Regime
 from ...models.time_scale import time_scale_s
-from ..series import MEASURED, Series, samples, series_of
-from ..weather import with_weather
+from ..series import MEASURED, Series, samples, series_of, with_weather
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -40,7 +39,7 @@ START_S = 0.17
 class Run:
     """One record prepared for free runs: its series, thinned, and the thrust (N,) where it was measured.
 
-    The inputs of the series hold the measured wind where it counts, see `weather.with_weather`.
+    The inputs of the series hold the measured wind where it counts, see `series.with_weather`.
     """
 
     series: Series
@@ -164,7 +163,7 @@ class Problem:
 
         theta : the model's, or that of its environment variant, whose wind coefficients then take part.
         """
-        from ...models.simulate import substeps, variant
+        from ...models.simulate import simulate_in_regime, substeps, variant
 
         series, model = run.series, self.model
         inputs = series.inputs.copy()

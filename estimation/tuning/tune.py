@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, cast
 
 from ...models.errors import BadInput, CannotFit, FitFailed
+from ..estimate import Estimate, predictor_of
 from ..fit import SHORTEST
-from ..predictor import free_run_error, predictor_of
+from ..predictor import free_run_error
 from .space import Choice, Domain, grid_of
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
     from ...datasets.record import Record
     from ...models.model import Model
-    from ..estimate import Estimate
 
 TUNERS = ("abc", "tpe", "cmaes", "gp", "grid", "random")
 VALIDATIONS = ("split", "held-out")

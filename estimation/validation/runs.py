@@ -19,9 +19,8 @@ from ...models.errors import CannotFit
 from ...models.model import CHANNELS
 from ..prediction import BOUND, SYMBOLS, Squares, divergence, squares
 from ..predictor import ModelPredictor
-from ..series import samples, series_of, yaw_rate_of
+from ..series import samples, series_of, with_weather, yaw_rate_of
 from ..smoothed_states import smoothed_states
-from ..weather import with_weather
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

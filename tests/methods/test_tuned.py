@@ -80,7 +80,8 @@ def test_tuning_corrects_a_bad_option(rng):
     case = Case(SHIP, "zigzag:20/20", "low", seed=int(rng.integers(1000)), duration_s=60)
     held_out = generate(Case(SHIP, "zigzag:10/10", duration_s=60))
     model, train = resolve(SHIP).blanked(), [generate(case)]
-    from helmbench.estimation.predictor import free_run_error, predictor_of
+    from helmbench.estimation.estimate import predictor_of
+    from helmbench.estimation.predictor import free_run_error
 
     plain = make("sklearn:Ridge,alpha=10000").fit(train, model)
     tuned = make("tuned:sklearn:Ridge,trials=12").fit(train, model)

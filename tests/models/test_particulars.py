@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from helmbench.models.errors import BadInput
-from helmbench.models.model import resolve
-from helmbench.models.particulars import Particulars, added_masses, linear_derivatives, model_of
+from helmbench.models.model import model_from_particulars, resolve
+from helmbench.models.particulars import Particulars, added_masses, linear_derivatives
 from helmbench.models.simulate import initial_state, inputs_of, simulate
 
 KVLCC2 = Particulars(
@@ -38,14 +38,14 @@ def test_regressions_are_near_the_captive_tests_of_kvlcc2():
 
 
 def test_a_turning_circle_from_particulars_is_near_that_of_the_published_simulation():
-    runs = [turned(model, np.deg2rad(35.0)) for model in (model_of(KVLCC2), resolve("kvlcc2-l7"))]
+    runs = [turned(model, np.deg2rad(35.0)) for model in (model_from_particulars(KVLCC2), resolve("kvlcc2-l7"))]
     breadths = [np.ptp(run[:, 4]) for run in runs]
     assert runs[0][-1, 2] > 0.0 and breadths[0] == pytest.approx(breadths[1], rel=0.25)
     assert 2.0 * KVLCC2.L < breadths[0] < 5.0 * KVLCC2.L
 
 
 def test_a_straight_course_keeps_the_stated_speed():
-    model = model_of(KVLCC2)
+    model = model_from_particulars(KVLCC2)
     assert turned(model, 0.0)[-1, 0] == pytest.approx(KVLCC2.speed_m_s, rel=1e-6)
 
 

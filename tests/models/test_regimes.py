@@ -7,8 +7,8 @@ from helmbench.models.coefficient_groups import local_numbers
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import OFFSET, regime_parameters
 from helmbench.models.model import resolve
-from helmbench.models.regimes import Regime, regime, simulate_in_regime, values_of
-from helmbench.models.simulate import initial_state, inputs_of, simulate, substeps
+from helmbench.models.regimes import Regime, regime, values_of
+from helmbench.models.simulate import initial_state, inputs_of, simulate, simulate_in_regime, substeps
 
 CASES = [
     ("cargo", "rudder_force", "rudder", "above", 0.2, -0.3), ("cargo", "a2", "time", "above", 200.0, 0.3),

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .estimator import probes
-from .runs import pushes
 from .vector import BIAS, CHANNELS, DELAY, DRIFT, EARTH, MISALIGNMENT, SCALE, SPEED
 
 if TYPE_CHECKING:
@@ -70,7 +69,7 @@ def tangent(est: Estimator, s: Setting, entries: Sequence[int], steps: Mapping[i
         (run, trace), varied = runs[i], [entries[row] for row in rows]
         over = probes(s.vectors[i, varied])
         over = np.array([steps.get(entry, h) for entry, h in zip(varied, over.tolist(), strict=True)])
-        _carry_pushes(est, trace, i, pushes(est, s, i, run, varied, over), out[rows[0] : rows[-1] + 1])
+        _carry_pushes(est, trace, i, _pushes(est, s, i, run, varied, over), out[rows[0] : rows[-1] + 1])
 
     def beside(i: int) -> None:
         _carry_sensors(est, s, i, *runs[i], sensors, outer[sensors], out)
@@ -91,7 +90,7 @@ def gated(
     runs = est.in_threads(lambda i: est.traced(s, i), range(len(est.segments)))
 
     def pushed(i: int) -> np.ndarray:
-        return pushes(est, s, i, runs[i][0], entries, probes(s.vectors[i, entries]))
+        return _pushes(est, s, i, runs[i][0], entries, probes(s.vectors[i, entries]))
 
     every = est.in_threads(pushed, range(len(runs)))
     axes = np.full(len(gates), est.n_forces + CHANNELS, np.int64)
@@ -108,6 +107,18 @@ def gated(
 
         est.in_threads(along, range(len(runs)))
         yield out
+
+
+def _pushes(est: Estimator, s: Setting, segment: int, run: Run, varied: Sequence[int], steps: np.ndarray) -> np.ndarray:
+    """Changes (T, m, n) of the states over the next step by entries of the vector, along a run at the setting."""
+    from ._pushes import run_pushes  # numba
+
+    found = np.zeros((run.e.shape[0], len(varied), est.shape.n))
+    if len(varied):
+        recorded, values = est.arguments(s, segment)
+        model, which = (est.kernels.rhs, est.kernels.jacobian), np.array(varied, np.int64)
+        run_pushes(*model, est.shape, est.places, recorded, values, which, steps, run.states, found)
+    return found
 
 
 def _shared_out(rows: np.ndarray, segments: int, threads: int) -> list[tuple[int, np.ndarray]]:

@@ -19,7 +19,7 @@ from ....models import kernels as kernel_store
 from ...gaps import clock_of
 from ...threads import in_threads
 from .force_units import force_units
-from .runs import KEPT, Recent, filtered
+from .runs import KEPT, Recent, content_of, run_of
 from .segments import Segment, rudder_sd, segments_of
 from .settings import Noise, Parameter, Setting
 from .vector import CHANNELS, OUTER, PLACE, SYMBOLS, base_vector, names_of, state_of
@@ -27,7 +27,8 @@ from .vector import CHANNELS, OUTER, PLACE, SYMBOLS, base_vector, names_of, stat
 if TYPE_CHECKING:
     from ....datasets.record import Record
     from ....models.model import Model
-    from ._arguments import Run, Shape, Trace
+    from ._arguments import Recorded, Run, Shape, Trace, Values
+    from .runs import Made
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -202,7 +203,7 @@ class Estimator:
 
     def evaluate(self, s: Setting, traced: bool = False) -> Innovations:
         """Innovations of all segments at a setting; traced where derivatives will probably be asked for there."""
-        one = partial(filtered, self, s, free=None, traced=traced, keep=True)
+        one = partial(self._filtered, s, free=None, traced=traced, keep=True)
         return self.gathered([run for run, _ in self.in_threads(one, range(len(self.segments)))])
 
     def many(
@@ -225,13 +226,40 @@ class Estimator:
 
     def run(self, s: Setting, segment: int, free: int | None = None) -> Run:
         """One segment through the filter, freely from sample `free` on."""
-        return filtered(self, s, segment, free, traced=False, keep=False)[0]
+        return self._filtered(s, segment, free, traced=False, keep=False)[0]
 
     def traced(self, s: Setting, segment: int) -> tuple[Run, Trace]:
         """One segment through the filter, with all that derivatives need of the run."""
-        run, trace = filtered(self, s, segment, None, traced=True, keep=True)
+        run, trace = self._filtered(s, segment, None, traced=True, keep=True)
         assert trace is not None
         return run, trace
+
+    def _filtered(self, s: Setting, segment: int, free: int | None, traced: bool, keep: bool) -> Made:
+        """One segment through the filter, freely from sample `free` on (None: as the estimator says), traced or not,
+        and kept or not.
+
+        The arrays are shared: they are not written to.
+        """
+        free = self.released(segment) if free is None else free
+        key = (segment, free, *content_of(s, segment, self.index))
+        found = self.recent.get(key, traced)
+        if found is None:
+            recorded, values = self.arguments(s, segment)
+            found = run_of(self.kernels, self.shape, self.places, recorded, values, free, traced)
+            if keep:
+                self.recent.put(key, found)
+        return found
+
+    def arguments(self, s: Setting, segment: int) -> tuple[Recorded, Values]:
+        """What the filter's kernel takes of a segment and of a setting."""
+        from ._arguments import Recorded, Values  # numba
+
+        d, noise, vector = self.segments[segment], s.noise, s.vectors[segment].copy()
+        vector[self.index["rudder_fault_time"]] -= d.offset_s
+        added = np.zeros((d.time.size, self.n_forces + CHANNELS)) if s.added is None else s.added[segment]
+        error, tau = np.array([self.rudder_sd, self.corner_error]), np.array([noise.correlation_time_s])
+        recorded = Recorded(d.time, d.rudder, d.quiet, d.other, d.environment, d.measured, d.start, d.variance)
+        return recorded, Values(vector, self.unit, noise.sensor_sd, noise.force_sd, tau, added, error)
 
     def free_run(self, s: Setting, segment: int, free: int) -> np.ndarray:
         """Predicted channels (T, 6) of a segment: filtered up to sample `free`, simulated from there without random

@@ -6,7 +6,7 @@ import pytest
 import helmbench
 from helmbench.estimation.likelihood import problem as problems
 from helmbench.estimation.likelihood.arrow import Arrow, LinearArrow, Rows
-from helmbench.estimation.likelihood.minimiser import LinearProblem
+from helmbench.estimation.likelihood.linear_problem import LinearProblem
 from helmbench.methods.output_error import OutputError
 from helmbench.models.model import resolve
 

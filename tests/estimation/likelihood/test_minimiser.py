@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.likelihood.minimiser import Damping, LinearProblem, levenberg_marquardt, try_steps
+from helmbench.estimation.likelihood.linear_problem import LinearProblem
+from helmbench.estimation.likelihood.minimiser import Damping, levenberg_marquardt, try_steps
 from helmbench.estimation.likelihood.problem import Point, free_start_problem
 from helmbench.estimation.series import series_of
 

@@ -7,7 +7,6 @@ import pytest
 
 import helmbench
 from helmbench.datasets.columns import in_order
-from helmbench.datasets.display import record_html
 from helmbench.estimation.fit import Fit
 from helmbench.methods.base import Method
 
@@ -93,4 +92,4 @@ def test_a_record_shows_itself(record):
     )
     table = record._repr_html_()
     assert table.count("<tr>") == 1 + len(record.channels) and "yaw rate" in table and "deg/s" in table
-    assert "&lt;b&gt;" in record_html(replace(record, name="<b>"), "")
+    assert "&lt;b&gt;" in replace(record, name="<b>")._repr_html_()

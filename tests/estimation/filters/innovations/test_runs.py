@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.estimation.filters.innovations import runs
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.estimation.filters.innovations.runs import Recent
 
@@ -37,7 +36,7 @@ def test_each_setting_has_its_own_run(est):
 def test_a_setting_that_comes_again_is_not_run_again(est, monkeypatch):
     s = est.start()
     run, trace = est.traced(s, 0)
-    monkeypatch.setattr(runs, "_arguments", None)  # what a further run would need
+    monkeypatch.setattr(f"{estimator.__module__}.run_of", None)  # what a further run would need
     assert est.run(est.start(), 0) is run
     assert est.traced(replace(s, vectors=s.vectors.copy()), 0) == (run, trace)
     with pytest.raises(TypeError):
