@@ -64,11 +64,12 @@ def shortlist(board: Contest, methods: Sequence[str]) -> tuple[list[str], float,
     methods : those that may be listed, in the order of the ranking.
 
     The second is the share of problems with a good method in a list made of the problems of all other ships, nan for a
-    single ship; the third the number of problems, those left out that nobody predicts better than by the record's mean.
-    The list is the shortest with `ENOUGH` of them, else the best of at most `SHORT`.
+    single ship; the third the number of problems, without those of a single method and those that nobody predicts
+    better than by the record's mean.  The list is the shortest with `ENOUGH` of them, else the best of at most `SHORT`.
     """
     errors = np.where(np.isnan(board.errors), np.inf, np.maximum(board.errors, FLOOR))
-    ships, useful = board.problems["vessel"].to_numpy(str), errors.min(axis=1) < MEAN
+    useful = (errors.min(axis=1) < MEAN) & ((~np.isnan(board.errors)).sum(axis=1) > 1)
+    ships = board.problems["vessel"].to_numpy(str)
     errors, ships = errors[useful], ships[useful]
     if not len(errors):
         return list(methods[:1]), np.nan, 0

@@ -203,7 +203,9 @@ const Ranking = (function () {
   }
   function shortlist(b, full) { // a few methods of which one is good in most problems, and what such a list is worth on a ship left out
     const raised = b.errors.map(function (row) { return row.map(function (e) { return e === null ? Infinity : Math.max(e, FLOOR); }); });
-    const kept = raised.map(function (_, i) { return i; }).filter(function (i) { return Math.min(...raised[i]) < MEAN; });
+    const kept = raised.map(function (_, i) { return i; }).filter(function (i) {
+      return Math.min(...raised[i]) < MEAN && b.errors[i].filter(function (e) { return e !== null; }).length > 1;
+    });
     if (!kept.length) return { names: [full[0].method], share: NaN, count: 0 };
     const good = kept.map(function (i) {
       const least = Math.min(...raised[i]);

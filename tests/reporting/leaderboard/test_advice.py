@@ -154,6 +154,12 @@ def test_a_short_list_is_worth_what_it_is_on_a_ship_left_out(run_of):
     errors["none"] = (0.9,) * 7
     board = board_of_ships(run_of, {name: (*row, 1.1) for name, row in errors.items()}, (*ships, "remus-kt"))
     assert shortlist(board, ["none", *"abcdefg"]) == (["none"], 0.0, 7)  # nobody predicts the eighth
+    shared = [
+        (m, s, e) for m, row in {"a": (0.1, 0.1), "b": (0.5, 0.5)}.items() for s, e in zip(ships, row, strict=False)
+    ]
+    alone = [("b", ships[2], 0.01), ("b", ships[3], 0.01)]
+    board = board_of([run_of(error=0.1, r2=1.0 - e**2, method=m, vessel=s) for m, s, e in shared + alone])
+    assert shortlist(board, ["a", "b"]) == (["a"], 1.0, 2)  # `b` alone was run on two ships
     one = board_of_ships(run_of, {"a": (0.1,), "b": (0.5,)}, ("cargo",))
     assert shortlist(one, ["b", "a"])[0] == ["b", "a"] and np.isnan(shortlist(one, ["b", "a"])[1])
     assert "Compare" not in answer(one)
