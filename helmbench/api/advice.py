@@ -118,11 +118,12 @@ def _contest(folder: Path) -> Contest:
     from ..reporting.leaderboard.compact import read_compact
     from ..reporting.leaderboard.contest import contest
     from ..reporting.leaderboard.estimates import summarised
+    from ..reporting.leaderboard.publish import ranked_and_tuning
 
     results, parameters = read_compact(folder)
     if results.empty:
         raise BadInput("no run is finished yet", file=folder)
-    runs = standings.judged(results, summarised(parameters))
+    runs = standings.judged(ranked_and_tuning(results)[0], summarised(parameters))
     return contest(standings.cell_table(runs), runs)
 
 
