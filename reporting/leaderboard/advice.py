@@ -139,17 +139,24 @@ def summary(found: Sequence[Tested]) -> str:
     """The shares of good advice in two sentences, with 95 % intervals (Wilson)."""
     if not found:
         return "No situation could be judged."
+    kinds = {one.situation.kind.partition(",")[0] for one in found}
+    each = [(kind, [one.regret for one in found if one.situation.kind.startswith(kind)]) for kind in sorted(kinds)]
+    told = [f"{kind} {percent(_count(regrets) / len(regrets))} of {len(regrets)}" for kind, regrets in each]
     return (
         f"In {len(found)} fresh situations the method that this page names errs less than {GOOD:g} times the least "
-        f"error of all methods in {_good([one.regret for one in found])}. The best on one more record of the methods "
-        f"that it lists does so in {_good([one.chosen_regret for one in found])}."
+        f"error of all methods in {_good([one.regret for one in found])} ({', '.join(told)}). The best on one more "
+        f"record of the methods that it lists does so in {_good([one.chosen_regret for one in found])}."
     )
+
+
+def _count(regrets: Sequence[float]) -> int:
+    return sum(regret < GOOD for regret in regrets)
 
 
 def _good(regrets: Sequence[float]) -> str:
     from scipy.stats import binomtest
 
-    good = sum(regret < GOOD for regret in regrets)
+    good = _count(regrets)
     low, high = binomtest(good, len(regrets)).proportion_ci(method="wilson")
     share = percent(good / len(regrets))
     return f"{share} [{percent(low)}, {percent(high)}], median regret {number(median(regrets))}"
@@ -172,7 +179,7 @@ def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:
         named, chosen = [one.regret for one in own], [one.chosen_regret for one in own]
         shares = {"named": named, "chosen": chosen}
         return {"kind": kind, "n": len(own), "median": median(named), "median_chosen": median(chosen)} | {
-            name: sum(regret < GOOD for regret in regrets) / len(own) for name, regrets in shares.items()
+            name: _count(regrets) / len(own) for name, regrets in shares.items()
         }
 
     columns = [

@@ -89,7 +89,8 @@ def test_regret_is_the_ratio_of_the_errors(calm_and_windy, run_of):
     assert [one.advice.method for one in found] == ["b", "a"]
     assert [one.regret for one in found] == pytest.approx([1.0, 3.0], rel=1e-3)
     told = advice.report(found, len(found) + 1, 7)
-    assert "in 50 % [" in advice.summary(found) and "own equations, disturbed" in told
+    assert "in 50 % [" in advice.summary(found) and "median regret 2 (own equations 50 % of 2)" in advice.summary(found)
+    assert "own equations, disturbed" in told
     assert "3 situations were drawn with seed 7; in 1 no method applies" in told
     lost = advice.Tested(calm, found[0].advice, math.inf, math.inf, "b", 0.001)
     small = advice.Tested(calm, found[0].advice, 0.009, 0.3, "b", 0.001)
