@@ -71,7 +71,7 @@ def test_what_the_advice_is_worth_stands_on_page_and_readme(folder, tmp_path):
     (tmp_path / publish.ADVICE).write_text(f"# The advice tested\n\n{said}\n\nMore.\n")
     publish.publish_again(tmp_path)
     assert f"\n\n{said} See [advice.md](advice.md).\n\n" in (tmp_path / publish.README).read_text()
-    assert f'<p class="sub">{said}</p>' in (tmp_path / publish.PAGE).read_text()
+    assert f'<p class="sub" id="worth">{said}</p>' in (tmp_path / publish.PAGE).read_text()
 
 
 def test_findings_are_computed_from_the_results(folder):
