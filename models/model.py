@@ -287,7 +287,7 @@ def _from_yaml(path: Path) -> Model:
 
     content = load(path)
     if not isinstance(content, dict) or "family" not in content:
-        return model_from_particulars(read_particulars(path), path.stem, path)
+        return model_from_particulars(read_particulars(path), path.stem)
     facts = read_vessel(path)
     check_family_name(facts["family"], path)
     if not kernel_store.is_family(facts["family"]):
@@ -295,16 +295,9 @@ def _from_yaml(path: Path) -> Model:
     return _from_facts(path.stem, facts, path)
 
 
-def model_from_particulars(p: Particulars, name: str = "ship", file: Path | None = None) -> Model:
-    """The ship as a model of the family mmg; a positive rudder turns to starboard.
-
-    file : where the particulars were read, for messages.
-
-    Raises
-    ------
-    BadInput : the propeller gives no thrust at the speed of the straight course.
-    """
-    values, known = numbers_of(p, file), kernel_store.load("mmg")
+def model_from_particulars(p: Particulars, name: str = "ship") -> Model:
+    """The ship as a model of the family mmg; a positive rudder turns to starboard."""
+    values, known = numbers_of(p), kernel_store.load("mmg")
     return Model(
         name, "mmg",
         np.array([values[n] for n in known.COEFFICIENTS]), np.array([values[n] for n in known.CONSTANTS]),

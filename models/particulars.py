@@ -68,6 +68,9 @@ class Particulars:
             if not low <= value <= high:
                 hint = "lengths in m, the displaced volume nabla in m3"
                 raise BadInput(f"particulars: {name} is {value:.3g}, outside {low:g} to {high:g}", hint=hint)
+        if thrust(self, propeller(self)) <= 0.0:
+            said = f"particulars: no thrust at {self.n0_rps:g} 1/s and {self.speed_m_s:g} m/s"
+            raise BadInput(said, hint="check speed_m_s, n0_rps, D_P and pitch_ratio")
 
     @property
     def block(self) -> float:
@@ -153,34 +156,24 @@ def propeller(p: Particulars) -> dict[str, float]:
     }  # fmt: skip
 
 
-def resistance(p: Particulars, own: Mapping[str, float], file: Path | None = None) -> float:
-    """R_0, prime of 0.5 rho L d U^2, that balances the thrust at speed and revolutions of the straight course.
+def thrust(p: Particulars, own: Mapping[str, float]) -> float:
+    """Thrust over the water's density, m4/s2, at speed and revolutions of the straight course.
 
-    own : as `propeller` gives it.  file : where the particulars were read, for messages.
-
-    Raises
-    ------
-    BadInput : the propeller gives no thrust there.
+    own : as `propeller` gives it.
     """
-    tip, inflow = p.n0_rps * p.D_P, p.speed_m_s * (1.0 - own["w_P0"])
-    thrust = p.D_P**2 * (own["k_0"] * tip**2 + own["k_1"] * tip * inflow + own["k_2"] * inflow**2)
-    if thrust <= 0.0:
-        said = f"particulars: no thrust at {p.n0_rps:g} 1/s and {p.speed_m_s:g} m/s"
-        raise BadInput(said, file=file, hint="check speed_m_s, n0_rps, D_P and pitch_ratio")
-    return (1.0 - own["t_P"]) * thrust / (0.5 * p.L * p.d * p.speed_m_s**2)
+    inflow, tip = p.speed_m_s * (1.0 - own["w_P0"]), p.n0_rps * p.D_P
+    return p.D_P**2 * (own["k_0"] * tip**2 + own["k_1"] * tip * inflow + own["k_2"] * inflow**2)
 
 
-def numbers_of(p: Particulars, file: Path | None = None) -> dict[str, float]:
-    """Coefficients and constants of the ship as a model of the family mmg, by name.
+def resistance(p: Particulars, own: Mapping[str, float]) -> float:
+    """R_0, prime of 0.5 rho L d U^2, that balances the thrust of the straight course; own : as `propeller` gives it."""
+    return (1.0 - own["t_P"]) * thrust(p, own) / (0.5 * p.L * p.d * p.speed_m_s**2)
 
-    file : where the particulars were read, for messages.
 
-    Raises
-    ------
-    BadInput : the propeller gives no thrust at the speed of the straight course.
-    """
+def numbers_of(p: Particulars) -> dict[str, float]:
+    """Coefficients and constants of the ship as a model of the family mmg, by name."""
     screw = propeller(p)
-    values = hull(p) | rudder(p) | screw | added_masses(p) | {"R_0": resistance(p, screw, file)}
+    values = hull(p) | rudder(p) | screw | added_masses(p) | {"R_0": resistance(p, screw)}
     turning = p.rho * p.nabla * ((0.25 * p.L) ** 2 + p.x_G**2)
     return values | {"L": p.L, "d": p.d, "nabla": p.nabla, "x_G": p.x_G, "I_zz": turning, "rho": p.rho}
 

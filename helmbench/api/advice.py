@@ -85,7 +85,7 @@ def check_advice(
 
     if situations < 1:
         raise BadInput(f"situations is {situations}, at least 1 is needed")
-    rule, folder, drawn = _contest(Path(board)), Path(directory), draw(situations, seed)
+    rule, folder, drawn = _contest(Path(board)), Path(directory), list(dict.fromkeys(draw(situations, seed)))
     make_folder(folder)
     options = {"jobs": jobs, "timeout_s": timeout_s, "progress": progress}
     text = suite_text(drawn, methods or ("all", "output-error,loss=student"))
@@ -95,12 +95,12 @@ def check_advice(
     fresh = _run(suite, text, folder / RUNS, options)
     advised = advice.advices(rule, fresh, drawn)
     if not advised:
-        return _written(folder, advice.report([], situations, seed), [])
+        return _written(folder, advice.report([], len(drawn), seed), [])
     text = checks_text({one: own.listed for one, own in advised.items()})
     name = f"{CHOICES}-{sha256(text.encode()).hexdigest()[:8]}"
     checks = _run(folder / f"{name}.yaml", text, folder / name, options)
     found = advice.tested(advised, fresh, checks)
-    return _written(folder, advice.report(found, len(set(drawn)), seed), found)
+    return _written(folder, advice.report(found, len(drawn), seed), found)
 
 
 def _run(suite: Path, text: str, folder: Path, options: Mapping[str, Any]) -> Contest:

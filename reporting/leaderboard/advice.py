@@ -163,13 +163,15 @@ def _good(regrets: Sequence[float]) -> str:
 
 
 def report(found: Sequence[Tested], drawn: int, seed: int) -> str:
-    """The page of the test as Markdown; drawn : situations, also those where no method applies."""
+    """The page of the test as Markdown; drawn : number of situations, also of those that could not be judged."""
     kinds = sorted({one.situation.kind for one in found})
     by_kind = [(kind, [one for one in found if one.situation.kind == kind]) for kind in kinds]
     parts = ["# The advice tested", summary(found), EXPLAINED]
     parts += ["## By kind of situation", markdown(_kinds(by_kind)), "## Situations", markdown(_situations(found))]
     left = drawn - len(found)
-    told = f"; in {left} no method applies: the equations need channels that are not measured" if left else ""
+    told = (
+        f"; in {left} no method applies to the channels that are measured, or the board has no answer" if left else ""
+    )
     parts.append(f"{drawn} situations were drawn with seed {seed}{told}. Every run is in the folder.")
     return "\n\n".join(parts) + "\n"
 

@@ -122,8 +122,7 @@ def pages(
     old : data of an earlier page of the same results, whose curves are kept.
     advice : what the test of the advice says.
     """
-    runs, estimates = judged_runs(results, parameters)
-    tuning = ranked_and_tuning(results)[1]
+    runs, estimates, tuning = judged_runs(results, parameters)
     cells = standings.cell_table(runs)
     first = str(runs["suite"].iloc[0])
     board, found = main_board(runs, estimates, first)
@@ -154,11 +153,11 @@ def ranked_and_tuning(results: Frame) -> tuple[Frame, Frame | None]:
     return results[~own].reset_index(drop=True), results[own].reset_index(drop=True)
 
 
-def judged_runs(results: Frame, parameters: Frame) -> tuple[Frame, Frame]:
-    """The runs that methods are ranked by (`standings.judged`), and the summary of their parameters."""
-    runs = ranked_and_tuning(results)[0]
+def judged_runs(results: Frame, parameters: Frame) -> tuple[Frame, Frame, Frame | None]:
+    """The runs that methods are ranked by (`standings.judged`), their parameters summarised, and the tuners' runs."""
+    runs, tuning = ranked_and_tuning(results)
     estimates = summarised(parameters[parameters["suite"].isin(runs["suite"].unique())].reset_index(drop=True))
-    return standings.judged(runs, estimates), estimates
+    return standings.judged(runs, estimates), estimates, tuning
 
 
 def contest_of_tuners(results: Frame, parameters: Frame) -> Contest:

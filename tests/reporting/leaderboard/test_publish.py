@@ -40,7 +40,7 @@ def folder(folder_of, run_of, parameter_of):
 def check_published(folder):
     """README and page hold what the stored tables give."""
     results, parameters = (pd.read_parquet(folder / name) for name in (publish.RESULTS, publish.PARAMETERS))
-    runs, parameters = publish.judged_runs(results, parameters)
+    runs, parameters, _ = publish.judged_runs(results, parameters)
     cells = standings.cell_table(runs)
     _, found = publish.main_board(runs, parameters, runs["suite"].iloc[0])
     every = Statistics(contest(cells, runs), cells, parameters)
