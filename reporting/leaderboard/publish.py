@@ -37,6 +37,9 @@ from .tuners import tuner_table
 from .uncertainty import uncertainty_finding, uncertainty_table
 
 README, PAGE, PICTURE, ADVICE = "README.md", "leaderboard.html", "ranking.svg", "advice.md"
+SLOW = "minutes"
+"""Folder, in that of the leaderboard, of the suite whose methods may take minutes: its problems are those of the first
+suite, and on one board some of them would be won by methods that others were not run with."""
 DATA = '<script type="application/json" id="data">'
 SHOWN = (
     "method",
@@ -69,7 +72,7 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
     traces = [entry for source in sources for entry in read_traces(source)]
     manifest = combined(manifests)
     written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters), MANIFEST: _json(manifest)}
-    return _written(folder, written | pages(manifest, results, parameters, traces, advice=_tested(folder)))
+    return _written(folder, written | pages(manifest, results, parameters, traces, None, _tested(folder), _slow(folder)))
 
 
 def publish_again(folder: str | Path) -> tuple[Path, ...]:
@@ -89,7 +92,7 @@ def publish_again(folder: str | Path) -> tuple[Path, ...]:
         raise BadInput(f"cannot be read ({error})", file=folder) from None
     page = folder / PAGE
     old = json.loads(page.read_text().partition(DATA)[2].partition("</script>")[0]) if page.is_file() else None
-    return _written(folder, pages(manifest, results, parameters, (), old, _tested(folder)))
+    return _written(folder, pages(manifest, results, parameters, (), old, _tested(folder), _slow(folder)))
 
 
 def _tested(folder: Path) -> str:
@@ -97,6 +100,15 @@ def _tested(folder: Path) -> str:
     if not (folder / ADVICE).is_file():
         return ""
     return (folder / ADVICE).read_text(encoding="utf-8").split("\n\n")[1]
+
+
+def _slow(folder: Path) -> str:
+    """The headlines of the board in the folder's `SLOW`; empty without one."""
+    page = folder / SLOW / README
+    if not page.is_file():
+        return ""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    return " ".join(line.strip("*") for line in lines if line.startswith("**"))
 
 
 def _written(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
@@ -112,6 +124,7 @@ def pages(
     traces: Sequence[Mapping[str, Any]],
     old: Mapping[str, Any] | None = None,
     advice: str = "",
+    slow: str = "",
 ) -> dict[str, bytes]:
     """README, page and picture by name.
 
@@ -121,6 +134,7 @@ def pages(
     ----------
     old : data of an earlier page of the same results, whose curves are kept.
     advice : what the test of the advice says.
+    slow : the headlines of the board of fits that may take minutes.
     """
     runs, estimates, tuning = judged_runs(results, parameters)
     cells = standings.cell_table(runs)
@@ -135,7 +149,7 @@ def pages(
     compared = None if tuning is None else contest_of_tuners(tuning, parameters)
     findings = [*told(runs, found, every), *(tuners_compared(compared) if compared else [])]
     texts = {
-        README: readme(manifest, results, board, lines, found, findings, compared, advice),
+        README: readme(manifest, results, board, lines, found, findings, compared, advice, slow),
         PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else "", advice),
         PICTURE: picture(board),
     }
@@ -204,6 +218,7 @@ def readme(
     findings: Sequence[Finding],
     tuning: Contest | None = None,
     advice: str = "",
+    slow: str = "",
 ) -> str:
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
     suites = ranked_and_tuning(results)[0]["suite"]
@@ -218,6 +233,7 @@ def readme(
             "# Leaderboard",
             *(f"**{tables.in_markdown(line)}**" for line in lines),
             *([f"{advice} See [{ADVICE}]({ADVICE})."] if advice else []),
+            *([f"[Where a fit may take minutes]({SLOW}/{README}): {slow}"] if slow else []),
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
             f"`{PAGE}` chooses by vessel, excitation, noise, disturbance, channels and time, and shows every run; the "
             f"runs are in `{RESULTS}` and `{PARAMETERS}`. These files are in the archive `helmbench-reports` of a "

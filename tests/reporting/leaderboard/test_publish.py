@@ -60,8 +60,9 @@ def check_published(folder):
 def test_the_published_leaderboard_says_what_its_results_say(folder, tmp_path):
     publish.publish([folder], tmp_path / "published")
     check_published(tmp_path / "published")
-    for stored in [STORED] if (STORED / publish.RESULTS).is_file() else []:
-        check_published(stored)
+    for stored in (STORED, STORED / publish.SLOW):
+        if (stored / publish.RESULTS).is_file():
+            check_published(stored)
 
 
 def test_what_the_advice_is_worth_stands_on_page_and_readme(folder, tmp_path):
@@ -72,6 +73,16 @@ def test_what_the_advice_is_worth_stands_on_page_and_readme(folder, tmp_path):
     publish.publish_again(tmp_path)
     assert f"\n\n{said} See [advice.md](advice.md).\n\n" in (tmp_path / publish.README).read_text()
     assert f'<p class="sub" id="worth">{said}</p>' in (tmp_path / publish.PAGE).read_text()
+
+
+def test_the_headlines_of_fits_that_take_minutes_stand_on_the_readme(folder, tmp_path):
+    publish.publish([folder], tmp_path / publish.SLOW)
+    publish.publish([folder], tmp_path)
+    lines = (tmp_path / publish.SLOW / publish.README).read_text().splitlines()
+    slow = [line.strip("*") for line in lines if line.startswith("**")]
+    assert slow
+    link = f"[Where a fit may take minutes]({publish.SLOW}/{publish.README})"
+    assert f"\n\n{link}: {' '.join(slow)}\n\n" in (tmp_path / publish.README).read_text()
 
 
 def test_findings_are_computed_from_the_results(folder):
