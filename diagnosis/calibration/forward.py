@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.statistics.tails import student_quantile
-from ...estimation.mixed_effects.fit import Fitted, Number, expansions_of, fit
+from ...estimation.mixed_effects.fit import Fitted, Number, expanded, fit, tangents_of
 from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, predicted, score_difference
 from ...estimation.mixed_effects.problem import Problem, pooled
 from ...estimation.threads import in_threads
@@ -33,6 +33,7 @@ from ...models.coefficient_groups import parts_of
 from ..gain.guard import WORSE
 
 if TYPE_CHECKING:
+    from ...estimation.mixed_effects.expansion import Tangent
     from ...models.coefficient_groups import Group
     from ..discrepancy.subsets import Subset
 
@@ -97,13 +98,22 @@ def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
     )
 
 
-def attempt(problem: Problem, groups: Sequence[Group], start: Fitted | None, most: int) -> Attempt:
-    """A fit of the groups from another one's values of their numbers; all others are the model's own."""
+def attempt(
+    problem: Problem,
+    groups: Sequence[Group],
+    start: Fitted | None,
+    most: int,
+    tangents: Sequence[Tangent] | None = None,
+) -> Attempt:
+    """A fit of the groups from another one's values of their numbers; all others are the model's own.
+
+    tangents : of all records there, where they are known.
+    """
     numbers, theta = numbers_of(problem, groups), problem.theta.copy()
     own = None if start is None else start.own
     places = [n.place for n in numbers]
     theta[places] = theta[places] if start is None else start.theta[places]
-    fitted = fit(problem, numbers, theta, own, most)
+    fitted = fit(problem, numbers, theta, own, most, tangents)
     return Attempt(tuple(groups), fitted, leave_one_out(fitted))
 
 
@@ -309,9 +319,9 @@ def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Trie
     """The leaders refitted: attempt and fall of the score, the largest first."""
     most = SHORT if problem.model.is_3dof else LONG
 
-    def beside(group: Group) -> list[Tried]:
+    def beside(lead: tuple[Group, Sequence[Tangent] | None]) -> list[Tried]:
         try:
-            trial = attempt(problem, (*now.groups, group), now.fitted, most)
+            trial = attempt(problem, (*now.groups, lead[0]), now.fitted, most, lead[1])
         except np.linalg.LinAlgError:
             return []
         return [(trial, score_difference(problem, now.left_out, trial.left_out))]
@@ -320,29 +330,34 @@ def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Trie
     return sorted(chain.from_iterable(found), key=lambda item: -item[1].gain)
 
 
-def _leaders(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Group]:
-    """Candidates of the largest predicted fall of the score, all from one linearisation; of a response model all."""
+def _leaders(
+    problem: Problem, now: Attempt, groups: Sequence[Group]
+) -> list[tuple[Group, Sequence[Tangent] | None]]:
+    """Candidates of the largest predicted fall of the score, with tangents to start from, all from one linearisation;
+    of a response model all, without any."""
     held = {name for group in now.groups for name in group.sd}
     rest = [g for g in groups if not held & set(g.sd)]
     if not problem.model.is_3dof:
-        return rest
-    fitted, held_count = now.fitted, len(now.fitted.numbers)
+        return [(g, None) for g in rest]
+    fitted, before = now.fitted, range(len(now.fitted.numbers))
     each = {n.name: n for n in numbers_of(problem, rest)}
     numbers = [*fitted.numbers, *each.values()]
     place = {n.name: j for j, n in enumerate(numbers)}
-    expansions = expansions_of(problem, numbers, fitted.theta, fitted.own)
+    tangents = tangents_of(problem, numbers, fitted.theta, fitted.own)
+    expansions = expanded(problem, tangents)
 
     def gain(group: Group) -> float:
         own = {place[n.name]: n for n in numbers_of(problem, [group])}
         chosen = [own.get(j, n) for j, n in enumerate(numbers)]
-        trial = predicted(fitted, expansions, chosen, np.array([*range(held_count), *own]))
+        trial = predicted(fitted, expansions, chosen, np.array([*before, *own]))
         return score_difference(problem, now.left_out, trial).gain
 
     gains = {group.id: gain(group) for group in rest}
     by_gain = sorted(rest, key=lambda g: -gains[g.id])
     whole = [g for g in by_gain if len(g.sd) > 1][:REFITTED]
     alone = [g for g in by_gain if len(g.sd) == 1][:ALONE]
-    return [*alone, *whole]
+    picks = [(g, np.array([*before, *(place[name] for name in g.sd)])) for g in (*alone, *whole)]
+    return [(g, [t.of(pick) for t in tangents]) for g, pick in picks]
 
 
 def _per_number(group: Group, gain: float) -> float:

@@ -17,6 +17,44 @@ Block = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
+class Tangent:
+    """One record's errors (N, C), SI, with derivatives (N, C, q + k) by q common numbers and own effects (k,), taken or
+    carried on to where it stands."""
+
+    error: np.ndarray
+    slopes: np.ndarray
+    own: np.ndarray
+
+    def of(self, pick: np.ndarray) -> Tangent:
+        """The same for some of the common numbers, by place."""
+        tail = np.arange(self.slopes.shape[2] - self.own.size, self.slopes.shape[2])
+        return Tangent(self.error, self.slopes[:, :, np.concatenate([pick, tail])], self.own)
+
+    def carried(self, error: np.ndarray, own: np.ndarray, step: np.ndarray, scale: np.ndarray) -> Tangent:
+        """The tangent after a step (q,) of the common numbers, where errors are (N, C) and own effects (k,): the least
+        change of the derivatives, in units of the scale (q + k,), that explains how the errors changed.
+
+        Source: Broyden 1965, Mathematics of Computation 19, 577, eq. 4.5.
+        """
+        change = np.concatenate([step, own - self.own])
+        weighted = change / scale**2
+        length = float(change @ weighted)
+        if length == 0.0:
+            return Tangent(error, self.slopes, own)
+        unexplained = (error - self.error - self.slopes @ change) / length
+        return Tangent(error, self.slopes + unexplained[:, :, None] * weighted, own)
+
+    def expansion(self, own_precision: np.ndarray) -> Expansion:
+        """The squared errors that follow; what is not finite counts as zero."""
+        columns = np.concatenate([self.slopes, self.error[:, :, None]], axis=2)
+        seen = np.isfinite(self.error)
+        known = np.where(np.isfinite(columns) & seen[:, :, None], columns, 0.0)
+        by_channel = known.transpose(1, 2, 0)
+        gram = by_channel @ by_channel.transpose(0, 2, 1)
+        return Expansion(gram, seen.sum(axis=0), self.own, own_precision)
+
+
+@dataclass(frozen=True, eq=False)
 class Expansion:
     """One record's errors e + J x to first order in x = (q common numbers, k own effects), as sums over its samples.
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..likelihood.minimiser import Damping, try_steps
 from ..threads import in_threads
-from .expansion import Block, Expansion
-from .problem import Problem, pooled, squares
+from .expansion import Block, Expansion, Tangent
+from .problem import Problem, pooled, squares_of
 
 FIRST_DAMPING = 1e-2
 RULE = Damping(growth=5.0, least=5e-3, trials=6)
@@ -68,35 +68,60 @@ class Fitted:
 
 
 class _Here(NamedTuple):
-    """Where a fit stands: theta, the records' own effects, error sizes, criterion."""
+    """Where a fit stands: theta, the records' own effects, their errors, sizes of these, criterion."""
 
     theta: np.ndarray
     own: np.ndarray
+    errors: Sequence[np.ndarray]
     sd: np.ndarray
     cost: float
 
 
 def fit(
-    p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray | None = None, most: int = 12
+    p: Problem,
+    numbers: Sequence[Number],
+    theta: np.ndarray,
+    own: np.ndarray | None = None,
+    most: int = 12,
+    tangents: Sequence[Tangent] | None = None,
 ) -> Fitted:
     """Damped Gauss-Newton steps from theta as long as the criterion falls.
 
-    theta (m,) : start; own (R, k) : start of the records' own effects, zero unless given.
+    Derivatives are taken at the start and at the end, and carried along the steps between these.
+
+    theta (m,) : start; own (R, k) : start of the records' own effects, zero unless given.  tangents : of all records at
+    the start, where they are known.
     """
     own = np.zeros((len(p.runs), p.own_sd.size)) if own is None else own
-    here, damping = _at(p, numbers, theta, own), FIRST_DAMPING
+    here, damping, taken = _at(p, numbers, theta, own), FIRST_DAMPING, True
+    tangents = tangents_of(p, numbers, theta, own) if tangents is None else tangents
     for _ in range(most):
-        normal, slope, blocks = normal_equations(p, numbers, here.theta, here.own, here.sd)
+        normal, slope, blocks = equations(p, expanded(p, tangents), numbers, here.theta, here.sd)
         trial = try_steps(
             partial(_damped, normal, slope), partial(_moved, p, numbers, here, blocks), here.cost, damping, 0.0, RULE
         )
-        if not trial.better:
+        gained = here.cost - trial.point.cost if trial.better else 0.0
+        if trial.better:
+            tangents = _carried(p, numbers, tangents, here, trial.point)
+            here, damping = trial.point, max(trial.damping / RULE.growth, 1e-6)
+        if gained < ENOUGH and taken:
             break
-        gained, here, damping = here.cost - trial.point.cost, trial.point, max(trial.damping / RULE.growth, 1e-6)
-        if gained < ENOUGH:
-            break
-    normal, slope, blocks = normal_equations(p, numbers, here.theta, here.own, here.sd)
+        taken = gained < ENOUGH or trial.number > 0
+        if taken:
+            tangents = tangents_of(p, numbers, here.theta, here.own)
+    if not taken:
+        tangents = tangents_of(p, numbers, here.theta, here.own)
+    normal, slope, blocks = equations(p, expanded(p, tangents), numbers, here.theta, here.sd)
     return Fitted(p, tuple(numbers), here.theta, here.own, here.sd, here.cost, normal, slope, tuple(blocks))
+
+
+def _carried(
+    p: Problem, numbers: Sequence[Number], tangents: Sequence[Tangent], here: _Here, there: _Here
+) -> list[Tangent]:
+    """The tangents of all records after a step."""
+    places, scale = [n.place for n in numbers], np.array([*(n.sd for n in numbers), *p.own_sd])
+    step = there.theta[places] - here.theta[places]
+    return [t.carried(e, own, step, scale) for t, e, own in zip(tangents, there.errors, there.own, strict=True)]
 
 
 def _damped(normal: np.ndarray, slope: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
@@ -113,42 +138,44 @@ def _moved(p: Problem, numbers: Sequence[Number], here: _Here, blocks: Sequence[
 
 
 def _at(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> _Here:
-    cost, sd = _criterion(p, numbers, theta, own)
-    return _Here(theta, own, sd, cost)
-
-
-def _criterion(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> tuple[float, np.ndarray]:
-    """The criterion and the error sizes (C,), floors included (eq. 23 of docs/mathematics/default-route.md)."""
-    errors = pooled(in_threads(p.threads, lambda i: squares(p, theta, p.runs[i], own[i]), range(len(p.runs))))
+    """The point with its criterion and error sizes, floors included (eq. 23 of docs/mathematics/default-route.md)."""
+    found = in_threads(p.threads, lambda i: p.residuals(theta, p.runs[i], own[i]), range(len(p.runs)))
+    errors = pooled([squares_of(error) for error in found])
     sd = np.where(p.known, p.floor, np.sqrt(errors**2 + p.floor**2))
     misfit = np.where(p.known, 0.5 * (errors / p.floor) ** 2, np.log(sd))
     prior = sum(((theta[n.place] - n.mean) / n.sd) ** 2 for n in numbers) + float(np.sum((own / p.own_sd) ** 2))
-    return float(p.weight.sum() * np.sum(misfit) + 0.5 * prior), sd
+    return _Here(theta, own, found, sd, float(p.weight.sum() * np.sum(misfit) + 0.5 * prior))
 
 
-def expansions_of(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> list[Expansion]:
-    """The expansion of every record; own (R, k)."""
-    return in_threads(p.threads, lambda i: _expansion_of(p, i, numbers, theta, own[i]), range(len(p.runs)))
+def tangents_of(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> list[Tangent]:
+    """The tangent of every record; own (R, k)."""
+    return in_threads(p.threads, lambda i: _tangent_of(p, i, numbers, theta, own[i]), range(len(p.runs)))
 
 
-def _expansion_of(p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> Expansion:
-    """The expansion of one record about common numbers theta (m,) and own effects (k,), by differences."""
+def _tangent_of(p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> Tangent:
+    """The tangent of one record about common numbers theta (m,) and own effects (k,), by differences."""
     run = p.runs[i]
     error = p.residuals(theta, run, own)
-    columns = np.empty((*error.shape, len(numbers) + own.size + 1))
+    slopes = np.empty((*error.shape, len(numbers) + own.size))
     for j, n in enumerate(numbers):
         h, moved = DIFFERENCE * n.sd, theta.copy()
         moved[n.place] += h
-        columns[:, :, j] = (p.residuals(moved, run, own) - error) / h
+        slopes[:, :, j] = (p.residuals(moved, run, own) - error) / h
     for j, h in enumerate((10.0 * DIFFERENCE * p.own_sd).tolist()):
         step = h * (np.arange(own.size) == j)
-        columns[:, :, len(numbers) + j] = (p.residuals(theta, run, own + step) - error) / h
-    columns[:, :, -1] = error
-    known = np.where(np.isfinite(columns), columns, 0.0)
-    known[~np.isfinite(error)] = 0.0
-    by_channel = known.transpose(1, 2, 0)
-    gram = by_channel @ by_channel.transpose(0, 2, 1)
-    return Expansion(gram, np.isfinite(error).sum(axis=0), own, p.own_sd**-2.0)
+        slopes[:, :, len(numbers) + j] = (p.residuals(theta, run, own + step) - error) / h
+    return Tangent(error, slopes, own)
+
+
+def expanded(p: Problem, tangents: Sequence[Tangent]) -> list[Expansion]:
+    """The expansion of every record."""
+    precision = p.own_sd**-2.0
+    return in_threads(p.threads, lambda tangent: tangent.expansion(precision), tangents)
+
+
+def expansions_of(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> list[Expansion]:
+    """The expansion of every record about common numbers theta (m,) and own effects (R, k)."""
+    return expanded(p, tangents_of(p, numbers, theta, own))
 
 
 def normal_equations(

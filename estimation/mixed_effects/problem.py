@@ -270,7 +270,11 @@ def _start(series: Series, record: Record, model: Model, length_s: float) -> np.
 
 def squares(p: Problem, theta: np.ndarray, run: Run, own: np.ndarray | None = None) -> Squares:
     """Squared errors of one free run; own: the record's own effects, none unless given."""
-    error = p.residuals(theta, run, np.zeros(p.own_sd.size) if own is None else own)
+    return squares_of(p.residuals(theta, run, np.zeros(p.own_sd.size) if own is None else own))
+
+
+def squares_of(error: np.ndarray) -> Squares:
+    """Squares of errors (N, C)."""
     return Squares(np.nansum(error**2, axis=0), np.isfinite(error).sum(axis=0))
 
 
