@@ -41,6 +41,8 @@ LEAST = 0.05
 """Fall of the score for each state below which a group does not matter: the errors fall by a twentieth."""
 REFITTED, ALONE = 3, 6
 """Groups, and numbers alone, of the largest predicted fall of the score that are refitted in each step."""
+RIVAL = 0.5
+"""Share of what a group takes off the score that another one must be predicted to take off to be tried in its place."""
 SHORT, LONG = 4, 14
 """Gauss-Newton steps of a candidate and of what is kept; a response model costs so little that both take LONG."""
 MOST = 6
@@ -243,7 +245,8 @@ def _exchanged(problem: Problem, final: Attempt, groups: Sequence[Group], always
     for group in final.groups[always:] if len(final.groups) > always + 1 else ():
         rest = attempt(problem, tuple(g for g in final.groups if g.id != group.id), final.fitted, SHORT)
         fewer = [g for g in groups if len(g.sd) <= len(group.sd) and g.id != group.id]
-        for trial, _ in _tried(problem, rest, fewer):
+        least = RIVAL * score_difference(problem, rest.left_out, final.left_out).gain
+        for trial, _ in _tried(problem, rest, fewer, least):
             fall = score_difference(problem, final.left_out, trial.left_out)
             if fall.gain > max(fall.error, LEAST) and _likely(problem, rest, trial):
                 final = attempt(problem, trial.groups, trial.fitted, LONG)
@@ -315,8 +318,8 @@ def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
     return max(found, key=lambda item: item[0])[1] if found else []
 
 
-def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Tried]:
-    """The leaders refitted: attempt and fall of the score, the largest first."""
+def _tried(problem: Problem, now: Attempt, groups: Sequence[Group], least: float = -np.inf) -> list[Tried]:
+    """The leaders, of a predicted fall of at least `least`, refitted: attempt and fall of the score, the largest first."""
     most = SHORT if problem.model.is_3dof else LONG
 
     def beside(lead: tuple[Group, Sequence[Tangent] | None]) -> list[Tried]:
@@ -326,12 +329,12 @@ def _tried(problem: Problem, now: Attempt, groups: Sequence[Group]) -> list[Trie
             return []
         return [(trial, score_difference(problem, now.left_out, trial.left_out))]
 
-    found = in_threads(problem.threads, beside, _leaders(problem, now, groups))
+    found = in_threads(problem.threads, beside, _leaders(problem, now, groups, least))
     return sorted(chain.from_iterable(found), key=lambda item: -item[1].gain)
 
 
 def _leaders(
-    problem: Problem, now: Attempt, groups: Sequence[Group]
+    problem: Problem, now: Attempt, groups: Sequence[Group], least: float
 ) -> list[tuple[Group, Sequence[Tangent] | None]]:
     """Candidates of the largest predicted fall of the score, with tangents to start from, all from one linearisation;
     of a response model all, without any."""
@@ -353,7 +356,7 @@ def _leaders(
         return score_difference(problem, now.left_out, trial).gain
 
     gains = {group.id: gain(group) for group in rest}
-    by_gain = sorted(rest, key=lambda g: -gains[g.id])
+    by_gain = sorted((g for g in rest if gains[g.id] >= least), key=lambda g: -gains[g.id])
     whole = [g for g in by_gain if len(g.sd) > 1][:REFITTED]
     alone = [g for g in by_gain if len(g.sd) == 1][:ALONE]
     picks = [(g, np.array([*before, *(place[name] for name in g.sd)])) for g in (*alone, *whole)]

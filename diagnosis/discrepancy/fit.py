@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise
-from .quadratic import MOST, START, Quadratic, mode, quadratic, scales
+from ...estimation.likelihood.minimiser import Damping, Trial, try_steps
+from .quadratic import MOST, START, Quadratic, quadratic, scales, towards_mode
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -26,7 +27,13 @@ ROUNDS, ENOUGH, MOVING = 8, 0.3, 3.0
 free."""
 STATED = np.minimum(MOST, 1.0)
 """Variances that hold first, those of the priors as stated: from far off a fit would be led astray."""
-HALVINGS = 5
+RULE = Damping(growth=10.0, least=0.01, trials=5)
+"""Shares of the diagonal of the normal matrix that are added to it: 0, then 0.01 and tenfold each time."""
+GOOD, NOTHING = 0.5, 0.1
+"""Share of the predicted rise that a good step has, and predicted rise (nats) below which no step is tried."""
+REDUCED, SETTLED = 0.1, 0.01
+"""Factor on the damping after a step that succeeds at the first trial, and the most of it with which a step counts as
+whole."""
 FORCE = 3e-5
 """Random forces, in force units, at which the fit of the noise starts: without any, it ends far from the best where the
 base model is far off."""
@@ -150,19 +157,22 @@ def fit(
     variances = START if variances is None else variances
     best: Fitted | None = None
     settled, before, most = True, -np.inf, STATED if np.all(variances <= STATED) else MOST
+    damping = 0.0
     for _ in range(rounds):
         q = expanded(base, s, now, x, variant)
         if settled:  # far from the mode the quadratic says nothing of the variances
             variances = np.minimum(scales(q, causes, (variances, START))[0], most)
-        moved = _stepped(base, s, now, x, mode(q, variances, causes).x, variances, variant)
-        if moved is not None:
-            x, s, now, settled = moved
+        trial = _stepped(base, s, now, x, q, variances, variant, damping)
+        damping = trial.damping * (REDUCED if trial.number == 0 and trial.point.good else 1.0)
+        if trial.better:
+            x, s, now = trial.point.x, trial.point.setting, trial.point.now
+            settled = trial.damping <= SETTLED
             s, now = fit_noise(est, s, 2, ROUGH)
             evidence = _evidence(q, x, variances, now.log_likelihood)
             if best is None or evidence > best.evidence:
                 best = Fitted(base, variant, s, now, x, variances, evidence)
             rises, before = evidence - before > (ENOUGH if most is MOST else MOVING), evidence
-            if rises or not settled:
+            if rises:
                 continue
         if most is MOST or not np.any(variances == most):
             break
@@ -179,30 +189,48 @@ def with_forces(s: Setting) -> Setting:
     return s if noise.has_forces else replace(s, noise=replace(noise, force_sd=np.full(noise.force_sd.size, FORCE)))
 
 
+class _Point(NamedTuple):
+    """Values, the setting there, and its innovations; cost : negative penalised log likelihood; good : it is about as
+    low as predicted."""
+
+    x: np.ndarray
+    setting: Setting
+    now: Innovations
+    cost: float
+    good: bool
+
+
 def _stepped(
-    base: Base, s: Setting, now: Innovations, x: np.ndarray, target: np.ndarray, variances: np.ndarray, variant: Variant
-) -> tuple[np.ndarray, Setting, Innovations, bool] | None:
-    """A step towards the mode, halved until the penalised likelihood rises, and whether it is whole; None where none
-    does.
+    base: Base, s: Setting, now: Innovations, x: np.ndarray, q: Quadratic, variances: np.ndarray, variant: Variant,
+    damping: float,
+) -> Trial[_Point]:  # fmt: skip
+    """The last of the steps towards the mode, damped until the penalised likelihood rises.
 
     Where it falls the noise is fitted before it counts: another inertia makes other motions of the same random forces.
     """
     held = len(base.terms.parameters)
     weight = 1.0 / variances[base.terms.group]
+    causes = np.arange(held, x.size)
 
-    def value(at: np.ndarray, found: Innovations) -> float:
-        return found.log_likelihood - 0.5 * float(np.sum(weight * at[:held] ** 2))
+    def cost(at: np.ndarray, found: Innovations) -> float:
+        return 0.5 * float(np.sum(weight * at[:held] ** 2)) - found.log_likelihood
 
-    here = value(x, now) - 1e-6
-    for power in range(HALVINGS):
-        trial = base.bounded(x + (target - x) * 0.5**power, variant)
+    here = cost(x, now)
+
+    def step(damping: float) -> tuple[tuple[np.ndarray, float], float]:
+        change, predicted = towards_mode(q, variances, causes, x, damping)
+        return (change, predicted), predicted
+
+    def reached(move: tuple[np.ndarray, float]) -> _Point:
+        trial = base.bounded(x + move[0], variant)
         there = base.at(trial, variant, s)
         found = base.est.evaluate(there, traced=True)  # the noise is fitted from there in any case
-        if not value(trial, found) > here:
+        if not cost(trial, found) < here:
             there, found = fit_noise(base.est, there, 2, ROUGH)
-        if value(trial, found) > here:
-            return trial, there, found, power == 0
-    return None
+        now = cost(trial, found)
+        return _Point(trial, there, found, now, here - now > GOOD * move[1])
+
+    return try_steps(step, reached, here - 1e-6, damping, NOTHING, RULE)
 
 
 def _evidence(q: Quadratic, x: np.ndarray, variances: np.ndarray, log_likelihood: float) -> float:

@@ -86,6 +86,34 @@ def mode(
 
     blocks : (B,) which count, all unless given.
     """
+    matrix, pull, active, scale, held = _normal(q, variances, free, blocks)
+    inverse = np.linalg.inv(matrix)
+    z = inverse @ pull
+    determinant = np.linalg.slogdet(matrix[:held, :held])[1]
+    evidence = q.const + 0.5 * float(z @ pull) - 0.5 * float(determinant)
+    x = np.zeros(q.group.size)
+    x[active] = z * scale
+    return Mode(x, active, inverse * np.outer(scale, scale), evidence)
+
+
+def towards_mode(
+    q: Quadratic, variances: np.ndarray, free: Sequence[int] | np.ndarray, x: np.ndarray, damping: float
+) -> tuple[np.ndarray, float]:
+    """Change (m,) of parameters x (m,) towards the mode, with a share of the normal matrix' diagonal added to it, and
+    the rise of the penalised log likelihood that the quadratic predicts."""
+    matrix, pull, active, scale, _ = _normal(q, variances, free, None)
+    slope = pull - matrix @ np.divide(x[active], scale, out=np.zeros(active.size), where=scale > 0.0)
+    z = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), slope)
+    change = -x
+    change[active] = z * scale
+    return change, float(slope @ z - 0.5 * z @ matrix @ z)
+
+
+def _normal(
+    q: Quadratic, variances: np.ndarray, free: Sequence[int] | np.ndarray, blocks: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
+    """Normal matrix and right side of the active parameters in units of a scale, their places, the scale, and how many
+    of them, from the first, have a prior."""
     whole, pull = q.total if blocks is None else (q.gram[blocks].sum(axis=0), q.slope[blocks].sum(axis=0))
     held = np.flatnonzero((q.group >= 0) & (variances[np.maximum(q.group, 0)] > 0.0))
     active = np.concatenate([held, np.asarray(free, int)])
@@ -94,13 +122,7 @@ def mode(
     scale[: held.size] = np.sqrt(variances[q.group[held]])
     matrix = finite(whole[np.ix_(active, active)] * np.outer(scale, scale))
     prior = np.concatenate([np.ones(held.size), np.full(active.size - held.size, 1e-9)])
-    inverse = np.linalg.inv(matrix + np.diag(prior))
-    z = inverse @ (pull[active] * scale)
-    determinant = np.linalg.slogdet(matrix[: held.size, : held.size] + np.eye(held.size))[1]
-    evidence = q.const + 0.5 * float(z @ (pull[active] * scale)) - 0.5 * float(determinant)
-    x = np.zeros(q.group.size)
-    x[active] = z * scale
-    return Mode(x, active, inverse * np.outer(scale, scale), evidence)
+    return matrix + np.diag(prior), pull[active] * scale, active, scale, held.size
 
 
 def scales(
