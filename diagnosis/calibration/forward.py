@@ -319,7 +319,7 @@ def _pair(problem: Problem, now: Attempt, tried: Sequence[Tried]) -> list[Step]:
 
 
 def _tried(problem: Problem, now: Attempt, groups: Sequence[Group], least: float = -np.inf) -> list[Tried]:
-    """The leaders, of a predicted fall of at least `least`, refitted: attempt and fall of the score, the largest first."""
+    """The leaders, of a predicted fall of at least `least`, refitted: attempt and fall of the score, largest first."""
     most = SHORT if problem.model.is_3dof else LONG
 
     def beside(lead: tuple[Group, Sequence[Tangent] | None]) -> list[Tried]:

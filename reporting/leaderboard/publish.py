@@ -72,7 +72,8 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
     traces = [entry for source in sources for entry in read_traces(source)]
     manifest = combined(manifests)
     written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters), MANIFEST: _json(manifest)}
-    return _written(folder, written | pages(manifest, results, parameters, traces, None, _tested(folder), _slow(folder)))
+    made = pages(manifest, results, parameters, traces, advice=_tested(folder), slow=_slow(folder))
+    return _written(folder, written | made)
 
 
 def publish_again(folder: str | Path) -> tuple[Path, ...]:

@@ -24,6 +24,7 @@ SELECTIONS = [
     ({"vessel": "s175"}, 1.0),
 ]
 BUDGETS = {1.0: "1 s"}
+NAME = "recurrent,units=16,hidden=4,trials=8,window=100"
 LONG = "heading:10deg/0.0105rad_s+4deg/0.031rad_s+2deg/0.083rad_s+1deg/0.166rad_s+zigzag:20/20"
 """Training records in a text that no blank divides."""
 
@@ -216,6 +217,8 @@ def test_a_recursion_shows_its_log_with_the_truth(opened):
 @pytest.mark.parametrize("width", [1280, 390])
 def test_nothing_overflows_and_axe_finds_nothing_serious(opened, width, scheme):
     tab = opened(width=width, scheme=scheme)
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    tab.evaluate("name => document.querySelector('#answer b').textContent = name", NAME)
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
     found = [item for item in Axe().run(tab).response["violations"] if item["impact"] in ("serious", "critical")]
     assert found == []
