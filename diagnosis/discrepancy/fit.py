@@ -30,9 +30,9 @@ STATED = np.minimum(MOST, 1.0)
 RULE = Damping(growth=10.0, least=0.01, trials=5)
 """Shares of the diagonal of the normal matrix that are added to it: 0, then 0.01 and tenfold each time."""
 GOOD, NOTHING = 0.5, 0.1
-"""Share of the predicted rise that a good step has, and predicted rise (nats) below which no step is tried."""
+"""Share of the predicted rise that a good step has, and predicted rise (nats) below which no further one is tried."""
 REDUCED, SETTLED = 0.1, 0.01
-"""Factor on the damping after a step that succeeds at the first trial, and the most of it with which a step counts as
+"""Factor on the damping after a good step at the first trial, and the most of it with which a step counts as
 whole."""
 FORCE = 3e-5
 """Random forces, in force units, at which the fit of the noise starts: without any, it ends far from the best where the
