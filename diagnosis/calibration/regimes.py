@@ -19,7 +19,7 @@ from ...models.extend import extended
 from ...models.families.extensions import OFFSET, regime_parameters
 from ...models.regimes import VARIABLES
 from ..discrepancy.subsets import ALIKE
-from .forward import LEAST, LONG, Attempt, Selection, Step, attempt, enters
+from .forward import LEAST, LONG, Attempt, Selection, Step, attempt, enters, needed
 from .result import StatedRegime
 
 if TYPE_CHECKING:
@@ -86,10 +86,13 @@ class InRegime:
 def best_in_regime(
     problem: Problem, found: Selection, groups: Sequence[Group], proposed: Sequence[Local]
 ) -> InRegime | None:
-    """The number in a regime that predicts left-out records best; None where the choice without does as well.
+    """The number in a regime that predicts left-out records best; None where the choice without does as well, or where
+    free runs of the base are as good as needed: there the likelihood tells differences without importance.
 
     Eq. 37 of docs/mathematics/default-route.md.
     """
+    if not needed(problem, found.base):
+        return None
     trials = [(local, _attempted(problem, groups, local)) for local in proposed]
     sound = [(local, trial) for local, trial in trials if trial is not None]
     if not sound:

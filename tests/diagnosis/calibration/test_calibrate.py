@@ -122,7 +122,7 @@ def test_the_outcome_is_plain_data(found):
     assert len(document["next_runs"]) == 3
 
 
-def test_an_exact_base_stays_as_it_is(ship, rng):
+def exact_base_stays_as_it_is(ship, rng):
     """Neutral rudder angles that differ between records, and are none on average."""
     trims = np.deg2rad(0.1 * rng.normal(size=len(MANOEUVRES)))
     records = runs(ship, rng, trims - trims.mean())
@@ -130,6 +130,14 @@ def test_an_exact_base_stays_as_it_is(ship, rng):
     print(found.moved, found.steps, found.refused)
     assert found.verdict == "adequate" and found.moved == ()
     assert np.array_equal(found.extended.theta, ship.theta)
+
+
+def test_an_exact_base_stays_as_it_is(ship, rng):
+    exact_base_stays_as_it_is(ship, rng)
+
+
+def test_trims_that_the_likelihood_takes_for_those_of_a_regime_leave_an_exact_base_as_it_is(ship):
+    exact_base_stays_as_it_is(ship, np.random.default_rng(3551654383))
 
 
 def test_records_of_an_independent_simulator_are_adequate(rng):
