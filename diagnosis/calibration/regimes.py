@@ -86,19 +86,16 @@ class InRegime:
 def best_in_regime(
     problem: Problem, found: Selection, groups: Sequence[Group], proposed: Sequence[Local]
 ) -> InRegime | None:
-    """The number in a regime that predicts left-out records best; None where the choice without does as well, or where
-    free runs of the base are as good as needed: there the likelihood tells differences without importance.
+    """The number in a regime that predicts left-out records best; None where the choice without does as well.
 
     Eq. 37 of docs/mathematics/default-route.md.
     """
-    if not needed(problem, found.base):
-        return None
     trials = [(local, _attempted(problem, groups, local)) for local in proposed]
     sound = [(local, trial) for local, trial in trials if trial is not None]
     if not sound:
         return None
     local, best = _smallest(problem, found, sound)
-    if not _good(problem, found, best, local.alike):
+    if not _good(problem, found, best, local.alike and needed(problem, found.base)):
         return None
     group, fall = best.groups[-1], score_difference(problem, found.base.left_out, best.left_out)
     rivals = [t.groups[-1] for other, t in sound if other.lead > local.lead - ALIKE and t is not best]
@@ -137,7 +134,8 @@ def _attempted(problem: Problem, groups: Sequence[Group], local: Local) -> Attem
 
 def _good(problem: Problem, found: Selection, trial: Attempt, sure: bool) -> bool:
     """Whether left-out records are predicted no worse than by the choice without a regime, but for chance; where the
-    likelihood is not sure, since records differ, whether they are predicted better by all means."""
+    likelihood does not decide, since records differ or the base is as good as needed, whether they are predicted better
+    by all means."""
     fall = score_difference(problem, found.final.left_out, trial.left_out)
     return fall.gain > -fall.error if sure else enters(problem, fall)
 

@@ -122,22 +122,26 @@ def test_the_outcome_is_plain_data(found):
     assert len(document["next_runs"]) == 3
 
 
-def exact_base_stays_as_it_is(ship, rng):
-    """Neutral rudder angles that differ between records, and are none on average."""
+def calibrated_exactly(ship, rng):
+    """An exact base on records whose neutral rudder angles differ, and are none on average."""
     trims = np.deg2rad(0.1 * rng.normal(size=len(MANOEUVRES)))
-    records = runs(ship, rng, trims - trims.mean())
-    found = calibrate(ship, records)
-    print(found.moved, found.steps, found.refused)
-    assert found.verdict == "adequate" and found.moved == ()
-    assert np.array_equal(found.extended.theta, ship.theta)
+    found = calibrate(ship, runs(ship, rng, trims - trims.mean()))
+    print(found.verdict, found.moved, found.steps, found.refused)
+    return found
+
+
+def stays(ship, found):
+    return found.verdict == "adequate" and found.moved == () and np.array_equal(found.extended.theta, ship.theta)
 
 
 def test_an_exact_base_stays_as_it_is(ship, rng):
-    exact_base_stays_as_it_is(ship, rng)
+    kept = [stays(ship, calibrated_exactly(ship, rng)) for _ in range(5)]
+    assert sum(kept) >= fewest(5, 0.98)
 
 
-def test_trims_that_the_likelihood_takes_for_those_of_a_regime_leave_an_exact_base_as_it_is(ship):
-    exact_base_stays_as_it_is(ship, np.random.default_rng(3551654383))
+def test_trims_of_records_are_no_regime(ship):
+    """Here the likelihood proposes one, by 3.8 nats: drawn once by the test above."""
+    assert stays(ship, calibrated_exactly(ship, np.random.default_rng(3551654383)))
 
 
 def test_records_of_an_independent_simulator_are_adequate(rng):
