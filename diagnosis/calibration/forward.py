@@ -138,7 +138,7 @@ def select(
     """
     groups = [*(group for group in groups if group.sd), *(part for group in groups for part in parts_of(group))]
     base = now = attempt(problem, (), None, LONG)
-    if not needed(problem, base):
+    if not _needed(problem, base):
         return Selection(base, (), base)
     groups = common(base, groups)
     steps: list[Step] = []
@@ -151,7 +151,7 @@ def select(
         steps.append(Step(group, now, score_difference(problem, earlier.left_out, now.left_out)))
     start, always = now, len(now.groups)
     proposed = _proposed(problem, start, groups, subsets)
-    if proposed is not None and not needed(problem, proposed[0]):
+    if proposed is not None and not _needed(problem, proposed[0]):
         now, refused = proposed[0], ()
     else:
         grown, refused = _grown(problem, start, groups, most)
@@ -183,7 +183,7 @@ def _grown(
     """Steps from a start on as long as one enters, and what the last one refused."""
     steps: list[Step] = []
     now = start
-    while len(steps) < most and needed(problem, now):
+    while len(steps) < most and _needed(problem, now):
         tried = _tried(problem, now, groups)
         entered = _single(problem, now, tried) or _pair(problem, now, tried)
         if not entered:
@@ -264,7 +264,7 @@ def _steps_of(
     return (*found, *(Step(g, final, fall, ties.get(g.id, ())) for g in final.groups if g.id not in entered))
 
 
-def needed(problem: Problem, now: Attempt) -> bool:
+def _needed(problem: Problem, now: Attempt) -> bool:
     """Whether a state's free runs are further from the motion than ADEQUATE; the measurement noise is no error.
 
     Eq. 31 of docs/mathematics/default-route.md.

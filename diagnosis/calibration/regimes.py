@@ -19,7 +19,7 @@ from ...models.extend import extended
 from ...models.families.extensions import OFFSET, regime_parameters
 from ...models.regimes import VARIABLES
 from ..discrepancy.subsets import ALIKE
-from .forward import LEAST, LONG, Attempt, Selection, Step, attempt, enters, needed
+from .forward import LEAST, LONG, Attempt, Selection, Step, attempt, enters
 from .result import StatedRegime
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def best_in_regime(
     if not sound:
         return None
     local, best = _smallest(problem, found, sound)
-    if not _good(problem, found, best, local.alike and needed(problem, found.base)):
+    if not _good(problem, found, best, local.alike):
         return None
     group, fall = best.groups[-1], score_difference(problem, found.base.left_out, best.left_out)
     rivals = [t.groups[-1] for other, t in sound if other.lead > local.lead - ALIKE and t is not best]
@@ -134,8 +134,7 @@ def _attempted(problem: Problem, groups: Sequence[Group], local: Local) -> Attem
 
 def _good(problem: Problem, found: Selection, trial: Attempt, sure: bool) -> bool:
     """Whether left-out records are predicted no worse than by the choice without a regime, but for chance; where the
-    likelihood does not decide, since records differ or the base is as good as needed, whether they are predicted better
-    by all means."""
+    likelihood is not sure, since records differ, whether they are predicted better by all means."""
     fall = score_difference(problem, found.final.left_out, trial.left_out)
     return fall.gain > -fall.error if sure else enters(problem, fall)
 

@@ -140,7 +140,7 @@ def test_an_exact_base_stays_as_it_is(ship, rng):
 
 
 def test_trims_of_records_are_no_regime(ship):
-    """Here the likelihood proposes one, by 3.8 nats: drawn once by the test above."""
+    """Drawn once by the test above: a number in a part of the runs gains less of the likelihood than it costs."""
     assert stays(ship, calibrated_exactly(ship, np.random.default_rng(3551654383)))
 
 
