@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -162,8 +162,7 @@ def fit(
         q = expanded(base, s, now, x, variant)
         if settled:  # far from the mode the quadratic says nothing of the variances
             variances = np.minimum(scales(q, causes, (variances, START))[0], most)
-        trial = _stepped(base, s, now, x, q, variances, variant, damping)
-        damping = trial.damping * (REDUCED if trial.number == 0 and trial.point.good else 1.0)
+        trial, damping = _stepped(base, s, now, x, q, variances, variant, damping)
         if trial.better:
             x, s, now = trial.point.x, trial.point.setting, trial.point.now
             settled = trial.damping <= SETTLED
@@ -190,47 +189,42 @@ def with_forces(s: Setting) -> Setting:
 
 
 class _Point(NamedTuple):
-    """Values, the setting there, and its innovations; cost : negative penalised log likelihood; good : it is about as
-    low as predicted."""
+    """Values, the setting there, and its innovations; cost : negative penalised log likelihood."""
 
     x: np.ndarray
     setting: Setting
     now: Innovations
     cost: float
-    good: bool
 
 
 def _stepped(
     base: Base, s: Setting, now: Innovations, x: np.ndarray, q: Quadratic, variances: np.ndarray, variant: Variant,
     damping: float,
-) -> Trial[_Point]:  # fmt: skip
-    """The last of the steps towards the mode, damped until the penalised likelihood rises.
+) -> tuple[Trial[_Point], float]:  # fmt: skip
+    """The last of the steps towards the mode, damped until the penalised likelihood rises, and the damping of the next.
 
     Where it falls the noise is fitted before it counts: another inertia makes other motions of the same random forces.
     """
     held = len(base.terms.parameters)
     weight = 1.0 / variances[base.terms.group]
-    causes = np.arange(held, x.size)
 
     def cost(at: np.ndarray, found: Innovations) -> float:
         return 0.5 * float(np.sum(weight * at[:held] ** 2)) - found.log_likelihood
 
     here = cost(x, now)
 
-    def step(damping: float) -> tuple[tuple[np.ndarray, float], float]:
-        change, predicted = towards_mode(q, variances, causes, x, damping)
-        return (change, predicted), predicted
-
-    def reached(move: tuple[np.ndarray, float]) -> _Point:
-        trial = base.bounded(x + move[0], variant)
+    def reached(change: np.ndarray) -> _Point:
+        trial = base.bounded(x + change, variant)
         there = base.at(trial, variant, s)
         found = base.est.evaluate(there, traced=True)  # the noise is fitted from there in any case
         if not cost(trial, found) < here:
             there, found = fit_noise(base.est, there, 2, ROUGH)
-        now = cost(trial, found)
-        return _Point(trial, there, found, now, here - now > GOOD * move[1])
+        return _Point(trial, there, found, cost(trial, found))
 
-    return try_steps(step, reached, here - 1e-6, damping, NOTHING, RULE)
+    step = partial(towards_mode, q, variances, np.arange(held, x.size), x)
+    trial = try_steps(step, reached, here - 1e-6, damping, NOTHING, RULE)
+    good = trial.number == 0 and here - trial.point.cost > GOOD * trial.predicted
+    return trial, trial.damping * (REDUCED if good else 1.0)
 
 
 def _evidence(q: Quadratic, x: np.ndarray, variances: np.ndarray, log_likelihood: float) -> float:
