@@ -27,9 +27,9 @@ QUANTILES, ANGLES = (0.25, 0.45, 0.65, 0.8, 0.92), (0.25, 0.4, 0.5, 0.6, 0.7, 0.
 """Shares of the samples, and of the largest rudder angle, which dwells at few values, where thresholds are screened."""
 FINE, FINER = 24, 12
 """Thresholds of the profile of a leading regime: over the range of its variable, and about the best."""
-PRICE, ONE_SIDE, BEYOND = 6.0, 14.0 / 6.0, 20.0 / 6.0
-"""Nats, times the inflation, that a number costs, and prices of a number on one side and of one beyond a threshold,
-which is a further number: what the best of all gains by chance."""
+PRICE, LOCAL = 6.0, 14.0 / 6.0
+"""Nats, times the inflation, that a number costs, and prices of a number in a regime: what the best of all gains by
+chance."""
 NEGLIGIBLE = 0.002
 """Share of the largest gain that a number costs at least: to it the quadratic is not exact."""
 LEADERS, MOST = 8, 4
@@ -182,10 +182,9 @@ def _with_others(profile: Profile, column: _Column, price: float) -> _Trial:
     Eq. 36 of docs/mathematics/default-route.md.
     """
     whole, own = profile.with_column(*column[2:]), len(profile.names)
-    prices = ONE_SIDE if column.regime is not None and column.regime.variable == "side" else BEYOND
     chosen, best = [own], _Trial(column, (), -np.inf)
     for size in range(min(MOST, own) + 1):
-        worth = whole.gain(chosen) - (prices + size) * price
+        worth = whole.gain(chosen) - (LOCAL + size) * price
         if worth > best.worth:
             best = best._replace(beside=tuple(chosen[1:]), worth=worth)
         chosen = [*chosen, whole.best_addition(chosen)] if size < own else chosen

@@ -139,11 +139,6 @@ def test_an_exact_base_stays_as_it_is(ship, rng):
     assert sum(kept) >= fewest(5, 0.98)
 
 
-def test_trims_of_records_are_no_regime(ship):
-    """Drawn once by the test above: a number in a part of the runs gains less of the likelihood than it costs."""
-    assert stays(ship, calibrated_exactly(ship, np.random.default_rng(3551654383)))
-
-
 def test_records_of_an_independent_simulator_are_adequate(rng):
     case = inject(Case("mariner", duration_s=600.0, dt_s=2.0), rng)
     found = calibrate(resolve("mariner"), case.train)
