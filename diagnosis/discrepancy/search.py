@@ -31,8 +31,6 @@ FIRST, LATER, TESTS = 0.5, 0.2, 25.0
 PROMISING, FAR, LEADERS = 0.6, 0.05, 4
 """Shares of the threshold and of the best log p-value that a screened cause must reach to be refitted, and how many
 are."""
-KEPT = 0.5
-"""Share of its screened statistic below which a fit is tried again from the discrepancy as it is."""
 TRIAL = 3
 """Rounds of a fit that only compares times of a change."""
 TIE = 4.6
@@ -175,18 +173,15 @@ def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> Accepted:
         return _changing(now, lead, [x.time_s for x in leads if x.cause == lead.cause and x.time_s is not None])
     base, variant = now.base, lead.variant
     start = np.concatenate([now.sizes, _start(base, lead)])
-    fitted = _refitted(now, base, variant, start, lead)
+    fitted = _refitted(now, base, variant, start)
     return _accepted(now, lead, variant, fitted, float(len([x for x in leads if x.cause == lead.cause])))
 
 
-def _refitted(now: Fitted, base: Base, variant: Variant, start: np.ndarray, lead: Lead) -> Fitted:
-    """A fit with a lead's parameters from the numbers as they are, and from none where that shows far less than the
-    screen: the numbers have taken the effect up."""
-    fitted = _beside(now, base, variant, start)
-    if 2.0 * (fitted.evidence - now.evidence) < KEPT * lead.statistic:
-        other = fit(base, base.origin, (*now.variant, *variant), start)
-        return max(fitted, other, key=lambda f: f.evidence)
-    return fitted
+def _refitted(now: Fitted, base: Base, variant: Variant, start: np.ndarray) -> Fitted:
+    """The better fit with a lead's parameters of two: from the numbers as they are, which may have taken its effect up,
+    and from none."""
+    both = _beside(now, base, variant, start), fit(base, base.origin, (*now.variant, *variant), start)
+    return max(both, key=lambda f: f.evidence)
 
 
 def _beside(
@@ -265,7 +260,7 @@ def _changing(now: Fitted, lead: Lead, times: Sequence[float]) -> Accepted:
             if t not in done:
                 done[t] = tried(t)
     t = best_time()
-    return _accepted(now, lead, (size,), _refitted(now, at_time(t), (size,), start, lead), GRID, t)
+    return _accepted(now, lead, (size,), _refitted(now, at_time(t), (size,), start), GRID, t)
 
 
 def _scanned(
