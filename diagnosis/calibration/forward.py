@@ -349,18 +349,20 @@ def _leaders(
     tangents = tangents_of(problem, numbers, fitted.theta, fitted.own)
     expansions = expanded(problem, tangents)
 
+    def picked(group: Group) -> np.ndarray:
+        return np.array([*before, *(place[name] for name in group.sd)])
+
     def gain(group: Group) -> float:
         own = {place[n.name]: n for n in numbers_of(problem, [group])}
         chosen = [own.get(j, n) for j, n in enumerate(numbers)]
-        trial = predicted(fitted, expansions, chosen, np.array([*before, *own]))
+        trial = predicted(fitted, expansions, chosen, picked(group))
         return score_difference(problem, now.left_out, trial).gain
 
     gains = {group.id: gain(group) for group in rest}
     by_gain = sorted((g for g in rest if gains[g.id] >= least), key=lambda g: -gains[g.id])
     whole = [g for g in by_gain if len(g.sd) > 1][:REFITTED]
     alone = [g for g in by_gain if len(g.sd) == 1][:ALONE]
-    picks = [(g, np.array([*before, *(place[name] for name in g.sd)])) for g in (*alone, *whole)]
-    return [(g, [t.of(pick) for t in tangents]) for g, pick in picks]
+    return [(g, [t.of(picked(g)) for t in tangents]) for g in (*alone, *whole)]
 
 
 def _per_number(group: Group, gain: float) -> float:

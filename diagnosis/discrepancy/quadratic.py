@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...estimation.filters.innovations.noise_fit import CLIP
+from ...estimation.likelihood.minimiser import damped_step
 from ...models.linear_algebra import finite, lstsq, pinv
 from .terms import NUMBERS, SIDE
 
@@ -101,16 +102,16 @@ def towards_mode(
 ) -> tuple[np.ndarray, float]:
     """Change (m,) of parameters x (m,) towards the mode, with a share of the normal matrix' diagonal added to it, and
     the rise of the penalised log likelihood that the quadratic predicts."""
-    matrix, pull, active, scale, _ = _normal(q, variances, free, None)
+    matrix, pull, active, scale, _ = _normal(q, variances, free)
     slope = pull - matrix @ np.divide(x[active], scale, out=np.zeros(active.size), where=scale > 0.0)
-    z = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), slope)
+    z, rise = damped_step(matrix, slope, damping)
     change = -x
     change[active] = z * scale
-    return change, float(slope @ z - 0.5 * z @ matrix @ z)
+    return change, rise
 
 
 def _normal(
-    q: Quadratic, variances: np.ndarray, free: Sequence[int] | np.ndarray, blocks: np.ndarray | None
+    q: Quadratic, variances: np.ndarray, free: Sequence[int] | np.ndarray, blocks: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
     """Normal matrix and right side of the active parameters in units of a scale, their places, the scale, and how many
     of them, from the first, have a prior."""

