@@ -29,5 +29,5 @@ def thrust_of(family: str) -> Output | None:
         expression = expression.xreplace({symbol: sp.sympify(inner)})
     states, inputs, theta = definition.states, definition.inputs, [*definition.coefficients, *definition.constants]
     names = {"step": lambda x: np.where(x > 0.0, 1.0, 0.0), "absv": np.abs, "sgn": np.sign, "atan2v": np.arctan2}
-    plain = sp.lambdify([states, inputs, theta], expression / definition.force_scale[0], [names, "numpy"])
+    plain = sp.lambdify([states, inputs, theta], expression / definition.force_scale[0], [names, "numpy"], cse=True)
     return lambda x, u, c: plain(x.T, u.T, c) * np.ones(len(x))

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 THRUST = "propeller_thrust_N"
 CORRELATION = 1.7
 """Correlation time of the residuals of free runs, in ship lengths sailed (10 s for a 7 m model at 1.18 m/s)."""
-STEP = 0.035
-"""Largest time step of the runs, in ship lengths sailed."""
+STEP, INTEGRATION_STEP = 0.035, 0.05
+"""Time step, in ship lengths sailed, that records are thinned to, and the largest of the integration: RK4 with it errs by
+under 1e-5 of the yaw rate and the speeds of every vessel here."""
 NEUTRAL_ANGLE_SD = np.deg2rad(0.3)
 """Standard deviation of a record's neutral rudder angle about the common one, rad."""
 START_SD = {"u": 2.5e-3, "v": 2.5e-3, "r": 3e-3, "psi": 2e-3}
@@ -40,10 +41,13 @@ class Run:
     """One record prepared for free runs: its series, thinned, and the thrust (N,) where it was measured.
 
     The inputs of the series hold the measured wind where it counts, see `series.with_weather`.
+
+    measured : (N, C) the channels that count, nan where the record lacks one.
     """
 
     series: Series
     thrust: np.ndarray | None
+    measured: np.ndarray
     duration_s: float
 
     @property
@@ -182,8 +186,8 @@ class Problem:
         found = [series.observe(states[:, series.columns])]
         if THRUST in self.channels:
             found.append(self._thrust_of(run, states, inputs, theta))
-        error = self._measured(run) - np.column_stack(found)
-        lost = ~np.isfinite(error) & np.isfinite(self._measured(run))
+        error = run.measured - np.column_stack(found)
+        lost = ~np.isfinite(error) & np.isfinite(run.measured)
         with np.errstate(invalid="ignore"):
             error = np.clip(error / self.unit, -LARGEST, LARGEST)
         return np.where(lost, LARGEST, error) * self.unit
@@ -194,12 +198,6 @@ class Problem:
         with np.errstate(all="ignore"):
             own = self.model.theta.size
             return run.series.observe(self.thrust(states, inputs[:, : len(self.model.inputs)], theta[:own]))
-
-    def _measured(self, run: Run) -> np.ndarray:
-        if THRUST not in self.channels:
-            return run.series.outputs
-        missing = np.full(len(run.series.index), np.nan)
-        return np.column_stack([run.series.outputs, missing if run.thrust is None else run.thrust])
 
 
 @dataclass(frozen=True)
@@ -224,10 +222,11 @@ def problem(model: Model, records: Sequence[Record], threads: int = 1) -> Proble
     from ...models.outputs import thrust_of
 
     thrust = thrust_of(model.family)
-    runs = tuple(_run(record, model, symbols, length_s) for record in records)
-    held = thrust is not None and any(run.thrust is not None for run in runs)
-    relaxed = replace(model, max_step_s=max(model.max_step_s, STEP * length_s))
-    return Problem(relaxed, runs, (*symbols, *((THRUST,) if held else ())), length_s, thrust, threads)
+    held = thrust is not None and any(record.has(THRUST) for record in records)
+    channels = (*symbols, *((THRUST,) if held else ()))
+    runs = tuple(_run(record, model, channels, length_s) for record in records)
+    relaxed = replace(model, max_step_s=max(model.max_step_s, INTEGRATION_STEP * length_s))
+    return Problem(relaxed, runs, channels, length_s, thrust, threads)
 
 
 def _measures(record: Record, symbol: str) -> bool:
@@ -235,12 +234,15 @@ def _measures(record: Record, symbol: str) -> bool:
     return values is not None and bool(np.isfinite(values).any())
 
 
-def _run(record: Record, model: Model, symbols: Sequence[str], length_s: float) -> Run:
+def _run(record: Record, model: Model, channels: Sequence[str], length_s: float) -> Run:
     thinned = record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
-    series = with_weather(series_of(thinned, model, symbols), record, model)
-    thrust = _smoothed(record, thinned) if record.has(THRUST) else None
+    series = with_weather(series_of(thinned, model, [c for c in channels if c != THRUST]), record, model)
     series = replace(series, start=_start(series, record, model, length_s))
-    return Run(series, thrust, float(record.time_s[-1] - record.time_s[0]))
+    thrust, measured = _smoothed(record, thinned) if record.has(THRUST) else None, series.outputs
+    if THRUST in channels:
+        missing = np.full(len(series.index), np.nan)
+        measured = np.column_stack([measured, missing if thrust is None else thrust])
+    return Run(series, thrust, measured, float(record.time_s[-1] - record.time_s[0]))
 
 
 def _smoothed(record: Record, thinned: Record) -> np.ndarray:
