@@ -11,16 +11,17 @@ import numpy as np
 from ..checks.statistics.tails import log_tail
 from ..estimation.filters.innovations.estimator import estimator
 from . import verdict
+from .candidate import Candidate, Unmodelled
 from .causes.registry import terms_for
+from .criteria.residuals import select, without
 from .findings import SMALL, adjusted_p, all_findings, bank_entries, diagnosis_of, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import predicting
 from .residuals.judged import unexplained
 from .residuals.tests import LATER, Memory, noise_with_memory
-from .selection.forward import select, without
 from .selection.materiality import material
 from .starting import starting_state, thinned
-from .state import Candidate, State, Unmodelled
+from .state import State
 
 if TYPE_CHECKING:
     from ..models.model import Model

@@ -32,11 +32,12 @@ from ..estimation.series import series_of
 from ..models.families.extensions import extension_of, is_made_up
 from ..models.model import CHANNELS, Model, model_to_json, resolve
 from ..models.simulate import simulate
+from .candidate import Variant
 from .causes._stage import StageCause
 from .causes.base import WHERE, Cause, NotTestable
 from .gain.extension import extended_model
 from .searches.base import Search
-from .state import Variant, first_state
+from .state import first_state
 
 SECOND = "kvlcc2-l7"
 VESSELS = ("mariner", SECOND, "response-1", "nomoto-1")

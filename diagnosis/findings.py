@@ -13,12 +13,13 @@ from ..checks.base import Check
 from ..checks.statistics.tails import log_tail
 from ..estimation.filters.innovations.vector import SYMBOLS
 from ..models.model import CHANNELS as COLUMNS
+from .candidate import Candidate, Unmodelled
 from .causes.base import Cause
 from .causes.registry import causes
 from .residuals.unmodelled import confirmed
 from .result import Diagnosis, Entry, Finding, Gain
 from .starting import DECIDED
-from .state import Candidate, State, Unmodelled, covariance, matters
+from .state import State, covariance, matters
 from .verdict import next_manoeuvre, power, where
 
 if TYPE_CHECKING:
@@ -66,18 +67,17 @@ def _of_selection(state: State, rng: np.random.Generator) -> list[Finding]:
         k = len(a.variant)
         block = spread[at : at + k, at : at + k]
         at += k
-        ties = state.ties.get(cause, ())
         found.append(
             Finding(
                 cause.id,
-                tuple(tied.id for tied in ties),
+                tuple(tied.id for tied in a.tied),
                 "dynamics",
                 a.statistic,
                 adjusted_p(state, a.log_p),
                 cause.sizes(state.est, state.setting, a.variant, block, rng),
                 details=dict(cause.details(state.est, a.variant)),
                 evidence=_evidence(cause, a, state.n_effective),
-                separate_by=cause.separate_by if ties else None,
+                separate_by=cause.separate_by if a.tied else None,
             )
         )
     return sorted(found, key=lambda f: -f.statistic)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from ..checks.statistics.tails import log_tail
 from ..estimation.filters.innovations.derivatives import columns
 from ..estimation.filters.innovations.estimator import Estimator, Innovations
 from ..estimation.filters.innovations.refit import refit
@@ -17,16 +16,16 @@ from ..estimation.filters.innovations.settings import Parameter, Setting
 from ..estimation.filters.innovations.vector import CHANNELS
 from ..estimation.threads import in_context
 from ..models.linear_algebra import information_inverse, pinv
+from .candidate import Candidate, Screened, Unmodelled, Variant
+from .selection.levels import TESTS
 from .statistics.gusts import GustLikelihood
-from .statistics.score_tests import Projector, Score
+from .statistics.score_tests import Projector
 
 if TYPE_CHECKING:
     from .causes.base import Cause
 
 T = TypeVar("T")
 R = TypeVar("R")
-Variant = tuple[Parameter, ...]
-"""Parameters by which a cause is tried; a cause may have several variants."""
 HIDING = 1000.0
 """Nats that fitted gusts may absorb altogether where a cause could be hidden in them; a stronger one shows beside them
 (of 74 injected effects in the benchmark two faint ones in calm, 21 and 46 nats, showed without gusts only)."""
@@ -35,61 +34,6 @@ IN_SPAN = 1e-3
 MISFIT = 4e-4
 """Share of the accepted causes' strength that further ones must exceed: 2 % of their effect, as no cause (a rudder's
 corners between samples, a limit's onset) is described to better than that."""
-
-
-@dataclass(frozen=True)
-class Screened:
-    """One cause's best variant by its score.
-
-    start : where a refit begins, for searches that need it.  tests : number of independent tests among its values.
-    """
-
-    cause: Cause
-    variant: Variant
-    log_p: float
-    score: Score
-    start: tuple[float, ...] = ()
-    tests: float = 1.0
-
-
-@dataclass(frozen=True)
-class Unmodelled:
-    """An effect outside the bank, by the label of its best description."""
-
-    label: str
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A cause (or an unmodelled effect) after refitting it with the noise.
-
-    statistic : likelihood-ratio statistic, less the cost of gusts where that was judged; log_p its log p-value.
-    tests : number of variants or starts that were tried.  k : degrees of freedom.
-    penalised : penalised log likelihood of the records with an unmodelled effect (see `statistics.gusts`).
-    """
-
-    cause: Cause | Unmodelled
-    variant: Variant
-    log_p: float
-    statistic: float
-    setting: Setting
-    now: Innovations
-    tests: float = 1.0
-    k: int = 0
-    penalised: float = np.nan
-
-    def with_statistic(self, statistic: float) -> Candidate:
-        """The candidate with another statistic and the log p-value that goes with it."""
-        moved = self.log_p + log_tail(statistic, self.k) - log_tail(self.statistic, self.k)
-        return replace(self, statistic=statistic, log_p=moved)
-
-
-def candidate(
-    cause: Cause | Unmodelled, variant: Variant, k: int, tests: float, before: float, setting: Setting, now: Innovations
-) -> Candidate:
-    """A refitted cause against the log likelihood `before` without it."""
-    statistic = 2.0 * (now.log_likelihood - before)
-    return Candidate(cause, variant, log_tail(statistic, k) + np.log(tests), statistic, setting, now, tests=tests, k=k)
 
 
 @dataclass(frozen=True)
@@ -127,7 +71,7 @@ class State:
     """The state of the selection.
 
     bank : testable causes and their variants.  nuisance, prior : free coefficients and the precisions of their prior.
-    accepted, ties : causes that are in, and for each those that it cannot be told from.
+    accepted : causes that are in.
     n_effective : independent tests that the bank amounts to.  screened, candidates, rival : of the first step: all
     screened causes, all refitted ones, and the best unmodelled effect.  in_span : causes that the nuisance absorbs.
     failed : causes whose fit failed, with the reason.
@@ -141,8 +85,7 @@ class State:
     nuisance: tuple[Parameter, ...] = ()
     prior: np.ndarray | None = None
     accepted: tuple[Candidate, ...] = ()
-    ties: Mapping[Cause, tuple[Cause, ...]] = field(default_factory=dict)
-    n_effective: float = 25.0
+    n_effective: float = TESTS
     screened: Mapping[Cause, Screened] = field(default_factory=dict)
     candidates: tuple[Candidate, ...] = ()
     rival: Candidate | None = None

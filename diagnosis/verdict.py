@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..checks.statistics.tails import chi2_quantile, shifted_chi2_tail
+from .candidate import Unmodelled
 from .result import Finding
-from .state import Unmodelled
 
 if TYPE_CHECKING:
     from ..estimation.filters.innovations.estimator import Estimator
     from ..estimation.filters.innovations.settings import Setting
+    from .candidate import Candidate
     from .causes.base import Cause
-    from .state import Candidate, State
+    from .state import State
     from .trace import Trace
 
 EXCITED = 8.0
@@ -25,6 +26,8 @@ FOLLOWED = 0.5
 """Share of the squared yaw motion that free runs must hold for a cause to be named: nonsense is not followed."""
 FAINTEST = (1e-6, 1e-8)
 """Heading (rad) and yaw rate (rad/s) that no sensor resolves."""
+NAMED, PARTLY = 0.8, 0.2
+"""Shares of the explainable free-run error from which it counts as named, and as partly named."""
 PLAIN = "the residuals are those of the model, its sensors' noise and zero-mean gusts"
 
 
@@ -71,6 +74,17 @@ def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Se
     if findings:
         return "named", f"with what is named, {PLAIN}"
     return "adequate", PLAIN
+
+
+def by_share(what: str, explained: float) -> tuple[str, str]:
+    """The verdict by the share of the explainable free-run error that is explained, and the sentence that supports it.
+
+    Eqs. 15, 34 of docs/mathematics/default-route.md.
+    """
+    said = f"{what} off {100.0 * min(explained, 1.0):.0f} % of what can be explained of the free-run error"
+    if explained >= NAMED:
+        return "named", said
+    return ("partly_named" if explained >= PARTLY else "unexplained"), said
 
 
 def without_motion(traces: Sequence[Trace]) -> str | None:

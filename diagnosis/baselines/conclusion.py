@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.settings import Setting
     from ...models.model import Model
+    from ..candidate import Variant
     from ..options import Options
     from ..result import Diagnosis, Gain
-    from ..state import Variant
 
 
 class Chosen(NamedTuple):

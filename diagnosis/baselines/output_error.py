@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.settings import Parameter, Setting
     from ...models.model import Model
-    from ..state import Variant
+    from ..candidate import Variant
 
 LIMIT = 1e6
 """Residual, in sensor standard deviations, above which a run counts as diverged."""

@@ -15,9 +15,9 @@ from .output_error import Fit, FreeRuns, cost, rms
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
+    from ..candidate import Variant
     from ..causes.base import Cause
     from ..options import Options
-    from ..state import Variant
 
 MOST = 2
 """Causes that are added one after the other."""

@@ -15,7 +15,7 @@ from ...estimation.mixed_effects.fit import normal_equations
 from ...estimation.mixed_effects.problem import problem
 from ...estimation.series import MEASURED
 from ...models.model import CHANNELS
-from .forward import Selection, numbers_of
+from ..criteria.left_out import Selection, numbers_of
 from .result import NextRun
 
 if TYPE_CHECKING:

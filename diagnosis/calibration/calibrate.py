@@ -18,13 +18,14 @@ from ...models.errors import BadInput
 from ...models.linear_algebra import pinv
 from ..causes.registry import bank
 from ..causes.rudder_offset import RudderOffset
+from ..criteria.left_out import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from ..discrepancy.diagnosed import of_uncertain_base
 from ..gain.guard import WORSE
 from ..options import THREADS, Options
 from ..prepared import corrected_records
+from ..verdict import by_share
 from .advice import next_runs
 from .every_number import every_number
-from .forward import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from .ingredients import floor, ingredients
 from .problems import FEWEST, Problems, Records, columns_of, errors_of, problems_of
 from .regimes import best_in_regime
@@ -40,9 +41,6 @@ if TYPE_CHECKING:
     from ..discrepancy.subsets import Subset
     from ..prepared import Prepared
     from ..trace import Trace
-
-NAMED, PARTLY = 0.8, 0.2
-"""Shares of the explainable squared error that a verdict needs."""
 
 
 def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] = ()) -> Calibration:
@@ -250,7 +248,4 @@ def _verdict(p: Problem, given: Attempt, found: Selection, shares: Mapping[str, 
         return "adequate", f"but for the trim of single runs, free-run errors are below {limit}"
     counted = [shares[columns[c]] for c in matter] or list(shares.values())
     explained = float(np.mean([s.explained for s in counted]))
-    said = f"the numbers that moved take off {100 * explained:.0f} % of what can be explained of the free-run error"
-    if explained >= NAMED:
-        return "named", said
-    return ("partly_named" if explained >= PARTLY else "unexplained"), said
+    return by_share("the numbers that moved take", explained)

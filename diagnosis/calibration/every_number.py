@@ -14,7 +14,7 @@ import numpy as np
 
 from ...estimation.mixed_effects.fit import expansions_of
 from ...estimation.mixed_effects.left_out import predicted, score_difference
-from .forward import LONG, Attempt, Selection, attempt, common, loses, numbers_of
+from ..criteria.left_out import LONG, Attempt, Selection, attempt, common, loses, numbers_of
 
 if TYPE_CHECKING:
     from ...estimation.mixed_effects.problem import Problem

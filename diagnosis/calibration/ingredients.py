@@ -17,14 +17,14 @@ import numpy as np
 
 from ...estimation.mixed_effects.fit import fit
 from ...estimation.mixed_effects.problem import pooled, squares
-from .forward import SHORT, attempt, numbers_of
+from ..criteria.left_out import SHORT, attempt, numbers_of
 from .problems import columns_of, errors_of
 from .result import Ingredient
 
 if TYPE_CHECKING:
     from ...estimation.mixed_effects.problem import Run
     from ...models.coefficient_groups import Group
-    from .forward import Attempt
+    from ..criteria.left_out import Attempt
     from .problems import Problems
 
 Errors = Mapping[str, tuple[float, float | None]]

@@ -19,8 +19,8 @@ from ...models.time_scale import time_scale_s
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
+    from ..criteria.left_out import Attempt
     from ..prepared import Prepared
-    from .forward import Attempt
 
 FEWEST = 3
 """Records that leaving one out needs; fewer are cut into pieces."""

@@ -18,8 +18,8 @@ from ...models.coefficient_groups import Group, parts_of
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, regime_parameters
 from ...models.regimes import VARIABLES
-from ..discrepancy.subsets import ALIKE
-from .forward import LEAST, LONG, Attempt, Selection, Step, attempt, enters
+from ..criteria.left_out import LEAST, LONG, Attempt, Selection, Step, attempt, enters
+from ..selection.levels import TIE_NATS
 from .result import StatedRegime
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def best_in_regime(
     if not _good(problem, found, best, local.alike):
         return None
     group, fall = best.groups[-1], score_difference(problem, found.base.left_out, best.left_out)
-    rivals = [t.groups[-1] for other, t in sound if other.lead > local.lead - ALIKE and t is not best]
+    rivals = [t.groups[-1] for other, t in sound if other.lead > local.lead - TIE_NATS and t is not best]
     ties = {g.of: g for g in rivals if g.of != group.of}
     steps = tuple(Step(g, best, fall, tuple(ties.values()) if g is group else ()) for g in best.groups)
     selection = Selection(found.base, steps, best, found.refused)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...estimation.mixed_effects.problem import THRUST, Problem
 from ...models.model import CHANNELS
-from .forward import Attempt
+from ..criteria.left_out import Attempt
 from .result import Remaining
 
 STANDS_OUT = 1.5

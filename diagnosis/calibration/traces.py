@@ -6,8 +6,8 @@ import numpy as np
 
 from ...estimation.mixed_effects.problem import THRUST, Problem, Run
 from ...models.model import CHANNELS
+from ..criteria.left_out import Attempt
 from ..trace import Trace
-from .forward import Attempt
 
 
 def left_out_traces(given: Problem, felt: Problem, final: Attempt) -> tuple[Trace, ...]:

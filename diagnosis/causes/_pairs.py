@@ -13,7 +13,7 @@ from .base import DESCRIBED, Cause, require_3dof
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..state import Variant
+    from ..candidate import Variant
 
 DRAWS = 2000
 

@@ -21,8 +21,9 @@ from ...estimation.filters.innovations.vector import SENSORS, SYMBOLS
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
+    from ..candidate import Candidate, Variant
     from ..searches.base import Search
-    from ..state import Candidate, State, Variant
+    from ..state import State
 
 DEGREE = np.pi / 180.0
 DESCRIBED = 1e-3

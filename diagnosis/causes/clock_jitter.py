@@ -15,7 +15,8 @@ from .base import Cause
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.settings import Setting
-    from ..state import State, Variant
+    from ..candidate import Variant
+    from ..state import State
 
 SHARES = (0.03, 0.1, 0.3)
 """Errors that are scanned first, as shares of the sampling step."""

@@ -16,7 +16,7 @@ from .base import Cause
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.settings import Setting
-    from ..state import Variant
+    from ..candidate import Variant
 
 OF = "fraction of "
 """What the parameters' names start with; the coefficient follows."""

@@ -18,7 +18,7 @@ from .base import Cause, NotTestable
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...models.model import Model
-    from ..state import Variant
+    from ..candidate import Variant
 
 
 @lru_cache(maxsize=1)

@@ -10,7 +10,7 @@ from .base import DEGREE, Cause, one
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..state import Variant
+    from ..candidate import Variant
 
 
 class RudderBacklash(Cause):

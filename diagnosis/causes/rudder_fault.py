@@ -16,7 +16,8 @@ from .rudder_effectiveness import RudderEffectiveness
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..state import Candidate, State, Variant
+    from ..candidate import Candidate, Variant
+    from ..state import State
 
 
 class RudderFault(Cause):

@@ -11,7 +11,7 @@ from .base import Cause, NotTestable
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..state import Variant
+    from ..candidate import Variant
 
 
 class SecondOrderLead(Cause):

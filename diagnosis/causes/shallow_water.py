@@ -16,7 +16,7 @@ from .base import Cause, NotTestable
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.settings import Setting
-    from ..state import Variant
+    from ..candidate import Variant
 
 GROWING = {
     "abkowitz": ("Yv", "Nv", "Nr"),

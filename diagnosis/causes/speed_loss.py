@@ -16,7 +16,7 @@ from .base import Cause, NotTestable, term
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.segments import Segment
-    from ..state import Variant
+    from ..candidate import Variant
 
 
 HEADING, YAW_RATE = SYMBOLS.index("psi"), SYMBOLS.index("r")

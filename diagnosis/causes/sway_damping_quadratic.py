@@ -10,7 +10,7 @@ from .base import Cause, require_3dof, require_entry, term
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..state import Variant
+    from ..candidate import Variant
 
 
 class SwayDampingQuadratic(Cause):

@@ -11,15 +11,16 @@ import numpy as np
 from ...checks.result import NORMAL_90, Size
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...models.linear_algebra import finite
+from ..candidate import candidate
 from ..searches.base import Search
-from ..state import candidate
 from ..statistics.bootstrap import independent_variances
 from .base import DEGREE, Cause
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.settings import Setting
-    from ..state import Candidate, State, Variant
+    from ..candidate import Candidate, Variant
+    from ..state import State
 
 ENTRIES = ("wave_frequency", "wave_damping", "wave_rms")
 FAINT = 0.1

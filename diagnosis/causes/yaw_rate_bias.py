@@ -11,7 +11,7 @@ from .base import DEGREE, Cause, one, require_channels
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..state import Variant
+    from ..candidate import Variant
 
 
 class YawRateBias(yaw_rate_bias.YawRateBias, Cause):

@@ -16,24 +16,26 @@ from ...estimation.filters.innovations.refit import refit
 from ...models.errors import FitFailed
 from ...models.instruments import combined
 from .. import verdict
+from ..candidate import Candidate
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes, terms_for
 from ..causes.rudder_effectiveness import RudderEffectiveness
+from ..criteria.marginal_likelihood import Found, MarginalCandidate, search
 from ..felt import felt
 from ..findings import diagnosis_of, noise_of, of_fault
 from ..gain.extension import extended_model
 from ..gain.measured import base_setting, gain_of, held_out_setting
 from ..kinematics.stage import Sensors, sensors_of
 from ..result import Entry, Finding
+from ..selection.levels import adjusted
 from ..starting import starting_state, thinned
-from ..state import Candidate, State
+from ..state import State
 from .entering import entering
 from .fit import Base, Fitted
 from .projection import number_of, projected
 from .quadratic import MOST, mode
 from .regimes import Local, local_errors
-from .search import Accepted, Found, search
 from .shares import Shares, shares, simulating_variances
 from .subsets import Subset, best_subsets
 from .terms import NUMBERS, terms_of
@@ -43,10 +45,10 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.settings import Setting
     from ...models.model import Model
+    from ..candidate import Variant
     from ..options import Options
     from ..prepared import Prepared
     from ..result import Diagnosis
-    from ..state import Variant
 
 LEFT_OUT = ("coefficient_shift", "clock_jitter", "wave_drift", "speed_loss", "second_order_lead")
 """Causes that a discrepancy takes the place of, or that its remains feed; of a response model a rudder of another
@@ -58,7 +60,6 @@ EXACT = 3.0
 BOUND = 0.98
 """Share of the largest variance of the model's numbers from which they are further off than their priors hold: no cause
 can be told beside them, and free runs have to say more."""
-NAMED, PARTLY = 0.8, 0.2
 MOVED = 2.0
 """Posterior standard deviations from which a number counts as moved."""
 GAINS = ("b", "b1")
@@ -166,7 +167,7 @@ def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.ra
     parts = shares(found.null, found.final, places_of(found), rng)
     held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS]
     all_together = "" if held else AT_BOUND
-    enough = _explained(parts, ()) >= PARTLY
+    enough = _explained(parts, ()) >= verdict.PARTLY
     why = [
         all_together or _why_not(found.final, one, felt, enough) for one, felt in zip(every, parts.felt, strict=True)
     ]
@@ -329,8 +330,8 @@ def _numbers_at(final: Fitted) -> tuple[np.ndarray, np.ndarray]:
     return np.where(terms.simulating, at.x[:count], 0.0), np.where(terms.simulating, spread[:count], 0.0)
 
 
-def _built_in(done: Conclusion, of_numbers: bool, est: Estimator) -> tuple[list[Accepted], Setting]:
-    """Accepted causes that the extended model holds, and the setting of it.
+def _built_in(done: Conclusion, of_numbers: bool, est: Estimator) -> tuple[list[MarginalCandidate], Setting]:
+    """MarginalCandidate causes that the extended model holds, and the setting of it.
 
     of_numbers : whether what is named says that the base model's own numbers are wrong.
     """
@@ -345,13 +346,12 @@ def _built_in(done: Conclusion, of_numbers: bool, est: Estimator) -> tuple[list[
 def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:
     """By the share of the explainable error that is explained."""
     explained = _explained(done.shares, [i for i, *_ in done.others])
-    said = f"what is named takes off {100.0 * min(explained, 1.0):.0f} % of what can be explained of the free-run error"
     if not findings:
         return "unexplained", "no cause stands beside the base model's own numbers, and these explain nothing"
-    if explained >= NAMED:
-        ties = any(f.tied_with for f in findings if not _of_numbers_alone(f))
-        return ("tied" if ties else "named"), said
-    return ("partly_named" if explained >= PARTLY or not done.shares.channels else "unexplained"), said
+    found, said = verdict.by_share("what is named takes", explained)
+    if found == "named" and any(f.tied_with for f in findings if not _of_numbers_alone(f)):
+        return "tied", said
+    return ("partly_named" if found == "unexplained" and not done.shares.channels else found), said
 
 
 def _explained(parts: Shares, without: Sequence[int]) -> float:
@@ -377,7 +377,7 @@ def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, 
     for cause in causes().values():
         lead = leads.get(cause.id)
         statistic = None if lead is None else lead.statistic
-        p = None if lead is None else float(min(1.0, 25.0 * np.exp(max(lead.log_p, -700.0))))
+        p = None if lead is None else adjusted(lead.log_p)
         if cause.id in named:
             f = named[cause.id]
             status, statistic, p, why = "tied" if f.tied_with else "named", f.statistic, f.p_adjusted, f.evidence

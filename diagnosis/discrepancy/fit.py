@@ -17,7 +17,7 @@ from .quadratic import MOST, START, Quadratic, quadratic, scales, towards_mode
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
     from ...estimation.filters.innovations.settings import Setting
-    from ..state import Variant
+    from ..candidate import Variant
     from .terms import Terms
 
 BLOCK_S = 50.0
@@ -142,13 +142,15 @@ def fit(
     variances: np.ndarray | None = None,
     rounds: int = ROUNDS,
     terms: np.ndarray | None = None,
+    rival: float = -np.inf,
 ) -> Fitted:
     """Noise, discrepancy and parameters of causes of largest marginal likelihood.
 
     Eq. 9 of docs/mathematics/default-route.md.
 
     s : its noise is where the noise's fit starts.  start, terms : values of the causes' parameters and of the
-    discrepancy's, zero unless given.
+    discrepancy's, zero unless given.  rival : marginal likelihood of another fit: this one ends where it would stay
+    behind that even if each further round gained as much as the last.
     """
     est, free = base.est, len(base.terms.parameters)
     x = np.concatenate([np.zeros(free) if terms is None else terms, np.zeros(len(variant)) if start is None else start])
@@ -158,7 +160,7 @@ def fit(
     best: Fitted | None = None
     settled, before, most = True, -np.inf, STATED if np.all(variances <= STATED) else MOST
     damping = 0.0
-    for _ in range(rounds):
+    for left in reversed(range(rounds)):
         q = expanded(base, s, now, x, variant)
         if settled:  # far from the mode the quadratic says nothing of the variances
             variances = np.minimum(scales(q, causes, (variances, START))[0], most)
@@ -170,8 +172,10 @@ def fit(
             evidence = _evidence(q, x, variances, now.log_likelihood)
             if best is None or evidence > best.evidence:
                 best = Fitted(base, variant, s, now, x, variances, evidence)
-            rises, before = evidence - before > (ENOUGH if most is MOST else MOVING), evidence
-            if rises:
+            rise, before = evidence - before, evidence
+            if evidence + left * rise < rival:
+                break
+            if rise > (ENOUGH if most is MOST else MOVING):
                 continue
         if most is MOST or not np.any(variances == most):
             break

@@ -17,8 +17,8 @@ from .quadratic import START, Quadratic, inflation, mode, scales
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Innovations
     from ...estimation.filters.innovations.settings import Setting
+    from ..candidate import Variant
     from ..causes.base import Cause
-    from ..state import Variant
 
 GRID = 12
 """Times of a change that are tried."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...checks.statistics.tails import chi2_quantile
+from ..selection.levels import TIE_NATS
 
 if TYPE_CHECKING:
     from .projection import Profile
@@ -21,8 +22,6 @@ MOST, SEARCHED = 7, 3
 SUFFICIENT, INVISIBLE = 0.998, 0.02
 """Share of what all numbers together gain, and mean square of what a set leaves in units of the noise, from and up to
 which it leaves nothing of importance."""
-ALIKE = 4.6
-"""Loss of log likelihood, times the inflation, up to which another number would do as well."""
 CERTAIN = 0.99
 
 
@@ -73,5 +72,5 @@ def _exchanged(profile: Profile, chosen: list[int]) -> list[int]:
 
 def _rivals(profile: Profile, chosen: Sequence[int], i: int) -> tuple[str, ...]:
     """Numbers that would do as well in the place of the i-th (eq. 21 of docs/mathematics/default-route.md)."""
-    least = profile.gain(chosen) - ALIKE * profile.inflation
+    least = profile.gain(chosen) - TIE_NATS * profile.inflation
     return tuple(profile.names[j] for gain, j in profile.without(chosen, i) if gain > least and j != chosen[i])

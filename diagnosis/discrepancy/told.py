@@ -11,16 +11,17 @@ import numpy as np
 from ...checks.result import NORMAL_90, Size
 from ...checks.statistics.random_effects import random_effects_mean
 from ..causes.base import Cause
+from ..criteria.marginal_likelihood import AROUND_S
 from ..result import Finding
+from ..selection.levels import adjusted
 from .fit import expanded
 from .quadratic import by_record, mode, robust_covariance
-from .search import AROUND_S
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Setting
-    from ..state import Variant
+    from ..candidate import Variant
+    from ..criteria.marginal_likelihood import Found, MarginalCandidate
     from .quadratic import Quadratic
-    from .search import Accepted, Found
     from .shares import Share
 
 STAGE = "beside the base model's own numbers"
@@ -33,7 +34,7 @@ class Sized:
     """An accepted cause: values and covariance of its parameters, standard deviation between records and probability of
     equal sizes (None where each record has its own)."""
 
-    accepted: Accepted
+    accepted: MarginalCandidate
     variant: Variant
     values: np.ndarray
     covariance: np.ndarray
@@ -114,7 +115,7 @@ def finding(one: Sized, s: Setting, est, drop: Share, rng: np.random.Generator) 
         f"twice the gain of marginal likelihood beside the base model's own numbers is {a.statistic:.1f}; takes off "
         f"{drop.text} of the base model's squared free-run error in records that were left out"
     )
-    p = float(min(1.0, 25.0 * np.exp(max(a.log_p, -700.0))))
+    p = adjusted(a.log_p)
     ties = tuple(c.id for c in a.tied)
     separate = a.cause.separate_by if ties else None
     return Finding(a.cause.id, ties, STAGE, a.statistic, p, sizes, details=details, evidence=said, separate_by=separate)

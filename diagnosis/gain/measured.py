@@ -10,8 +10,9 @@ import numpy as np
 
 from ...estimation.filters.innovations.estimator import estimator
 from ...estimation.filters.innovations.vector import SENSORS
-from ..selection.forward import without
-from ..state import State, Unmodelled
+from ..candidate import Unmodelled
+from ..criteria.residuals import without
+from ..state import State
 from . import free_runs
 from .guard import WORSE
 from .left_out import Blocks, best_ratio, left_out_errors, motions, worst_ratio

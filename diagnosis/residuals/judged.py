@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..selection.forward import SHARE_UNMODELLED, size_tests
-from ..state import Candidate, State, Unmodelled, misfit_allowance
+from ..candidate import Candidate, Unmodelled
+from ..criteria.residuals import UNMODELLED, size_tests
+from ..state import State, misfit_allowance
 from ..statistics.score_tests import cauchy_combination
 from . import tests
 from .unmodelled import best_unmodelled, margin_over_unmodelled
@@ -23,7 +24,7 @@ def unexplained(state: State, rng: np.random.Generator) -> Candidate | None:
 
     What an unmodelled effect comes near to must be the same throughout the records at a level of its own.
     """
-    threshold = float(np.log(state.alpha * SHARE_UNMODELLED))
+    threshold = float(np.log(state.alpha * UNMODELLED))
     found = best_unmodelled(state, threshold, rng) if state.accepted else state.rival
     if found is not None:
         return found

@@ -14,7 +14,8 @@ from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.settings import Noise, Setting
 from ...estimation.filters.innovations.vector import CHANNELS
 from ...models.linear_algebra import pinv
-from ..state import IN_SPAN, Candidate, State, Unmodelled, candidate, exceeds_misfit, projector
+from ..candidate import Candidate, Unmodelled, candidate
+from ..state import IN_SPAN, State, exceeds_misfit, projector
 from ..statistics.gusts import gust_cost, penalised_likelihood
 from ..statistics.score_tests import independent_tests
 from . import features

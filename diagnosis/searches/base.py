@@ -10,7 +10,8 @@ import numpy as np
 
 from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.settings import Setting
-from ..state import Candidate, Screened, State, Variant, candidate
+from ..candidate import Candidate, Screened, Variant, candidate
+from ..state import State
 
 if TYPE_CHECKING:
     from ..causes.base import Cause

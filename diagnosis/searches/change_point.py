@@ -11,7 +11,8 @@ from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.estimator import Estimator
 from ...estimation.filters.innovations.settings import Setting
-from ..state import Candidate, Screened, State, Variant
+from ..candidate import Candidate, Screened, Variant
+from ..state import State
 from ..statistics.bootstrap import largest_score
 from .base import Here, Search, most_likely, refitted
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
-from ..state import Candidate, Screened, State, Variant
+from ..candidate import Candidate, Screened, Variant
+from ..state import State
 from ..statistics.bootstrap import largest_score
 from .base import Here, Search, refitted
 

@@ -11,7 +11,8 @@ import numpy as np
 from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...estimation.filters.innovations.settings import Setting
-from ..state import Candidate, State, candidate
+from ..candidate import Candidate, candidate
+from ..state import State
 from ..statistics.bootstrap import ONE_SIDED, independent_values
 from .base import Search
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.settings import Setting
-from ..state import Candidate, Screened, State, Variant
+from ..candidate import Candidate, Screened, Variant
+from ..state import State
 from ..statistics.bootstrap import independent_values
 from .base import Search, refitted
 

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..state import Unmodelled
-from .forward import without
+from ..candidate import Unmodelled
+from ..criteria.residuals import without
 
 if TYPE_CHECKING:
+    from ..candidate import Candidate
     from ..causes.base import Cause
-    from ..state import Candidate, State
+    from ..state import State
 
 
 def material(state: State) -> tuple[State, frozenset[Cause]]:

@@ -10,8 +10,9 @@ import numpy as np
 
 from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
+from ..candidate import Screened, Variant
 from ..searches.base import Here
-from ..state import IN_SPAN, Screened, State, Variant, projector
+from ..state import IN_SPAN, State, projector
 from ..statistics.score_tests import effective_number
 from .failures import Failed, attempted, itself
 

@@ -8,13 +8,13 @@ import pytest
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.by_residuals import NOT_SHOWN, concluded, selected
 from helmbench.diagnosis.calibration.calibrate import Records, calibrate_on
+from helmbench.diagnosis.candidate import Candidate, Unmodelled
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose, identified
 from helmbench.diagnosis.kinematics.stage import Shown, sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared
 from helmbench.diagnosis.starting import DECIDED
-from helmbench.diagnosis.state import Candidate, Unmodelled
 from helmbench.models.coefficient_groups import every_own_number, groups_of, grown
 from helmbench.models.model import model_to_json, resolve
 

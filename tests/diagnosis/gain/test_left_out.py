@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.diagnosis.by_residuals import selected
+from helmbench.diagnosis.candidate import Candidate
 from helmbench.diagnosis.causes.clock_jitter import LARGEST_SHARE, largest
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import terms_for
@@ -14,7 +15,6 @@ from helmbench.diagnosis.gain.measured import base_setting, predicting
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import corrected_records
 from helmbench.diagnosis.starting import starting_state
-from helmbench.diagnosis.state import Candidate
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.estimation.filters.innovations.settings import Parameter
 from helmbench.models.model import resolve

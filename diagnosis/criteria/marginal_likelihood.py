@@ -1,4 +1,4 @@
-"""Forward search of causes beside the discrepancy, by marginal likelihood.
+"""Causes beside a base model whose own numbers are uncertain, its discrepancy: by marginal likelihood.
 
 The bank is screened at the untouched base and where the discrepancy has taken what it can; the leaders of both are
 refitted from no discrepancy at all.  A statistic is twice the gain of marginal likelihood, less for scores that scatter
@@ -14,28 +14,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.selection import grown
 from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...estimation.threads import beside
-from .fit import ROUNDS, Base, Fitted, fit, with_forces
-from .quadratic import START
-from .screen import GRID, Lead, screen
+from ..candidate import Candidate
+from ..discrepancy.fit import ROUNDS, Base, Fitted, fit, with_forces
+from ..discrepancy.quadratic import START
+from ..discrepancy.screen import GRID, Lead, screen
+from ..selection.levels import FIRST, LATER, LEADERS, MOST_TIED, TESTS, TIE_NATS
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Setting
+    from ..candidate import Variant
     from ..causes.base import Cause
-    from ..state import State, Variant
+    from ..state import State
 
-FIRST, LATER, TESTS = 0.5, 0.2, 25.0
-"""Shares of the family-wise level, and independent tests that the bank amounts to."""
-PROMISING, FAR, LEADERS = 0.6, 0.05, 4
-"""Shares of the threshold and of the best log p-value that a screened cause must reach to be refitted, and how many
-are."""
+PROMISING, FAR = 0.6, 0.05
+"""Shares of the threshold and of the best log p-value that a screened cause must reach to be refitted."""
 TRIAL = 3
 """Rounds of a fit that only compares times of a change."""
-TIE = 4.6
-"""Log p-values, times the inflation, within which causes are tied."""
-MOST_TIED = 2
 AROUND_S = (23.0, 12.0, 6.0)
 """Steps (s, of a 160 m ship) by which the time of a change is refined."""
 BEST_TIMES = 3
@@ -43,29 +41,68 @@ WAVES = 20.0
 """Statistic that waves must reach beside a discrepancy: what is left of it feeds them."""
 
 
-@dataclass(frozen=True)
-class Accepted:
-    """A cause that entered: its variant (without the time of a change), statistic, log p-value, inflation, ties, and
-    the time of a change (s)."""
+@dataclass(frozen=True, kw_only=True)
+class MarginalCandidate(Candidate):
+    """A cause refitted beside the discrepancy: its variant is without the time of a change.
 
-    cause: Cause
-    variant: Variant
-    statistic: float
-    log_p: float
-    inflation: float
+    inflation : how much more its score scatters between blocks than the likelihood says.  fitted : the fit with it.
+    time_s : time of a change (s).
+    """
+
+    inflation: float = 1.0
     fitted: Fitted
-    tied: tuple[Cause, ...] = ()
     time_s: float | None = None
 
 
 @dataclass(frozen=True)
 class Found:
-    """What the search found: the fit without causes, the causes in order, the last fit, the best lead of each cause."""
+    """What has been found: the fit without causes, the causes in order, the last fit, the best lead of each cause.
+
+    null_leads : leads at the untouched base.
+    """
 
     null: Fitted
-    accepted: tuple[Accepted, ...]
+    accepted: tuple[MarginalCandidate, ...]
     final: Fitted
     leads: Mapping[Cause, Lead]
+    null_leads: tuple[Lead, ...] = ()
+
+
+@dataclass(frozen=True)
+class MarginalLikelihood:
+    """The criterion: marginal likelihood ratios, less for scores that scatter.
+
+    state : the base model with its bank, for searches that scan.  bank : causes that may enter, with their variants.
+    """
+
+    state: State
+    bank: Mapping[Cause, Sequence[Variant]]
+    rng: np.random.Generator
+
+    def tried(self, now: Found, step: int) -> tuple[Found, list[MarginalCandidate]]:
+        """The leaders of the screens and what is scanned, best first."""
+        final = now.final
+        left = {c: v for c, v in self.bank.items() if c not in [a.cause for a in now.accepted]}
+        leads = screen(final.base, final.setting, final.now, final.x, final.variant, final.variances, left)
+        leads = _in_turn(leads, now.null_leads, self._threshold(0)) if step == 0 else leads
+        now = replace(now, leads=now.leads or {lead.cause: lead for lead in reversed(leads)})
+        leaders = _leaders(leads, self._threshold(step))
+        refitting = partial(_refitted_leads, final, leads, leaders, step == 0)
+        scanning = partial(_scanned, self.state, final, left, self.rng)
+        refitted, scanned = beside(final.base.est.threads, refitting, scanning)
+        return now, sorted([*refitted, *scanned], key=lambda c: c.log_p)
+
+    def entered(self, now: Found, tried: Sequence[MarginalCandidate], step: int) -> Found | None:
+        """What has been found with the best candidate, and its ties."""
+        threshold = self._threshold(step)
+        if not tried or tried[0].log_p > threshold:
+            return None
+        best = tried[0]
+        near = [c.cause for c in tried[1:] if _near(best, c, threshold)]
+        return replace(now, accepted=(*now.accepted, replace(best, tied=tuple(near[:MOST_TIED]))), final=best.fitted)
+
+    def _threshold(self, step: int) -> float:
+        return float(np.log(self.state.alpha * (FIRST if step == 0 else LATER) / TESTS))
 
 
 def search(
@@ -78,34 +115,15 @@ def search(
     state : the base model with its bank, for searches that scan.
     """
     of_its_own = replace(base, est=replace(base.est))  # whose latest runs are its own
-    threads = base.est.threads
-    null, raw = beside(threads, partial(fit, base, base.origin), partial(_untouched, of_its_own, bank))
-    final = null
-    accepted: list[Accepted] = []
-    first: dict[Cause, Lead] = {}
-    for step in range(most):
-        left = {c: v for c, v in bank.items() if c not in [a.cause for a in accepted]}
-        threshold = float(np.log(state.alpha * (FIRST if step == 0 else LATER) / TESTS))
-        leads = screen(final.base, final.setting, final.now, final.x, final.variant, final.variances, left)
-        leads = _in_turn(leads, raw, threshold) if step == 0 else leads
-        first = first or {lead.cause: lead for lead in reversed(leads)}
-        leaders = _leaders(leads, threshold)
-        refitting = partial(_refitted_leads, final, leads, leaders, step == 0)
-        refitted, scanned = beside(threads, refitting, partial(_scanned, state, final, left, rng))
-        tried = sorted([*refitted, *scanned], key=lambda c: c.log_p)
-        if not tried or tried[0].log_p > threshold:
-            break
-        best = tried[0]
-        near = [c.cause for c in tried[1:] if _near(best, c, threshold)]
-        accepted.append(replace(best, tied=tuple(near[:MOST_TIED])))
-        final = best.fitted
-    kept, final = _without_needless(accepted, final, float(np.log(state.alpha * LATER / TESTS)))
-    return Found(null, kept, final, first)
+    null, raw = beside(base.est.threads, partial(fit, base, base.origin), partial(_untouched, of_its_own, bank))
+    found = grown(MarginalLikelihood(state, bank, rng), Found(null, (), null, {}, tuple(raw)), most)
+    kept, final = _without_needless(found.accepted, found.final, float(np.log(state.alpha * LATER / TESTS)))
+    return replace(found, accepted=kept, final=final)
 
 
 def _without_needless(
-    accepted: Sequence[Accepted], final: Fitted, threshold: float
-) -> tuple[tuple[Accepted, ...], Fitted]:
+    accepted: Sequence[MarginalCandidate], final: Fitted, threshold: float
+) -> tuple[tuple[MarginalCandidate, ...], Fitted]:
     """The causes without the earlier ones that the later ones make needless, and the fit of those that stay.
 
     What changes at a time, and waves, stand in the origin of the fit and stay.
@@ -125,8 +143,8 @@ def _without_needless(
     return tuple(kept), final
 
 
-def _near(best: Accepted, other: Accepted, threshold: float) -> bool:
-    return other.log_p - best.log_p < TIE * max(1.0, best.inflation) and other.log_p < threshold
+def _near(best: MarginalCandidate, other: MarginalCandidate, threshold: float) -> bool:
+    return other.log_p - best.log_p < TIE_NATS * max(1.0, best.inflation) and other.log_p < threshold
 
 
 def _untouched(base: Base, bank: Mapping[Cause, Sequence[Variant]]) -> list[Lead]:
@@ -160,28 +178,29 @@ def _leaders(leads: Sequence[Lead], threshold: float) -> list[Lead]:
     return out
 
 
-def _refitted_leads(now: Fitted, leads: Sequence[Lead], leaders: Sequence[Lead], far: bool) -> list[Accepted]:
+def _refitted_leads(now: Fitted, leads: Sequence[Lead], leaders: Sequence[Lead], far: bool) -> list[MarginalCandidate]:
     """The leaders refitted; far : also others that may be far from zero."""
     tried = [_tried(now, lead, leads) for lead in leaders]
     named = [lead.cause for lead in leaders]
     return tried + (_from_far(now, [lead for lead in leads if lead.cause not in named]) if far else [])
 
 
-def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> Accepted:
+def _tried(now: Fitted, lead: Lead, leads: Sequence[Lead]) -> MarginalCandidate:
     """A lead refitted beside what is accepted."""
     if not lead.cause.search.steady:
         return _changing(now, lead, [x.time_s for x in leads if x.cause == lead.cause and x.time_s is not None])
     base, variant = now.base, lead.variant
     start = np.concatenate([now.sizes, _start(base, lead)])
     fitted = _refitted(now, base, variant, start)
-    return _accepted(now, lead, variant, fitted, float(len([x for x in leads if x.cause == lead.cause])))
+    return _candidate(now, lead, variant, fitted, float(len([x for x in leads if x.cause == lead.cause])))
 
 
 def _refitted(now: Fitted, base: Base, variant: Variant, start: np.ndarray) -> Fitted:
     """The better fit with a lead's parameters of two: from the numbers as they are, which may have taken its effect up,
     and from none."""
-    both = _beside(now, base, variant, start), fit(base, base.origin, (*now.variant, *variant), start)
-    return max(both, key=lambda f: f.evidence)
+    first = _beside(now, base, variant, start)
+    second = fit(base, base.origin, (*now.variant, *variant), start, rival=first.evidence)
+    return max(first, second, key=lambda f: f.evidence)
 
 
 def _beside(
@@ -192,7 +211,7 @@ def _beside(
     return fit(base, s or now.setting, (*now.variant, *variant), start, now.variances, rounds, terms)
 
 
-def _from_far(now: Fitted, leads: Sequence[Lead]) -> list[Accepted]:
+def _from_far(now: Fitted, leads: Sequence[Lead]) -> list[MarginalCandidate]:
     """Causes of a response model that a screen at zero overlooks, such as a long delay, which lags imitate: tried from
     the likeliest of the values of their search."""
     base, out, seen = now.base, [], set()
@@ -206,7 +225,7 @@ def _from_far(now: Fitted, leads: Sequence[Lead]) -> list[Accepted]:
         likeliest = options[int(np.argmax([n.log_likelihood for n in base.est.many(options)]))]
         sizes = [base.est.value(likeliest, p) - base.est.value(base.origin, p) for p in lead.variant]
         fitted = fit(base, base.origin, (*now.variant, *lead.variant), np.concatenate([now.sizes, sizes]))
-        out.append(_accepted(now, lead, lead.variant, fitted, float(len(options))))
+        out.append(_candidate(now, lead, lead.variant, fitted, float(len(options))))
     return out
 
 
@@ -222,19 +241,22 @@ def _start(base: Base, lead: Lead) -> np.ndarray:
     return start
 
 
-def _accepted(
+def _candidate(
     now: Fitted, lead: Lead, variant: Variant, fitted: Fitted, tests: float, time_s: float | None = None
-) -> Accepted:
+) -> MarginalCandidate:
     """A refitted cause with its statistic and log p-value (eq. 10 of docs/mathematics/default-route.md)."""
     statistic = 2.0 * (fitted.evidence - now.evidence)
     if not lead.cause.plausible(fitted.base.est, variant, fitted.sizes[len(now.variant) :]):
         statistic = 0.0
     k = len(variant) + (time_s is not None)
     log_p = log_tail(max(statistic / lead.inflation, 0.0), max(k, 1)) + float(np.log(max(tests, 1.0)))
-    return Accepted(lead.cause, variant, statistic, log_p, lead.inflation, fitted, time_s=time_s)
+    return MarginalCandidate(
+        lead.cause, variant, log_p, statistic, fitted.setting, fitted.now, tests, k,
+        inflation=lead.inflation, fitted=fitted, time_s=time_s,
+    )  # fmt: skip
 
 
-def _changing(now: Fitted, lead: Lead, times: Sequence[float]) -> Accepted:
+def _changing(now: Fitted, lead: Lead, times: Sequence[float]) -> MarginalCandidate:
     """A change at an unknown time: its size fitted at a few times, then around the best."""
     base, (size, time) = now.base, lead.variant
     done: dict[float, Fitted] = {}
@@ -260,12 +282,12 @@ def _changing(now: Fitted, lead: Lead, times: Sequence[float]) -> Accepted:
             if t not in done:
                 done[t] = tried(t)
     t = best_time()
-    return _accepted(now, lead, (size,), _refitted(now, at_time(t), (size,), start), GRID, t)
+    return _candidate(now, lead, (size,), _refitted(now, at_time(t), (size,), start), GRID, t)
 
 
 def _scanned(
     state: State, now: Fitted, bank: Mapping[Cause, Sequence[Variant]], rng: np.random.Generator
-) -> list[Accepted]:
+) -> list[MarginalCandidate]:
     """Causes that are looked for by scanning, from where the discrepancy is now."""
     out = []
     here = state.at(now.setting, now.now, ())
@@ -282,7 +304,7 @@ def _scanned(
         else:
             fitted = fit(replace(now.base, origin=_with_numbers_of(now, c.setting)), c.setting, now.variant, now.sizes)
         lead = Lead(cause, c.variant, c.statistic, 1.0, c.log_p, np.zeros(len(c.variant)))
-        out.append(_accepted(now, lead, c.variant, fitted, c.tests))
+        out.append(_candidate(now, lead, c.variant, fitted, c.tests))
     return out
 
 

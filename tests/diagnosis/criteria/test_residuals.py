@@ -8,20 +8,14 @@ import pytest
 from helmbench.bench.faults import Case as FaultCase
 from helmbench.bench.faults import inject
 from helmbench.datasets.generator import Case, generate
+from helmbench.diagnosis.candidate import Candidate, Unmodelled
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
+from helmbench.diagnosis.criteria import residuals
 from helmbench.diagnosis.residuals import judged
 from helmbench.diagnosis.residuals.judged import RIVALLED_LEVEL, RIVALLED_NATS
 from helmbench.diagnosis.residuals.unmodelled import FURTHER_NATS, margin_over_unmodelled
-from helmbench.diagnosis.selection import forward
-from helmbench.diagnosis.state import (
-    Candidate,
-    Unmodelled,
-    channel_shares,
-    exceeds_misfit,
-    first_state,
-    misfit_allowance,
-)
+from helmbench.diagnosis.state import channel_shares, exceeds_misfit, first_state, misfit_allowance
 from helmbench.diagnosis.statistics.gusts import penalised_likelihood
 from helmbench.estimation.filters.innovations.derivatives import columns
 from helmbench.estimation.filters.innovations.estimator import estimator
@@ -127,10 +121,10 @@ def test_an_accepted_fault_that_moved_before_the_rudder_gives_way(rng):
     for share, name in ((0.0, "rudder_effectiveness"), (0.5, "rudder_fault")):
         s = est.at(est.at(est.start(), fault[1], share * est.segments[0].time[-1]), fault[0], 0.05)
         s, now = refit(est, s, fault[:1], 8)
-        accepted = Candidate(cause, fault, -40.0, 90.0, s, now)
-        state = replace(first.at(s, now, [accepted]), ties={cause: (cause_of("rudder_backlash"),)})
-        state = forward._simplified(state, rng)
-        assert [*state.causes] == [*state.ties] == [cause_of(name)]
+        tied = (cause_of("rudder_backlash"),)
+        state = first.at(s, now, [Candidate(cause, fault, -40.0, 90.0, s, now, tied=tied)])
+        state = residuals._simplified(state, rng)
+        assert [(a.cause, a.tied) for a in state.accepted] == [(cause_of(name), tied)]
         assert state.now.log_likelihood == est.evaluate(state.setting).log_likelihood
         if share == 0.0:
             (e,) = state.accepted[0].variant

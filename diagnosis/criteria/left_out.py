@@ -17,13 +17,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain, combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.selection import grown
 from ...checks.statistics.tails import student_quantile
 from ...estimation.mixed_effects.fit import Fitted, Number, expanded, fit, tangents_of
 from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, predicted, score_difference
@@ -76,6 +77,19 @@ class Step:
     tied_with: tuple[Group, ...] = ()
 
 
+Tried = tuple[Attempt, Fall]
+"""An attempt with the fall of the score."""
+
+
+@dataclass(frozen=True)
+class Growing:
+    """The attempt with all that has entered, the steps in order, and what the last step refused."""
+
+    now: Attempt
+    steps: tuple[Step, ...] = ()
+    refused: tuple[Tried, ...] = ()
+
+
 @dataclass(frozen=True)
 class Selection:
     """The base without any group, the steps in order, the final attempt, and what the last step refused."""
@@ -86,8 +100,28 @@ class Selection:
     refused: tuple[tuple[Group, Fall], ...] = field(default=())
 
 
-Tried = tuple[Attempt, Fall]
-"""An attempt with the fall of the score."""
+@dataclass(frozen=True)
+class LeftOutRecords:
+    """The criterion: the score of free runs of records that were left out.
+
+    groups : the candidates.  most : groups that may enter; two of a response model may enter in one step.
+    """
+
+    problem: Problem
+    groups: Sequence[Group]
+    most: int
+
+    def tried(self, now: Growing, step: int) -> tuple[Growing, Sequence[Tried]]:
+        """The leaders of the screen, refitted; none where nothing is needed."""
+        if len(now.steps) >= self.most or not _needed(self.problem, now.now):
+            return now, ()
+        found = tuple(_tried(self.problem, now.now, self.groups))
+        return replace(now, refused=found), found
+
+    def entered(self, now: Growing, tried: Sequence[Tried], step: int) -> Growing | None:
+        """With the group of the largest fall per number, or with two that enter together only."""
+        steps = _single(self.problem, now.now, tried) or _pair(self.problem, now.now, tried)
+        return Growing(steps[-1].attempt, (*now.steps, *steps)) if steps else None
 
 
 def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
@@ -154,9 +188,10 @@ def select(
     if proposed is not None and not _needed(problem, proposed[0]):
         now, refused = proposed[0], ()
     else:
-        grown, refused = _grown(problem, start, groups, most)
-        now = _exchanged(problem, _without_idle(problem, grown[-1].attempt if grown else start, always), groups, always)
-        steps += grown
+        end = grown(LeftOutRecords(problem, groups, most), Growing(start), most)
+        now, refused = end.now, tuple((_new(end.now, a), fall) for a, fall in end.refused)
+        now = _exchanged(problem, _without_idle(problem, now, always), groups, always)
+        steps += end.steps
         if proposed is not None and _better(problem, now, proposed[0]):
             now = proposed[0]
     sound = (a for a in (now, *(s.attempt for s in reversed(steps))) if _likely(problem, start, a))
@@ -175,22 +210,6 @@ def common(base: Attempt, groups: Sequence[Group]) -> Sequence[Group]:
     spread = float(np.std(own, ddof=1)) / np.sqrt(own.size) if own.size > 1 else np.inf
     alike = abs(float(np.mean(own))) > student_quantile(COMMON, max(own.size - 1, 1)) * spread
     return groups if alike else [g for g in groups if g.extension not in TRIM]
-
-
-def _grown(
-    problem: Problem, start: Attempt, groups: Sequence[Group], most: int
-) -> tuple[list[Step], tuple[tuple[Group, Fall], ...]]:
-    """Steps from a start on as long as one enters, and what the last one refused."""
-    steps: list[Step] = []
-    now = start
-    while len(steps) < most and _needed(problem, now):
-        tried = _tried(problem, now, groups)
-        entered = _single(problem, now, tried) or _pair(problem, now, tried)
-        if not entered:
-            return steps, tuple((_new(now, a), fall) for a, fall in tried)
-        steps += entered
-        now = entered[-1].attempt
-    return steps, ()
 
 
 def _proposed(

@@ -1,42 +1,74 @@
-"""Forward selection: screen, refit the leaders, rank, accept, delete, screen again."""
+"""Causes beside an exact base model, or one whose coefficients are free: by the likelihood of the filter's innovations.
+
+What enters is refitted with all else; what then no longer gains significantly leaves again.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.statistics.selection import grown
 from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise_from_starts
 from ...estimation.filters.innovations.refit import refit
 from ...models.errors import FitFailed
+from ..candidate import Candidate, Screened, Unmodelled, candidate
 from ..residuals import tests
 from ..residuals.unmodelled import best_unmodelled
-from ..state import HIDING, Candidate, Screened, State, Unmodelled, candidate, exceeds_misfit, matters
+from ..selection.failures import Failed, attempted, itself, sorted_out
+from ..selection.levels import FIRST, LATER, LEADERS, MOST_TIED, TIE_NATS, UNMODELLED
+from ..selection.screening import counted, screen
+from ..state import HIDING, State, exceeds_misfit, matters
 from ..statistics.gusts import penalised_likelihood
 from ..statistics.score_tests import canonical_correlation
-from .failures import Failed, attempted, itself, sorted_out
-from .screening import counted, screen
-from .ties import MOST_TIED, TIE_CORRELATION, TIE_NATS
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Setting
     from ..causes.base import Cause
 
-SHARE_FIRST, SHARE_LATER, SHARE_UNMODELLED = 0.5, 0.2, 0.3
-"""How the family-wise level is spent: first cause, later ones, effects outside the bank."""
-LEADERS, LEADING = 4, 0.5
-"""Most screened causes that are refitted, and the share of the best one's log p-value that they need: of 83 injected
-effects and the stronger ones of 27 pairs all that were significant stood among the first four, above .65 of the best;
-what another hides is screened again beside that one."""
+LEADING = 0.5
+"""Share of the best one's log p-value that a cause needs to be refitted: of 83 injected effects and the stronger ones
+of 27 pairs all that were significant stood above .65 of the best."""
+TIE_CORRELATION = 0.5
+"""Canonical correlation of their projected sensitivities below which two causes are no tie."""
 FURTHER, PROMISING = 6, 0.25
 """The same for causes that are refitted as well because their score promises more than what the leaders came to: far
 from its maximum (effects in measured records, coefficients that are free) a score says little about the likelihood."""
 RACE_NATS, RACE_SHARE = 10.0, 0.3
 """How far behind the best a candidate may be, in nats or as a share of the best, and still be refitted to the end."""
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """The criterion: log likelihood ratios with the noise refitted, less the cost of gusts.
+
+    most : causes that may enter, among which the level of the later ones is shared.
+    """
+
+    most: int
+    rng: np.random.Generator
+
+    def tried(self, now: State, step: int) -> tuple[State, list[Candidate]]:
+        """The leaders of the screen and what is searched for, best first; at first also what is outside the bank."""
+        state, found = _candidates(now, step, now.now.log_likelihood, self.rng)
+        found = sorted(found, key=lambda c: c.log_p)
+        if step == 0:
+            rival = best_unmodelled(state, np.log(state.alpha * UNMODELLED), self.rng)
+            state = replace(state, candidates=tuple(found), rival=rival)
+        return state, found
+
+    def entered(self, now: State, tried: Sequence[Candidate], step: int) -> State | None:
+        """The state with the best candidate that is significant, large enough, and no remains of the others."""
+        share = FIRST if step == 0 else LATER / max(self.most - 1, 1)
+        threshold = np.log(now.alpha * share / now.n_effective)
+        sound = (c for c in tried if c.log_p < threshold and matters(now, c) and exceeds_misfit(now, c))
+        best = next(sound, None)
+        return None if best is None else accepted(now, best, tried, self.rng)
 
 
 def select(state: State, most: int, rng: np.random.Generator) -> State:
@@ -49,20 +81,7 @@ def select(state: State, most: int, rng: np.random.Generator) -> State:
     state = noise_fitted(state)
     if state.now.diverged:
         raise FitFailed(f"model {state.est.model.id} cannot be run with the records: its filter is not finite")
-    for step in range(most):
-        before = state.now.log_likelihood
-        state, found = _candidates(state, step, before, rng)
-        share = SHARE_FIRST if step == 0 else SHARE_LATER / max(most - 1, 1)
-        threshold = np.log(state.alpha * share / state.n_effective)
-        found = sorted(found, key=lambda c: c.log_p)
-        if step == 0:
-            rival = best_unmodelled(state, np.log(state.alpha * SHARE_UNMODELLED), rng)
-            state = replace(state, candidates=tuple(found), rival=rival)
-        best = next((c for c in found if c.log_p < threshold and matters(state, c) and exceeds_misfit(state, c)), None)
-        if best is None:
-            return state
-        state = accepted(state, best, found, rng)
-    return state
+    return grown(Residuals(most, rng), state, most)
 
 
 def noise_fitted(state: State) -> State:
@@ -169,7 +188,7 @@ def accepted(state: State, best: Candidate, found: Sequence[Candidate], rng: np.
     evidence."""
     near = [c for c in found if c is not best and c.log_p - best.log_p < TIE_NATS]
     ties = tuple(_cause(c) for c in near if alike(state, best, c))[:MOST_TIED]
-    state = replace(state, ties={**state.ties, _cause(best): ties})
+    best = replace(best, tied=ties)
     state = noise_fitted(state.at(best.setting, best.now, (*state.accepted, best)))
     return _simplified(_deleted(state), rng)
 
@@ -201,8 +220,7 @@ def _tested(state: State, old: Candidate, here: float) -> tuple[State, float]:
     left = penalised_likelihood(state.est, trial.setting, trial.now)
     if log_tail(2.0 * (here - left), len(old.variant)) <= np.log(state.alpha / state.n_effective):
         return state, here
-    ties = {cause: tied for cause, tied in state.ties.items() if cause != old.cause}
-    return replace(trial, ties=ties), left
+    return trial, left
 
 
 def _simplified(state: State, rng: np.random.Generator) -> State:
@@ -214,9 +232,8 @@ def _simplified(state: State, rng: np.random.Generator) -> State:
         simpler = simplified(others, here, before, rng)
         if simpler is None or simpler.now.log_likelihood <= state.now.log_likelihood - TIE_NATS:
             continue
-        moved = {_cause(simpler) if cause == old.cause else cause: tied for cause, tied in state.ties.items()}
-        entered = [simpler if a is old else a for a in state.accepted]
-        state = replace(state.at(simpler.setting, simpler.now, entered), ties=moved)
+        entered = [replace(simpler, tied=old.tied) if a is old else a for a in state.accepted]
+        state = state.at(simpler.setting, simpler.now, entered)
     return state
 
 
