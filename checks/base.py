@@ -40,6 +40,11 @@ class Check(ABC):
         """What it is, in words and as an equation."""
         return cleandoc(next((c.__doc__ for c in type(self).__mro__ if c.__doc__), ""))
 
+    @property
+    def describes_hull(self) -> bool:
+        """Whether it describes the hull, as the base model's own numbers do."""
+        return self.where == "hull"
+
     def __repr__(self) -> str:
         return self.id
 

@@ -10,15 +10,16 @@ import numpy as np
 
 from ..checks.statistics.tails import log_tail
 from ..estimation.filters.innovations.estimator import estimator
-from . import verdict
 from .candidate import Candidate, Unmodelled
 from .causes.registry import terms_for
 from .criteria.residuals import select, without
-from .findings import SMALL, adjusted_p, all_findings, bank_entries, diagnosis_of, hypothesis_of, noise_of
 from .gain.extension import extended_model
 from .gain.measured import predicting
+from .report import bank, findings, verdict
+from .report.outcome import diagnosis_of, hypothesis_of, noise_of
 from .residuals.judged import unexplained
 from .residuals.tests import LATER, Memory, noise_with_memory
+from .selection.levels import adjusted
 from .selection.materiality import material
 from .starting import starting_state, thinned
 from .state import State
@@ -86,19 +87,20 @@ def concluded(
     predicted = predicting(_without(state, out), held_out, options, rng, doubtful)
     refused = _why(out, NOT_SHOWN) | _why(predicted.failing, PREDICTS_WORSE)
     left = found.left if found.left is not None else _what_looks_like(refused, state)
-    immaterial = _why(found.small, SMALL) | _why(weak, IN_NOISE) | _why(predicted.idle, HARDLY_GAINS)
+    immaterial = _why(found.small, findings.SMALL) | _why(weak, IN_NOISE) | _why(predicted.idle, HARDLY_GAINS)
     told, immaterial = ({}, immaterial | refused) if doubtful and not known else (refused, immaterial)
-    findings = all_findings(state, given.faults, given.shown, told, immaterial, rng)
-    named = any(f.stage == "dynamics" for f in findings)
+    own = [f for f in findings.of_residuals(state, told, rng) if f.cause not in immaterial]
+    every = [*(findings.of_fault(f) for f in given.faults), *given.shown.findings, *own]
+    named = any(f.stage == findings.BY_RESIDUALS for f in every)
     instead = named and left is not None and left is state.rival
     est = state.est
     extended = extended_model(est, predicted.setting, predicted.state.causes, given.instruments)
     return diagnosis_of(
         (model, extended),
         options,
-        verdict.decide(found.poor, left, instead, findings),
-        findings,
-        bank_entries(state, found.cannot, findings, given.shown, immaterial),
+        verdict.decide(found.poor, left, instead, every),
+        every,
+        bank.of_residuals(state, found.cannot, given.shown.statistics, immaterial, every),
         (predicted.gain, predicted.traces),
         noise=noise_of(est, state.setting),
         poor=found.poor,
@@ -114,7 +116,7 @@ def _weak(state: State, memory: Sequence[Memory]) -> list[Cause]:
     share = float(np.mean([channel.independent for channel in memory]))
 
     def significant(found: Candidate) -> bool:
-        return adjusted_p(state, log_tail(share * found.statistic, len(found.variant))) <= state.alpha
+        return adjusted(log_tail(share * found.statistic, len(found.variant)), state.n_effective) <= state.alpha
 
     return [cause for cause, found in zip(state.causes, state.accepted, strict=True) if not significant(found)]
 

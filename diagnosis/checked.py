@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..checks.check import Examined, check_file, distinct, of_one_record
-from ..checks.fault import SENSED
 from ..checks.files.constant_channel import ConstantChannel
 from ..checks.findings import merged
 from ..checks.registry import check_of, column_checks, sensor_errors
-from ..checks.result import NORMAL_90, CheckFinding, Size
+from ..checks.result import CheckFinding
 from ..estimation.rudder_scale import rudder_doubt
+from .report.bank import updated
+from .report.findings import BY_CHANNELS, of_left_out_samples
+from .report.verdict import without_motion
 from .result import Diagnosis, Finding
-from .verdict import without_motion
 
 if TYPE_CHECKING:
     from ..checks.columns._base import ColumnFault
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 SPEED = "surge_m_s"
-FAINT = 1e-6
-"""Probability that stands for a fault of a file, which is counted and not tested."""
 
 
 class Checked(NamedTuple):
@@ -67,7 +66,7 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
     if lost is not None and found.verdict in ("named", "tied"):
         found = replace(found, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).named and f.blanked):
-        found = _named(found, _finding(name, checks, records))
+        found = _named(found, of_left_out_samples(name, checks, records))
     standing = [f for f in checks if f.standing]
     if standing:
         first = f"{', '.join(standing[0].records)}: {standing[0].evidence}"
@@ -76,38 +75,16 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
             sensors = {error.id for error in sensor_errors()}
             found = replace(found, causes=tuple(f for f in found.causes if f.cause not in sensors))
         return _withheld(found, "inconclusive", reason, "the records are in doubt")
-    if lost is not None and any(f.stage != "kinematics" for f in found.causes):
+    if lost is not None and any(f.stage != BY_CHANNELS for f in found.causes):
         said = "free runs with all that fits do not follow even half of the yaw motion"
         return _withheld(found, "unexplained", f"{said}: no number of the hull is named", said)
     return found
 
 
-def _finding(name: str, checks: Sequence[CheckFinding], records: Sequence[Record]) -> Finding:
-    """Samples that were left out, as one share over all channels."""
-    own = [f for f in checks if f.cause == name]
-    lost = sum(f.blanked for f in own)
-    kept = sum(int(np.isfinite(r.column(c)).sum()) for r in records for c in SENSED if r.has(c))
-    share = lost / max(kept + lost, 1)
-    half = NORMAL_90 * float(np.sqrt(share * (1.0 - share) / max(kept + lost, 1)))
-    size = Size("share", share, max(share - half, 0.0), share + half, "1")
-    said, beyond, details = "; ".join(f.evidence for f in own), check_of(name).beyond, {}
-    limits = [s for f in own for s in f.sizes if beyond is not None and s.parameter == beyond[1]]
-    if beyond is not None and limits:
-        low, middle, high = np.quantile([s.value for s in limits], (0.0, 0.5, 1.0)).tolist()
-        details = {"regime": {"variable": beyond[0], "side": "above", "threshold": middle, "low": low, "high": high}}
-        limits = [Size(beyond[1], middle, low, high, limits[0].unit)]
-    return Finding(name, (), "kinematics", float(lost), FAINT, (*limits, size), details=details, evidence=said)
-
-
 def _named(found: Diagnosis, finding: Finding) -> Diagnosis:
     """The diagnosis with one cause more, first of all."""
     causes = (finding, *(f for f in found.causes if f.cause != finding.cause))
-    bank = tuple(
-        replace(e, status="named", statistic=finding.statistic, p_adjusted=finding.p_adjusted, why=finding.evidence)
-        if e.cause == finding.cause
-        else e
-        for e in found.bank
-    )
+    bank = updated(found.bank, causes, "", "", of=())
     if found.verdict == "adequate":
         found = replace(found, verdict="named", reason=f"{finding.cause}: {finding.evidence}")
     return replace(found, causes=causes, bank=bank)
@@ -115,14 +92,8 @@ def _named(found: Diagnosis, finding: Finding) -> Diagnosis:
 
 def _withheld(found: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:
     """The diagnosis without what it takes the records' word for: no cause of the model, no numbers, no extension."""
-    kept = tuple(f for f in found.causes if f.stage == "kinematics")
-    names = {f.cause for f in kept}
-    bank = tuple(
-        replace(e, status="not_testable", why=why)
-        if e.status in ("named", "tied", "explained_by") and e.cause not in names
-        else e
-        for e in found.bank
-    )
+    kept = tuple(f for f in found.causes if f.stage == BY_CHANNELS)
+    bank = updated(found.bank, kept, "not_testable", why, of=("named", "tied", "explained_by"))
     return replace(
         found,
         verdict=verdict,

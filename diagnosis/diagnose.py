@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from ..estimation.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput
 from ..models.memory import require_memory
+from .beside_numbers import behind_sensors, of_uncertain_base
+from .by_free_runs import by_free_runs, refused_by_free_runs
 from .by_residuals import concluded, selected
 from .checked import with_checks
-from .discrepancy.diagnosed import behind_sensors, of_uncertain_base
-from .imperfect_base import by_free_runs, refused_by_free_runs
 from .kinematics.stage import sensors_of
 from .options import Options
 from .prepared import Prepared, corrected_records

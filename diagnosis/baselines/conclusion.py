@@ -14,11 +14,11 @@ from ...estimation.filters.innovations.estimator import estimator
 from ...models.linear_algebra import pinv
 from ..causes.base import Cause
 from ..causes.registry import causes, testable
-from ..findings import diagnosis_of
 from ..gain import free_runs
 from ..gain.extension import extended_model
 from ..prepared import prepared
 from ..registry import Diagnoser
+from ..report.outcome import diagnosis_of
 from ..result import Entry, Finding
 from .output_error import Fit, FreeRuns, rms
 

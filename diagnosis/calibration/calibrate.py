@@ -16,14 +16,14 @@ from ...estimation.mixed_effects.problem import Problem, pooled
 from ...models.coefficient_groups import every_own_number, groups_of, grown, stated_groups
 from ...models.errors import BadInput
 from ...models.linear_algebra import pinv
+from ..beside_numbers import of_uncertain_base
 from ..causes.registry import bank
 from ..causes.rudder_offset import RudderOffset
 from ..criteria.left_out import ADEQUATE, LONG, Attempt, Selection, attempt, select
-from ..discrepancy.diagnosed import of_uncertain_base
 from ..gain.guard import WORSE
 from ..options import THREADS, Options
 from ..prepared import corrected_records
-from ..verdict import by_share
+from ..report.verdict import by_share
 from .advice import next_runs
 from .every_number import every_number
 from .ingredients import floor, ingredients

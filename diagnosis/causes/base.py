@@ -63,6 +63,11 @@ class Cause(Check):
         NotTestable : the model or the channels cannot carry it.
         """
 
+    def stands_beside_numbers(self, is_3dof: bool) -> bool:
+        """Whether it is tried beside a base model whose own numbers are uncertain: not where these take its place, or
+        where it feeds on what they leave."""
+        return True
+
     def strength(self, est: Estimator, variant: Variant, values: np.ndarray) -> float:
         """What is compared with `smallest` and `largest`: the first of the values (k,), or the longest of pairs."""
         if not variant:

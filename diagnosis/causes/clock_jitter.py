@@ -63,6 +63,9 @@ class ClockJitter(Cause):
     search = ByScan("clock_jitter", errors, largest)
     separate_by = "time stamps taken by the instruments"
 
+    def stands_beside_numbers(self, is_3dof: bool) -> bool:
+        return False
+
     def variants(self, est: Estimator) -> Sequence[Variant]:
         return [()]
 

@@ -32,6 +32,9 @@ class CoefficientShift(Cause):
     power_size = 0.1
     separate_by = "a manoeuvre that excites the coefficient's own term"
 
+    def stands_beside_numbers(self, is_3dof: bool) -> bool:
+        return False
+
     def variants(self, est: Estimator) -> Sequence[Variant]:
         pairs = zip(est.model.coordinates, est.model.coefficients, strict=True)
         names = [n for n, c in pairs if c != 0.0 and n[1:] != "0"]

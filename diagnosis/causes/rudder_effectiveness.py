@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 class RudderEffectiveness(Cause):
     """Rudder force over what is modelled, as a share more: delta_hull = (1 + e) delta_recorded (-0.2: 20 % lost)."""
 
+    gains = ("b", "b1")  # turning gains of response models, which it is nothing else than
+
     id = "rudder_effectiveness"
     where = "rudder"
     unit = "1"
@@ -25,6 +27,9 @@ class RudderEffectiveness(Cause):
     extension = "rudder_effectiveness"
     power_size = 0.02
     separate_by = "a bollard or captive rudder-force test, or rudder angles from small to hard over"
+
+    def stands_beside_numbers(self, is_3dof: bool) -> bool:
+        return is_3dof  # else it is the turning gain
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         return [one(est, "e", "1", "rudder_effectiveness", scale=0.01, low=-0.95, high=2.0)]

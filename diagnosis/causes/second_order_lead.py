@@ -25,6 +25,9 @@ class SecondOrderLead(Cause):
     extension = "second_order_lead"
     separate_by = "rudder steps with the yaw rate sampled fast"
 
+    def stands_beside_numbers(self, is_3dof: bool) -> bool:
+        return False
+
     def variants(self, est: Estimator) -> Sequence[Variant]:
         if "lead" not in est.index:
             raise NotTestable("only for first-order response models: others have it")

@@ -39,6 +39,10 @@ class ShallowWater(Cause):
     largest = 0.85
     separate_by = "an echo sounder, or the same manoeuvre in deep water"
 
+    @property
+    def describes_hull(self) -> bool:
+        return True
+
     def variants(self, est: Estimator) -> Sequence[Variant]:
         names = GROWING.get(est.model.family.split("+")[0])
         p = est.model.particulars

@@ -34,6 +34,9 @@ class SpeedLoss(Cause):
     separate_by = "record the speed through the water"
     smallest = 0.001
 
+    def stands_beside_numbers(self, is_3dof: bool) -> bool:
+        return False
+
     def variants(self, est: Estimator) -> Sequence[Variant]:
         if "loss_gain" not in est.index:
             raise NotTestable("surge is a state of the model already")

@@ -30,6 +30,9 @@ class WaveDrift(PairCause):
     size_name, direction_name, coming_from = "Hs", "from", False
     scale = 1.0
 
+    def stands_beside_numbers(self, is_3dof: bool) -> bool:
+        return False
+
     def amount(self, est: Estimator) -> Callable[[float], float]:
         """Significant wave height (m) of a drift force rho g Hs^2 L (N)."""
         p = est.model.particulars

@@ -8,7 +8,7 @@ between blocks of the records more than the likelihood says.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -49,6 +49,7 @@ class MarginalCandidate(Candidate):
     time_s : time of a change (s).
     """
 
+    cause: Cause = field(kw_only=False)
     inflation: float = 1.0
     fitted: Fitted
     time_s: float | None = None

@@ -1,4 +1,4 @@
-"""Causes beside a discrepancy as findings: sizes with robust intervals, whether they matter, what they tie with."""
+"""Sizes of the causes beside a discrepancy, with robust intervals, and whether they differ between records."""
 
 from __future__ import annotations
 
@@ -8,25 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...checks.result import NORMAL_90, Size
+from ...checks.result import NORMAL_90
 from ...checks.statistics.random_effects import random_effects_mean
 from ..causes.base import Cause
 from ..criteria.marginal_likelihood import AROUND_S
-from ..result import Finding
-from ..selection.levels import adjusted
 from .fit import expanded
 from .quadratic import by_record, mode, robust_covariance
 
 if TYPE_CHECKING:
-    from ...estimation.filters.innovations.settings import Setting
     from ..candidate import Variant
     from ..criteria.marginal_likelihood import Found, MarginalCandidate
     from .quadratic import Quadratic
-    from .shares import Share
-
-STAGE = "beside the base model's own numbers"
-DIFFERENT = 0.01
-"""Probability of equal sizes in all records below which a size is said to differ."""
 
 
 @dataclass(frozen=True)
@@ -98,24 +90,3 @@ def _between(q: Quadratic, variances: np.ndarray, places: np.ndarray) -> tuple[f
         return 0.0, 1.0
     mean = random_effects_mean(values[usable, 0], spread[usable, 0])
     return mean.between, mean.p_equal
-
-
-def finding(one: Sized, s: Setting, est, drop: Share, rng: np.random.Generator) -> Finding:
-    """A cause that matters; s : the setting with the causes alone."""
-    a = one.accepted
-    sizes: tuple[Size, ...] = a.cause.sizes(est, s, one.variant, one.covariance, rng) if one.variant else ()
-    if not one.variant:
-        sizes = a.cause.sizes(est, a.fitted.setting, (), np.zeros((0, 0)), rng)
-    details = dict(a.cause.details(est, one.variant)) if one.variant else {}
-    details["share of the free-run error"] = round(drop.value, 3)
-    if one.p_equal is not None and one.p_equal < DIFFERENT:
-        details["differs between records, p of equal sizes"] = one.p_equal
-        details["standard deviation between records"] = one.between
-    said = (
-        f"twice the gain of marginal likelihood beside the base model's own numbers is {a.statistic:.1f}; takes off "
-        f"{drop.text} of the base model's squared free-run error in records that were left out"
-    )
-    p = adjusted(a.log_p)
-    ties = tuple(c.id for c in a.tied)
-    separate = a.cause.separate_by if ties else None
-    return Finding(a.cause.id, ties, STAGE, a.statistic, p, sizes, details=details, evidence=said, separate_by=separate)

@@ -6,22 +6,19 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ...checks.check import UNUSABLE, distinct
 from ...checks.comparison.chains import Chain, chains
 from ...checks.comparison.selection import compare
 from ...checks.findings import of_sizes
-from ...checks.statistics.tails import log_tail
 from ...datasets.instruments import corrected
 from ...models.instruments import combined
 from ..causes.registry import bank
-from ..result import Finding
+from ..report.findings import of_sensor
 
 if TYPE_CHECKING:
-    from ...checks.result import CheckFinding
     from ...datasets.record import Record
     from ..causes.base import Cause
+    from ..result import Finding
 
 
 @dataclass(frozen=True)
@@ -77,7 +74,7 @@ def sensors_of(
             for effect, mean in zip(s.option.effects, s.means, strict=True)
             for slot in effect.instruments
         }
-        told = tuple(_finding(f, ids) for f in of_sizes(found) if f.material)
+        told = tuple(of_sensor(f, ids) for f in of_sizes(found) if f.material)
         evidence: dict[Cause, float] = {}
         for option, z in found.tested:
             own = ids[option.cause.id]
@@ -88,19 +85,3 @@ def sensors_of(
             done.shown.then(Shown(told, numbers, evidence)),
         )
     return done
-
-
-def _finding(f: CheckFinding, known: Collection[str]) -> Finding:
-    statistic = float((f.z or 0.0) ** 2)
-    details = {} if f.p_equal is None else {"p of equal sizes in all records": f.p_equal}
-    return Finding(
-        f.cause,
-        tuple(name for name in f.tied_with if name in known),
-        "kinematics",
-        statistic,
-        float(min(1.0, len(known) * np.exp(max(log_tail(statistic, 1), -700.0)))),
-        f.sizes,
-        details=details,
-        evidence=f.evidence,
-        separate_by=f.separate_by if f.tied_with else None,
-    )

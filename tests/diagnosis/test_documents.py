@@ -3,8 +3,7 @@
 import pytest
 
 from helmbench.diagnosis.causes.registry import all_causes
-from helmbench.diagnosis.discrepancy import told
-from helmbench.diagnosis.imperfect_base import STAGE
+from helmbench.diagnosis.report.findings import BESIDE_NUMBERS, BY_CHANNELS, BY_FREE_RUNS, BY_RESIDUALS
 from helmbench.diagnosis.result import SCHEMA, VERDICTS
 
 from .documents import faults, validator
@@ -46,7 +45,7 @@ def test_verdicts_stages_and_causes_are_those_of_the_code():
     schema = validator().schema
     assert set(schema["properties"]["verdict"]["enum"]) == set(VERDICTS)
     stages = schema["$defs"]["finding"]["properties"]["stage"]["enum"]
-    assert set(stages) == {"kinematics", "dynamics", STAGE, told.STAGE}
+    assert set(stages) == {BY_CHANNELS, BY_RESIDUALS, BESIDE_NUMBERS, BY_FREE_RUNS}
     causes = [{"cause": name, "status": "not_significant", "statistic": None, "p_adjusted": None, "power": None,
                "why": ""} for name in all_causes()]  # fmt: skip
     assert faults(document(bank=causes)) == []

@@ -8,8 +8,8 @@ import pytest
 
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.findings import SMALL
 from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.report.findings import SMALL
 from helmbench.models.model import resolve
 
 from ..injections import ALONE, COMMON, SPECIAL, fewest, injected

@@ -5,8 +5,8 @@ import pytest
 
 from helmbench.checks.result import Size
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis import verdict
 from helmbench.diagnosis.candidate import Candidate, Unmodelled
+from helmbench.diagnosis.report import verdict
 from helmbench.diagnosis.result import Finding
 from helmbench.diagnosis.trace import Trace
 from helmbench.estimation.filters.innovations.estimator import estimator

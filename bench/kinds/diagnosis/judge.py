@@ -105,10 +105,9 @@ def _names_outcome(findings: Sequence[frozenset[str]], holding: Sequence[frozens
 def _of_base(name: str, base: str) -> bool:
     """Whether a name says something of the base model's own numbers, or of what its family lacks."""
     from ....diagnosis.causes.registry import all_causes
-    from ....diagnosis.discrepancy.diagnosed import of_hull
 
     known = all_causes()
-    return name in LACKING.get(base, ()) or (name in known and of_hull(known[name]))
+    return name in LACKING.get(base, ()) or (name in known and known[name].describes_hull)
 
 
 def _outcome(diagnosis: Said, group: str, injected: Sequence[str], findings: Sequence[frozenset[str]]) -> str:

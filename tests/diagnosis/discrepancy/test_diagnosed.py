@@ -8,8 +8,8 @@ from helmbench.checks.result import Size
 from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.discrepancy.diagnosed import of_hull, once
 from helmbench.diagnosis.discrepancy.shares import OfChannel
+from helmbench.diagnosis.report.findings import once
 from helmbench.diagnosis.result import Finding
 from helmbench.models.model import model_to_json, resolve
 
@@ -25,7 +25,7 @@ DRAWN = ("rudder_offset", "rudder_delay", "yaw_rate_bias", "heading_delay")
 def strangers(found):
     """Names that are none of the hull's."""
     known = causes()
-    return [f.cause for f in found.causes if not of_hull(known[f.cause])]
+    return [f.cause for f in found.causes if not known[f.cause].describes_hull]
 
 
 @pytest.fixture(scope="module", params=FIXED)

@@ -8,33 +8,30 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checks.result import Size
-from ..checks.statistics.tails import student_tail
 from ..estimation.fit import arithmetic_guard
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extend import extended
 from ..models.families.extensions import extension_of
 from ..models.instruments import combined
-from ..models.plain import plain
-from . import verdict
 from .calibration.advice import CANDIDATES
 from .calibration.calibrate import calibrate_on, causes_of
 from .causes.base_coefficients import BaseCoefficients
 from .causes.registry import bank
 from .gain.free_runs import gains_of_traces
 from .gain.guard import WORSE
-from .result import Entry, Finding
+from .report.bank import updated
+from .report.findings import BY_RESIDUALS, of_groups
+from .report.verdict import where
 
 if TYPE_CHECKING:
     from ..models.model import Model
-    from .calibration.result import Calibration, Moved, StatedRegime, StepTold
+    from .calibration.result import Calibration
     from .discrepancy.regimes import Local
     from .discrepancy.subsets import Subset
     from .prepared import Prepared
-    from .result import Diagnosis
+    from .result import Diagnosis, Finding
 
-STAGE = "free runs"
-UNITS = {"rudder_offset": "rad"}
+SHOWN_ALREADY = "fits the residuals of the base model as it is, whose own numbers explain its free runs"
 
 
 def by_free_runs(
@@ -65,7 +62,7 @@ def by_free_runs(
         return replace(found, calibration=base, **_for_predictions(base, base.model, (), found.seed))
     # What describes the hull beside the numbers gives way to the numbers that free runs name.
     described = (f for f in found.causes if BaseCoefficients.id not in (f.cause, *f.tied_with))
-    before = [f for f in described if f.stage != "dynamics"]
+    before = [f for f in described if f.stage != BY_RESIDUALS]
     regime = base.regime
     if regime is not None:  # it was a part of what is wrong in the regime only
         before = [f for f in before if f.cause != causes_of(found.model).get(regime.group)]
@@ -83,10 +80,10 @@ def by_free_runs(
         verdict=base.verdict,
         reason=base.reason,
         causes=causes,
-        bank=tuple(_entry(entry, causes) for entry in found.bank),
+        bank=updated(found.bank, causes, "explained_by", SHOWN_ALREADY),
         gain=gains_of_traces(base.traces, np.random.default_rng(found.seed)),
         traces=base.traces,
-        where=tuple(verdict.where([t for t in base.traces if t.role == "train"])),
+        where=tuple(where([t for t in base.traces if t.role == "train"])),
         next_manoeuvre=", ".join(CANDIDATES[run.manoeuvre] for run in base.next_runs),
         calibration=base,
     )
@@ -123,62 +120,12 @@ def _findings(base: Calibration) -> list[Finding]:
     clear -= set() if base.regime is None else {base.regime.group}
     causes = {group: cause for group, cause in causes_of(base.model).items() if group in clear}
     groups = list(dict.fromkeys(step.group for step in base.steps))
-    own = [_finding(base, causes[group], {group}) for group in groups if group in causes]
+    own = [of_groups(base, causes[group], {group}) for group in groups if group in causes]
     rest = set(groups) - set(causes)
-    return [*([_finding(base, BaseCoefficients.id, rest)] if rest else []), *own]
+    return [*([of_groups(base, BaseCoefficients.id, rest)] if rest else []), *own]
 
 
 def refused_by_free_runs(found: Diagnosis) -> frozenset[str]:
     """Causes that free runs of left-out records could have named, and did not, or had too few records for."""
     named = {f.cause for f in _findings(found.calibration)} if found.calibration is not None else set()
     return frozenset(causes_of(found.model).values()) - named
-
-
-def _finding(base: Calibration, cause: str, groups: set[str]) -> Finding:
-    steps = [step for step in base.steps if step.group in groups]
-    strongest = max(step.gain / max(step.standard_error, 1e-12) for step in steps)
-    p = min(1.0, len(base.steps) * student_tail(strongest, max(len(base.runs) - 1, 1)))
-    said = "; ".join(map(_evidence, steps))
-    details: dict[str, Any] = {"groups": list(dict.fromkeys(step.title for step in steps))}
-    ties = sorted({name.replace("_", " ") for step in steps for name in step.tied_with})
-    if ties:
-        details["would do as well"] = ties
-    sizes = tuple(_size(m) for m in base.moved if m.group in groups)
-    if base.regime is not None and base.regime.group in groups:
-        details["regime"] = plain(base.regime)
-        p, said = min(p, float(np.exp(-base.regime.lead))), f"{said}; {_of_regime(base.regime)}"
-    return Finding(cause, (), STAGE, strongest, p, sizes, details=details, evidence=said)
-
-
-def _evidence(step: StepTold) -> str:
-    return (
-        f"{step.title}: score of left-out records falls by {step.gain:.2f} (standard error {step.standard_error:.2f})"
-    )
-
-
-def _of_regime(regime: StatedRegime) -> str:
-    return (
-        f"in its regime the log likelihood, less the price of its parameters, is {regime.lead:.1f} nats above that of "
-        f"any numbers that are wrong everywhere; takes off {100.0 * regime.share_of_error:.0f} % of the squared "
-        "free-run error of left-out records"
-    )
-
-
-def _size(m: Moved) -> Size:
-    if m.where and m.percent is not None:
-        value, low, high = (x / m.before - 1.0 for x in (m.after, m.low, m.high))
-        return Size(m.parameter, value, min(low, high), max(low, high), "1")
-    return Size(m.parameter, m.after, m.low, m.high, UNITS.get(m.name, "1"))
-
-
-def _entry(entry: Entry, causes: Sequence[Finding]) -> Entry:
-    """The line of the bank after the base model's numbers have moved."""
-    named = next((f for f in causes if f.cause == entry.cause), None)
-    if named is not None:
-        return replace(
-            entry, status="named", statistic=named.statistic, p_adjusted=named.p_adjusted, why=named.evidence
-        )
-    if entry.status in ("named", "tied"):
-        why = "fits the residuals of the base model as it is, whose own numbers explain its free runs"
-        return replace(entry, status="explained_by", why=why)
-    return entry

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checks.statistics.tails import chi2_quantile, shifted_chi2_tail
-from .candidate import Unmodelled
-from .result import Finding
+from ...checks.statistics.tails import chi2_quantile, shifted_chi2_tail
+from ..candidate import Unmodelled
+from ..result import Finding
 
 if TYPE_CHECKING:
-    from ..estimation.filters.innovations.estimator import Estimator
-    from ..estimation.filters.innovations.settings import Setting
-    from .candidate import Candidate
-    from .causes.base import Cause
-    from .state import State
-    from .trace import Trace
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ...estimation.filters.innovations.settings import Setting
+    from ..candidate import Candidate
+    from ..causes.base import Cause
+    from ..state import State
+    from ..trace import Trace
 
 EXCITED = 8.0
 """Yaw motion over its sensor's noise (rms, smoothed) below which a record tells nothing about manoeuvring."""

@@ -10,51 +10,44 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...checks.base import Check
-from ...estimation.filters.innovations.estimator import Estimator, estimator
-from ...estimation.filters.innovations.refit import refit
-from ...models.errors import FitFailed
-from ...models.instruments import combined
-from .. import verdict
-from ..candidate import Candidate
-from ..causes.base import Cause
-from ..causes.base_coefficients import BaseCoefficients
-from ..causes.registry import causes, terms_for
-from ..causes.rudder_effectiveness import RudderEffectiveness
-from ..criteria.marginal_likelihood import Found, MarginalCandidate, search
-from ..felt import felt
-from ..findings import diagnosis_of, noise_of, of_fault
-from ..gain.extension import extended_model
-from ..gain.measured import base_setting, gain_of, held_out_setting
-from ..kinematics.stage import Sensors, sensors_of
-from ..result import Entry, Finding
-from ..selection.levels import adjusted
-from ..starting import starting_state, thinned
-from ..state import State
-from .entering import entering
-from .fit import Base, Fitted
-from .projection import number_of, projected
-from .quadratic import MOST, mode
-from .regimes import Local, local_errors
-from .shares import Shares, shares, simulating_variances
-from .subsets import Subset, best_subsets
-from .terms import NUMBERS, terms_of
-from .told import STAGE, Sized, finding, sized
+from ..estimation.filters.innovations.estimator import Estimator, estimator
+from ..estimation.filters.innovations.refit import refit
+from ..models.errors import FitFailed
+from ..models.instruments import combined
+from .candidate import Candidate
+from .causes.base import Cause
+from .causes.base_coefficients import BaseCoefficients
+from .causes.registry import terms_for
+from .causes.rudder_effectiveness import RudderEffectiveness
+from .criteria.marginal_likelihood import Found, MarginalCandidate, search
+from .discrepancy.entering import entering
+from .discrepancy.fit import Base, Fitted
+from .discrepancy.projection import number_of, projected
+from .discrepancy.quadratic import MOST, mode
+from .discrepancy.regimes import Local, local_errors
+from .discrepancy.shares import Shares, shares, simulating_variances
+from .discrepancy.subsets import Subset, best_subsets
+from .discrepancy.terms import NUMBERS, terms_of
+from .discrepancy.told import Sized, sized
+from .felt import felt
+from .gain.extension import extended_model
+from .gain.measured import base_setting, gain_of, held_out_setting
+from .kinematics.stage import Sensors, sensors_of
+from .report import findings, verdict
+from .report.bank import beside_numbers
+from .report.outcome import diagnosis_of, noise_of
+from .starting import starting_state, thinned
+from .state import State
 
 if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...estimation.filters.innovations.settings import Setting
-    from ...models.model import Model
-    from ..candidate import Variant
-    from ..options import Options
-    from ..prepared import Prepared
-    from ..result import Diagnosis
+    from ..datasets.record import Record
+    from ..estimation.filters.innovations.settings import Setting
+    from ..models.model import Model
+    from .candidate import Variant
+    from .options import Options
+    from .prepared import Prepared
+    from .result import Diagnosis, Finding
 
-LEFT_OUT = ("coefficient_shift", "clock_jitter", "wave_drift", "speed_loss", "second_order_lead")
-"""Causes that a discrepancy takes the place of, or that its remains feed; of a response model a rudder of another
-effectiveness too, which is its turning gain."""
-OF_HULL = ("shallow_water",)
-"""Causes beside those of the hull that describe its numbers."""
 EXACT = 3.0
 """Nats of marginal likelihood below which the base model's own numbers count as exact."""
 BOUND = 0.98
@@ -62,14 +55,9 @@ BOUND = 0.98
 can be told beside them, and free runs have to say more."""
 MOVED = 2.0
 """Posterior standard deviations from which a number counts as moved."""
-GAINS = ("b", "b1")
-"""Turning gains of response models: a rudder of another effectiveness is nothing else."""
 SELECTED = ("rudder_offset",)
 """Numbers of the rudder that are chosen together with those of the hull, by free runs."""
-TAKEN_BACK = 0.1
-"""Share of a sensor's size up to which what two stages say of it together is nothing."""
 AT_BOUND = "the base model's own numbers are at the bound of their priors, which it cannot be told from"
-HULL = "a description of the hull, which wrong numbers of the base model cannot be told from"
 
 
 @dataclass(frozen=True)
@@ -114,8 +102,7 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> Beside
     if state.now.diverged:
         raise FitFailed(f"model {model.id} cannot be run with the records: its filter is not finite")
     base = Base(state.est, terms_of(state.est, state.now), state.start)
-    left = LEFT_OUT if model.is_3dof else (*LEFT_OUT, RudderEffectiveness.id)
-    bank = {c: v for c, v in state.bank.items() if c.id not in left}
+    bank = {c: v for c, v in state.bank.items() if c.stands_beside_numbers(model.is_3dof)}
     found = search(state, base, bank, options.max_effects, rng)
     if _exact(found):
         cleaned = behind_sensors(given, sensors)
@@ -145,7 +132,7 @@ def _exact(found: Found) -> bool:
 
     Eq. 13 of docs/mathematics/default-route.md.
     """
-    if any(of_hull(a.cause) for a in found.accepted):
+    if any(a.cause.describes_hull for a in found.accepted):
         return False
     final = found.final
     held = len(final.base.terms.parameters)
@@ -199,11 +186,6 @@ def _why_not(final: Fitted, one: Sized, felt: bool, enough: bool) -> str:
     return "" if enough else "all causes together take little off the free-run error"
 
 
-def of_hull(cause: Check) -> bool:
-    """Whether a cause describes the hull, as the base model's own numbers do."""
-    return cause.where == "hull" or cause.id in OF_HULL
-
-
 # ---- what is told
 def _told(
     done: Conclusion, raw: State, sensors: Sensors, given: Prepared, options: Options, cannot: Mapping[Cause, str],
@@ -213,8 +195,8 @@ def _told(
 
     raw : the base model on these.
     """
-    findings = _findings(done, rng)
-    of_numbers = any(BaseCoefficients.id in (f.cause, *f.tied_with) for f in findings)
+    own_findings = _findings(done, rng)
+    of_numbers = any(BaseCoefficients.id in (f.cause, *f.tied_with) for f in own_findings)
     causes, own = _built_in(done, of_numbers, raw.est)
     values = {name: value for name, value in sensors.shown.instruments.items() if name in raw.est.index}
     setting = raw.est.with_entries(own, values)
@@ -226,11 +208,14 @@ def _told(
     behind = felt(cleaned.train, raw.est, own, SELECTED), cleaned.held_out
     if held_out:
         behind = behind[0], felt(cleaned.held_out, *held_out_setting(state, own, held_out), SELECTED)
-    every = (*map(of_fault, given.faults), *given.shown.findings, *once(sensors.shown.findings, findings))
+    of_faults = [findings.of_fault(fault) for fault in given.faults]
+    every = (*of_faults, *given.shown.findings, *findings.once(sensors.shown.findings, own_findings))
     instruments = combined(given.instruments, sensors.shown.instruments)
     extended = extended_model(raw.est, setting, [a.cause for a in causes], {**instruments})
     noise = noise_of(raw.est, done.found.final.setting)
-    bank = _bank(done, every, cannot)
+    others = {one.accepted.cause.id: (done.shares.drops[i], reason) for i, one, reason in done.others}
+    replaced = {c.id for c in state.bank if not c.stands_beside_numbers(raw.est.model.is_3dof)}
+    bank = beside_numbers(done.found, every, others, {c.id: why for c, why in cannot.items()}, replaced)
     told = diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, predicted, noise=noise)
     behind_causes = replace(cleaned, train=behind[0], held_out=behind[1])
     projection = projected(done.found.final, _beside_hull(done.found))
@@ -248,26 +233,7 @@ def _regimes(found: Found) -> tuple[Local, ...]:
 def _beside_hull(found: Found) -> np.ndarray:
     """Places, among the causes' parameters of the last fit, of those that do not describe the hull."""
     owners = [a.cause for a in found.accepted for _ in a.variant]
-    return np.array([i for i, cause in enumerate(owners) if not of_hull(cause)], int)
-
-
-def once(of_channels: Sequence[Finding], of_motion: Sequence[Finding]) -> list[Finding]:
-    """Findings of both stages, a cause that both name once, of both sizes together; not at all where the second size
-    takes the first one back, which was that of a cause it was tied with."""
-    sized = {f.cause for f in of_channels if f.sizes}
-    twice = {f.cause: f for f in of_motion if f.sizes and f.cause in sized}
-    out = []
-    for f in of_channels:
-        if f.cause not in twice or not f.sizes:
-            out.append(f)
-            continue
-        one, other = f.sizes[0], twice[f.cause].sizes[0]
-        middle = one.value + other.value
-        half = 0.5 * float(np.hypot(one.high - one.low, other.high - other.low))
-        if abs(middle) > max(half, TAKEN_BACK * abs(one.value)):
-            both = replace(one, value=middle, low=middle - half, high=middle + half)
-            out.append(replace(f, sizes=(both,), evidence=f"{f.evidence}; {twice[f.cause].evidence}"))
-    return [*out, *(f for f in of_motion if f.cause not in twice or not f.sizes)]
+    return np.array([i for i, cause in enumerate(owners) if not cause.describes_hull], int)
 
 
 def _findings(done: Conclusion, rng: np.random.Generator) -> list[Finding]:
@@ -277,46 +243,28 @@ def _findings(done: Conclusion, rng: np.random.Generator) -> list[Finding]:
     x = final.x.copy()
     x[:held] = 0.0
     s = final.base.at(x, final.variant, final.setting)
-    told = [(one, finding(one, s, final.base.est, done.shares.drops[i], rng)) for i, one in done.named]
-    own = [f for one, f in told if not of_hull(one.accepted.cause)]
-    hull = [
-        replace(f, tied_with=(*f.tied_with, BaseCoefficients.id), evidence=f"{f.evidence}; {HULL}")
-        for one, f in told
-        if of_hull(one.accepted.cause)
+    told = [
+        (one.accepted.cause, findings.of_cause_beside(one, s, final.base.est, done.shares.drops[i], rng))
+        for i, one in done.named
     ]
-    numbers = _of_numbers(done)
-    return [*own, *([numbers] if numbers is not None else []), *hull]
+    own = [f for cause, f in told if not cause.describes_hull]
+    hull = [findings.of_the_hull(f) for cause, f in told if cause.describes_hull]
+    return [*own, *_of_numbers(done), *hull]
 
 
-def _of_numbers(done: Conclusion) -> Finding | None:
-    """That the base model's own numbers are wrong; None where they take nothing off free runs.
-
-    Which ones is not told: what a ridge moves is correlated with what is wrong, and no more (see `subsets`).
-    """
+def _of_numbers(done: Conclusion) -> list[Finding]:
+    """That the base model's own numbers are wrong; nothing where they take nothing off free runs."""
     ways = (done.shares.beside,) if done.named else (done.shares.numbers, done.shares.beside)
     part = max(ways, key=lambda share: share.low)
     if not part.low > 0.0:
-        return None
-    final, est = done.found.final, done.found.final.base.est
+        return []
+    final = done.found.final
     values, spread = _numbers_at(final)
     z = values / np.maximum(spread, 1e-300)
     off = float(np.sqrt(np.mean((values**2 + spread**2)[final.base.terms.group == NUMBERS])))
-    said = (
-        f"the model's own numbers, off by {off:.2g} prior standard deviations or so, "
-        f"take off {part.text} of the squared error of free runs of records that were left out"
-    )
     moved = {number_of(p) for p, own in zip(final.base.terms.parameters, z.tolist(), strict=True) if abs(own) > MOVED}
-    gain = not est.model.is_3dof and bool(moved & {*GAINS})
-    return Finding(
-        BaseCoefficients.id,
-        (RudderEffectiveness.id,) if gain else (),
-        STAGE,
-        float(np.sum(z**2)),
-        0.0,
-        (),
-        evidence=said,
-        separate_by=RudderEffectiveness.separate_by if gain else None,
-    )
+    gain = not final.base.est.model.is_3dof and bool(moved & {*RudderEffectiveness.gains})
+    return [findings.of_numbers(z, off, part, gain)]
 
 
 def _numbers_at(final: Fitted) -> tuple[np.ndarray, np.ndarray]:
@@ -343,15 +291,15 @@ def _built_in(done: Conclusion, of_numbers: bool, est: Estimator) -> tuple[list[
     return named, base.at(chosen.x, final.variant, final.setting)
 
 
-def _verdict(done: Conclusion, findings: Sequence[Finding]) -> tuple[str, str]:
+def _verdict(done: Conclusion, found: Sequence[Finding]) -> tuple[str, str]:
     """By the share of the explainable error that is explained."""
     explained = _explained(done.shares, [i for i, *_ in done.others])
-    if not findings:
+    if not found:
         return "unexplained", "no cause stands beside the base model's own numbers, and these explain nothing"
-    found, said = verdict.by_share("what is named takes", explained)
-    if found == "named" and any(f.tied_with for f in findings if not _of_numbers_alone(f)):
+    decided, said = verdict.by_share("what is named takes", explained)
+    if decided == "named" and any(f.tied_with for f in found if not _of_numbers_alone(f)):
         return "tied", said
-    return ("partly_named" if found == "unexplained" and not done.shares.channels else found), said
+    return ("partly_named" if decided == "unexplained" and not done.shares.channels else decided), said
 
 
 def _explained(parts: Shares, without: Sequence[int]) -> float:
@@ -364,35 +312,3 @@ def _explained(parts: Shares, without: Sequence[int]) -> float:
 
 def _of_numbers_alone(f: Finding) -> bool:
     return f.cause == BaseCoefficients.id or f.tied_with == (BaseCoefficients.id,)
-
-
-def _bank(done: Conclusion, findings: Sequence[Finding], cannot: Mapping[Cause, str]) -> tuple[Entry, ...]:
-    """One line for every cause of the taxonomy."""
-    named = {f.cause: f for f in findings}
-    tied = {name: f.cause for f in findings for name in f.tied_with}
-    seen = {one.accepted.cause.id: (done.shares.drops[i], reason) for i, one, reason in done.others}
-    leads = {cause.id: lead for cause, lead in done.found.leads.items()}
-    untestable = {cause.id: why for cause, why in cannot.items()}
-    out = []
-    for cause in causes().values():
-        lead = leads.get(cause.id)
-        statistic = None if lead is None else lead.statistic
-        p = None if lead is None else adjusted(lead.log_p)
-        if cause.id in named:
-            f = named[cause.id]
-            status, statistic, p, why = "tied" if f.tied_with else "named", f.statistic, f.p_adjusted, f.evidence
-        elif cause.id in tied:
-            status, why = "tied", f"cannot be told from {tied[cause.id]} on these records"
-        elif cause.id in seen and not seen[cause.id][0].low > 0.0:
-            status, why = "not_significant", "detectable, but takes nothing off the free-run error for sure"
-        elif cause.id in seen:
-            share, reason = seen[cause.id]
-            status, why = "explained_by", f"takes off {share.text} of the free-run error; not named: {reason}"
-        elif cause.id in untestable:
-            status, why = "not_testable", untestable[cause.id]
-        elif cause.id in LEFT_OUT:
-            status, why = "not_testable", "the base model's own numbers, which are uncertain, take its place"
-        else:
-            status, why = "not_significant", "no evidence beside the base model's own numbers"
-        out.append(Entry(cause.id, status, statistic, p, None, why))
-    return tuple(out)

@@ -1,0 +1,1 @@
+"""The only maker of findings, lines of the bank and verdicts."""

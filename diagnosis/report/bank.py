@@ -1,0 +1,142 @@
+"""The bank: one line for every cause of the taxonomy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ...checks.statistics.tails import log_tail
+from ..causes.base import Cause
+from ..causes.registry import causes
+from ..result import Entry
+from ..selection.levels import adjusted
+from ..starting import DECIDED
+from ..state import matters
+from .findings import SMALL
+from .verdict import power
+
+if TYPE_CHECKING:
+    from ...checks.base import Check
+    from ..candidate import Candidate
+    from ..criteria.marginal_likelihood import Found
+    from ..discrepancy.shares import Share
+    from ..result import Finding
+    from ..state import State
+
+
+def lines(findings: Sequence[Finding], otherwise: Callable[[Check], Entry]) -> tuple[Entry, ...]:
+    """One line for every cause: of what is named or tied as its finding says, of the others as `otherwise` does."""
+    return tuple(_line(otherwise(check), findings) for check in causes().values())
+
+
+def _line(entry: Entry, findings: Sequence[Finding]) -> Entry:
+    own = next((f for f in findings if f.cause == entry.cause), None)
+    if own is not None:
+        status = "tied" if own.tied_with else "named"
+        return replace(entry, status=status, statistic=own.statistic, p_adjusted=own.p_adjusted, why=own.evidence)
+    tied = next((f for f in reversed(findings) if entry.cause in f.tied_with), None)
+    if tied is not None:
+        return replace(entry, status="tied", why=f"cannot be told from {tied.cause} on these records")
+    return entry
+
+
+def updated(
+    bank: Sequence[Entry], findings: Sequence[Finding], status: str, why: str, of: Collection[str] = ("named", "tied")
+) -> tuple[Entry, ...]:
+    """The bank after later findings: what had one of the statuses `of` has another one, for a reason."""
+    known = {e.cause: replace(e, status=status, why=why) if e.status in of else e for e in bank}
+    return lines(findings, lambda check: known[check.id])
+
+
+# ---- by residuals
+def of_residuals(
+    state: State, cannot: Mapping[Cause, str], sensors: Mapping[Cause, float], immaterial: Mapping[str, str],
+    findings: Sequence[Finding],
+) -> tuple[Entry, ...]:  # fmt: skip
+    """The bank of an exact base model.
+
+    sensors : statistics of causes that the channels have decided on.  immaterial : causes (ids) that the records show
+    and that do not matter, with the reason.
+    """
+
+    def otherwise(check: Check) -> Entry:
+        if isinstance(check, Cause):
+            return _tested(state, check, cannot, sensors)
+        return Entry(check.id, "not_significant", None, None, None, "no evidence in the records")
+
+    why = {cause: f"detectable, immaterial: {reason}" for cause, reason in immaterial.items()}
+    every = lines(findings, otherwise)
+    return tuple(replace(e, status="explained_by", why=why[e.cause]) if e.cause in why else e for e in every)
+
+
+def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Mapping[Cause, float]) -> Entry:
+    statistic, p = _first_statistic(state, cause)
+    own = power(state, cause)
+    if cause in sensors:
+        p = adjusted(log_tail(sensors[cause], 1), len(sensors))
+        return Entry(cause.id, "not_significant", sensors[cause], p, own, DECIDED)
+    if cause in cannot:
+        return Entry(cause.id, "not_testable", statistic, p, own, cannot[cause])
+    if cause in state.failed and _candidate(state, cause) is None:
+        return Entry(cause.id, "not_testable", statistic, p, own, state.failed[cause])
+    if cause in state.in_span:
+        why = "the free coefficients of the base model, or nothing that was measured, can show it"
+        return Entry(cause.id, "not_testable", statistic, p, own, why)
+    if p is not None and p < state.alpha and state.accepted:
+        why = f"significant alone, not beside {state.causes[0].id}"
+        return Entry(cause.id, "explained_by", statistic, p, own, why)
+    return Entry(cause.id, "not_significant", statistic, p, own, _not_named(state, cause, p))
+
+
+def _not_named(state: State, cause: Cause, p: float | None) -> str:
+    """Why a cause is not named where none is."""
+    if p is None or p >= state.alpha:
+        return "no evidence in the residuals"
+    candidate = _candidate(state, cause)
+    if candidate is None:
+        return "significant by its score alone, far behind the strongest cause"
+    return SMALL if not matters(state, candidate) else "significant alone, but what remains unexplained fits better"
+
+
+def _candidate(state: State, cause: Cause) -> Candidate | None:
+    """A cause refitted in the first step."""
+    return next((c for c in state.candidates if c.cause == cause), None)
+
+
+def _first_statistic(state: State, cause: Cause) -> tuple[float | None, float | None]:
+    """Statistic and adjusted p-value of a cause in the first step, refitted or else by its score."""
+    candidate = _candidate(state, cause)
+    if candidate is not None:
+        return candidate.statistic, adjusted(candidate.log_p, state.n_effective)
+    screened = state.screened.get(cause)
+    return (None, None) if screened is None else (screened.score.statistic, adjusted(screened.log_p, state.n_effective))
+
+
+# ---- beside the base model's own numbers
+def beside_numbers(
+    found: Found, findings: Sequence[Finding], others: Mapping[str, tuple[Share, str]], cannot: Mapping[str, str],
+    replaced: Collection[str],
+) -> tuple[Entry, ...]:  # fmt: skip
+    """The bank of a base model whose own numbers are uncertain.
+
+    others : causes (ids) that the search accepted and that are not named: what each takes off free runs, and why it is
+    not.  cannot : causes that were not tested, with the reason.  replaced : causes whose place the numbers take.
+    """
+    leads = {cause.id: lead for cause, lead in found.leads.items()}
+
+    def otherwise(check: Check) -> Entry:
+        lead = leads.get(check.id)
+        statistic, p = (None, None) if lead is None else (lead.statistic, adjusted(lead.log_p))
+        status, why = "not_significant", "no evidence beside the base model's own numbers"
+        if check.id in others:
+            share, reason = others[check.id]
+            status, why = "explained_by", f"takes off {share.text} of the free-run error; not named: {reason}"
+            if not share.low > 0.0:
+                status, why = "not_significant", "detectable, but takes nothing off the free-run error for sure"
+        elif check.id in cannot or check.id in replaced:
+            taken = "the base model's own numbers, which are uncertain, take its place"
+            status, why = "not_testable", cannot.get(check.id, taken)
+        return Entry(check.id, status, statistic, p, None, why)
+
+    return lines(findings, otherwise)
