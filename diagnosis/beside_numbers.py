@@ -296,7 +296,9 @@ def _verdict(done: Conclusion, found: Sequence[Finding]) -> tuple[str, str]:
     explained = _explained(done.shares, [i for i, *_ in done.others])
     if not found:
         return "unexplained", "no cause stands beside the base model's own numbers, and these explain nothing"
-    decided, said = verdict.by_share("what is named takes", explained)
+    behind = any(f.stage == findings.BY_CHANNELS for f in found)
+    what = "what is named beside errors of files and sensors takes" if behind else "what is named takes"
+    decided, said = verdict.by_share(what, explained)
     if decided == "named" and any(f.tied_with for f in found if not _of_numbers_alone(f)):
         return "tied", said
     return ("partly_named" if decided == "unexplained" and not done.shares.channels else decided), said

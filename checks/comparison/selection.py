@@ -6,7 +6,7 @@ Heading against yaw rate comes first; its corrected records go on to positions a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from ...models.errors import BadInput, CannotFit
 from ..statistics.random_effects import Mean, random_effects_mean
+from ..statistics.selection import grown
 from ..statistics.tails import student_quantile
 from .blocks import BLOCKS, Fit, Sums, explained, fit, p_value
 from .chains import Chain, Option, sums, why_not
@@ -84,9 +85,9 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
             reasons.append(f"{record.name} cannot be compared: {error}")
     if not kept or not options:
         return Compared(chain, (), (), tuple(reasons))
-    chosen, facts, alone = _forward(chain, kept, options)
-    found = _without_small(chain, kept, _sized(chain, kept, chosen, facts))
-    tested = tuple(zip(options, alone, strict=True))
+    chosen = grown(_Agreement(chain, kept, options), _Chosen(), MOST)
+    found = _without_small(chain, kept, _sized(chain, kept, chosen.options, chosen.facts))
+    tested = tuple(zip(options, chosen.alone, strict=True))
     absurd = next((why for s in found if s.material and (why := _no_instruments(chain, s))), None)
     if absurd is not None:
         return Compared(chain, tuple(kept), (), (*reasons, absurd), kept, tested, absurd)
@@ -117,35 +118,57 @@ def _columns(options: Sequence[Option]) -> list[list[int]]:
     return [list(range(a, b)) for a, b in pairwise(edges.tolist())]
 
 
-def _forward(chain: Chain, records: Sequence[Record], options: Sequence[Option]):
-    """Chosen options in order, and for each its rivals, p-value and z; records are corrected for those before.
+@dataclass(frozen=True)
+class _Chosen:
+    """Options in the order in which they entered, for each its rivals, p-value and z, and the z of every option by
+    itself."""
 
-    Third, the z of every option by itself.
-    """
-    chosen: list[Option] = []
-    alone: list[float] = []
-    facts: list[tuple[tuple[Option, ...], float, float]] = []
-    while len(chosen) < MOST:
-        left = [o for o in options if o.cause not in [c.cause for c in chosen]]
-        tried = [*chosen, *left]
-        current = _refined(chain, records, chosen)[0] if chosen else records
-        at, parts = _columns(tried), [sums(chain, r, tried) for r in current]
-        held = [c for places in at[: len(chosen)] for c in places]
-        trials: dict[int, tuple[float, float, float, float]] = {}
-        for i in range(len(chosen), len(tried)):
-            p, z, inflation = _evidence(parts, held, at[i], tried[i])
-            if not chosen:
-                alone.append(z)
-            if p < LEVEL:
-                trials[i] = explained(parts, [*held, *at[i]]), p, z, inflation
-        if not trials:
-            break
-        best = max(trials, key=lambda i: trials[i][0])
-        top, p, z, inflation = trials[best]
-        near = [tried[i] for i, t in trials.items() if i != best and top - t[0] < TIE * inflation]
-        facts.append((tuple(o for o in near if o.cause != tried[best].cause), p, z))
-        chosen.append(tried[best])
-    return chosen, facts, alone
+    options: tuple[Option, ...] = ()
+    facts: tuple[tuple[tuple[Option, ...], float, float], ...] = ()
+    alone: tuple[float, ...] = ()
+
+
+class _Trial(NamedTuple):
+    """An option beside the chosen ones: the sum of squares that all explain, p-value, z, and how far blocks scatter."""
+
+    option: Option
+    explained: float
+    p: float
+    z: float
+    inflation: float
+
+
+@dataclass(frozen=True)
+class _Agreement:
+    """The criterion: what options explain of the differences between channels."""
+
+    chain: Chain
+    records: Sequence[Record]
+    options: Sequence[Option]
+
+    def tried(self, now: _Chosen, step: int) -> tuple[_Chosen, list[_Trial]]:
+        """Options that are significant in records that are corrected for the chosen ones."""
+        left = [o for o in self.options if o.cause not in [c.cause for c in now.options]]
+        tried = [*now.options, *left]
+        current = _refined(self.chain, self.records, now.options)[0] if now.options else self.records
+        at, parts = _columns(tried), [sums(self.chain, r, tried) for r in current]
+        held = [c for places in at[: len(now.options)] for c in places]
+        trials = []
+        for option, places in zip(left, at[len(now.options) :], strict=True):
+            p, z, inflation = _evidence(parts, held, places, option)
+            gained = explained(parts, [*held, *places]) if p < LEVEL else 0.0
+            trials.append(_Trial(option, gained, p, z, inflation))
+        alone = now.alone if now.options else tuple(t.z for t in trials)
+        return replace(now, alone=alone), [t for t in trials if t.p < LEVEL]
+
+    def entered(self, now: _Chosen, tried: Sequence[_Trial], step: int) -> _Chosen | None:
+        """With the option that explains most, and its rivals."""
+        if not tried:
+            return None
+        best = max(tried, key=lambda t: t.explained)
+        near = (t.option for t in tried if best.explained - t.explained < TIE * best.inflation)
+        rivals = tuple(o for o in near if o.cause != best.option.cause)
+        return _Chosen((*now.options, best.option), (*now.facts, (rivals, best.p, best.z)), now.alone)
 
 
 def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Option) -> tuple[float, float, float]:

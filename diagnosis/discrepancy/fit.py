@@ -149,8 +149,8 @@ def fit(
     Eq. 9 of docs/mathematics/default-route.md.
 
     s : its noise is where the noise's fit starts.  start, terms : values of the causes' parameters and of the
-    discrepancy's, zero unless given.  rival : marginal likelihood of another fit: this one ends where it would stay
-    behind that even if each further round gained as much as the last.
+    discrepancy's, zero unless given.  rival : marginal likelihood of another fit: where this one would stay behind
+    that even if each further round gained as much as the last, it ends, or the variances are let free.
     """
     est, free = base.est, len(base.terms.parameters)
     x = np.concatenate([np.zeros(free) if terms is None else terms, np.zeros(len(variant)) if start is None else start])
@@ -173,9 +173,7 @@ def fit(
             if best is None or evidence > best.evidence:
                 best = Fitted(base, variant, s, now, x, variances, evidence)
             rise, before = evidence - before, evidence
-            if evidence + left * rise < rival:
-                break
-            if rise > (ENOUGH if most is MOST else MOVING):
+            if rise > (ENOUGH if most is MOST else MOVING) and evidence + left * rise >= rival:
                 continue
         if most is MOST or not np.any(variances == most):
             break
