@@ -14,7 +14,7 @@ from ..checks.files.constant_channel import ConstantChannel
 from ..checks.findings import merged
 from ..checks.registry import check_of, column_checks, sensor_errors
 from ..checks.result import NORMAL_90, CheckFinding, Size
-from ..estimation.rudder_scale import rudder_doubt
+from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
 from .result import Diagnosis, Finding
 from .verdict import without_motion
 

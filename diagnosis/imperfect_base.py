@@ -10,7 +10,7 @@ import numpy as np
 
 from ..checks.result import Size
 from ..checks.statistics.tails import student_tail
-from ..estimation.fit import arithmetic_guard
+from ..estimation.results.fit import arithmetic_guard
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extend import extended
 from ..models.families.extensions import extension_of

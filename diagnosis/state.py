@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from ..checks.statistics.tails import log_tail
+from ..estimation.diagnosis_only.refit import refit
 from ..estimation.filters.innovations.derivatives import columns
 from ..estimation.filters.innovations.estimator import Estimator, Innovations
-from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
 from ..estimation.filters.innovations.vector import CHANNELS
-from ..estimation.threads import in_context
+from ..estimation.numerics.threads import in_context
 from ..models.linear_algebra import information_inverse, pinv
 from .statistics.gusts import GustLikelihood
 from .statistics.score_tests import Projector, Score

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.noise_fit import fit_noise
-from ...estimation.threads import beside
+from ...estimation.numerics.threads import beside
 from .fit import ROUNDS, Base, Fitted, fit, with_forces
 from .quadratic import START
 from .screen import GRID, Lead, screen

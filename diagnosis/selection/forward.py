@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.statistics.tails import log_tail
+from ...estimation.diagnosis_only.refit import refit
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise_from_starts
-from ...estimation.filters.innovations.refit import refit
 from ...models.errors import FitFailed
 from ..residuals import tests
 from ..residuals.unmodelled import best_unmodelled
