@@ -183,7 +183,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.distance import cdist
 from helmbench.methods.base import blas_limited
-from helmbench.estimation.svr import solve
+from helmbench.estimation.methods_only.svr import solve
 rng = np.random.default_rng(3)
 x = rng.normal(size=({n}, 7))
 y = np.sin(x).sum(axis=1)

@@ -197,7 +197,7 @@ import sys
 import optuna
 from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
-from helmbench.estimation.tuning.abc import ABCSampler
+from helmbench.estimation.methods_only.tuning.abc import ABCSampler
 study = optuna.create_study(
     storage=JournalStorage(JournalFileBackend(sys.argv[1])), study_name="bees", load_if_exists=True,
     sampler=ABCSampler(n_sources=4, seed=1),
