@@ -114,7 +114,7 @@ def quiet() -> Iterator[None]:
     """One BLAS thread, and no numerical warnings: the scores show bad numbers."""
     import numpy as np
 
-    from ..estimation.fit import blas_limited
+    from ..estimation.results.fit import blas_limited
 
     with blas_limited(), np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")

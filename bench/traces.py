@@ -24,7 +24,7 @@ from .journal import sealed, unsealed
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.estimate import Estimate
+    from ..estimation.estimates.estimate import Estimate
 
 Content = TypeVar("Content")
 TRACES = "traces.jsonl"
@@ -79,7 +79,7 @@ class _Entry(_Content):
 
 def free_run_trace(estimate: Estimate, record: Record) -> dict[str, Any]:
     """The trace of an estimate along a record of N samples, thinned to at most `POINTS`, with the recursion's log."""
-    from ..estimation.prediction import predict
+    from ..estimation.results.prediction import predict
 
     kept = _thinned(record.n, POINTS)
     channels = {
@@ -92,7 +92,7 @@ def free_run_trace(estimate: Estimate, record: Record) -> dict[str, Any]:
 
 def recursion_log(estimate: Estimate) -> dict[str, Any] | None:
     """The published parameters along the trajectory of a recursive method, thinned to `LOGGED` times; else None."""
-    from ..estimation.recursive.convergence import parameter_paths
+    from ..estimation.judgement.convergence import parameter_paths
 
     if estimate.trajectory is None or estimate.trajectory_time_s is None:
         return None

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..estimation.fit import arithmetic_guard
-from ..estimation.naming import named
+from ..estimation.records.naming import named
+from ..estimation.results.fit import arithmetic_guard
 from ..estimation.validation.validate import validate
 from ..models.errors import BadInput, FitFailed
 

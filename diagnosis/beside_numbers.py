@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..estimation.diagnosis_only.refit import refit
 from ..estimation.filters.innovations.estimator import Estimator, estimator
-from ..estimation.filters.innovations.refit import refit
 from ..models.errors import FitFailed
 from ..models.instruments import combined
 from .candidate import Candidate

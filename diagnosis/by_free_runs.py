@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..estimation.fit import arithmetic_guard
+from ..estimation.results.fit import arithmetic_guard
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extend import extended
 from ..models.families.extensions import extension_of

@@ -13,7 +13,7 @@ from ..checks.files.constant_channel import ConstantChannel
 from ..checks.findings import merged
 from ..checks.registry import check_of, column_checks, sensor_errors
 from ..checks.result import CheckFinding
-from ..estimation.rudder_scale import rudder_doubt
+from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
 from .report.bank import updated
 from .report.findings import BY_CHANNELS, of_left_out_samples
 from .report.verdict import without_motion

@@ -28,7 +28,7 @@ from ..estimation.filters.innovations.derivatives import columns
 from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..estimation.filters.innovations.settings import Setting
 from ..estimation.filters.innovations.vector import SYMBOLS
-from ..estimation.series import series_of
+from ..estimation.records.series import series_of
 from ..models.families.extensions import extension_of, is_made_up
 from ..models.model import CHANNELS, Model, model_to_json, resolve
 from ..models.simulate import simulate

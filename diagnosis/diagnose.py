@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..estimation.fit import arithmetic_guard, blas_limited
+from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput
 from ..models.memory import require_memory
 from .beside_numbers import behind_sensors, of_uncertain_base

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..datasets.instruments import corrected
 from ..estimation.filters.innovations.vector import OUTER
-from ..estimation.weather import CURRENT, WIND, flow_of
+from ..estimation.records.weather import CURRENT, WIND, flow_of
 from ..models.instruments import INSTRUMENTS, WAVES
 
 if TYPE_CHECKING:

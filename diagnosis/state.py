@@ -11,10 +11,9 @@ import numpy as np
 
 from ..estimation.filters.innovations.derivatives import columns
 from ..estimation.filters.innovations.estimator import Estimator, Innovations
-from ..estimation.filters.innovations.refit import refit
 from ..estimation.filters.innovations.settings import Parameter, Setting
 from ..estimation.filters.innovations.vector import CHANNELS
-from ..estimation.threads import in_context
+from ..estimation.numerics.threads import in_context
 from ..models.linear_algebra import information_inverse, pinv
 from .candidate import Candidate, Screened, Unmodelled, Variant
 from .selection.levels import TESTS

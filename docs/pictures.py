@@ -20,7 +20,7 @@ from helmbench.bench.faults.ships import ship
 from helmbench.datasets.display import shown_name, shown_unit
 from helmbench.datasets.grammar import DEGREE
 from helmbench.diagnosis.causes.registry import all_causes
-from helmbench.estimation.bounds import cramer_rao
+from helmbench.estimation.information.bounds import cramer_rao
 from helmbench.methods.registry import methods
 from helmbench.reporting.plots import COLOURS, INK, SOFT, legend_beside, svg
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.tuning.space import Real
 from .learner import LAGS, STRIDE, NarxLearner
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ class Arx(NarxLearner):
 
         (z(t + h) - z(t)) / h = A_1 z(t) + ... + A_na z(t - (na - 1) h) + B_1 w(t) + ... + B_nb w(t - (nb - 1) h) + c
 
-    by ridge regression on averaged samples (`helmbench.estimation.black_box.rows`).  Source: Ljung 1999, System
-    Identification, section 4.2; the order is chosen by free runs as Nelles 2001 advises, not by one-step errors.
+    by ridge regression on averaged samples (`helmbench.estimation.methods_only.black_box.rows`).  Source: Ljung 1999,
+    System Identification, section 4.2; the order is chosen by free runs as Nelles 2001 advises, not by one-step errors.
 
     Parameters
     ----------
@@ -51,6 +51,6 @@ class Arx(NarxLearner):
         self.alpha, self.trials, self.seed = alpha, trials, seed
 
     def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
-        from ..estimation.black_box.terms import TermRegression, monomials
+        from ..estimation.methods_only.black_box.terms import TermRegression, monomials
 
         return TermRegression(monomials(len(symbols), 1), alpha=self.alpha or 0.0)

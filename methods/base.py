@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from ..datasets.record import Record
-from ..estimation.estimate import Estimate
-from ..estimation.fit import Fit, blas_limited, numerical_guard, prepared, propagate
-from ..estimation.recursive.recursion import PRIORS, prior_of, recursion
-from ..estimation.recursive.stream import Stream
+from ..estimation.estimates.estimate import Estimate
+from ..estimation.methods_only.recursive.recursion import PRIORS, prior_of, recursion
+from ..estimation.methods_only.recursive.stream import Stream
 from ..estimation.regression.schemes import check_scheme, regression_samples
+from ..estimation.results.fit import Fit, blas_limited, numerical_guard, prepared, propagate
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extras import extras_told
 from ..models.model import resolve
 from ..models.suggestions import suggestion
 
 if TYPE_CHECKING:
-    from ..estimation.recursive.recursion import UpdateRule
+    from ..estimation.methods_only.recursive.recursion import UpdateRule
+    from ..estimation.methods_only.tuning.space import Domain
     from ..estimation.regression.samples import RegressionSamples
-    from ..estimation.tuning.space import Domain
     from ..models.model import Model
 
 

@@ -4,8 +4,8 @@
     sklearn:SVR,C=100,epsilon=0.02
     sklearn:my_package.my_module.MyRegressor          any class that keeps scikit-learn's contract
 
-Features and targets: see `helmbench.estimation.black_box.predictor`.  A black box has no parameters and is scored on
-its predictions only.
+Features and targets: see `helmbench.estimation.methods_only.black_box.predictor`.  A black box has no parameters and is
+scored on its predictions only.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..estimation.black_box.predictor import evenly_spaced, learn, training_rows
-from ..estimation.black_box.sklearn_regressors import find_regressor, kernel_with_noise, make_regressor
-from ..estimation.fit import Fit
+from ..estimation.methods_only.black_box.predictor import evenly_spaced, learn, training_rows
+from ..estimation.methods_only.black_box.sklearn_regressors import find_regressor, kernel_with_noise, make_regressor
+from ..estimation.methods_only.tuning.space import Choice, Domain, Integer, Real
 from ..estimation.regression.schemes import check_scheme, regression_samples
-from ..estimation.tuning.space import Choice, Domain, Integer, Real
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from .base import Method
 

@@ -18,8 +18,8 @@ from .prior_method import PriorMethod
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
     from ..estimation.likelihood.problem import Problem
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 SPREAD = 0.5

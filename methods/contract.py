@@ -24,8 +24,8 @@ import numpy as np
 
 from ..datasets.generator import Case, generate
 from ..datasets.record import Record
-from ..estimation.estimate import Estimate, predictor_of
-from ..estimation.series import MEASURED, series_of
+from ..estimation.estimates.estimate import Estimate, predictor_of
+from ..estimation.records.series import MEASURED, series_of
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.model import Model, resolve
 from .base import KINDS, Method

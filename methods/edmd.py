@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.black_box.state_space import training_of
-from ..estimation.tuning.space import Integer, Real
+from ..estimation.methods_only.black_box.state_space import training_of
+from ..estimation.methods_only.tuning.space import Integer, Real
 from .learner import LAGS, STRIDE, Learner, black_box_fit
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -21,8 +21,8 @@ class Edmd(Learner):
         g(z(t + h)) = A g(z(t)) + B w(t) + c
 
     g(z) are velocities, yaw rate and their products up to a degree, also of earlier steps; A, B and c follow by ridge
-    regression (`helmbench.estimation.black_box.koopman`).  A free run moves the lifted state on linearly and computes
-    no product anew: this makes it a Koopman model, and `narx-poly` none.  With degree=1 it is dynamic mode
+    regression (`helmbench.estimation.methods_only.black_box.koopman`).  A free run moves the lifted state on linearly
+    and computes no product anew: this makes it a Koopman model, and `narx-poly` none.  With degree=1 it is dynamic mode
     decomposition with control (DMDc).  Inputs act linearly: what a rudder does in proportion to the state, such as the
     loss of speed in a turn, has no place in this form.  A is not made stable: options whose free runs diverge are not
     chosen.  Sources: Proctor, Brunton & Kutz 2016, SIAM J. Appl. Dyn. Syst. 15(1), 142; Williams, Kevrekidis & Rowley
@@ -61,7 +61,7 @@ class Edmd(Learner):
         self.alpha, self.bilinear, self.trials, self.seed = alpha, bilinear, trials, seed
 
     def learn(self, records: Sequence[Record], model: Model) -> Fit:
-        from ..estimation.black_box.koopman import lift
+        from ..estimation.methods_only.black_box.koopman import lift
 
         training, lags = training_of(records, model, int(self.stride or 1)), int(self.output_lags or 1)
         system = lift(training, int(self.degree or 1), lags, self.alpha or 0.0, self.bilinear)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.filters.joint import check_filter_options, extended, joint_fit
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.filters.joint import check_filter_options, extended, joint_fit
+from ..estimation.methods_only.tuning.space import Real
 from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -19,7 +19,7 @@ class Ekf(Method):
     """Joint extended Kalman filter with smoother, iterated.
 
     Each sample is predicted by one RK4 sample step with its generated sensitivities; each measured channel is a scalar
-    update in Joseph form, gaps are skipped (`helmbench.estimation.filters.joint`).
+    update in Joseph form, gaps are skipped (`helmbench.estimation.methods_only.filters.joint`).
 
     Parameters
     ----------

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..estimation.observers.eso import METHODS, PRINTED_OMEGA
+from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA
+from ..estimation.methods_only.regression.observed import ObserverSetting, observed_samples, printed_samples
+from ..estimation.methods_only.svr.regression import check_svr_options, fit_svr, ls_svr, rw_ls_svr, stacked_rows
+from ..estimation.methods_only.tuning.space import Real
+from ..estimation.records.series import require
 from ..estimation.regression.filtered import filtered_rows
 from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
-from ..estimation.regression.observed import ObserverSetting, observed_samples, printed_samples
-from ..estimation.series import require
-from ..estimation.svr.regression import check_svr_options, fit_svr, ls_svr, rw_ls_svr, stacked_rows
-from ..estimation.tuning.space import Real
 from ..models.errors import BadInput, CannotFit
 from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
-    from ..estimation.svr.tuning import Tuner
+    from ..estimation.methods_only.svr.tuning import Tuner
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..estimation.fit import Fit
-from ..estimation.regression import factors
+from ..estimation.numerics import factors
 from ..estimation.regression.least_squares import least_squares
 from ..estimation.regression.samples import RegressionSamples, n_accelerations
 from ..estimation.regression.schemes import regression_samples
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.linear_algebra import condition_number
 from .base import Method

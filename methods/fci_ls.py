@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.recursive.iterative_learning import (
+from ..estimation.methods_only.recursive.iterative_learning import (
     BETA,
     PRINTED_TOLERANCE,
     TOLERANCE,
@@ -13,16 +13,16 @@ from ..estimation.recursive.iterative_learning import (
     PrintedLearning,
     printed_fit,
 )
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.tuning.space import Real
 from ..models.errors import BadInput, CannotFit
 from .base import RecursiveMethod
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.estimate import Estimate
-    from ..estimation.fit import Fit
-    from ..estimation.recursive.recursion import UpdateRule
+    from ..estimation.estimates.estimate import Estimate
+    from ..estimation.methods_only.recursive.recursion import UpdateRule
     from ..estimation.regression.samples import RegressionSamples
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -38,7 +38,7 @@ class FciLs(RecursiveMethod):
     Parameters
     ----------
     beta : gain of the P-type step at the first row, in scaled columns; limited to 1/|phi|^2 (see
-        `helmbench.estimation.recursive.iterative_learning.SHARE`).
+        `helmbench.estimation.methods_only.recursive.iterative_learning.SHARE`).
     most : most repeats N_max of a row.
     tolerance : sigma of eq 23: in standard errors (None: 3), as printed in the coefficients' units (None: 1e-3).
     p0, theta0, prior, scheme : as in `rls`.

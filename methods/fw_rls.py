@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.recursive.recursion import LeastSquaresRule, UpdateRule
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.recursive.recursion import LeastSquaresRule, UpdateRule
+from ..estimation.methods_only.tuning.space import Real
 from ..models.errors import BadInput
 from .base import RecursiveMethod
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.tuning.space import Integer
+from ..estimation.methods_only.tuning.space import Integer
 from .learner import NarxLearner
 
 if TYPE_CHECKING:
@@ -40,6 +40,6 @@ class GpNarx(NarxLearner):
         self.stride, self.input_lags, self.trials, self.seed = stride, input_lags, trials, seed
 
     def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
-        from ..estimation.black_box.gaussian_process import gaussian_process
+        from ..estimation.methods_only.black_box.gaussian_process import gaussian_process
 
         return gaussian_process(len(symbols))

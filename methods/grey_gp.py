@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.tuning.space import Integer
+from ..estimation.methods_only.tuning.space import Integer
 from .grey_residual import SHARE, Hybrid
 
 if TYPE_CHECKING:
-    from ..estimation.estimate import Estimate
+    from ..estimation.estimates.estimate import Estimate
 
 
 class GreyGp(Hybrid):
@@ -44,6 +44,6 @@ class GreyGp(Hybrid):
         self.physics, self.stride, self.share, self.trials, self.seed = physics, stride, share, trials, seed
 
     def regressor(self, n_features: int) -> Any:
-        from ..estimation.black_box.gaussian_process import gaussian_process
+        from ..estimation.methods_only.black_box.gaussian_process import gaussian_process
 
         return gaussian_process(n_features)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.black_box.hybrid import HybridPredictor, innovation_rows
-from ..estimation.black_box.narx import fit_scaled
-from ..estimation.black_box.predictor import evenly_spaced
-from ..estimation.black_box.rows import Lags, signals_of
-from ..estimation.estimate import Estimate
-from ..estimation.fit import Fit
-from ..estimation.tuning.space import Choice, Integer, Real
-from ..estimation.tuning.tune import validation_of
+from ..estimation.estimates.estimate import Estimate
+from ..estimation.methods_only.black_box.hybrid import HybridPredictor, innovation_rows
+from ..estimation.methods_only.black_box.narx import fit_scaled
+from ..estimation.methods_only.black_box.predictor import evenly_spaced
+from ..estimation.methods_only.black_box.rows import Lags, signals_of
+from ..estimation.methods_only.tuning.space import Choice, Integer, Real
+from ..estimation.methods_only.tuning.tune import validation_of
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from .learner import Learner
 from .registry import make
@@ -107,6 +107,6 @@ class GreyResidual(Hybrid):
         self.trials, self.seed = trials, seed
 
     def regressor(self, n_features: int) -> Any:
-        from ..estimation.black_box.terms import TermRegression, monomials
+        from ..estimation.methods_only.black_box.terms import TermRegression, monomials
 
         return TermRegression(monomials(n_features, 2), alpha=self.alpha or 0.0)

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.regression.robust import EFFICIENT, huber_weight, m_estimate
+from ..estimation.methods_only.regression.robust import EFFICIENT, huber_weight, m_estimate
+from ..estimation.methods_only.regression.weighted import RegressionRows
+from ..estimation.methods_only.tuning.space import Real
 from ..estimation.regression.schemes import check_scheme, regression_samples
-from ..estimation.regression.weighted import RegressionRows
-from ..estimation.tuning.space import Real
 from ..models.errors import BadInput
 from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 

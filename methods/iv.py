@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.fit import Fit
-from ..estimation.regression.instrumental import lagged_fit, refined_fit
+from ..estimation.methods_only.regression.instrumental import lagged_fit, refined_fit
+from ..estimation.methods_only.tuning.space import Choice, Integer
 from ..estimation.regression.schemes import check_scheme
-from ..estimation.tuning.space import Choice, Integer
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from .base import Method
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.tuning.space import Integer, Real
+from ..estimation.methods_only.tuning.space import Integer, Real
 from .learner import STRIDE, NarxLearner
 
 if TYPE_CHECKING:
@@ -15,9 +15,10 @@ class KernelRidgeNarx(NarxLearner):
     """Kernel ridge regression in NARX form, with squared-exponential kernels.
 
     f(x) = sum_i a_i exp(-gamma |x - x_i|^2) with (K + alpha I) a = y on the rows of
-    `helmbench.estimation.black_box.rows`.  Least-squares support vector regression (Suykens & Vandewalle 1999, Neural
-    Processing Letters 9, 293) is the same with an intercept, C = 1 / alpha.  Kernel width and penalty are chosen by the
-    error of free runs, not of one step (Espinoza et al. 2006, Computational Intelligence and Complexity, 113).
+    `helmbench.estimation.methods_only.black_box.rows`.  Least-squares support vector regression (Suykens & Vandewalle
+    1999, Neural Processing Letters 9, 293) is the same with an intercept, C = 1 / alpha.  Kernel width and penalty are
+    chosen by the error of free runs, not of one step (Espinoza et al. 2006, Computational Intelligence and Complexity,
+    113).
 
     Parameters
     ----------

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
-from ..estimation.black_box.narx import learn_narx
-from ..estimation.black_box.predictor import evenly_spaced
-from ..estimation.black_box.rows import Lags, narx_rows, signals_of
-from ..estimation.fit import Fit
-from ..estimation.tuning.space import Integer
-from ..estimation.tuning.tune import tune
+from ..estimation.methods_only.black_box.narx import learn_narx
+from ..estimation.methods_only.black_box.predictor import evenly_spaced
+from ..estimation.methods_only.black_box.rows import Lags, narx_rows, signals_of
+from ..estimation.methods_only.tuning.space import Integer
+from ..estimation.methods_only.tuning.tune import tune
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput, CannotFit, FitFailed
 from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.predictor import Predictor
+    from ..estimation.results.predictor import Predictor
     from ..models.model import Model
 
 STRIDE, LAGS = Integer(1, 16, log=True), Integer(1, 3)
@@ -90,7 +90,7 @@ class Learner(Method):
 
 
 class NarxLearner(Learner):
-    """Base class of regressors on rows of a difference equation with lags (`estimation.black_box.rows`).
+    """Base class of regressors on rows of a difference equation with lags (`estimation.methods_only.black_box.rows`).
 
     A subclass implements `regressor` and may have the options `stride`, `output_lags` and `input_lags`.
     """

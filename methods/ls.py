@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.fit import Fit
-from ..estimation.regression import factors
+from ..estimation.methods_only.regression.replay import replayed_covariance
+from ..estimation.methods_only.regression.zero_order_hold import common_step, exact_with_covariance
+from ..estimation.methods_only.tuning.space import Choice
+from ..estimation.numerics import factors
 from ..estimation.regression.least_squares import fit_by_scheme
-from ..estimation.regression.replay import replayed_covariance
 from ..estimation.regression.schemes import INTEGRATED, check_scheme
-from ..estimation.regression.zero_order_hold import common_step, exact_with_covariance
-from ..estimation.tuning.space import Choice
+from ..estimation.results.fit import Fit
 from .base import Method
 
 if TYPE_CHECKING:
@@ -26,11 +26,11 @@ class Ls(Method):
     ----------
     scheme : a scheme of `helmbench.estimation.regression.schemes` ('forward' is explicit Euler), or
         'zoh': forward differences converted by the exact map for a held rudder
-        (`helmbench.estimation.regression.zero_order_hold`), for response models.
+        (`helmbench.estimation.methods_only.regression.zero_order_hold`), for response models.
 
     3-DOF models need surge, sway and yaw rate (or heading); response models yaw rate or heading.  Standard errors take
     the equations' errors as independent, except for the integrated schemes, where sensor noise is coloured
-    (`helmbench.estimation.regression.replay`).
+    (`helmbench.estimation.methods_only.regression.replay`).
     """
 
     name = "ls"

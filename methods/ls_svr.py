@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.svr.regression import (
+from ..estimation.methods_only.svr.regression import (
     FILTER,
     check_svr_options,
     check_svr_scheme,
@@ -13,13 +13,13 @@ from ..estimation.svr.regression import (
     ls_svr,
     rows_by_scheme,
 )
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.tuning.space import Real
 from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
-    from ..estimation.svr.tuning import Tuner
+    from ..estimation.methods_only.svr.tuning import Tuner
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -32,7 +32,7 @@ class LsSvr(Method):
     scheme : 'svf' (state-variable filter, its corner frequency chosen as in `svf-ls`), or a scheme of
         `helmbench.estimation.regression.schemes`.
     tuner : 'grid' (25 values), or a function of (objective, low, high) that returns
-        `helmbench.estimation.svr.tuning.Tuned`.
+        `helmbench.estimation.methods_only.svr.tuning.Tuned`.
     variant : 'corrected' standardises the regressors, has no intercept (eq 29 has none) and fits all rows once C is
         chosen; 'as_printed' regularises in SI units, with intercept, and fits the first 60 % only.
     """

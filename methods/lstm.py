@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.black_box.state_space import training_of
-from ..estimation.tuning.space import Integer, Real
+from ..estimation.methods_only.black_box.state_space import training_of
+from ..estimation.methods_only.tuning.space import Integer, Real
 from ..models.errors import BadInput
 from .base import Method
 from .learner import black_box_fit, in_order
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -27,8 +27,8 @@ class Lstm(Method):
     stopping nor a choice of options within the fit: on five simulated ships, both judged by the later part of the same
     training records, neither predicted other manoeuvres better, and the choice twice much worse.  Gradients through the
     recursion are jax's, so the method needs the extra `deep` and does not apply without it
-    (`helmbench.estimation.black_box.lstm`).  Sources: Hochreiter & Schmidhuber 1997, Neural Comput. 9(8), 1735; for
-    ships Woo, Park, Yu & Kim 2018, Appl. Ocean Res. 73.
+    (`helmbench.estimation.methods_only.black_box.lstm`).  Sources: Hochreiter & Schmidhuber 1997, Neural Comput. 9(8),
+    1735; for ships Woo, Park, Yu & Kim 2018, Appl. Ocean Res. 73.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Lstm(Method):
             raise BadInput(f"decay is {self.decay!r}, a number >= 0 is needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        from ..estimation.black_box.lstm import LAGS, train
+        from ..estimation.methods_only.black_box.lstm import LAGS, train
 
         training = training_of(in_order(records), model, self.stride)
         network = train(training, self.units, self.iterations, self.decay, self.seed)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..estimation.fit import Fit
-from ..estimation.regression import factors
-from ..estimation.regression.robust import huber_estimate
+from ..estimation.methods_only.regression.robust import huber_estimate
+from ..estimation.methods_only.regression.weighted import RegressionRows, Reweighted
+from ..estimation.methods_only.tuning.space import Real
+from ..estimation.numerics import factors
 from ..estimation.regression.schemes import check_scheme, regression_samples
-from ..estimation.regression.weighted import RegressionRows, Reweighted
-from ..estimation.tuning.space import Real
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from .base import Method
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..estimation.fit import Fit
 from ..estimation.likelihood.output_error import identify
-from ..estimation.likelihood.posterior import sample
+from ..estimation.methods_only.likelihood.posterior import sample
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from .prior_method import PriorMethod
 
@@ -34,9 +34,9 @@ class Mcmc(PriorMethod):
     prior, bounds, fixed : as in `output-error`.
     seed : of the proposals.
 
-    The density and its sampler are those of `helmbench.estimation.likelihood.posterior`.  `extra["quantiles"]` has the
-    2.5, 50 and 97.5 % quantiles of the published parameters.  `steps` are enough where they are fifty times
-    `extra["autocorrelation_steps"]`; with fewer the fit says that it has not converged.
+    The density and its sampler are those of `helmbench.estimation.methods_only.likelihood.posterior`.
+    `extra["quantiles"]` has the 2.5, 50 and 97.5 % quantiles of the published parameters.  `steps` are enough where
+    they are fifty times `extra["autocorrelation_steps"]`; with fewer the fit says that it has not converged.
     """
 
     name = "mcmc"

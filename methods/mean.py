@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..estimation.black_box.constant import ConstantPredictor
-from ..estimation.black_box.rows import outputs_of, signals_of
+from ..estimation.methods_only.black_box.constant import ConstantPredictor
+from ..estimation.methods_only.black_box.rows import outputs_of, signals_of
 from ..models.errors import FitFailed
 from .base import Method
 from .learner import black_box_fit, in_order
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 

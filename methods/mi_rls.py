@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.recursive.multi_innovation import MultiInnovationRule, check_length
-from ..estimation.tuning.space import Integer, Real
+from ..estimation.methods_only.recursive.multi_innovation import MultiInnovationRule, check_length
+from ..estimation.methods_only.tuning.space import Integer, Real
 from .base import RecursiveMethod
 
 if TYPE_CHECKING:
-    from ..estimation.recursive.recursion import UpdateRule
+    from ..estimation.methods_only.recursive.recursion import UpdateRule
     from ..estimation.regression.samples import RegressionSamples
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.tuning.space import Integer, Real
+from ..estimation.methods_only.tuning.space import Integer, Real
 from .learner import STRIDE, NarxLearner
 
 if TYPE_CHECKING:
@@ -50,6 +50,6 @@ class Mlp(NarxLearner):
         self.alpha, self.trials, self.seed = alpha, trials, seed
 
     def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
-        from ..estimation.black_box.perceptron import Perceptron
+        from ..estimation.methods_only.black_box.perceptron import Perceptron
 
         return Perceptron((int(self.units or 1),), alpha=self.alpha, random_state=self.seed)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.filters.joint import check_filter_options
-from ..estimation.likelihood.moving_horizon import Horizon, fit_moving_horizon
-from ..estimation.tuning.space import Integer, Real
+from ..estimation.methods_only.filters.joint import check_filter_options
+from ..estimation.methods_only.likelihood.moving_horizon import Horizon, fit_moving_horizon
+from ..estimation.methods_only.tuning.space import Integer, Real
 from ..models.errors import BadInput
 from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -21,7 +21,7 @@ class MovingHorizon(Method):
     """Output error in a horizon that moves along the records, with an arrival cost for all samples before it.
 
     Unknowns of a horizon are the coefficients and a state for every move; disturbances act between them.  The
-    mathematics is in `helmbench.estimation.likelihood.moving_horizon`.
+    mathematics is in `helmbench.estimation.methods_only.likelihood.moving_horizon`.
 
     Parameters
     ----------

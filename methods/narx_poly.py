@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.tuning.space import Choice, Integer, Real
+from ..estimation.methods_only.tuning.space import Choice, Integer, Real
 from .learner import STRIDE, NarxLearner
 
 if TYPE_CHECKING:
@@ -15,9 +15,9 @@ class NarxPoly(NarxLearner):
     """Polynomial nonlinear autoregression with inputs (NARX).
 
     The increment of the outputs over a step is a polynomial of their and the inputs' last values
-    (`helmbench.estimation.black_box.rows`), with ridge regression on its monomials.  Source: Billings 2013, Nonlinear
-    System Identification, section 2.4.  All monomials are kept and the penalty is chosen by free runs, where Billings
-    selects terms by one-step errors.
+    (`helmbench.estimation.methods_only.black_box.rows`), with ridge regression on its monomials.  Source: Billings
+    2013, Nonlinear System Identification, section 2.4.  All monomials are kept and the penalty is chosen by free runs,
+    where Billings selects terms by one-step errors.
 
     Parameters
     ----------
@@ -52,6 +52,6 @@ class NarxPoly(NarxLearner):
         self.degree, self.alpha, self.trials, self.seed = degree, alpha, trials, seed
 
     def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
-        from ..estimation.black_box.terms import TermRegression, monomials
+        from ..estimation.methods_only.black_box.terms import TermRegression, monomials
 
         return TermRegression(monomials(len(symbols), self.degree or 2), alpha=self.alpha or 0.0)

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..estimation.likelihood import options
 from ..estimation.likelihood.loss import loss_of
 from ..estimation.likelihood.output_error import as_fit, identify
-from ..estimation.likelihood.profile import profile
+from ..estimation.methods_only.likelihood import options
+from ..estimation.methods_only.likelihood.profile import profile
 from ..models.errors import BadInput
 from .prior_method import PriorMethod
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 MOST_STRETCHES = 1000

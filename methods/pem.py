@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..estimation.fit import Fit
 from ..estimation.likelihood.linear_problem import NULL
 from ..estimation.likelihood.output_error import identify
-from ..estimation.likelihood.prediction_error import (
+from ..estimation.methods_only.likelihood.prediction_error import (
     fit_prediction_error,
     information,
     noise_of,
     velocity_estimator,
 )
-from ..estimation.regression import factors
-from ..estimation.starts import starts_of
+from ..estimation.numerics import factors
+from ..estimation.regression.starts import starts_of
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput, CannotFit, FitFailed
 from .base import Method
 
@@ -46,7 +46,7 @@ class Pem(Method):
     Records need the rudder and heading or yaw rate; surge and sway are used where the model has them, positions are
     not.  `extra` holds the log likelihood and the noise: `sensor_sd` by state, `force_sd` in N, N and N m (response
     models: rad/s2 of yaw and of its rate) and the forces' `correlation_s`.
-    Sources: see `helmbench.estimation.likelihood.prediction_error`.
+    Sources: see `helmbench.estimation.methods_only.likelihood.prediction_error`.
     """
 
     name = "pem"

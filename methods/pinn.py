@@ -10,7 +10,7 @@ from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -22,7 +22,8 @@ class Pinn(Method):
     Raissi, Perdikaris & Karniadakis 2019, J. Comput. Phys. 378, 686 (inverse problem).  The networks are local, one for
     each 200 steps of a record; their hidden layer of tanh units is spread evenly over time and not trained, the
     integrals of the inputs are features beside it, and the minimum is found by Levenberg-Marquardt steps
-    (`helmbench.estimation.physics_informed`).  f and its derivatives are jax's, so the method needs the extra `deep`.
+    (`helmbench.estimation.methods_only.physics_informed`).  f and its derivatives are jax's, so the method needs the
+    extra `deep`.
 
     Parameters
     ----------
@@ -53,6 +54,6 @@ class Pinn(Method):
             raise BadInput(f"spacing is {self.spacing!r}, a number of at least 1 is needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        from ..estimation.physics_informed.fit import identify
+        from ..estimation.methods_only.physics_informed.fit import identify
 
         return identify(records, model, self.weight, self.spacing, self.iterations)

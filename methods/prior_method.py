@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..estimation.likelihood import options
+from ..estimation.methods_only.likelihood import options
 from .base import Method
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.tuning.space import Integer
+from ..estimation.methods_only.tuning.space import Integer
 from .learner import STRIDE, NarxLearner
 
 if TYPE_CHECKING:

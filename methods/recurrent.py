@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.black_box.state_space import training_of
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.black_box.state_space import training_of
+from ..estimation.methods_only.tuning.space import Real
 from ..models.errors import BadInput
 from .learner import STRIDE, Learner, black_box_fit
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -22,8 +22,9 @@ class Recurrent(Learner):
         s(t + h) = s(t) + A (s, w, 1) + V tanh(U (s, w, 1)),    s = (z, hidden states)
 
     Hidden states begin as a linear function of past samples.  Gradients through the recursion are jax's, so the method
-    needs the extra `deep` and does not apply without it (`helmbench.estimation.black_box.recurrent`).  Sources:
-    Suykens, De Moor & Vandewalle 1995, Int. J. Control 62(1), 129; Beintema, Toth & Schoukens 2021, PMLR 144, 1021.
+    needs the extra `deep` and does not apply without it (`helmbench.estimation.methods_only.black_box.recurrent`).
+    Sources: Suykens, De Moor & Vandewalle 1995, Int. J. Control 62(1), 129; Beintema, Toth & Schoukens 2021, PMLR 144,
+    1021.
 
     Parameters
     ----------
@@ -57,13 +58,13 @@ class Recurrent(Learner):
             raise BadInput(f"units is {self.units!r} and hidden {self.hidden!r}, at least 1 and 0 are needed")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        from ..estimation.black_box.free_runs import require_jax
+        from ..estimation.methods_only.black_box.free_runs import require_jax
 
         require_jax()
         return super().estimate(records, model)
 
     def learn(self, records: Sequence[Record], model: Model) -> Fit:
-        from ..estimation.black_box.recurrent import LAGS, train
+        from ..estimation.methods_only.black_box.recurrent import LAGS, train
 
         training = training_of(records, model, int(self.stride or 1))
         network = train(training, self.hidden, self.units, self.alpha or 0.0, self.seed)

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..estimation.fit import Fit
+from ..estimation.methods_only.regression.smoothed import smoothed_rows
+from ..estimation.methods_only.tuning.space import Real
+from ..estimation.numerics import factors
 from ..estimation.observers.smoothing import averaging_length
-from ..estimation.regression import factors
 from ..estimation.regression.filtered import row_factors
 from ..estimation.regression.filtered_fit import FilteredFit, coloured_covariance
 from ..estimation.regression.least_squares import least_squares
-from ..estimation.regression.smoothed import smoothed_rows
-from ..estimation.tuning.space import Real
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from .base import Method
 

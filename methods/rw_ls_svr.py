@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.svr.regression import (
+from ..estimation.methods_only.svr.regression import (
     FILTER,
     check_svr_options,
     check_svr_scheme,
@@ -13,13 +13,13 @@ from ..estimation.svr.regression import (
     rows_by_scheme,
     rw_ls_svr,
 )
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.tuning.space import Real
 from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
-    from ..estimation.svr.tuning import Tuner
+    from ..estimation.methods_only.svr.tuning import Tuner
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 

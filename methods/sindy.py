@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.tuning.space import Real
 from .learner import STRIDE, NarxLearner
 
 if TYPE_CHECKING:
@@ -47,8 +47,8 @@ class Sindy(NarxLearner):
         self.stride, self.threshold, self.alpha, self.trials, self.seed = stride, threshold, alpha, trials, seed
 
     def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
-        from ..estimation.black_box.rows import SYMMETRIC
-        from ..estimation.black_box.terms import TermRegression, manoeuvring_terms
+        from ..estimation.methods_only.black_box.rows import SYMMETRIC
+        from ..estimation.methods_only.black_box.terms import TermRegression, manoeuvring_terms
 
         factors = manoeuvring_terms([symbol in SYMMETRIC for symbol in symbols])
         return TermRegression(factors, alpha=self.alpha or 0.0, threshold=self.threshold or 0.0)

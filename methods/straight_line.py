@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..estimation.black_box.constant import ConstantPredictor
-from ..estimation.black_box.rows import outputs_of, signals_of
+from ..estimation.methods_only.black_box.constant import ConstantPredictor
+from ..estimation.methods_only.black_box.rows import outputs_of, signals_of
 from .base import Method
 from .learner import black_box_fit
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 

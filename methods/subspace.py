@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.black_box.state_space import training_of
-from ..estimation.black_box.subspace import identify
-from ..estimation.tuning.space import Integer
+from ..estimation.methods_only.black_box.state_space import training_of
+from ..estimation.methods_only.black_box.subspace import identify
+from ..estimation.methods_only.tuning.space import Integer
 from .learner import STRIDE, Learner, black_box_fit
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 
@@ -22,9 +22,9 @@ class Subspace(Learner):
         x(t + h) = A x(t) + B w(t) + c,    z(t + h) = C x(t) + D w(t) + d
 
     The subspace of the states is what the past explains of the future outputs beyond the future inputs; B and D follow
-    by least squares on free runs (`helmbench.estimation.black_box.subspace`).  Eigenvalues of A outside the unit circle
-    are reflected into it.  Sources: Verhaegen 1994, Automatica 30(1), 61; Ljung 1999, System Identification, section
-    10.6.  The order is chosen by free runs, not by a gap of singular values.
+    by least squares on free runs (`helmbench.estimation.methods_only.black_box.subspace`).  Eigenvalues of A outside
+    the unit circle are reflected into it.  Sources: Verhaegen 1994, Automatica 30(1), 61; Ljung 1999, System
+    Identification, section 10.6.  The order is chosen by free runs, not by a gap of singular values.
 
     Parameters
     ----------

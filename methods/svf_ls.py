@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..estimation.fit import Fit
-from ..estimation.regression import factors
+from ..estimation.methods_only.tuning.space import Integer, Real
+from ..estimation.numerics import factors
 from ..estimation.regression.filtered import ORDER
 from ..estimation.regression.filtered_fit import CORNERS, best_corner, coloured_covariance, fit_filtered
-from ..estimation.tuning.space import Integer, Real
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from .base import Method
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..estimation.fit import Fit
-from ..estimation.regression import factors
+from ..estimation.methods_only.regression.weighted import RegressionRows, mad
+from ..estimation.methods_only.tuning.space import Choice
+from ..estimation.numerics import factors
 from ..estimation.regression.schemes import check_scheme, regression_samples
-from ..estimation.regression.weighted import RegressionRows, mad
-from ..estimation.tuning.space import Choice
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput, FitFailed
 from ..models.linear_algebra import svd
 from .base import Method

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..estimation.fit import Fit
-from ..estimation.regression.factors import spectrum
+from ..estimation.methods_only.regression.weighted import RegressionRows
+from ..estimation.methods_only.tuning.space import Choice
+from ..estimation.numerics.factors import spectrum
 from ..estimation.regression.schemes import check_scheme, regression_samples
-from ..estimation.regression.weighted import RegressionRows
-from ..estimation.tuning.space import Choice
+from ..estimation.results.fit import Fit
 from .base import Method
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..estimation.fit import Fit
-from ..estimation.tuning.tune import TUNERS, VALIDATIONS, storage_of, tune
+from ..estimation.methods_only.tuning.tune import TUNERS, VALIDATIONS, storage_of, tune
+from ..estimation.results.fit import Fit
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .base import Method
@@ -22,7 +22,7 @@ from .registry import find
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.tuning.space import Domain
+    from ..estimation.methods_only.tuning.space import Domain
     from ..models.model import Model
 
 PREFIX = "tuned:"
@@ -64,10 +64,10 @@ class Tuned(Method):
     ----------
     tuner : 'abc', 'tpe', 'cmaes', 'gp', 'grid' or 'random'.
     trials : number of fits in the study.
-    validation : 'split' or 'held-out', see `helmbench.estimation.tuning.tune.validation_of`.
+    validation : 'split' or 'held-out', see `helmbench.estimation.methods_only.tuning.tune.validation_of`.
     tuner_seed : seed of the tuner.
-    storage : where the study is kept, see `helmbench.estimation.tuning.tune.tune`; default: the environment variable
-        `STORAGE`, else memory.
+    storage : where the study is kept, see `helmbench.estimation.methods_only.tuning.tune.tune`; default: the
+        environment variable `STORAGE`, else memory.
     All other options are those of the method, and are not tuned.
     """
 

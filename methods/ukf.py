@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..estimation.filters.joint import check_filter_options, joint_fit
-from ..estimation.filters.unscented import Unscented
-from ..estimation.tuning.space import Real
+from ..estimation.methods_only.filters.joint import check_filter_options, joint_fit
+from ..estimation.methods_only.filters.unscented import Unscented
+from ..estimation.methods_only.tuning.space import Real
 from ..models.errors import BadInput
 from .base import Method
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from ..estimation.fit import Fit
+    from ..estimation.results.fit import Fit
     from ..models.model import Model
 
 

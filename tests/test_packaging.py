@@ -30,6 +30,15 @@ LAYERS = (
     "reporting",
     "reproduction",
 )  # each may import those to its left
+ESTIMATION = (
+    *("numerics", "records", "observers", "simulation", "regression", "results", "likelihood", "filters"),
+    *("diagnosis_only", "information", "estimates", "validation", "methods_only", "judgement", "indices"),
+)  # so may these
+NOT_FOR = {
+    "methods": {"diagnosis_only", "judgement", "indices"},
+    "diagnosis": {"methods_only", "judgement", "indices"},
+    "estimation/methods_only": {"diagnosis_only"},
+}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SLOW_TO_IMPORT = {"jinja2", "joblib", "matplotlib", "numba", "optuna", "pandas", "pyarrow", "sklearn", "sympy"}
 SLOW_TO_IMPORT |= {"scipy.optimize"}
@@ -206,6 +215,29 @@ def test_imports_run_one_way(room: str) -> None:
             if name[0] != "helmbench" or name[1] not in allowed:
                 wrong.append(f"{path} imports {'.'.join(name)}")
     assert wrong == []
+
+
+def of_estimation(folder: str) -> set[str]:
+    """Folders of estimation that any file of a folder imports."""
+    files = (ROOT / folder).rglob("*.py")
+    imported = [relative_imports(path, ("helmbench", *path.relative_to(ROOT).parent.parts)) for path in files]
+    return {name[2] for names in imported for name in names if name[1] == "estimation"}
+
+
+def test_nothing_lies_loose_in_estimation() -> None:
+    room = ROOT / "estimation"
+    assert [path.name for path in room.glob("*.py")] == ["__init__.py"]
+    assert {path.parent.name for path in room.glob("*/__init__.py")} == set(ESTIMATION)
+
+
+@pytest.mark.parametrize("folder", ESTIMATION)
+def test_folders_of_estimation_import_one_way(folder: str) -> None:
+    assert of_estimation(f"estimation/{folder}") <= set(ESTIMATION[: ESTIMATION.index(folder) + 1])
+
+
+@pytest.mark.parametrize("user", NOT_FOR)
+def test_estimation_is_sorted_by_who_uses_it(user: str) -> None:
+    assert of_estimation(user) & NOT_FOR[user] == set()
 
 
 @pytest.mark.parametrize("room", LAYERS)

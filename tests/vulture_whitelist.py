@@ -7,9 +7,9 @@ from helmbench.datasets.many import SimulatedRuns
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.calibration.result import Share
 from helmbench.diagnosis.contract import check_cause
-from helmbench.estimation.estimate import Estimate
-from helmbench.estimation.likelihood.profile import Interval
-from helmbench.estimation.tuning.abc import ABCSampler
+from helmbench.estimation.estimates.estimate import Estimate
+from helmbench.estimation.methods_only.likelihood.profile import Interval
+from helmbench.estimation.methods_only.tuning.abc import ABCSampler
 from helmbench.methods import contract
 from helmbench.methods.base import RecursiveMethod
 from helmbench.models.lanes import open_loops

@@ -1,9 +1,10 @@
 """Every method of helmbench as a model of identibench: `build_model(context)` -> callable (u, y_init, attrs) -> y.
 
 A model is run from the state at the end of the initial window, with the inputs that follow.  The state is smoothed
-from the window alone, as for helmbench's errors ahead (`estimation.smoothed_states`); what the window does not measure
-is that of a run through the window.  The predictions within the window are those of that run, not the samples that
-were given.  A window of fewer than 16 samples gives the free run from its first sample, as helmbench's scores have it.
+from the window alone, as for helmbench's errors ahead (`estimation.observers.smoothed_states`); what the window does
+not measure is that of a run through the window.  The predictions within the window are those of that run, not the
+samples that were given.  A window of fewer than 16 samples gives the free run from its first sample, as helmbench's
+scores have it.
 
 Columns of which the model has no state, such as the roll, are held at their mean over the window.  The wind's angle
 turns with the predicted yaw rate r: d(alpha)/dt = c r, with c of the training records, rounded to -1, 0 or 1: a wind
@@ -22,11 +23,11 @@ import numpy as np
 from ...datasets.instruments import hull_record
 from ...datasets.record import RecordMeta
 from ...datasets.signals import integral
-from ...estimation.estimate import Estimate, predictor_of
-from ...estimation.prediction import SYMBOLS, as_shown
-from ...estimation.regression.smoothed import SHORTEST
-from ...estimation.series import series_of
-from ...estimation.smoothed_states import smoothed_states
+from ...estimation.estimates.estimate import Estimate, predictor_of
+from ...estimation.observers.smoothed_states import smoothed_states
+from ...estimation.observers.smoothing import SHORTEST
+from ...estimation.records.series import series_of
+from ...estimation.results.prediction import SYMBOLS, as_shown
 from ...models.argument_types import typed
 from ...models.errors import BadInput
 from ...models.model import CHANNELS

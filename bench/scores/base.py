@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ...estimation.estimate import Estimate
+    from ...estimation.estimates.estimate import Estimate
     from ..kinds.identification.problems import Problem
 
 LAST = 10_000
@@ -22,7 +22,7 @@ class Outcome:
     problem : records (training and held out), blank model and true parameters.
     estimate : what the method returned.
     parameters : rows of the parameter table, without their keys.
-    prediction : errors of predicted held-out records, as `estimation.prediction.prediction_scores` gives them.
+    prediction : errors of predicted held-out records, as `estimation.results.prediction.prediction_scores` gives them.
     """
 
     problem: Problem

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...estimation.naming import named
+from ...estimation.records.naming import named
 from ...estimation.validation.horizons import LENGTHS, STRAIGHT, TRUSTED, TURNS_ON
 from ...estimation.validation.validate import validate
 from ...models.errors import BadInput

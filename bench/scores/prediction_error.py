@@ -7,7 +7,7 @@ heading is unwrapped.  Units are those of the channels.
 
 from __future__ import annotations
 
-from ...estimation.prediction import CHANNELS
+from ...estimation.results.prediction import CHANNELS
 from .base import Outcome, score
 
 COLUMNS = [

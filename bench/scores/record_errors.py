@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...estimation.naming import named
-from ...estimation.prediction import prediction_scores
+from ...estimation.records.naming import named
+from ...estimation.results.prediction import prediction_scores
 from .base import Outcome, score
 
 RANKED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")

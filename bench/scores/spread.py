@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...estimation.ensemble import ensemble_scores
+from ...estimation.judgement.ensemble import ensemble_scores
 from .base import Outcome, score
 
 SEED = 0
@@ -13,7 +13,7 @@ SEED = 0
 def spread(outcome: Outcome) -> dict[str, float]:
     """CRPS of an ensemble of free runs over the record's spread, and the share of samples inside its 95 % interval.
 
-    Empty for estimates that state no uncertainty (`estimation.ensemble`).
+    Empty for estimates that state no uncertainty (`estimation.judgement.ensemble`).
     """
     found = ensemble_scores(outcome.estimate, outcome.problem.held_out, SEED)
     return {f"{name}_free": value for name, value in found.items()}

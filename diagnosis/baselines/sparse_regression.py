@@ -126,7 +126,7 @@ def equations(model: Model, records: Sequence[Record]) -> list[tuple]:
 
 def _record_equations(model: Model, record: Record) -> list[tuple]:
     from ...datasets.signals import bridged
-    from ...estimation.series import samples
+    from ...estimation.records.series import samples
 
     found = {s: samples(record, s) for s in ("psi", "r", "u", "v", "x", "y")} | {"d": record.rudder()}
     series = {s: bridged(values, record.time_s) for s, values in found.items() if values is not None}
@@ -167,7 +167,7 @@ def _library(pairs: dict, time_s: np.ndarray) -> dict[str, np.ndarray]:
 
 def _force_equations(model: Model, record: Record, pairs: dict, terms: dict) -> list[tuple]:
     """What is left of the model's own equations, from its regression form."""
-    from ...estimation.series import inputs_of
+    from ...estimation.records.series import inputs_of
     from ...models.simulate import regression
 
     given = inputs_of(record, model)

@@ -10,10 +10,10 @@ import numpy as np
 
 from ...datasets.generator import record_run
 from ...datasets.manoeuvres import parse_manoeuvre
-from ...estimation.design import information_gain
-from ...estimation.mixed_effects.fit import normal_equations
-from ...estimation.mixed_effects.problem import problem
-from ...estimation.series import MEASURED
+from ...estimation.diagnosis_only.mixed_effects.fit import normal_equations
+from ...estimation.diagnosis_only.mixed_effects.problem import problem
+from ...estimation.information.design import information_gain
+from ...estimation.records.series import MEASURED
 from ...models.model import CHANNELS
 from ..criteria.left_out import Selection, numbers_of
 from .result import NextRun
@@ -38,7 +38,7 @@ SHOWN = 3
 
 
 def next_runs(extended: Model, whole: Model, found: Selection, groups: Sequence[Group]) -> tuple[NextRun, ...]:
-    """The candidates that add most information (`estimation.design`) on the numbers that
+    """The candidates that add most information (`estimation.information.design`) on the numbers that
     moved, that were tied, and that were refused last."""
     open_ids = {g.id for g in found.final.groups} | {g.id for s in found.steps for g in s.tied_with}
     open_ids |= {group.id for group, _ in found.refused}

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.result import NORMAL_90
-from ...estimation.fit import arithmetic_guard, blas_limited
-from ...estimation.mixed_effects.left_out import jackknife
-from ...estimation.mixed_effects.problem import Problem, pooled
+from ...estimation.diagnosis_only.mixed_effects.left_out import jackknife
+from ...estimation.diagnosis_only.mixed_effects.problem import Problem, pooled
+from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...models.coefficient_groups import every_own_number, groups_of, grown, stated_groups
 from ...models.errors import BadInput
 from ...models.linear_algebra import pinv

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation.mixed_effects.fit import expansions_of
-from ...estimation.mixed_effects.left_out import predicted, score_difference
+from ...estimation.diagnosis_only.mixed_effects.fit import expansions_of
+from ...estimation.diagnosis_only.mixed_effects.left_out import predicted, score_difference
 from ..criteria.left_out import LONG, Attempt, Selection, attempt, common, loses, numbers_of
 
 if TYPE_CHECKING:
-    from ...estimation.mixed_effects.problem import Problem
+    from ...estimation.diagnosis_only.mixed_effects.problem import Problem
     from ...models.coefficient_groups import Group
 
 SHARES = (0.05, 0.1, 0.2, 0.4, 0.8)

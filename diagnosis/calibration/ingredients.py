@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation.mixed_effects.fit import fit
-from ...estimation.mixed_effects.problem import pooled, squares
+from ...estimation.diagnosis_only.mixed_effects.fit import fit
+from ...estimation.diagnosis_only.mixed_effects.problem import pooled, squares
 from ..criteria.left_out import SHORT, attempt, numbers_of
 from .problems import columns_of, errors_of
 from .result import Ingredient
 
 if TYPE_CHECKING:
-    from ...estimation.mixed_effects.problem import Run
+    from ...estimation.diagnosis_only.mixed_effects.problem import Run
     from ...models.coefficient_groups import Group
     from ..criteria.left_out import Attempt
     from .problems import Problems

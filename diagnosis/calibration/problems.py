@@ -10,8 +10,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...estimation.gaps import unbroken
-from ...estimation.mixed_effects.problem import THRUST, LocalChange, Problem, Run, pooled, problem, squares
+from ...estimation.diagnosis_only.mixed_effects.problem import (
+    THRUST,
+    LocalChange,
+    Problem,
+    Run,
+    pooled,
+    problem,
+    squares,
+)
+from ...estimation.records.gaps import unbroken
 from ...models.errors import CannotFit
 from ...models.model import CHANNELS
 from ...models.time_scale import time_scale_s

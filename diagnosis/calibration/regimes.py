@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation.mixed_effects.left_out import score_difference
-from ...estimation.mixed_effects.problem import LocalChange, Problem, pooled
+from ...estimation.diagnosis_only.mixed_effects.left_out import score_difference
+from ...estimation.diagnosis_only.mixed_effects.problem import LocalChange, Problem, pooled
 from ...models.coefficient_groups import Group, parts_of
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, regime_parameters

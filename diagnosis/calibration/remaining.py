@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation.mixed_effects.problem import THRUST, Problem
+from ...estimation.diagnosis_only.mixed_effects.problem import THRUST, Problem
 from ...models.model import CHANNELS
 from ..criteria.left_out import Attempt
 from .result import Remaining

@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.stats import t as student
 
-from ...estimation.naming import named
+from ...estimation.diagnosis_only.windows.problem import mean_of_known
+from ...estimation.records.naming import named
 from ...estimation.validation.validate import validate
-from ...estimation.windows.problem import mean_of_known
 from ...models.errors import BadInput
 from .ladder import OWN_ANGLE, Attempt, Ladder, model_of
 from .result import Band

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.columns import RUDDERS
-from ...estimation.fit import arithmetic_guard, blas_limited
-from ...estimation.naming import named
+from ...estimation.diagnosis_only.windows.fit import covariance_of
+from ...estimation.diagnosis_only.windows.problem import mean_of_known, pieces_of, scales_of
+from ...estimation.records.naming import named
+from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.validation.horizons import STRAIGHT, mean_ratio
 from ...estimation.validation.validate import label, validate
-from ...estimation.windows.fit import covariance_of
-from ...estimation.windows.problem import mean_of_known, pieces_of, scales_of
 from ...models.errors import BadInput
 from ...models.instruments import INSTRUMENTS
 from ..causes.base import NORMAL_90

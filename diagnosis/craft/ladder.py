@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation.windows.fit import Fitted, Number, criterion_at, fall, fit, left_out_errors
-from ...estimation.windows.problem import Piece, Windows, mean_of_known, windows_of
+from ...estimation.diagnosis_only.windows.fit import Fitted, Number, criterion_at, fall, fit, left_out_errors
+from ...estimation.diagnosis_only.windows.problem import Piece, Windows, mean_of_known, windows_of
 from ...models.errors import CannotFit
 from ...models.model import Model, resolve
 from ...models.time_scale import OWN_TIME

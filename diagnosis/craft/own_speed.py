@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from ...estimation.gaps import SHORTEST, parts_of
-from ...estimation.series import samples
-from ...estimation.smoothed_states import smoothed_states
+from ...estimation.observers.smoothed_states import smoothed_states
+from ...estimation.records.gaps import SHORTEST, parts_of
+from ...estimation.records.series import samples
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

@@ -9,14 +9,14 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from ...datasets.columns import TWIN
-from ...estimation.series import samples, speed_of, yaw_rate_of
+from ...estimation.records.series import samples, speed_of, yaw_rate_of
 from ...models.errors import CannotFit
 from ...models.linear_algebra import lstsq
 from .rungs import PAIR, SPEED, TURNS, WIDE, WIND, Craft
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...estimation.windows.problem import Piece, Scales
+    from ...estimation.diagnosis_only.windows.problem import Piece, Scales
 
 SPIKED, NEAR, SPIKE = ("yaw_rate_rad_s", "heading_rad", "surge_m_s"), 7, 12.0
 """Channels freed of spikes, samples of the median, and usual distances from it that a spike exceeds."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.windows.problem import Scales
+from ...estimation.diagnosis_only.windows.problem import Scales
 
 STEEPEST = 1.0
 """Largest damping of a hull, per sampling step: no time constant is shorter than a step."""

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...estimation.diagnosis_only.windows.problem import mean_of_known
 from ...estimation.validation.validate import label
-from ...estimation.windows.problem import mean_of_known
 from .records import COPIED, EXCITED
 from .result import ADEQUATE, BUILT, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED
 

@@ -26,15 +26,21 @@ import numpy as np
 
 from ...checks.statistics.selection import grown
 from ...checks.statistics.tails import student_quantile
-from ...estimation.mixed_effects.fit import Fitted, Number, expanded, fit, tangents_of
-from ...estimation.mixed_effects.left_out import Fall, LeftOut, leave_one_out, predicted, score_difference
-from ...estimation.mixed_effects.problem import Problem, pooled
-from ...estimation.threads import in_threads
+from ...estimation.diagnosis_only.mixed_effects.fit import Fitted, Number, expanded, fit, tangents_of
+from ...estimation.diagnosis_only.mixed_effects.left_out import (
+    Fall,
+    LeftOut,
+    leave_one_out,
+    predicted,
+    score_difference,
+)
+from ...estimation.diagnosis_only.mixed_effects.problem import Problem, pooled
+from ...estimation.numerics.threads import in_threads
 from ...models.coefficient_groups import parts_of
 from ..gain.guard import WORSE
 
 if TYPE_CHECKING:
-    from ...estimation.mixed_effects.expansion import Tangent
+    from ...estimation.diagnosis_only.mixed_effects.expansion import Tangent
     from ...models.coefficient_groups import Group
     from ..discrepancy.subsets import Subset
 

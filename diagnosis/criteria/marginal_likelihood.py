@@ -17,7 +17,7 @@ import numpy as np
 from ...checks.statistics.selection import grown
 from ...checks.statistics.tails import log_tail
 from ...estimation.filters.innovations.noise_fit import fit_noise
-from ...estimation.threads import beside
+from ...estimation.numerics.threads import beside
 from ..candidate import Candidate
 from ..discrepancy.fit import ROUNDS, Base, Fitted, fit, with_forces
 from ..discrepancy.quadratic import START

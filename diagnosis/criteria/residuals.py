@@ -13,9 +13,9 @@ import numpy as np
 
 from ...checks.statistics.selection import grown
 from ...checks.statistics.tails import log_tail
+from ...estimation.diagnosis_only.refit import refit
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise_from_starts
-from ...estimation.filters.innovations.refit import refit
 from ...models.errors import FitFailed
 from ..candidate import Candidate, Screened, Unmodelled, candidate
 from ..residuals import tests

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...estimation.diagnosis_only.refit import gauss_newton
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.estimator import Estimator, Innovations
-from ...estimation.filters.innovations.refit import gauss_newton
 from ...estimation.filters.innovations.settings import Parameter, Setting
 from ...estimation.filters.innovations.vector import SYMBOLS
 from ...estimation.likelihood.minimiser import Damping, try_steps

@@ -1,1 +1,1 @@
-"""Kalman filters of any model: innovations, joint state and parameter estimation."""
+"""Kalman filters of any model that methods and diagnosis share."""

@@ -1,1 +1,1 @@
-"""Maximum likelihood of free runs and of one-step predictions: problems, unknowns, minimiser, searches, profiles."""
+"""Maximum likelihood of free runs: problems, unknowns, minimiser, searches."""

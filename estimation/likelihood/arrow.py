@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...models.linear_algebra import matrix_rank
-from ..regression import factors
+from ..numerics import factors
 from .linear_problem import LinearProblem
 
 

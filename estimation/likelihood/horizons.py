@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..series import Series
+from ..records.series import Series
 from .minimiser import ROUGH, levenberg_marquardt
 from .problem import Problem
 

@@ -15,7 +15,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from ..regression import factors
+from ..numerics import factors
 from .arrow import LinearArrow
 from .linear_problem import LinearProblem
 from .problem import Point, Problem

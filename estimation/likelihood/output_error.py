@@ -22,11 +22,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import CannotFit
-from ..fit import Fit
-from ..gaps import unbroken_series
-from ..regression import factors
-from ..series import Series
-from ..starts import starts_of
+from ..numerics import factors
+from ..records.gaps import unbroken_series
+from ..records.series import Series
+from ..regression.starts import starts_of
+from ..results.fit import Fit
 from .linear_problem import NULL
 from .loss import Loss
 from .problem import Point, Problem, free_start_problem

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .. import free_run
-from ..regression import factors
-from ..series import Series
+from ..numerics import factors
+from ..records.series import Series
+from ..simulation import free_run
 from .arrow import Arrow, Rows
 from .loss import Loss
 from .unknowns import Unknowns

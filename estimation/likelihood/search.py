@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import FitFailed
-from ..series import Series
+from ..records.series import Series
 from .horizons import fit_growing_horizons, short_runs
 from .loss import Loss
 from .minimiser import ROUGH, STRAIGHT, Minimum, levenberg_marquardt

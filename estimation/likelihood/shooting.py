@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .. import free_run
-from ..regression import factors
-from ..series import Series
+from ..numerics import factors
+from ..records.series import Series
+from ..simulation import free_run
 from .horizons import measured_state
 from .minimiser import ROUGH, Minimum, levenberg_marquardt
 from .problem import Point, Problem

@@ -14,11 +14,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...datasets.signals import sensor_sd
+from ..records.series import noise_floor
+
 Array = NDArray[np.float64]
 WIDE = 3.0
 """Initial standard deviations in units of the sensor's noise and of the largest differences."""
 LEVELS = np.arange(-11.0, 7.0)
 """Powers of ten of the process noise tried, in units of the sensor's variance and of samples."""
+SHORTEST = 16
+"""Samples that a stretch without long gaps needs."""
 
 
 class Track(NamedTuple):
@@ -85,6 +90,16 @@ def cost(tracks: Sequence[Track], walk: Walk) -> float:
         return np.inf
     variance = max(squares / used, 1e-300) * walk.noise.max()
     return float(0.5 * (used * np.log(variance) + logs))
+
+
+def sensor_variances(tracks: Sequence[Track]) -> np.ndarray:
+    """Variances (c,) of the sensors' white noise, of tracks with the same sensors."""
+    columns = [np.concatenate(column) for column in zip(*(list(t.outputs.T) for t in tracks), strict=True)]
+    sd = [
+        max(np.sqrt(np.mean([sensor_sd(t.outputs[:, c]) ** 2 for t in tracks])), noise_floor(column))
+        for c, column in enumerate(columns)
+    ]
+    return np.array(sd) ** 2
 
 
 def fitted_walk(tracks: Sequence[Track], noise: Array, orders: Sequence[int]) -> Walk:

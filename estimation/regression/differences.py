@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import CannotFit
-from ..series import inputs_of, require, samples, steps
+from ..records.series import inputs_of, require, samples, steps
 from .samples import LONGEST_STEP, RegressionSamples, n_accelerations, table
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ import numpy as np
 
 from ...datasets.signals import bridged
 from ...models.errors import CannotFit
+from ..numerics import factors
 from ..observers.statevariable import derivatives, transients
-from ..series import inputs_of, require, samples
-from . import factors
+from ..records.series import inputs_of, require, samples
 from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, n_accelerations, table
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import CannotFit, FitFailed
-from ..selection import free_run_cost
-from ..series import series_of
+from ..records.series import series_of
+from ..simulation.selection import free_run_cost
 from .filtered import ORDER, FilteredRows, filtered_rows, row_factors
 from .least_squares import LeastSquares, least_squares
 from .samples import n_accelerations

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import CannotFit
-from ..series import inputs_of, require, samples, steps
-from . import factors
+from ..numerics import factors
+from ..records.series import inputs_of, require, samples, steps
 from .samples import LONGEST_STEP, RegressionSamples, n_accelerations, table
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import FitFailed
-from . import factors
+from ..numerics import factors
 from .samples import RegressionSamples, n_accelerations
 from .schemes import regression_samples
 

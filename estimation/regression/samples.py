@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import CannotFit
-from . import factors
+from ..numerics import factors
 
 if TYPE_CHECKING:
     from ...models.model import Model

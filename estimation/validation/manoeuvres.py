@@ -24,7 +24,7 @@ from ...datasets.indices import (
     without_gaps,
 )
 from ...datasets.record import Record
-from ..prediction import as_shown
+from ..results.prediction import as_shown
 from .result import Index
 from .runs import Stretch
 

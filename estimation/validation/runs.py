@@ -17,16 +17,16 @@ import numpy as np
 
 from ...models.errors import CannotFit
 from ...models.model import CHANNELS
-from ..prediction import BOUND, SYMBOLS, Squares, divergence, squares
-from ..predictor import ModelPredictor
-from ..series import samples, series_of, with_weather, yaw_rate_of
-from ..smoothed_states import smoothed_states
+from ..observers.smoothed_states import smoothed_states
+from ..records.series import samples, series_of, with_weather, yaw_rate_of
+from ..results.prediction import BOUND, SYMBOLS, Squares, divergence, squares
+from ..results.predictor import ModelPredictor
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
-    from ..predictor import Predictor
-    from ..series import Series
+    from ..records.series import Series
+    from ..results.predictor import Predictor
 
 ORIGINS = 200
 """Predictions start at so many samples of a stretch at most, evenly spread."""

@@ -13,8 +13,8 @@ from ...datasets.indices import Performed, performed
 from ...datasets.instruments import hull_record
 from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS as COLUMNS
-from ..gaps import SHORTEST, stretches
-from ..prediction import CHANNELS, SYMBOLS, Squares, as_shown, squares
+from ..records.gaps import SHORTEST, stretches
+from ..results.prediction import CHANNELS, SYMBOLS, Squares, as_shown, squares
 from .horizons import STRAIGHT, TURNS_ON, Horizons, Simple, horizons_of, length_of, trusted_s
 from .manoeuvres import Found, measured_indices, rows, simulated_indices
 from .result import FREE, ONE_STEP, Index, LeftOut, Measured, Run, Score, Validation
@@ -23,7 +23,7 @@ from .runs import Stretch
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
-    from ..predictor import Predictor
+    from ..results.predictor import Predictor
 
 TOGETHER = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 """Channels whose mean R^2 is that of all together; positions, which sum up all errors, are not among them."""

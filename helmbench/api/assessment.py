@@ -10,7 +10,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..estimation import assessment, comparison
+from ..estimation.judgement import assessment, comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit, refuse_copies, rudder_sign_doubt, warn_of
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..datasets.record import Record
-    from ..estimation.estimate import Estimate
+    from ..estimation.estimates.estimate import Estimate
     from ..methods.base import Method
     from ..models.model import Model
     from .arguments import Path as FilePath
@@ -216,7 +216,7 @@ def candidate_models(models: Model | FilePath | Sequence[Model | FilePath], reco
     """The structures that are compared."""
     from os import PathLike
 
-    from ..estimation.families import families_for
+    from ..estimation.judgement.families import families_for
     from ..models.model import Model
 
     listed = [models] if isinstance(models, Model | str | PathLike) else list(models)

@@ -9,8 +9,8 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
 from ..datasets.record import Record
-from ..estimation import estimate as result
-from ..estimation.comparison import Comparison
+from ..estimation.estimates import estimate as result
+from ..estimation.judgement.comparison import Comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput, CannotFit
 from .admission import admit, refuse_copies, warn_of
@@ -185,7 +185,7 @@ def identify(
     """
     from ..datasets.instruments import hull_record
     from ..datasets.rudder_sign import RudderSignWarning, rudder_sign_doubt
-    from ..estimation.estimate import published
+    from ..estimation.estimates.estimate import published
     from ..methods.registry import make
 
     if model == AUTO:
@@ -270,7 +270,7 @@ def _estimate_built(train: Sequence[Record], others: Sequence[Record], particula
 
 def _better_ahead(built: Estimate, best: Estimate, judged: Sequence[Record]) -> bool:
     """Whether errors ahead of the one are smaller than those of the other by more than LEAST."""
-    from ..estimation.naming import named
+    from ..estimation.records.naming import named
     from ..estimation.validation.horizons import mean_ratio
     from ..estimation.validation.validate import validate
 

@@ -177,6 +177,6 @@ def _named_records(
 
 def _names(short: Sequence[str], long: Sequence[str]) -> list[str]:
     """The short names if they differ, else the long ones; those that repeat even so get a number."""
-    from ..estimation.naming import numbered
+    from ..estimation.records.naming import numbered
 
     return numbered(short if len(set(short)) == len(short) else long)

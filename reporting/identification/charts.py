@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ...estimation.assessment import Assessment
-    from ...estimation.comparison import Comparison
-    from ...estimation.correlation import Correlation
+    from ...estimation.judgement.assessment import Assessment
+    from ...estimation.judgement.comparison import Comparison
+    from ...estimation.judgement.correlation import Correlation
 
 HEIGHT = 2.6
 SIDES = {"training": COLOURS[0], "held out": COLOURS[1]}

@@ -13,7 +13,7 @@ from .charts import SIDES, residual_charts
 from .tables import assessed_table, comparison_note, comparison_table, next_table, residual_table, told_table
 
 if TYPE_CHECKING:
-    from ...estimation.assessment import Assessment
+    from ...estimation.judgement.assessment import Assessment
 
 
 def html(found: Assessment) -> str:

@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.comparison import HELD_OUT, TIME_BLOCKS
+from ...estimation.judgement.comparison import HELD_OUT, TIME_BLOCKS
 from ..numbers import interval, interval_digits, is_missing, number, r_squared
 from ..tables import Column, Table, field, make_table
 
 if TYPE_CHECKING:
-    from ...estimation.assessment import Assessment, ParameterTold
-    from ...estimation.comparison import Candidate, Comparison
-    from ...estimation.correlation import ChannelResiduals, Correlation
-    from ...estimation.estimate import Estimate
+    from ...estimation.estimates.estimate import Estimate
+    from ...estimation.judgement.assessment import Assessment, ParameterTold
+    from ...estimation.judgement.comparison import Candidate, Comparison
+    from ...estimation.judgement.correlation import ChannelResiduals, Correlation
 
 DIGITS = 5
 SHOWN = 4

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.assessment import APPROXIMATES, EXPLAINS, FAILS
+from ...estimation.judgement.assessment import APPROXIMATES, EXPLAINS, FAILS
 from ...estimation.likelihood.search import ADEQUATE
 from ..numbers import number, r_squared
 from ..tables import console, html
@@ -17,9 +17,9 @@ from ..validation.tables import free_table, horizon_table, trusted_lines
 from .tables import assessed_table, comparison_note, comparison_table, parameter_table
 
 if TYPE_CHECKING:
-    from ...estimation.assessment import Assessment
-    from ...estimation.comparison import Comparison
-    from ...estimation.correlation import ChannelResiduals
+    from ...estimation.judgement.assessment import Assessment
+    from ...estimation.judgement.comparison import Comparison
+    from ...estimation.judgement.correlation import ChannelResiduals
     from ...estimation.validation.result import Validation
 
 HEADLINES = {

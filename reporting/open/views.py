@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ...diagnosis.craft.result import CraftDiagnosis
     from ...diagnosis.result import Diagnosis, Finding
     from ...diagnosis.trace import Trace
-    from ...estimation.assessment import Assessment
+    from ...estimation.judgement.assessment import Assessment
     from ...estimation.validation.result import Validation
     from ..tables import Table
 

@@ -4,7 +4,7 @@ import pytest
 
 from helmbench.bench.kinds.identification.problems import Task, problem
 from helmbench.datasets.measured import data_dir
-from helmbench.estimation.prediction import prediction_scores
+from helmbench.estimation.results.prediction import prediction_scores
 from helmbench.methods.registry import make
 
 HELD_OUT = ("Z_25_05", "Z_10_10_P", "Z_10_10_S")

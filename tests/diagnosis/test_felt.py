@@ -6,7 +6,7 @@ import pytest
 import helmbench
 from helmbench.diagnosis.felt import felt
 from helmbench.estimation.filters.innovations.estimator import estimator
-from helmbench.estimation.weather import measured_weather
+from helmbench.estimation.records.weather import measured_weather
 from helmbench.models.model import resolve
 
 FLOW = {"current_towards_north": 0.2, "current_towards_east": -0.1, "wind_towards_north": 3.0}

@@ -5,7 +5,7 @@ import pytest
 from sklearn.base import clone
 
 from helmbench.datasets.record import Record
-from helmbench.estimation.fit import Fit
+from helmbench.estimation.results.fit import Fit
 from helmbench.methods.base import Method
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit, FitFailed

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.bounds import cramer_rao
-from helmbench.estimation.starts import starts_of
+from helmbench.estimation.information.bounds import cramer_rao
+from helmbench.estimation.regression.starts import starts_of
 from helmbench.methods.ekf import Ekf
 from helmbench.models.errors import BadInput, CannotFit
 

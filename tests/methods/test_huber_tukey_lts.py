@@ -5,8 +5,8 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.record import Record
+from helmbench.estimation.methods_only.regression.weighted import RegressionRows
 from helmbench.estimation.regression.samples import RegressionSamples
-from helmbench.estimation.regression.weighted import RegressionRows
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.svr.tuning import Tuned
+from helmbench.estimation.methods_only.svr.tuning import Tuned
 from helmbench.methods.ls_svr import LsSvr
 from helmbench.methods.rw_ls_svr import RwLsSvr
 from helmbench.models.errors import BadInput

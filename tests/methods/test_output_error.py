@@ -5,9 +5,9 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.record import Record
-from helmbench.estimation import free_run
-from helmbench.estimation.bounds import cramer_rao
-from helmbench.estimation.series import series_of
+from helmbench.estimation.information.bounds import cramer_rao
+from helmbench.estimation.records.series import series_of
+from helmbench.estimation.simulation import free_run
 from helmbench.methods.output_error import OutputError
 from helmbench.methods.rls import Rls
 from helmbench.models.errors import BadInput, CannotFit

@@ -7,7 +7,7 @@ from helmbench.bench.faults import Case as FaultCase
 from helmbench.bench.faults import inject
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.filters.innovations.noise_fit import fit_noise_from_starts
-from helmbench.estimation.likelihood.prediction_error import velocity_estimator, with_coefficients
+from helmbench.estimation.methods_only.likelihood.prediction_error import velocity_estimator, with_coefficients
 from helmbench.methods.output_error import OutputError
 from helmbench.methods.pem import Pem
 from helmbench.models.errors import BadInput, CannotFit, FitFailed

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.regression import factors
+from helmbench.estimation.numerics import factors
 from helmbench.methods.registry import make
 from helmbench.methods.tsvd_ls import truncated
 from helmbench.models.errors import BadInput

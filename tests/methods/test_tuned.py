@@ -12,7 +12,7 @@ from helmbench.bench.kinds.identification.execute import execute
 from helmbench.bench.kinds.identification.plan import RunSpec, _named
 from helmbench.bench.kinds.identification.problems import Task
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.tuning.tune import storage_of
+from helmbench.estimation.methods_only.tuning.tune import storage_of
 from helmbench.methods import contract
 from helmbench.methods import tuned as tuned_module
 from helmbench.methods.registry import make
@@ -80,8 +80,8 @@ def test_tuning_corrects_a_bad_option(rng):
     case = Case(SHIP, "zigzag:20/20", "low", seed=int(rng.integers(1000)), duration_s=60)
     held_out = generate(Case(SHIP, "zigzag:10/10", duration_s=60))
     model, train = resolve(SHIP).blanked(), [generate(case)]
-    from helmbench.estimation.estimate import predictor_of
-    from helmbench.estimation.predictor import free_run_error
+    from helmbench.estimation.estimates.estimate import predictor_of
+    from helmbench.estimation.results.predictor import free_run_error
 
     plain = make("sklearn:Ridge,alpha=10000").fit(train, model)
     tuned = make("tuned:sklearn:Ridge,trials=12").fit(train, model)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.environment import code_version
-from helmbench.estimation.fit import blas_limited
+from helmbench.estimation.results.fit import blas_limited
 
 FIELDS = ("what", "unit", "ours", "other", "ratio", "low", "high", "target", "remark")
 ROWS = pytest.StashKey[list]()

@@ -23,14 +23,14 @@ from scipy.optimize import least_squares
 
 from helmbench.datasets.generator import Case, generate, record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
-from helmbench.estimation import free_run
 from helmbench.estimation.likelihood.minimiser import levenberg_marquardt
 from helmbench.estimation.likelihood.problem import Problem
+from helmbench.estimation.methods_only.recursive import _kernels as _rls_kernels
+from helmbench.estimation.methods_only.svr import solve
 from helmbench.estimation.observers import _kernels as observers
 from helmbench.estimation.observers.smoothing import random_walk
-from helmbench.estimation.recursive import _kernels as _rls_kernels
-from helmbench.estimation.series import series_of
-from helmbench.estimation.svr import solve
+from helmbench.estimation.records.series import series_of
+from helmbench.estimation.simulation import free_run
 from helmbench.methods.registry import make, methods
 from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.lanes import open_loops
@@ -183,7 +183,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.distance import cdist
 from helmbench.methods.base import blas_limited
-from helmbench.estimation.svr import solve
+from helmbench.estimation.methods_only.svr import solve
 rng = np.random.default_rng(3)
 x = rng.normal(size=({n}, 7))
 y = np.sin(x).sum(axis=1)

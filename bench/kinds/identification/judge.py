@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ....estimation.estimate import Estimate
+    from ....estimation.estimates.estimate import Estimate
     from ....models.model import Model
     from .problems import Truth
 

@@ -265,7 +265,7 @@ def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[s
     at all has an infinite bound.
     """
     from ....datasets.sensors import parse_noise
-    from ....estimation.bounds import cramer_rao
+    from ....estimation.information.bounds import cramer_rao
 
     sensors = parse_noise(noise)
     states = [CHANNELS[state] for state in known.states if state in CHANNELS]

@@ -16,8 +16,8 @@ import numpy as np
 
 from ....datasets.signals import sensor_sd
 from ....models import kernels as kernel_store
-from ...gaps import clock_of
-from ...threads import in_threads
+from ...numerics.threads import in_threads
+from ...records.gaps import clock_of
 from .force_units import force_units
 from .runs import KEPT, Recent, content_of, run_of
 from .segments import Segment, rudder_sd, segments_of

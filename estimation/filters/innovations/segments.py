@@ -12,9 +12,9 @@ from ....datasets.instruments import quietened, rudder_noise
 from ....datasets.signals import bridged
 from ....datasets.spikes import without_spikes_in_time
 from ....models.errors import CannotFit
-from ...gaps import SHORTEST, parts_of
-from ...series import initial_state_of, inputs_of, samples
-from ...weather import held_weather
+from ...records.gaps import SHORTEST, parts_of
+from ...records.series import initial_state_of, inputs_of, samples
+from ...records.weather import held_weather
 from .vector import CHANNELS, SYMBOLS, state_of
 
 if TYPE_CHECKING:

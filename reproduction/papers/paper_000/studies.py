@@ -10,9 +10,9 @@ from ....bench.kinds.identification.problems import derived_parameters
 from ....datasets.generator import Case, generate, record_run
 from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
-from ....estimation.bounds import cramer_rao
-from ....estimation.estimate import Estimate
-from ....estimation.recursive.convergence import overshoot, parameter_paths, settling_time
+from ....estimation.estimates.estimate import Estimate
+from ....estimation.information.bounds import cramer_rao
+from ....estimation.judgement.convergence import overshoot, parameter_paths, settling_time
 from ....methods.base import Method
 from ....methods.registry import make
 from ....models.model import Model, resolve

@@ -277,7 +277,7 @@ def _drawn(figure: str, record: Record) -> dict[str, np.ndarray]:
 
 def _free_run(model: Model, record: Record) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """Errors in % of the observed range (and of the heading in deg), and the predicted lines; nan once diverged."""
-    from ....estimation.prediction import predict
+    from ....estimation.results.prediction import predict
 
     found = {p.channel: p for p in predict(model, record)}
     parts = {key: found[channel] for key, channel in CHANNELS.items()}

@@ -17,7 +17,7 @@ from ..study import Study, StudyResult
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
-    from ....estimation.estimate import Estimate
+    from ....estimation.estimates.estimate import Estimate
     from ....models.model import Model
 
 STEP_S, DURATION_S = 0.1, 200.0
@@ -147,7 +147,7 @@ def _errors(fit: Estimate | None, model: Model) -> dict[str, float]:
 
 def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
     """Seconds until a parameter stays within 5 % of the set value; `NEVER` where it does not within the record."""
-    from ....estimation.recursive.convergence import convergence
+    from ....estimation.judgement.convergence import convergence
 
     if fit is None:
         return dict.fromkeys(model.parameters, NEVER)
@@ -157,7 +157,7 @@ def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
 
 def _paths(fit: Estimate | None, model: Model) -> dict[str, np.ndarray]:
     """Relative errors of the parameters along the recursion, every second."""
-    from ....estimation.recursive.convergence import parameter_paths
+    from ....estimation.judgement.convergence import parameter_paths
 
     if fit is None:
         return {}
@@ -331,7 +331,7 @@ def _thinned(record: Record, stride: int) -> Record:
 
 def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[tuple[str, float]]:
     """R^2 and RMSE (deg/s) of the yaw rate and RMSE of the heading (deg) of each run."""
-    from ....estimation.prediction import prediction_scores
+    from ....estimation.results.prediction import prediction_scores
 
     for run, record in runs.items():
         score = {} if estimate is None else prediction_scores(estimate.model, [record])
@@ -342,7 +342,7 @@ def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[t
 
 def _course(estimate: Estimate) -> dict[str, np.ndarray]:
     """Parameters along the recursion, every second."""
-    from ....estimation.recursive.convergence import parameter_paths
+    from ....estimation.judgement.convergence import parameter_paths
 
     time = estimate.trajectory_time_s
     assert time is not None

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ....estimation.bounds import cramer_rao
-from ....estimation.observers import eso
-from ....estimation.svr.estimators import LSSVR
+from ....estimation.information.bounds import cramer_rao
+from ....estimation.methods_only.observers import eso
+from ....estimation.methods_only.svr.estimators import LSSVR
 from ....methods.eso_rw_lssvr import EsoRwLssvr
 from ....methods.svf_ls import SvfLs
 from ....models.errors import CannotFit, FitFailed

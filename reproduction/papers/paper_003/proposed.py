@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....estimation.svr.tuning import Tuned, Tuner, colony, grid
-from ....estimation.tuning.abc import PAPER_003
+from ....estimation.methods_only.svr.tuning import Tuned, Tuner, colony, grid
+from ....estimation.methods_only.tuning.abc import PAPER_003
 from ....methods.eso_rw_lssvr import EsoRwLssvr
 from ....models.model import Model, resolve
 from ..study import StudyResult
@@ -23,7 +23,7 @@ from .vessels import percent
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
-    from ....estimation.estimate import Estimate
+    from ....estimation.estimates.estimate import Estimate
 
 SOURCES = PAPER_003["n_sources"]
 MOVES = SOURCES + PAPER_003["n_onlookers"]

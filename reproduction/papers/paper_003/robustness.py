@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ....datasets.generator import Case, generate
-from ....estimation.svr import solve
-from ....estimation.svr.estimators import LSSVR, RWLSSVR
+from ....estimation.methods_only.svr import solve
+from ....estimation.methods_only.svr.estimators import LSSVR, RWLSSVR
 from ....models.model import resolve
 from ..study import StudyResult
 from . import vessels

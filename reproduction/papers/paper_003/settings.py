@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....estimation.observers import eso
+from ....estimation.methods_only.observers import eso
+from ....estimation.methods_only.svr.solve import adaptive_weights
+from ....estimation.methods_only.svr.tuning import DOMAIN
+from ....estimation.methods_only.tuning.abc import PAPER_003
 from ....estimation.observers.linear import noise_gains
-from ....estimation.svr.solve import adaptive_weights
-from ....estimation.svr.tuning import DOMAIN
-from ....estimation.tuning.abc import PAPER_003
 from ....models.model import resolve
 from ..study import StudyResult
 from . import vessels

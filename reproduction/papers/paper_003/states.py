@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ....estimation.observers import eso
+from ....estimation.methods_only.observers import eso
 from ....estimation.observers.linear import Discrete, discretised, respond
 from ....estimation.observers.smoothing import Track, Walk, random_walk, smoothed
 from ..study import StudyResult

@@ -11,7 +11,7 @@ from ....datasets.disturbances import parse_disturbance
 from ....datasets.generator import as_record, record_run, require_finite, sail
 from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
-from ....estimation.prediction import predict, prediction_scores
+from ....estimation.results.prediction import predict, prediction_scores
 from ....models.model import Model, resolve
 
 SEA = "wind:10@{0}+waves:3.25/8.5@{0}"

@@ -13,8 +13,8 @@ from ....datasets.generator import record_run
 from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
 from ....datasets.sensors import parse_noise
-from ....estimation.estimate import Estimate
-from ....estimation.prediction import error_and_r2
+from ....estimation.estimates.estimate import Estimate
+from ....estimation.results.prediction import error_and_r2
 from ....methods.registry import make
 from ....models.errors import FitFailed
 from ....models.model import Model, resolve

@@ -16,7 +16,7 @@ import numpy as np
 
 from ....datasets.generator import Case, generate
 from ....datasets.record import Record
-from ....estimation.prediction import prediction_scores
+from ....estimation.results.prediction import prediction_scores
 from ....methods.registry import make
 from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model, resolve
@@ -24,7 +24,7 @@ from ..study import Study, StudyResult
 from .statistics import paired
 
 if TYPE_CHECKING:
-    from ....estimation.estimate import Estimate
+    from ....estimation.estimates.estimate import Estimate
 
 NOISE = ("low", "medium", "high")
 SEEDS = 20

@@ -13,7 +13,7 @@ from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.calibration.calibrate import calibrate
 from helmbench.diagnosis.gain.guard import WORSE
-from helmbench.estimation.mixed_effects.problem import pooled, problem, squares
+from helmbench.estimation.diagnosis_only.mixed_effects.problem import pooled, problem, squares
 from helmbench.models.coefficient_groups import groups_of, grown
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import model_to_json, resolve

@@ -6,7 +6,7 @@ import pytest
 from helmbench.diagnosis.craft.build import build
 from helmbench.diagnosis.craft.records import outside
 from helmbench.diagnosis.craft.result import BUILT
-from helmbench.estimation.series import speed_of
+from helmbench.estimation.records.series import speed_of
 from helmbench.models.errors import CannotFit
 
 from ...craft_simulator import ALLOCATED, FULL, LAWS, STRONGER, draw, sailed

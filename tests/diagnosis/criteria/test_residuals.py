@@ -17,10 +17,10 @@ from helmbench.diagnosis.residuals.judged import RIVALLED_LEVEL, RIVALLED_NATS
 from helmbench.diagnosis.residuals.unmodelled import FURTHER_NATS, margin_over_unmodelled
 from helmbench.diagnosis.state import channel_shares, exceeds_misfit, first_state, misfit_allowance
 from helmbench.diagnosis.statistics.gusts import penalised_likelihood
+from helmbench.estimation.diagnosis_only.refit import refit
 from helmbench.estimation.filters.innovations.derivatives import columns
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.estimation.filters.innovations.noise_fit import fit_noise_from_starts
-from helmbench.estimation.filters.innovations.refit import refit
 from helmbench.models.model import resolve
 
 R, X, Y = 1, 4, 5

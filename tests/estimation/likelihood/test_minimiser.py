@@ -6,7 +6,7 @@ import pytest
 from helmbench.estimation.likelihood.linear_problem import LinearProblem
 from helmbench.estimation.likelihood.minimiser import Damping, levenberg_marquardt, try_steps
 from helmbench.estimation.likelihood.problem import Point, free_start_problem
-from helmbench.estimation.series import series_of
+from helmbench.estimation.records.series import series_of
 
 
 def test_steps_never_make_it_worse(suite):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.estimation.likelihood.search import fit_output_error
-from helmbench.estimation.series import series_of
+from helmbench.estimation.records.series import series_of
 from helmbench.models.errors import FitFailed
 
 

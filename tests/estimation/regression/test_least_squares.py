@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.regression import factors
+from helmbench.estimation.numerics import factors
 from helmbench.estimation.regression.least_squares import least_squares
 from helmbench.models.errors import FitFailed
 

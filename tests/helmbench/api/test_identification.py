@@ -7,7 +7,7 @@ import pytest
 
 import helmbench
 from helmbench.datasets.columns import in_order
-from helmbench.estimation.fit import Fit
+from helmbench.estimation.results.fit import Fit
 from helmbench.methods.base import Method
 
 

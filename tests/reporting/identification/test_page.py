@@ -9,8 +9,8 @@ import pytest
 
 from helmbench.datasets.display import shown_name, shown_unit
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.assessment import assess
-from helmbench.estimation.comparison import Entrant, compare
+from helmbench.estimation.judgement.assessment import assess
+from helmbench.estimation.judgement.comparison import Entrant, compare
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
 from helmbench.reporting.identification.page import html

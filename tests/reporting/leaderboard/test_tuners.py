@@ -10,8 +10,8 @@ from scipy.stats import friedmanchisquare
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.store import read_tables
 from helmbench.bench.suites import load_suite
-from helmbench.estimation.tuning.space import Choice, grid_of
-from helmbench.estimation.tuning.tune import TUNERS
+from helmbench.estimation.methods_only.tuning.space import Choice, grid_of
+from helmbench.estimation.methods_only.tuning.tune import TUNERS
 from helmbench.methods.registry import make
 from helmbench.reporting.leaderboard import publish
 from helmbench.reporting.leaderboard.contest import Contest

@@ -1,0 +1,1 @@
+"""What a diagnosis fits with and no identification method does."""

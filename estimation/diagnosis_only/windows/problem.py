@@ -1,0 +1,317 @@
+"""Windows of records: their inputs, their start, what was measured in them, and predictions of all of them at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ....datasets.instruments import corrected
+from ....datasets.signals import bridged, sensor_sd
+from ....models.errors import CannotFit
+from ...observers.smoothed_states import smoothed_states
+from ...records.gaps import SHORTEST, parts_of
+from ...records.series import inputs_of, samples, yaw_rate_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from ....datasets.record import Record
+    from ....models.model import Model
+
+SYMBOLS = ("r", "psi")
+LENGTH = 4.0
+"""Length of a window in the craft's own times."""
+FEWEST, MOST = 10, 45
+"""Samples of a window."""
+WINDOWS = 130
+"""Windows at most, of all records together."""
+BLOCKS = 16
+"""Blocks of time, of all records together, that are left out in turn."""
+TURN = 0.6
+"""Yaw rate of a hard turn times L/U: a circle of three to four lengths' diameter."""
+LOST = 30.0
+"""Largest error in the channel's own motion that a run which leaves the record counts with."""
+
+
+class Scales(NamedTuple):
+    """The craft's own units: its time L/U [s] as a hard turn shows it, yaw rate [rad/s] and rudder or command [rad] of
+    hard manoeuvres (95 % of all samples are below), speed [m/s] and revolutions [1/s] at which the way is made (means
+    over it, so that a time at rest does not count), nan where they are not known."""
+
+    time_s: float
+    rate: float
+    rudder: float
+    speed: float
+    turns: float
+
+
+class Piece(NamedTuple):
+    """A stretch of a record without long gaps, and its smoothed yaw rate and heading (N, 2)."""
+
+    record: Record
+    owner: int
+    smooth: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """W windows of N + 1 samples: see the module.
+
+    inputs : (W, N + 1, nu) of `model`;  start : (W, n), zero for states that a record does not measure;  measured : (W,
+    N + 1, 2) yaw rate and heading, nan = gap;  record, block : (W,) numbers;  noise : (2,) standard deviations of the
+    sensors, the smallest errors that count;  motion : (2,) of the yaw rate, and of the heading within a window;  run :
+    inputs (M, nu) of each piece with the places of its windows, for states that follow the inputs alone.
+    """
+
+    model: Model
+    dt: float
+    inputs: np.ndarray
+    start: np.ndarray
+    measured: np.ndarray
+    record: np.ndarray
+    block: np.ndarray
+    noise: np.ndarray
+    motion: np.ndarray
+    runs: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
+    n_records: int
+    duration_s: float
+
+    def errors(self, sets: np.ndarray, shift: np.ndarray) -> np.ndarray:
+        """Predicted minus measured (B W, N + 1, 2) for B sets of coefficients.
+
+        sets : (B, p) one a set, or (B, W, p);  shift : (B, W) added to the first input.
+        """
+        from ....models.lanes import open_loops
+
+        count, w = len(sets), len(self.inputs)
+        every = np.broadcast_to(sets[:, None, :] if sets.ndim == 2 else sets, (count, w, sets.shape[-1]))
+        inputs = np.tile(self.inputs, (count, 1, 1))
+        inputs[:, :, 0] += shift.reshape(-1, 1)
+        start = np.tile(self.start, (count, 1))
+        if "lead_state" in self.model.states:
+            place = self.model.states.index("lead_state")
+            start[:, place] = np.concatenate([self._lagging(one) for one in every[:, 0, :]]) + shift.ravel()
+        with np.errstate(all="ignore"):
+            states = open_loops(self.model, every.reshape(count * w, -1), inputs, self.dt, start)
+            found = states[:, :, [self.model.states.index(s) for s in SYMBOLS]] - np.tile(self.measured, (count, 1, 1))
+            limit = LOST * self.motion
+            found = np.where(np.isnan(np.tile(self.measured, (count, 1, 1))), np.nan, np.nan_to_num(found, nan=1e9))
+            return np.clip(found, -limit, limit)
+
+    def of(self, keep: np.ndarray) -> Windows:
+        """Some of the windows; keep: (W,) whether."""
+        place = np.cumsum(keep) - 1
+        runs = tuple((u, place[rows[keep[rows]]], at[keep[rows]]) for u, rows, at in self.runs)
+        return replace(
+            self,
+            inputs=self.inputs[keep],
+            start=self.start[keep],
+            measured=self.measured[keep],
+            record=self.record[keep],
+            block=np.unique(self.block[keep], return_inverse=True)[1],
+            runs=runs,
+            duration_s=self.duration_s * float(np.mean(keep)),
+        )
+
+    def _lagging(self, coefficients: np.ndarray) -> np.ndarray:
+        """The state behind the first-order lag of the first input at the windows' starts (W,)."""
+        names = self.model.coordinates
+        lag = float(coefficients[names.index("lead_T2")])
+        out = np.zeros(len(self.inputs))
+        for inputs, rows, places in self.runs:
+            out[rows] = _lag(inputs, self.dt / max(lag, 1e-9))[places]
+        return out
+
+
+def mean_of_known(values: np.ndarray, axis: int | tuple[int, ...]) -> np.ndarray:
+    """Mean along axes of the values that are no gaps; nan where there is none."""
+    known = np.isfinite(values)
+    with np.errstate(all="ignore"):
+        return np.where(known, values, 0.0).sum(axis=axis) / known.sum(axis=axis)
+
+
+def _lag(values: np.ndarray, ratio: float) -> np.ndarray:
+    """First-order lag (M,) of a series that is linear between samples; ratio: step over time constant."""
+    from scipy.signal import lfilter
+
+    decay = float(np.exp(-ratio))
+    slope = (1.0 - decay) / ratio
+    drive = np.concatenate([[0.0], (slope - decay) * values[:-1] + (1.0 - slope) * values[1:]])
+    drive[0] = values[0]
+    return np.asarray(lfilter([1.0], [1.0, -decay], drive), float)
+
+
+def scales_of(records: Sequence[Record]) -> Scales:
+    """The craft's own units, from what the records show.
+
+    Raises
+    ------
+    CannotFit : the records hold no yaw motion or no movement of the rudder.
+    """
+    rate = _high([yaw_rate_of(record) for record in records])
+    rudder = _high([_centred(record.rudder()) for record in records])
+    if not (rate > 0.0 and rudder > 0.0):
+        raise CannotFit("the records hold no yaw motion, or the rudder or command never moves")
+    speed, turns = (_over_the_way([of(record) for record in records]) for of in (_speed, _turns))
+    return Scales(TURN / rate, rate, rudder, speed, turns)
+
+
+def _known(parts: Sequence[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.abs(part[np.isfinite(part)]) for part in parts])
+
+
+def _high(parts: Sequence[np.ndarray]) -> float:
+    known = _known(parts)
+    return float(np.quantile(known, 0.95)) if known.size and np.any(known > 0.0) else float("nan")
+
+
+def _over_the_way(parts: Sequence[np.ndarray]) -> float:
+    known = _known(parts)
+    return float(known @ known / known.sum()) if np.any(known > 0.0) else float("nan")
+
+
+def _centred(values: np.ndarray) -> np.ndarray:
+    return values - np.nanmedian(values)
+
+
+def _speed(record: Record) -> np.ndarray:
+    from ...records.series import speed_of
+
+    try:
+        return speed_of(record)
+    except CannotFit:
+        return np.zeros(0)
+
+
+def _turns(record: Record) -> np.ndarray:
+    turns = samples(record, "n")
+    return np.zeros(0) if turns is None else turns
+
+
+def pieces_of(records: Sequence[Record], scales: Scales) -> list[Piece]:
+    """The stretches of records between long gaps that are long enough for a window, with their smoothed motion.
+
+    Raises
+    ------
+    CannotFit : there is none.
+    """
+    found = []
+    for owner, record in enumerate(records):
+        for part in parts_of(record, scales.time_s / 20.0):
+            states = smoothed_states(part, part.time_s) if part.n >= SHORTEST else {}
+            if "psi" not in states and "r" in states:
+                middle = 0.5 * (states["r"][1:] + states["r"][:-1])
+                states["psi"] = np.concatenate([[0.0], np.cumsum(middle * np.diff(part.time_s))])
+            if {"r", "psi"} <= set(states):
+                found.append(Piece(part, owner, np.column_stack([states[s] for s in SYMBOLS])))
+    if not found:
+        raise CannotFit("no record has a stretch with rudder and heading or yaw rate that is long enough")
+    return found
+
+
+def windows_of(
+    pieces: Sequence[Piece], model: Model, scales: Scales, instruments: Mapping[str, float] | None = None
+) -> Windows:
+    """The windows of the pieces for a model.
+
+    instruments : linkage between the recorded rudder or command and what acts on the hull (`models.instruments`).
+
+    Raises
+    ------
+    CannotFit : a record lacks an input of the model, or none is long enough.
+    """
+    step, samples_each = _grid(pieces, scales)
+    stride = max(_stride(pieces, step, samples_each), 1)
+    blocks = max(1, round(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces) / BLOCKS / step))
+    parts, runs, done, rows = [], [], 0, 0
+    for piece in pieces:
+        series = _resampled(piece, model, step, instruments or {})
+        firsts = np.arange(0, len(series[0]) - samples_each, stride)
+        if not firsts.size:
+            continue
+        places = firsts[:, None] + np.arange(samples_each + 1)
+        start = np.zeros((firsts.size, len(model.states)))
+        for column, symbol in enumerate(SYMBOLS):
+            start[:, model.states.index(symbol)] = series[2][firsts, column]
+        parts.append(
+            (series[0][places], start, series[1][places], np.full(firsts.size, piece.owner), done + firsts // blocks)
+        )
+        runs.append((series[0][:, 0], rows + np.arange(firsts.size), firsts))
+        done += int(firsts[-1] // blocks) + 1
+        rows += firsts.size
+    if not parts:
+        raise CannotFit(f"no record has a stretch of {step * samples_each:.3g} s")
+    inputs, start, measured, record, block = (np.concatenate(one) for one in zip(*parts, strict=True))
+    own = [[sensor_sd(samples_of) for samples_of in _channels(p.record).T] for p in pieces]
+    spread = measured - start[:, None, [model.states.index(s) for s in SYMBOLS]]
+    spread[:, :, 0] = measured[:, :, 0]
+    motion = np.sqrt(mean_of_known(spread**2, (0, 1)))
+    return Windows(
+        model=model,
+        dt=step,
+        inputs=inputs,
+        start=start,
+        measured=measured,
+        record=record,
+        block=np.unique(block, return_inverse=True)[1],
+        noise=np.sqrt(np.mean(np.square(own), axis=0)),
+        motion=np.maximum(np.where(np.isfinite(motion), motion, 1.0), 1e-12),
+        runs=tuple(runs),
+        n_records=1 + max(p.owner for p in pieces),
+        duration_s=float(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces)),
+    )
+
+
+def _grid(pieces: Sequence[Piece], scales: Scales) -> tuple[float, int]:
+    """Step [s] of the windows and their number of steps."""
+    dt = float(np.median([p.record.dt for p in pieces]))
+    longest = max(float(p.record.time_s[-1] - p.record.time_s[0]) for p in pieces)
+    length = min(max(LENGTH * scales.time_s, FEWEST * dt), max(longest / 3.0, FEWEST * dt))
+    step = dt * max(1, int(np.ceil(length / dt / MOST)))
+    return step, max(FEWEST - 1, round(length / step))
+
+
+def _stride(pieces: Sequence[Piece], step: float, samples_each: int) -> int:
+    total = sum(max((p.record.time_s[-1] - p.record.time_s[0]) / step - samples_each, 0.0) for p in pieces)
+    return max(int(np.ceil(total / WINDOWS)), samples_each // 3)
+
+
+def _resampled(
+    piece: Piece, model: Model, step: float, instruments: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Inputs (M, nu), measured (M, 2) and smoothed (M, 2) at equal steps; inputs are means over a step."""
+    record = corrected(piece.record, dict(instruments))
+    time, given = record.time_s, inputs_of(record, model)
+    grid = time[0] + step * np.arange(int((time[-1] - time[0]) / step + 1e-9) + 1)
+    inputs = np.column_stack([_means(time, bridged(given[s], time), grid, step) for s in model.inputs])
+    measured = np.column_stack([_nearest(time, values, grid, record.dt) for values in _channels(record).T])
+    smooth = np.column_stack([np.interp(grid, time, values) for values in piece.smooth.T])
+    return inputs, measured, smooth
+
+
+def _channels(record: Record) -> np.ndarray:
+    """Yaw rate and heading (N, 2) as measured, nan where they are not."""
+    found = [samples(record, symbol) for symbol in SYMBOLS]
+    return np.column_stack([np.full(record.n, np.nan) if one is None else one for one in found])
+
+
+def _means(time: np.ndarray, values: np.ndarray, grid: np.ndarray, step: float) -> np.ndarray:
+    """Means (M,) of a series (N,), linear between its samples, over a step about each time of the grid."""
+    if step <= 1.001 * float(np.median(np.diff(time))):
+        return np.interp(grid, time, values)
+    area = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
+    low, high = (np.clip(grid + side * 0.5 * step, time[0], time[-1]) for side in (-1.0, 1.0))
+    return (np.interp(high, time, area) - np.interp(low, time, area)) / np.maximum(high - low, 1e-12)
+
+
+def _nearest(time: np.ndarray, values: np.ndarray, grid: np.ndarray, dt: float) -> np.ndarray:
+    """Values (M,) at times of the grid, linear between neighbours; nan where a neighbour is a gap or far away."""
+    right = np.clip(np.searchsorted(time, grid), 1, time.size - 1)
+    left = right - 1
+    part = np.clip((grid - time[left]) / (time[right] - time[left]), 0.0, 1.0)
+    found = (1.0 - part) * values[left] + part * values[right]
+    found = np.where(part < 1e-6, values[left], np.where(part > 1.0 - 1e-6, values[right], found))
+    return np.where(time[right] - time[left] <= 3.0 * dt, found, np.nan)

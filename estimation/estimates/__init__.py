@@ -1,0 +1,1 @@
+"""Estimates: a fit with its model and records, and the statistics of its residuals."""

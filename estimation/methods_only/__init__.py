@@ -1,0 +1,1 @@
+"""What identification methods fit with and no diagnosis does."""

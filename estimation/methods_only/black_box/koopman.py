@@ -1,0 +1,94 @@
+"""Extended dynamic mode decomposition with control: outputs lifted to monomials, which move on linearly.
+
+With the scaled signals of `state_space` and q(t) = z(t), z(t - h), ..., z(t - (l - 1) h),
+
+    g(q) = (q, their products of 2 to `degree` factors),    g(q(t + h)) = A g(q(t)) + B p(t) + c
+
+by ridge regression over all whole steps.  p are the inputs w and, in the bilinear form, their products with every entry
+of g as well.  A free run lifts the past of its first sample and then moves the lifted state on linearly: products are
+not computed anew at every step, which would be a polynomial difference equation.  The first
+k entries of the state are the outputs.  Sources: Proctor, Brunton & Kutz 2016, SIAM J. Appl. Dyn. Syst. 15(1), 142
+(without products: dynamic mode decomposition with control, DMDc); Williams, Kevrekidis & Rowley 2015, J. Nonlinear Sci.
+25, 1307 (products); Korda & Mezic 2018, Automatica 93, 149 (inputs that act linearly on the lifted state); Bruder, Fu &
+Vasudevan 2021, IEEE Robot. Autom. Lett. 6(3), 4416 (bilinear).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ....models.errors import CannotFit
+from .state_space import Training, pasts
+from .terms import TermRegression, evaluate, monomials
+
+
+class LiftedSystem(NamedTuple):
+    """State g(q) of n entries, see `state_space.System`: q has d entries, inputs nu.
+
+    Parameters
+    ----------
+    terms : (n, degree) of g, see `terms.evaluate`; the first d are q itself.
+    bilinear : whether the products of inputs and state count as inputs.
+    a, b, c : (n, n), (n, nu) or bilinear (n, nu (1 + n)), (n,).
+    """
+
+    terms: np.ndarray
+    bilinear: bool
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+
+    def begin(self, past: np.ndarray) -> np.ndarray:
+        """States (N, n) after pasts (N, l (k + nu))."""
+        return evaluate(self.terms, past)
+
+    def advance(self, state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """States (N, n) one step on under inputs (N, nu)."""
+        driving = with_products(inputs, state) if self.bilinear else inputs
+        return state @ self.a.T + driving @ self.b.T + self.c
+
+
+def with_products(inputs: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """Inputs (N, nu), then their products with every entry of states (N, n): (N, nu (1 + n))."""
+    return np.hstack([inputs, (inputs[:, :, None] * state[:, None, :]).reshape(len(state), -1)])
+
+
+def lift(training: Training, degree: int, output_lags: int, alpha: float, bilinear: bool) -> LiftedSystem:
+    """The system whose A, B and c have the penalty `alpha` of `terms.TermRegression`.
+
+    Raises
+    ------
+    CannotFit : there are no more rows than unknowns of an equation, or no record is long enough for a row.
+    """
+    terms = monomials(training.parts[0].outputs.shape[1] * output_lags, degree)[1:]
+    past, inputs, ahead = _rows(training, output_lags)
+    state = evaluate(terms, past)
+    driving = with_products(inputs, state) if bilinear else inputs
+    n, unknowns = len(terms), len(terms) + driving.shape[1] + 1
+    if len(past) <= unknowns:
+        raise CannotFit(f"{len(past)} usable rows for {unknowns} unknowns")
+    regression = TermRegression(monomials(unknowns - 1, 1), alpha).fit(
+        np.hstack([state, driving]), evaluate(terms, ahead)
+    )
+    found = np.zeros((unknowns, n))
+    found[regression.terms_[:, 0]] = regression.weights_
+    return LiftedSystem(terms, bilinear, found[1 : 1 + n].T.copy(), found[1 + n :].T.copy(), found[0])
+
+
+def _rows(training: Training, output_lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pasts (N, l (k + nu)), inputs (N, nu) and pasts one step on, of all steps that are whole with their past."""
+    s, back, found = training.stride, training.stride * (output_lags - 1), []
+    for part in training.parts:
+        place = np.arange(back, len(part.whole) - s)
+        if not place.size:
+            continue
+        lost = np.concatenate([[0], np.cumsum(~part.whole)])
+        place = place[lost[place + s + 1] == lost[place - back]]
+        past, ahead = (pasts(part, at, s, output_lags) for at in (place, place + s))
+        found.append((past, part.inputs[place], ahead))
+    if not found:
+        raise CannotFit(f"no record is as long as {output_lags + 1} steps")
+    past, inputs, ahead = (np.vstack(blocks) for blocks in zip(*found, strict=True))
+    return past, inputs, ahead

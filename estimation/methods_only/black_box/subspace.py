@@ -1,0 +1,190 @@
+"""Subspace identification of a linear state-space model: order from a projection, input matrices from free runs.
+
+With the scaled signals of `state_space`,
+
+    x(t + h) = A x(t) + B w(t) + c,    z(t + h) = C x(t) + D w(t) + d,    x(t) = M p(t) + m
+
+Extended observability matrix: left singular vectors of the part of the future outputs that the past explains beyond the
+future inputs (PO-MOESP: Verhaegen 1994, Automatica 30(1), 61).  A by its shift invariance; B, D, c, d by least squares
+on free runs (Ljung 1999, section 10.6); M and m by least squares on the states that explain the future best.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ....models.errors import CannotFit, FitFailed
+from ....models.linear_algebra import lstsq, svd
+from .rows import Signals
+from .state_space import Training, pasts
+
+RIDGE = 1e-8
+"""Penalty of the least-squares problems relative to the mean square of a column."""
+
+
+class LinearSystem(NamedTuple):
+    """State (z, x), see `state_space.System`: x has n entries, z k, inputs nu, pasts q entries.
+
+    Parameters
+    ----------
+    a, b, c, d : (n, n), (n, nu), (k, n), (k, nu).
+    offset : (k + n,) of z and x.
+    from_past : (n, q); from_past_offset : (n,).
+    """
+
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: np.ndarray
+    offset: np.ndarray
+    from_past: np.ndarray
+    from_past_offset: np.ndarray
+
+    def begin(self, past: np.ndarray) -> np.ndarray:
+        """States (N, k + n) after pasts (N, q)."""
+        return np.hstack([past[:, : len(self.c)], past @ self.from_past.T + self.from_past_offset])
+
+    def advance(self, state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """States (N, k + n) one step on under inputs (N, nu)."""
+        x = state[:, len(self.c) :]
+        return np.hstack([x @ self.c.T + inputs @ self.d.T, x @ self.a.T + inputs @ self.b.T]) + self.offset
+
+
+class _Rows(NamedTuple):
+    """Pasts (N, q), future inputs (N, f nu) and future outputs (N, f k) of samples."""
+
+    past: np.ndarray
+    inputs: np.ndarray
+    outputs: np.ndarray
+
+
+def identify(training: Training, order: int) -> tuple[LinearSystem, int]:
+    """The system of `order` states and the number of steps of its pasts.
+
+    Raises
+    ------
+    CannotFit : there are no more samples than unknowns.
+    FitFailed : no finite system is found.
+    """
+    k = training.parts[0].outputs.shape[1]
+    steps = 2 * -(-order // k) + 2
+    rows = _rows(training, steps)
+    try:
+        gamma = _observability(rows, order)
+        a, c = _stable(lstsq(gamma[:-k], gamma[k:])), gamma[:k]
+        b, d, offset = _input_matrices(training, a, c)
+        system = LinearSystem(a, b, c, d, offset, np.zeros((order, rows.past.shape[1])), np.zeros(order))
+        system = LinearSystem(*map(np.ascontiguousarray, _with_start(system, rows)))
+    except np.linalg.LinAlgError as error:
+        raise FitFailed(f"no linear system of order {order}: {error}") from error
+    if not all(np.isfinite(part).all() for part in system):
+        raise FitFailed(f"no finite linear system of order {order}")
+    return system, steps
+
+
+def _rows(training: Training, steps: int) -> _Rows:
+    """Rows of all samples with `steps` whole steps before and after them."""
+    s, found = training.stride, []
+    for part in training.parts:
+        place = np.arange(s * steps, len(part.whole) - s * steps)
+        if place.size:
+            lost = np.concatenate([[0], np.cumsum(~part.whole)])
+            place = place[lost[place + s * steps + 1] == lost[place - s * steps]]
+            ahead = place[:, None] + s * np.arange(steps + 1)
+            w, z = part.inputs[ahead[:, :-1]], part.outputs[ahead[:, 1:]]
+            found.append(
+                (pasts(part, place, s, steps), w.reshape(len(place), -1), z.reshape(len(place), -1)),
+            )
+    n = sum(len(past) for past, _, _ in found)
+    k, nu = training.parts[0].outputs.shape[1], training.parts[0].inputs.shape[1]
+    unknowns = steps * (k + 2 * nu) + 1
+    if n <= unknowns:
+        raise CannotFit(f"{n} usable rows for {unknowns} unknowns")
+    return _Rows(*(np.vstack(blocks) for blocks in zip(*found, strict=True)))
+
+
+def _observability(rows: _Rows, order: int) -> np.ndarray:
+    """Extended observability matrix (f k, n)."""
+    first = np.hstack([np.ones((len(rows.past), 1)), rows.inputs])
+    r = np.asarray(np.linalg.qr(np.hstack([first, rows.past, rows.outputs]), mode="r"))
+    start, end = first.shape[1], first.shape[1] + rows.past.shape[1]
+    u, size, _ = svd(r[start:end, end:].T, full_matrices=False)
+    return u[:, :order] * np.sqrt(size[:order])
+
+
+def _stable(a: np.ndarray) -> np.ndarray:
+    """The matrix (n, n) with eigenvalues outside the unit circle reflected into it."""
+    values, vectors = np.linalg.eig(a)
+    if np.abs(values).max() <= 1.0:
+        return a
+    return np.real(np.linalg.solve(vectors.T, (vectors * (values / np.maximum(np.abs(values), 1.0) ** 2)).T).T)
+
+
+def _input_matrices(training: Training, a: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """B (n, nu), D (k, nu) and offsets (k + n,), with the first states of the records as further unknowns."""
+    n, k, nu = len(a), len(c), training.parts[0].inputs.shape[1]
+    blocks, targets, own = [], [], []
+    for part in training.parts:
+        place = np.arange(0, len(part.whole), training.stride)
+        known = part.whole[place[1:]]
+        forced, free = _responses(part, place, a)
+        direct = np.hstack([part.inputs[place[:-1]], np.ones((len(place) - 1, 1))])
+        through = _by_unit_matrices(direct, k)
+        blocks.append(np.concatenate([c @ forced, through], axis=2)[known].reshape(-1, (n + k) * (nu + 1)))
+        own.append((c @ free)[known].reshape(-1, n))
+        targets.append(part.outputs[place[1:]][known].ravel())
+    starts = np.zeros((sum(map(len, own)), n * len(own)))
+    row = 0
+    for number, block in enumerate(own):
+        starts[row : row + len(block), n * number : n * (number + 1)] = block
+        row += len(block)
+    found = _least_squares(np.hstack([np.vstack(blocks), starts]), np.concatenate(targets)[:, None])[:, 0]
+    x = found[: n * (nu + 1)].reshape(nu + 1, n)
+    z = found[n * (nu + 1) : (n + k) * (nu + 1)].reshape(nu + 1, k)
+    return x[:nu].T, z[:nu].T, np.concatenate([z[nu], x[nu]])
+
+
+def _responses(part: Signals, place: np.ndarray, a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """States before each step by unit entries of (B, c): (T, n, n (nu + 1)); by unit first states: (T, n, n)."""
+    n = len(a)
+    driven = np.hstack([part.inputs[place[:-1]], np.ones((len(place) - 1, 1))])
+    forced, free = np.zeros((len(driven), n, n * driven.shape[1])), np.zeros((len(driven), n, n))
+    pushed = _by_unit_matrices(driven, n)
+    state, power = forced[0], np.eye(n)
+    for step in range(len(driven)):
+        forced[step], free[step] = state, power
+        state = a @ state + pushed[step]
+        power = a @ power
+    return forced, free
+
+
+def _by_unit_matrices(inputs: np.ndarray, n: int) -> np.ndarray:
+    """What inputs (T, j) give by unit entries of a matrix (n, j): (T, n, j n)."""
+    return np.einsum("tj,ci->tcji", inputs, np.eye(n)).reshape(len(inputs), n, -1)
+
+
+def _least_squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Coefficients (p, m) of columns x (N, p) for y (N, m), with a small penalty."""
+    size = np.sqrt(np.mean(x**2, axis=0))
+    size[size == 0.0] = 1.0
+    penalty = np.sqrt(RIDGE * len(x)) * np.eye(x.shape[1])
+    padded = np.vstack([y, np.zeros((x.shape[1], y.shape[1]))])
+    return lstsq(np.vstack([x / size, penalty]), padded) / size[:, None]
+
+
+def _with_start(system: LinearSystem, rows: _Rows) -> LinearSystem:
+    """The system with M and m: states that explain the future outputs best, regressed on the past."""
+    n, nu = system.b.shape
+    k, steps = len(system.c), rows.inputs.shape[1] // nu
+    state = np.zeros((len(rows.past), k + n))
+    forced, gamma, power = [], [], np.eye(n)
+    for step in range(steps):
+        state = system.advance(state, rows.inputs[:, nu * step : nu * (step + 1)])
+        forced.append(state[:, :k])
+        gamma.append(system.c @ power)
+        power = system.a @ power
+    best = _least_squares(np.vstack(gamma), (rows.outputs - np.hstack(forced)).T).T
+    found = _least_squares(np.hstack([rows.past, np.ones((len(best), 1))]), best)
+    return system._replace(from_past=found[:-1].T, from_past_offset=found[-1])

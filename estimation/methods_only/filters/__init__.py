@@ -1,0 +1,1 @@
+"""Kalman filters of state and parameters together."""

@@ -1,0 +1,376 @@
+"""Joint state and parameter estimation by a Kalman filter with a Rauch-Tung-Striebel smoother, iterated.
+
+The coefficients are constant states.  The filter starts from least squares and runs over the records several times:
+each pass starts from the last pass's coefficients with the first prior, and from initial states smoothed with them.
+Sensor noise is estimated from the records, process noise by the likelihood of the innovations.  How one record is
+filtered is a `RecordFilter`: `extended` here, or `unscented.Unscented`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ....models.errors import BadInput, FitFailed
+from ...records.gaps import unbroken_series
+from ...records.series import Series, noise_floor
+from ...regression.least_squares import LeastSquares
+from ...regression.starts import Start, starts_of
+from ...results.fit import LONGEST_PATH, Fit
+
+if TYPE_CHECKING:
+    from ....datasets.record import Record
+    from ....models.model import Model
+
+NARROWER = (1.0, 0.1, 0.01)
+"""Factors on the prior's standard deviations, tried in turn while the filter diverges."""
+PROCESS = tuple(10.0**k for k in range(-8, 1))
+"""Process noise variances tried, as multiples of the mean square change of a state from sample to sample."""
+COARSE = PROCESS[::4]
+"""The same while starts are compared."""
+NEAR = 20.0
+"""Factor within which process noise levels are tried again in the next pass."""
+
+
+class CoefficientDensity(NamedTuple):
+    """Gaussian density of the coefficients c = origin + factor e: e has mean (m,) and covariance (m, m).
+
+    With factor factor' the prior covariance, e starts at zero with unit covariance.  Without this scaling, coefficients
+    that nearly cancel each other (condition 1e9 for S175's surge force) would cost the filter all its digits.
+    """
+
+    origin: np.ndarray
+    factor: np.ndarray
+    mean: np.ndarray
+    covariance: np.ndarray
+
+    @classmethod
+    def prior(cls, origin: np.ndarray, factor: np.ndarray) -> CoefficientDensity:
+        """The density before any measurement: coefficients origin (p,), covariance factor factor'."""
+        return cls(origin, factor, np.zeros(len(origin)), np.eye(len(origin)))
+
+    @classmethod
+    def fixed(cls, coefficients: np.ndarray) -> CoefficientDensity:
+        """Coefficients (p,) that are known exactly."""
+        return cls(coefficients, np.zeros((len(coefficients), 0)), np.zeros(0), np.zeros((0, 0)))
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """Mean coefficients (p,)."""
+        return self.origin + self.factor @ self.mean
+
+    @property
+    def coefficient_covariance(self) -> np.ndarray:
+        """Covariance (p, p) of the coefficients."""
+        return self.factor @ self.covariance @ self.factor.T
+
+
+class NoiseVariances(NamedTuple):
+    """Variances of process (n,) per sample, `level` times the mean square change, and of the sensors (n,)."""
+
+    level: float
+    process: np.ndarray
+    sensor: np.ndarray
+
+
+class FilteredRecord(NamedTuple):
+    """One record's run: the density after it, coefficients (N, p) and innovations (N, c) of each sample, and the
+    negative log likelihood."""
+
+    density: CoefficientDensity
+    path: np.ndarray
+    innovations: np.ndarray
+    cost: float
+
+
+RecordFilter = Callable[["Model", Series, CoefficientDensity, NoiseVariances], FilteredRecord]
+
+
+class FilterPass(NamedTuple):
+    """One run over all records, in the terms of `FilteredRecord`."""
+
+    density: CoefficientDensity
+    path: np.ndarray
+    innovations: list[np.ndarray]
+    cost: float
+    change: float = np.inf
+    """Largest change of a coefficient over the pass, in posterior standard deviations."""
+
+
+def joint_start(model: Model, series: Series, density: CoefficientDensity) -> tuple[np.ndarray, np.ndarray]:
+    """Joint vector (n + e,) and its covariance; the hidden state w = q - c rudder depends on its coefficient c."""
+    n, e = len(model.states), len(density.mean)
+    z = np.concatenate([series.start, density.mean])
+    covariance = np.zeros((n + e, n + e))
+    covariance[:n, :n] = np.diag(series.start_sd**2)
+    covariance[n:, n:] = density.covariance
+    gain = model.kernels.RATE_GAIN
+    if gain is not None:
+        rudder, jacobian = series.inputs[0, 0], np.eye(n + e)
+        z[0] -= density.coefficients[gain] * rudder
+        jacobian[0, n:] = -rudder * density.factor[gain]
+        covariance = jacobian @ covariance @ jacobian.T
+    return z, covariance
+
+
+def grid_points(series: Series) -> np.ndarray:
+    """Nearest point of the time grid (N,) for every sample."""
+    return np.round(series.index + series.part).astype(np.int64)
+
+
+def extended(model: Model, series: Series, density: CoefficientDensity, noise: NoiseVariances) -> FilteredRecord:
+    """One record through the extended Kalman filter, from its initial state and a density of the coefficients."""
+    return _extended(model, series, density, noise, keep=False)[0]
+
+
+def _extended(
+    model: Model, series: Series, density: CoefficientDensity, noise: NoiseVariances, keep: bool
+) -> tuple[FilteredRecord, tuple[np.ndarray, ...]]:
+    """As `extended`, with what the smoother needs: filtered and predicted states and covariances, transitions.
+
+    These are of shapes (K, n) and (K, n, n) for the K grid points with `keep`, else empty.
+    """
+    from ....models.simulate import substeps, tangent_tables
+    from . import _joint_kernels
+
+    n, p, e = len(model.states), len(model.coordinates), len(density.mean)
+    source, target, sparse = tangent_tables(model, range(p if e else 0), n)
+    target = target + (n if e else 0)
+    z, covariance = joint_start(model, series, density)
+    theta = np.concatenate([density.coefficients, model.constants])
+    grid = len(series.inputs) if keep else 0
+    path, innovations = np.empty((len(series.outputs), p)), np.empty_like(series.outputs)
+    kept = tuple(np.zeros((grid, n)) if i in (0, 2) else np.zeros((grid, n, n)) for i in range(5))
+    cost = _joint_kernels.kalman(
+        model.kernels.tangent, z, theta, covariance, density.origin, np.ascontiguousarray(density.factor),
+        series.inputs, series.outputs, grid_points(series), series.columns,
+        series.dt, substeps(model, series.dt), source, target, sparse, noise.process, noise.sensor[series.columns],
+        path, innovations, *kept,
+    )  # fmt: skip
+    if not np.isfinite(z).all():
+        cost = np.inf
+    after = density._replace(mean=z[n:], covariance=covariance[n:, n:])
+    return FilteredRecord(after, path, innovations, cost), kept
+
+
+def filter_pass(
+    model: Model,
+    series: Sequence[Series],
+    density: CoefficientDensity,
+    noise: NoiseVariances,
+    filter_record: RecordFilter,
+) -> FilterPass:
+    """All records in turn: the density of the coefficients is carried over, the states start from each record."""
+    paths, innovations, cost = [], [], 0.0
+    for s in series:
+        found = filter_record(model, s, density, noise)
+        density, cost = found.density, cost + found.cost
+        paths.append(found.path)
+        innovations.append(found.innovations)
+    return FilterPass(density, np.concatenate(paths), innovations, cost if np.isfinite(cost) else np.inf)
+
+
+def smoothed_states(model: Model, series: Series, noise: NoiseVariances) -> np.ndarray:
+    """States (K, n) on the record's time grid given all its samples, the model's coefficients fixed (RTS smoother)."""
+    from . import _joint_kernels
+
+    fixed = CoefficientDensity.fixed(model.coefficients)
+    _, kept = _extended(model, series, fixed, noise, keep=True)
+    filtered, filtered_p, predicted, predicted_p, transitions = kept
+    used = [i for i, name in enumerate(model.states) if name not in ("x", "y")]
+    block = np.ix_(range(len(filtered)), used, used)
+    ahead = transitions[block][:-1] @ filtered_p[block][:-1]
+    gains = np.linalg.solve(predicted_p[block][1:], ahead).transpose(0, 2, 1)
+    smoothed = filtered.copy()
+    inner = np.empty((len(filtered), len(used)))
+    _joint_kernels.smooth(
+        np.ascontiguousarray(filtered[:, used]), np.ascontiguousarray(predicted[:, used]),
+        np.ascontiguousarray(gains), inner,
+    )  # fmt: skip
+    smoothed[:, used] = inner
+    return smoothed
+
+
+def with_smoothed_start(model: Model, series: Series, noise: NoiseVariances) -> Series:
+    """The series with its initial state smoothed; unchanged if the smoother fails."""
+    try:
+        first = smoothed_states(model, series, noise)[0]
+    except np.linalg.LinAlgError:
+        return series
+    gain = model.kernels.RATE_GAIN
+    if gain is not None:
+        first[0] += model.coefficients[gain] * series.inputs[0, 0]
+    return replace(series, start=first) if np.isfinite(first).all() else series
+
+
+def best_noise(
+    model: Model,
+    series: Sequence[Series],
+    change: np.ndarray,
+    sensor: np.ndarray,
+    levels: Sequence[float] = PROCESS,
+) -> tuple[float, NoiseVariances]:
+    """Process noise of largest likelihood, and the negative log likelihood (inf if the filter diverges at every level).
+
+    Parameters
+    ----------
+    change : (n,) mean square change of each state over a sample, of which the process variance is a multiple.
+    sensor : (n,) sensor variances.
+    levels : multiples tried, with the model's coefficients fixed.
+    """
+    choices = [NoiseVariances(level, level * change, sensor) for level in levels]
+    fixed = CoefficientDensity.fixed(model.coefficients)
+    costs = np.array([sum(extended(model, s, fixed, noise).cost for s in series) for noise in choices])
+    costs = np.where(np.isfinite(costs), costs, np.inf)
+    best = int(np.argmin(costs))
+    return float(costs[best]), choices[best]
+
+
+def best_start(
+    starts: Sequence[Start], model: Model, series: Sequence[Series], change: np.ndarray, sensor: np.ndarray
+) -> Start:
+    """The least-squares start whose innovations have the largest likelihood."""
+    costs = [best_noise(model.with_coefficients(s.coefficients), series, change, sensor, COARSE)[0] for s in starts]
+    return starts[int(np.argmin(costs))]
+
+
+def sensor_variances(series: Sequence[Series], n: int) -> np.ndarray:
+    """(n,) mean variance of each state's sensor over the records, above the rounding level."""
+    total, count = np.zeros(n), np.zeros(n)
+    for s in series:
+        floor = np.array([noise_floor(column) for column in s.outputs.T])
+        np.add.at(total, s.columns, np.maximum(s.noise, floor) ** 2)
+        np.add.at(count, s.columns, 1)
+    return total / np.maximum(count, 1)
+
+
+def square_changes(model: Model, series: Sequence[Series]) -> np.ndarray:
+    """(n,) mean square change of each state over a sample, positions zero; of unmeasured states from their prior."""
+    n = len(model.states)
+    total, count = np.zeros(n), np.zeros(n)
+    for s in series:
+        step = np.diff(s.outputs, axis=0)
+        np.add.at(total, s.columns, np.nanmean(step**2, axis=0))
+        np.add.at(count, s.columns, 1)
+    prior = np.mean([s.start_sd**2 for s in series], axis=0)
+    return np.where(count > 0, total / np.maximum(count, 1), 1e-2 * prior)
+
+
+def prior_factor(source: LeastSquares, inflation: float) -> np.ndarray:
+    """Factor (p, p) of the prior covariance about a least-squares start.
+
+    The least-squares covariance widened by `inflation`, or further until it stands for accelerations wrong by a tenth
+    of their size (Zellner's g-prior), which covers the bias of differences.  Along undetermined directions, a tenth of
+    the coefficients.
+    """
+    ratio = source.left_rms / np.maximum(source.residual_sd, 1e-12 * source.left_rms)
+    per_coefficient = source.n / len(source.coefficients)
+    smallest = float(np.min(ratio, where=np.isfinite(ratio), initial=1e12))
+    widened = max(inflation**2, 0.01 * per_coefficient * smallest**2)
+    length = np.linalg.norm(source.null, axis=0)
+    undetermined = source.null / np.where(length > 0.0, length, 1.0) * (0.1 * np.linalg.norm(source.coefficients))
+    return np.hstack([np.sqrt(widened) * source.half, undetermined])
+
+
+def check_filter_options(passes: int, inflation: float) -> None:
+    """Refuse impossible options of `joint_fit`.
+
+    Raises
+    ------
+    BadInput : naming the option.
+    """
+    if passes < 1:
+        raise BadInput(f"passes is {passes!r}, at least 1 is needed")
+    if not inflation > 0.0:
+        raise BadInput(f"inflation is {inflation!r}, a positive number is needed")
+
+
+def joint_fit(
+    records: Sequence[Record], model: Model, passes: int, inflation: float, filter_record: RecordFilter
+) -> Fit:
+    """Coefficients by up to `passes` passes of the joint filter over all records.
+
+    Parameters
+    ----------
+    inflation : factor on the standard deviations of the least-squares start that make the prior.
+    filter_record : the filter of one record.
+
+    Raises
+    ------
+    CannotFit : a record lacks a channel, or there are no more measured values than coefficients.
+    FitFailed : the filter diverges in its first pass.
+    """
+    records, series = unbroken_series(records, model, len(model.coordinates))
+    sensor, change = sensor_variances(series, len(model.states)), square_changes(model, series)
+    start = best_start(starts_of(records, model), model, series, change, sensor)
+    model = model.with_coefficients(start.coefficients)
+    prior = prior_factor(start.source, inflation)
+    for narrower in NARROWER:
+        done = run_passes(model, series, narrower * prior, change, sensor, passes, filter_record)
+        if done:
+            return _as_fit(done, series, model, passes)
+    raise FitFailed("the filter diverges in its first pass")
+
+
+def run_passes(
+    model: Model,
+    series: Sequence[Series],
+    prior: np.ndarray,
+    change: np.ndarray,
+    sensor: np.ndarray,
+    passes: int,
+    filter_record: RecordFilter = extended,
+) -> list[FilterPass]:
+    """Up to `passes` passes, as many as do not diverge.
+
+    prior (p, p) is the factor of the prior covariance, change (n,) and sensor (n,) as in `best_noise`.
+    """
+    done: list[FilterPass] = []
+    series, levels = list(series), PROCESS
+    for _ in range(passes):
+        _, noise = best_noise(model, series, change, sensor, levels)
+        levels = [level for level in PROCESS if 1.0 / NEAR < level / noise.level < NEAR]
+        found = filter_pass(model, series, CoefficientDensity.prior(model.coefficients, prior), noise, filter_record)
+        if not np.isfinite(found.cost):
+            break
+        change_of_pass = found.density.coefficients - model.coefficients
+        done.append(found._replace(change=largest_change(change_of_pass, found.density.coefficient_covariance)))
+        model = model.with_coefficients(found.density.coefficients)
+        series = [with_smoothed_start(model, s, noise) for s in series]
+    return done
+
+
+def largest_change(change: np.ndarray, covariance: np.ndarray) -> float:
+    """Largest of the changes (p,) of coefficients, in standard deviations of their covariance (p, p)."""
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return float(np.max(np.abs(change) / np.where(sd > 0.0, sd, np.inf), initial=0.0))
+
+
+def _as_fit(done: list[FilterPass], series: Sequence[Series], model: Model, passes: int) -> Fit:
+    complete, change = len(done) == passes, done[-1].change
+    path = np.concatenate([found.path for found in done])
+    clock, passed = [], 0.0
+    for s in list(series) * len(done):
+        clock.append(passed + s.dt * (s.index + s.part))
+        passed = clock[-1][-1]
+    stride = max(1, -(-path.size // LONGEST_PATH))
+    converged = complete and change < 1.0
+    failure = "the coefficients still moved in the last pass" if complete else "a pass diverged"
+    return Fit(
+        done[-1].density.coefficients,
+        done[-1].density.coefficient_covariance,
+        converged=converged,
+        message="" if converged else failure,
+        n_iterations=len(done),
+        trajectory=path[::-stride][::-1],
+        trajectory_time_s=np.concatenate(clock)[::-stride][::-1],
+        extra={
+            "channels": [[model.states[i] for i in s.columns] for s in series],
+            "innovations": done[-1].innovations,
+            "largest_change": change,
+            "cost": [found.cost for found in done],
+        },
+    )

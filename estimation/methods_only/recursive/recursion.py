@@ -1,0 +1,249 @@
+"""Recursive least squares over the rows of records: prior, scaling, the recursion itself and its covariance.
+
+The coefficients theta and their covariance P are updated sample by sample.  How one sample changes them is an
+`UpdateRule`; the rules of the multi-innovation and iterative-learning methods are in modules of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from ....models.errors import CannotFit, FitFailed
+from ...regression.samples import RegressionSamples
+from ...results.fit import LONGEST_PATH, Fit
+
+if TYPE_CHECKING:
+    from ....models.model import Model
+
+PRIORS = ("scaled", "physical")
+
+
+class Prior(NamedTuple):
+    """Initial coefficients theta0 (p,) and initial P = p0 I.
+
+    `kind` says where P is p0 I: 'scaled', where every column of the regression and every equation has unit root mean
+    square, or 'physical', in the model's coordinates and the rows as they are.
+    """
+
+    p0: float
+    theta0: np.ndarray
+    kind: str = "scaled"
+
+
+def prior_of(p0: float, theta0, kind: str, p: int) -> Prior:
+    """The prior that options state for p coefficients; theta0 is one number for all or (p,) numbers.
+
+    Raises
+    ------
+    CannotFit : theta0 has another number of values.
+    """
+    values = np.asarray(theta0, float)
+    if values.shape not in ((), (p,)):
+        raise CannotFit(f"theta0 has {values.size} numbers for {p} coefficients")
+    return Prior(float(p0), np.broadcast_to(values, (p,)), kind)
+
+
+class UpdateRule(Protocol):
+    """How scalar rows change the coefficients and P."""
+
+    @property
+    def plain_covariance(self) -> bool:
+        """Whether the rule works on P itself instead of its factors."""
+        ...
+
+    @property
+    def forgetting(self) -> float:
+        """Forgetting factor of one sample, 1 for none."""
+        ...
+
+    @property
+    def repetitions(self) -> float:
+        """How often a row has been used on average: P is so many times smaller than the covariance."""
+        ...
+
+    def run(
+        self,
+        y: np.ndarray,
+        h: np.ndarray,
+        per_sample: int,
+        theta: np.ndarray,
+        factor: np.ndarray,
+        diagonal: np.ndarray,
+        path: np.ndarray,
+    ) -> None:
+        """Go through scalar rows y (M,), h (M, p), `per_sample` of them to a sample, updating the rest in place.
+
+        theta (p,); P = U diag(diagonal) U' with factor = U' (p, p), or P itself in `factor` if `plain_covariance`;
+        path (M, p) takes theta after each row.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class LeastSquaresRule:
+    """Weighted least squares with forgetting (paper 000, eq 22).
+
+    mu is the forgetting factor of one sample and weight the constant weight L(k); with `as_printed` the equation is
+    taken literally.
+    """
+
+    mu: float = 1.0
+    weight: float = 1.0
+    as_printed: bool = False
+
+    @property
+    def plain_covariance(self) -> bool:
+        return self.as_printed
+
+    @property
+    def forgetting(self) -> float:
+        return self.mu
+
+    @property
+    def repetitions(self) -> float:
+        return self.weight
+
+    def run(self, y, h, per_sample: int, theta, factor, diagonal, path) -> None:
+        """As `UpdateRule.run`."""
+        from . import _kernels
+
+        forget = np.ones(len(y))
+        forget[::per_sample] = self.mu
+        if self.as_printed:
+            _kernels.recursive_ls_as_printed(y, h, forget, self.weight, theta, factor, path)
+        else:
+            _kernels.recursive_ls(y, h, forget, self.weight, theta, factor, diagonal, path)
+
+
+class RowScales(NamedTuple):
+    """Root mean squares of the rows' left sides (k,) and of the columns (p,), and the number of samples.
+
+    Zeros are replaced by one; an equation without unknowns has an infinite scale.
+    """
+
+    equations: np.ndarray
+    columns: np.ndarray
+    n: int
+
+
+def row_scales(parts: Sequence[RegressionSamples], model: Model, kind: str) -> RowScales:
+    """Scales of the rows of all parts for a prior of that kind.
+
+    Raises
+    ------
+    FitFailed : no column is finite and non-zero.
+    """
+    left, columns, n = 0.0, 0.0, 0
+    for y, phi in _blocks(parts, model):
+        left, columns, n = left + (y**2).sum(axis=0), columns + (phi**2).sum(axis=0), n + len(y)
+    equations = np.sqrt(np.asarray(left) / n)
+    used = (np.asarray(columns) > 0.0).any(axis=1) & (equations > 0.0)
+    if not used.any() or not np.isfinite(columns).all():
+        raise FitFailed("the regression has no finite, non-zero columns")
+    if kind == "physical":
+        equations = np.ones_like(equations)
+    equations = np.where(used, equations, np.inf)  # an equation without unknowns is left out
+    total = np.sqrt((np.asarray(columns) / n / equations[:, None] ** 2).sum(axis=0))
+    return RowScales(equations, np.where(total > 0.0, total, 1.0), n)
+
+
+def _blocks(parts: Sequence[RegressionSamples], model: Model) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    for part in parts:
+        yield from part.blocks(model)
+
+
+def scaled_rows(y: np.ndarray, phi: np.ndarray, scales: RowScales) -> tuple[np.ndarray, np.ndarray]:
+    """Scalar rows y (M,), h (M, p) in scaled units of samples y (n, k), phi (n, k, p)."""
+    used = np.flatnonzero(np.isfinite(scales.equations))
+    rows = (phi[:, used] / scales.equations[used, None] / scales.columns).reshape(-1, phi.shape[2])
+    return np.ascontiguousarray((y / scales.equations)[:, used].ravel()), np.ascontiguousarray(rows)
+
+
+class RecursionState:
+    """A recursion in progress: coefficients and P in scaled units.
+
+    `add` takes more samples.  Batch and online use go through the same steps.
+    """
+
+    def __init__(self, prior: Prior, scales: RowScales, rule: UpdateRule) -> None:
+        self.scales, self.rule = scales, rule
+        p = scales.columns.size
+        self.theta = np.ascontiguousarray(prior.theta0 * scales.columns)
+        self.diagonal = np.full(p, prior.p0)
+        if prior.kind == "physical":
+            self.diagonal = self.diagonal * scales.columns**2
+        self.factor = np.diag(self.diagonal) if rule.plain_covariance else np.eye(p)
+        self.per_sample = int(np.isfinite(scales.equations).sum())
+
+    def add(self, y: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        """Coefficients (n, p) after each of n samples y (n, k), phi (n, k, p)."""
+        left, rows = scaled_rows(y, phi, self.scales)
+        path = np.empty_like(rows)
+        self.rule.run(left, rows, self.per_sample, self.theta, self.factor, self.diagonal, path)
+        return path[self.per_sample - 1 :: self.per_sample] / self.scales.columns
+
+    def coefficients(self) -> np.ndarray:
+        """The latest coefficients (p,)."""
+        return self.theta / self.scales.columns
+
+    def covariance(self, squares: float, count: int, n: int) -> np.ndarray:
+        """Covariance (p, p), from the sum of squared residuals of `count` scalar rows of n samples.
+
+        P becomes a covariance by the residual variance, the repetitions of a row, and the loss of data by forgetting.
+        """
+        mu = self.rule.forgetting
+        forgotten = 1.0 if mu == 1.0 else (1.0 - mu ** (2 * n)) / ((1.0 - mu**n) * (1.0 + mu))
+        noise = squares / max(count - self.theta.size, 1) * self.rule.repetitions * forgotten
+        covariance = self.factor if self.rule.plain_covariance else (self.factor.T * self.diagonal) @ self.factor
+        return covariance * noise / np.outer(self.scales.columns, self.scales.columns)
+
+
+def recursion(parts: Sequence[RegressionSamples], model: Model, prior: Prior, rule: UpdateRule) -> Fit:
+    """Go through all samples once, record after record; P and the coefficients are carried over.
+
+    g = P h/(mu/L + h'P h);  theta += g (y - h'theta);  P = (P - g h'P)/mu  for each scalar row (paper 000, eq 22 with
+    its erratum), or whatever the rule does instead.  Regressors are scaled inside.
+
+    Raises
+    ------
+    FitFailed : no column is finite and non-zero.
+    """
+    scales = row_scales(parts, model, prior.kind)
+    state = RecursionState(prior, scales, rule)
+    stride = max(1, -(-scales.n * scales.columns.size // LONGEST_PATH))
+    paths, count = [], 0
+    for y, phi in _blocks(parts, model):
+        path = state.add(y, phi)
+        kept = np.arange((scales.n - 1 - count) % stride, len(y), stride)  # the last sample is among them
+        paths.append(path[kept])
+        count += len(y)
+    return Fit(
+        state.coefficients(),
+        state.covariance(*_residual_squares(parts, model, state), scales.n),
+        n_iterations=scales.n,
+        trajectory=np.concatenate(paths),
+        trajectory_time_s=_elapsed(parts)[(scales.n - 1) % stride :: stride],
+    )
+
+
+def _residual_squares(parts: Sequence[RegressionSamples], model: Model, state: RecursionState) -> tuple[float, int]:
+    """Sum of squared residuals of the scaled rows with the latest coefficients, and the number of rows."""
+    total, count = 0.0, 0
+    for y, phi in _blocks(parts, model):
+        left, rows = scaled_rows(y, phi, state.scales)
+        total, count = total + float(((left - rows @ state.theta) ** 2).sum()), count + left.size
+    return total, count
+
+
+def _elapsed(parts: Sequence[RegressionSamples]) -> np.ndarray:
+    """Seconds of record up to each row, summed over the records."""
+    clock, passed = [], 0.0
+    for part in parts:
+        if part.time_s.size:
+            clock.append(passed + part.time_s - part.time_s[0])
+            passed = clock[-1][-1]
+    return np.concatenate(clock)

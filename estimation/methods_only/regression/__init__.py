@@ -1,0 +1,1 @@
+"""Regressions of single methods: robust, weighted, instrumental, exact hold, observed and smoothed states."""

@@ -1,0 +1,214 @@
+"""Instrumental-variable estimates of a regression, with lagged or simulated instruments.
+
+Instruments z are regressors without the noise of the regressors phi: z'(y - phi c) = 0.  Sources: Young & Jakeman
+1979; Garnier & Young 2008 (refined IV, SRIVC); Newey & West 1987 (standard errors).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ....models.errors import FitFailed
+from ....models.linear_algebra import pinv
+from ...numerics import factors
+from ...records.series import series_of
+from ...regression.least_squares import SMALLEST_RESIDUAL
+from ...regression.samples import LONGEST_STEP, check_enough_rows, n_accelerations
+from ...regression.schemes import SCHEMES
+from ...regression.starts import starts_of
+from .restarted_run import restarted_run
+
+if TYPE_CHECKING:
+    from ....datasets.record import Record
+    from ....models.model import Model
+
+LAGS = 6
+"""Samples over which the residuals may be correlated."""
+STILL = 0.01
+"""Change of a coefficient, in standard errors, below which the iteration has converged."""
+SMALLEST_SINGULAR = 1e-14
+"""Singular values, relative to the largest, that a pseudo-inverse leaves out."""
+
+
+class InstrumentedRows(NamedTuple):
+    """Rows of one record: y (N, k), phi (N, k, p) and the instruments z (N, k, p)."""
+
+    y: np.ndarray
+    phi: np.ndarray
+    z: np.ndarray
+
+
+class IvSolution(NamedTuple):
+    """An instrumental-variable solution: coefficients (p,), covariance (p, p), residual of each equation (k,), rank."""
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    residual_sd: np.ndarray
+    rank: int
+
+
+def lagged_fit(records: Sequence[Record], model: Model, scheme: str, lag: int) -> IvSolution:
+    """The solution with the record's own regressors `lag` samples earlier as instruments.
+
+    Raises
+    ------
+    CannotFit : there are no more rows than coefficients.
+    FitFailed : the regression has no finite, non-zero columns, or the instruments are too few.
+    """
+    rows = [_lagged(record, model, scheme, lag) for record in records]
+    check_enough_rows(sum(row.y.size for row in rows), model)
+    return _solve(rows)
+
+
+def refined_fit(
+    records: Sequence[Record],
+    model: Model,
+    scheme: str,
+    first: IvSolution,
+    max_iterations: int,
+    horizon_s: float | None = None,
+) -> tuple[IvSolution, int, bool]:
+    """Iterated solution with simulated instruments, the number of simulations, and whether it has converged.
+
+    It starts from `first` or from one of the least-squares starts, whichever simulates the records best.  Without
+    convergence the solution that simulates the records best is returned.
+    """
+
+    outputs = [series_of(record, model).outputs for record in records]
+    own = [_evaluated(record, model, scheme)[:2] for record in records]
+
+    def tried(c: np.ndarray) -> _Tried:
+        known = model.with_coefficients(c)
+        runs = [restarted_run(record, known, horizon_s) for record in records]
+        return _Tried(c, runs, sum(_distance(y, run, known) for y, run in zip(outputs, runs, strict=True)))
+
+    candidates = [first.coefficients, *(start.coefficients for start in starts_of(records, model))]
+    here, best, found = min(map(tried, candidates), key=lambda one: one.misfit), np.inf, first
+    for count in range(1, max_iterations + 1):
+        rows = zip(own, here.runs, strict=True)
+        new = _solve([_without_gaps(y, phi, _evaluated(run, model, scheme)[1]) for (y, phi), run in rows])
+        before, here = here.coefficients, tried(new.coefficients)
+        cost = here.misfit
+        sd = np.sqrt(np.diag(new.covariance))
+        change = np.abs(new.coefficients - before) / np.where(sd > 0.0, sd, 1.0)
+        still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(new.coefficients, before, rtol=1e-9, atol=0.0)
+        if cost <= best or count == 1:
+            best, found = cost, new
+        if still:
+            return new, count, True
+    return found, max_iterations, False
+
+
+class _Tried(NamedTuple):
+    """Coefficients (p,), the records that they simulate, and how far those are from the measured ones."""
+
+    coefficients: np.ndarray
+    runs: list[Record]
+    misfit: float
+
+
+def _distance(outputs: np.ndarray, run: Record, model: Model) -> float:
+    """Mean squared error of a run from outputs (N, c), in units of their standard deviations; inf where not finite."""
+    error = (outputs - series_of(run, model).outputs) / np.maximum(np.nanstd(outputs, axis=0), 1e-12)
+    known = np.isfinite(outputs)
+    value = float((np.where(known, error, 0.0) ** 2).sum() / max(known.sum(), 1))
+    return value if np.isfinite(value) else np.inf
+
+
+def _evaluated(record: Record, model: Model, scheme: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """y (N, k), phi (N, k, p) with nan rows where the record has gaps, and their times (N,)."""
+    samples = SCHEMES[scheme](record, model)
+    k, p = n_accelerations(model), len(model.coordinates)
+    blocks = list(samples.blocks(model))
+    if not blocks:
+        return np.zeros((0, k)), np.zeros((0, k, p)), np.zeros(0)
+    y, phi = (np.concatenate([block[i] for block in blocks]) for i in range(2))
+    return y, phi, samples.time_s
+
+
+def _without_gaps(y: np.ndarray, phi: np.ndarray, z: np.ndarray) -> InstrumentedRows:
+    good = np.isfinite(y).all(axis=1) & np.isfinite(phi).all(axis=(1, 2)) & np.isfinite(z).all(axis=(1, 2))
+    return InstrumentedRows(y[good], phi[good], z[good])
+
+
+def _lagged(record: Record, model: Model, scheme: str, lag: int) -> InstrumentedRows:
+    """Rows of a record whose instruments are the regressors `lag` samples earlier."""
+    y, phi, time = _evaluated(record, model, scheme)
+    if len(y) <= lag:
+        return InstrumentedRows(y[:0], phi[:0], phi[:0])
+    z = np.full_like(phi, np.nan)
+    z[lag:] = phi[:-lag]
+    late = np.full(len(time), np.inf)
+    late[lag:] = time[lag:] - time[:-lag]
+    z[late > LONGEST_STEP * lag * record.dt] = np.nan
+    return _without_gaps(y, phi, z)
+
+
+def _factor(parts: Sequence[InstrumentedRows], weight: np.ndarray) -> np.ndarray:
+    """Triangular factor of [z | phi | y] over all rows, equation e multiplied by weight[e]."""
+    p = parts[0].phi.shape[2]
+    found = np.zeros((0, 2 * p + 1))
+    for part in parts:
+        for e in np.flatnonzero(weight):
+            found = factors.fold(found, weight[e] * np.column_stack([part.z[:, e], part.phi[:, e], part.y[:, e]]))
+    return found
+
+
+def _solve(parts: Sequence[InstrumentedRows]) -> IvSolution:
+    """Coefficients with z'(y - phi c) = 0; solved twice, the second time with equations weighted by their residuals."""
+    y = np.concatenate([part.y for part in parts])
+    used = np.array([any(np.any(part.phi[:, e]) for part in parts) for e in range(y.shape[1])])
+    if not len(y) or not used.any():
+        raise FitFailed("the regression has no finite, non-zero columns")
+    rms = np.sqrt((y**2).mean(axis=0))
+    rms = np.where(rms > 0.0, rms, 1.0)
+    found = _weighted(parts, np.where(used, 1.0 / rms, 0.0))
+    if used.sum() > 1:
+        sd = np.maximum(found.residual_sd, SMALLEST_RESIDUAL * rms)
+        found = _weighted(parts, np.where(used, 1.0 / sd, 0.0))
+    return found
+
+
+def _weighted(parts: Sequence[InstrumentedRows], weight: np.ndarray) -> IvSolution:
+    """Solution with equations multiplied by weight (k,): z = Q R, and Q'phi c = Q'y by singular values."""
+    p = parts[0].phi.shape[2]
+    factor = _factor(parts, weight)
+    if len(factor) < p or not np.isfinite(factor).all():
+        raise FitFailed("the instruments are not finite or too few")
+    solution = factors.solve(factor[:p, p:])
+    product = factor[:p, p : 2 * p]
+    inverse = _pseudo_inverse(product)
+    residuals = [(part.y - part.phi @ solution.x) for part in parts]
+    moments = inverse @ _moments(parts, weight, residuals, factor[:p, :p]) @ inverse.T
+    covariance = (moments + moments.T) / 2.0
+    unknown = ~np.isfinite(np.diag(solution.covariance))
+    covariance[unknown, unknown] = np.inf
+    sd = np.sqrt((np.concatenate(residuals) ** 2).mean(axis=0))
+    return IvSolution(solution.x, covariance, sd, solution.rank)
+
+
+def _moments(
+    parts: Sequence[InstrumentedRows], weight: np.ndarray, residuals: Sequence[np.ndarray], triangle: np.ndarray
+) -> np.ndarray:
+    """Covariance (p, p) of Q'e for residuals e that are correlated over `LAGS` samples (Bartlett weights)."""
+    inverse = _pseudo_inverse(triangle)
+    total = np.zeros_like(triangle)
+    for part, error in zip(parts, residuals, strict=True):
+        score = np.zeros((len(error), len(triangle)))
+        for e in np.flatnonzero(weight):
+            score += part.z[:, e] @ inverse * (weight[e] ** 2 * error[:, e, None])
+        total += score.T @ score
+        for lag in range(1, min(LAGS, len(score) - 1) + 1):
+            cross = score[lag:].T @ score[:-lag]
+            total += (1.0 - lag / (LAGS + 1.0)) * (cross + cross.T)
+    return total
+
+
+def _pseudo_inverse(matrix: np.ndarray) -> np.ndarray:
+    """Pseudo-inverse by singular values, columns scaled to unit length."""
+    scale = np.linalg.norm(matrix, axis=0)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    return pinv(matrix / scale, rcond=SMALLEST_SINGULAR) / scale[:, None]

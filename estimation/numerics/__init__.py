@@ -1,0 +1,1 @@
+"""What fits compute with: triangular factors of linear problems, threads."""

@@ -1,0 +1,1 @@
+"""Records as estimation takes them: series of arrays, measured weather, gaps and splices, names."""

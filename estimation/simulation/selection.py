@@ -1,0 +1,75 @@
+"""A criterion for choosing among estimates: how well their free runs follow the training records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...models.linear_algebra import lstsq
+from ..records.series import Series
+from . import free_run
+
+if TYPE_CHECKING:
+    from ...models.model import Model
+
+ROUNDS = 2
+"""Gauss-Newton steps of the initial state."""
+STEP = 1e-3
+"""Step of the difference quotients with respect to an initial state, in its standard deviations."""
+
+
+def fitted_start(model: Model, series: Series) -> Series:
+    """The series with the initial state from which the model's free run follows it best (Gauss-Newton, 2 rounds)."""
+    best, cost = series, _cost([free_run.squares(model, series, series.start)], [series])
+    for _ in range(ROUNDS):
+        tried = replace(best, start=_improved(model, best))
+        now = _cost([free_run.squares(model, tried, tried.start)], [tried])
+        if not now < cost:
+            break
+        best, cost = tried, now
+    return best
+
+
+def _improved(model: Model, series: Series) -> np.ndarray:
+    """Initial state (n,) after one Gauss-Newton step; the old one if the run diverges."""
+    free = np.flatnonzero(series.start_sd > 0.0)
+    error = free_run.residuals(model, series, series.start)
+    known = np.isfinite(error)
+    mean = (np.where(known, error, 0.0) ** 2).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    weight = 1.0 / np.maximum(np.sqrt(mean), 1e-300)
+    columns = []
+    for state in free:
+        step = STEP * series.start_sd[state]
+        moved = series.start.copy()
+        moved[state] += step
+        columns.append((error - free_run.residuals(model, series, moved)) / step * weight)
+    slopes = np.column_stack([column[known] for column in columns]) if columns else np.zeros((known.sum(), 0))
+    if not (columns and known.any() and np.isfinite(slopes).all()):
+        return series.start
+    start = series.start.copy()
+    start[free] += lstsq(slopes, (error * weight)[known], rcond=1e-10)
+    return start
+
+
+def _cost(squares: Sequence[np.ndarray], series: Sequence[Series]) -> float:
+    """Negative log likelihood of white residuals whose variances are unknown; inf if a run diverges."""
+    total: dict[int, float] = {}
+    count: dict[int, int] = {}
+    for found, s in zip(squares, series, strict=True):
+        for column, value, outputs in zip(s.columns.tolist(), found, s.outputs.T, strict=True):
+            total[column] = total.get(column, 0.0) + float(value)
+            count[column] = count.get(column, 0) + int(np.isfinite(outputs).sum())
+    logs = [0.5 * count[c] * np.log(max(total[c] / count[c], 1e-300)) for c in total if count[c]]
+    cost = float(np.sum(logs))
+    return cost if np.isfinite(cost) else np.inf
+
+
+def free_run_cost(model: Model, series: Sequence[Series]) -> float:
+    """Negative log likelihood of the model's free runs, each from its best initial state; inf if one diverges."""
+    if not model.known:
+        return np.inf
+    fitted = [fitted_start(model, s) for s in series]
+    return _cost([free_run.squares(model, s, s.start) for s in fitted], fitted)
