@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from ..estimation.diagnosis_only.refit import refit
 from ..estimation.filters.innovations.derivatives import columns
 from ..estimation.filters.innovations.estimator import Estimator, Innovations
 from ..estimation.filters.innovations.settings import Parameter, Setting
