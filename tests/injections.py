@@ -89,7 +89,7 @@ def names_and_ties(found) -> set[str]:
 
 
 def _diagnosed(case, held_out=(), **options):
-    found = diagnose(resolve(case.case.vessel), case.train, held_out, Options(coefficient_sd=0.0, **options))
+    found = diagnose(resolve(case.case.vessel), case.train, held_out, Options(coefficient_sd=0.0, threads=1, **options))
     print(case.truth, found.verdict, found.causes, found.reason)
     return found
 
