@@ -5,6 +5,7 @@ compared with stored outcomes (`test_golden.py`); `make rates` draws many more.
 """
 
 import pytest
+from scipy.stats import binom
 
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
@@ -12,7 +13,7 @@ from helmbench.diagnosis.findings import SMALL
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
-from ..injections import ALONE, COMMON, SPECIAL, fewest, injected, passes_often
+from ..injections import ALONE, COMMON, SPECIAL, fewest, injected, most_draws, passes_often
 
 GROUPS = 4
 OF_SENSORS = [name for name, cause in causes().items() if cause.where == "sensor"]
@@ -33,6 +34,14 @@ def test_causes_are_found_when_each_is_all_that_the_bank_holds(group, rng):
 
 def test_special_cases_are_told(rng):
     assert enough(SPECIAL, rng)
+
+
+@pytest.mark.parametrize(("outcome", "drawn"), [(True, 2), (False, most_draws(2, 0.9) - 1)])
+def test_draws_end_when_the_outcome_is_certain(outcome, drawn):
+    seen = []
+    assert passes_often(lambda: seen.append(outcome) or outcome, 0.9, 2) == outcome
+    assert len(seen) == drawn
+    assert binom.cdf(1, most_draws(2, 0.9), 0.9) < 1e-6 < binom.cdf(1, most_draws(2, 0.9) - 1, 0.9)
 
 
 @pytest.mark.parametrize("expected", COMMON, ids=[e.name for e in COMMON])
