@@ -239,5 +239,5 @@ COMMON = (
     Expectation(two_effects_are_named, 0.97, 2),
     Expectation(every_effect_counts_where_the_response_model_is_known, 0.9, 3),
     Expectation(effect_outside_the_bank_is_unexplained, 0.89, 2),
-    Expectation(noise_with_a_memory_is_no_bias, 0.85, 3),
+    Expectation(noise_with_a_memory_is_no_bias, 0.85, 2),
 )
