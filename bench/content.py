@@ -86,7 +86,7 @@ def _imported(module: str, path: Path) -> tuple[str, ...]:
 
 def _names(module: str, path: Path) -> Iterator[str]:
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-    for node in ast.walk(ast.parse(path.read_bytes())):
+    for node in _statements(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -94,6 +94,14 @@ def _names(module: str, path: Path) -> Iterator[str]:
             base = ".".join([*above, *([node.module] if node.module else [])])
             yield base
             yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+def _statements(block: ast.AST) -> Iterator[ast.AST]:
+    """The statements in a block and in the blocks of each; expressions, most of the text, hold no import."""
+    for name in ("body", "handlers", "cases", "orelse", "finalbody"):
+        for inner in getattr(block, name, ()):
+            yield inner
+            yield from _statements(inner)
 
 
 @lru_cache(maxsize=256)

@@ -89,6 +89,14 @@ def write_generated_pages(app) -> None:
         pictures.write(HERE / "generated" / "pictures")
 
 
+def leave_out_the_tree_of_pages(app, page, _, context, __) -> None:
+    """The side bar of every page but the first is empty where it is not asked for: each has the whole tree anew."""
+    if not app.config.every_side_bar and page != app.config.root_doc:
+        context["toctree"] = lambda **_: ""
+
+
 def setup(app) -> None:
     app.add_config_value("draw_pictures", True, "env")
+    app.add_config_value("every_side_bar", True, "html")
     app.connect("builder-inited", write_generated_pages)
+    app.connect("html-page-context", leave_out_the_tree_of_pages, priority=100)

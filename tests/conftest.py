@@ -5,6 +5,7 @@ import gc
 import hypothesis
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from helmbench.checks.result import Size
 from helmbench.datasets import measured
@@ -18,6 +19,8 @@ from .made_up_runs import make_parameter, make_run
 # A slow machine is no fault of the code: examples are not timed.
 hypothesis.settings.register_profile("tests", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow])
 hypothesis.settings.load_profile("tests")
+# The matrices are small: a second thread waits more than it computes, and takes the other worker's processor.
+threadpool_limits(1, user_api="blas")
 
 
 def pytest_collection_finish():

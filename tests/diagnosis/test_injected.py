@@ -1,10 +1,11 @@
 """Effects injected by a simulator that shares no code with the kernels must be found; nothing injected must not be.
 
-Random draws are counted together and compared with the binomial bound of the promised rate (`tests/injections.py`);
-fixed seeds are compared with stored outcomes (`test_golden.py`); `make rates` draws many more.
+Random draws are counted and compared with what the promised rate allows (`tests/injections.py`); fixed seeds are
+compared with stored outcomes (`test_golden.py`); `make rates` draws many more.
 """
 
 import pytest
+from scipy.stats import binom
 
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
@@ -12,37 +13,40 @@ from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.report.findings import SMALL
 from helmbench.models.model import resolve
 
-from ..injections import ALONE, COMMON, SPECIAL, fewest, injected
+from ..injections import ALONE, COMMON, SPECIAL, fewest, injected, most_draws, passes_often
 
 GROUPS = 4
 OF_SENSORS = [name for name, cause in causes().items() if cause.where == "sensor"]
 BELOW = (SMALL, "significant by its score alone, far behind the strongest cause")
 
 
-def passes(expected, rng) -> list[bool]:
-    """Outcomes of the expectation's draws."""
-    outcome = [expected.check(rng) for _ in range(expected.draws)]
-    print(f"{expected.name}: {sum(outcome)} of {len(outcome)}")
-    return outcome
-
-
-def enough(outcome, rate) -> bool:
-    return sum(outcome) >= fewest(len(outcome), rate)
+def enough(expectations, rng) -> bool:
+    """Whether so many of the expectations pass, each drawn once, as correct code passes at a rate of 0.9."""
+    outcome = [expected.check(rng) for expected in expectations]
+    print(outcome)
+    return sum(outcome) >= fewest(len(outcome), 0.9)
 
 
 @pytest.mark.parametrize("group", range(GROUPS))
 def test_causes_are_found_when_each_is_all_that_the_bank_holds(group, rng):
-    outcome = [ok for cause in list(ALONE)[group::GROUPS] for ok in passes(ALONE[cause], rng)]
-    assert enough(outcome, 0.9)
+    assert enough([ALONE[cause] for cause in list(ALONE)[group::GROUPS]], rng)
 
 
 def test_special_cases_are_told(rng):
-    assert enough([ok for expected in SPECIAL for ok in passes(expected, rng)], 0.9)
+    assert enough(SPECIAL, rng)
+
+
+@pytest.mark.parametrize(("outcome", "drawn"), [(True, 2), (False, most_draws(2, 0.9) - 1)])
+def test_draws_end_when_the_outcome_is_certain(outcome, drawn):
+    seen = []
+    assert passes_often(lambda: seen.append(outcome) or outcome, 0.9, 2) == outcome
+    assert len(seen) == drawn
+    assert binom.cdf(1, most_draws(2, 0.9), 0.9) < 1e-6 < binom.cdf(1, most_draws(2, 0.9) - 1, 0.9)
 
 
 @pytest.mark.parametrize("expected", COMMON, ids=[e.name for e in COMMON])
 def test_rate_of_what_is_promised(expected, rng):
-    assert enough(passes(expected, rng), expected.rate)
+    assert passes_often(lambda: expected.check(rng), expected.rate, expected.passes)
 
 
 def test_a_straight_course_is_inconclusive_and_says_what_to_run(rng):

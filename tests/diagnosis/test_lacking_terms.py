@@ -34,7 +34,7 @@ def zigzag(rng, angle, heading, cubic=0.0, second=0.0, loss=0.0, seconds=400.0):
             rows.append((i * fine, rudder, psi, r))
         if order * psi > 0.0 and abs(psi) > np.deg2rad(heading) and order * rudder > 0.0:
             order = -order
-        rudder += np.clip(order - rudder, -0.05 * fine, 0.05 * fine)
+        rudder += min(max(order - rudder, -0.05 * fine), 0.05 * fine)
         speed = 1.0 - slow
         wanted = (GAIN * speed**2 * rudder - speed * r - cubic * r**3) / TIME
         q = wanted if second == 0.0 else q + fine * (wanted - q) / second

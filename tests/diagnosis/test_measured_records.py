@@ -66,7 +66,7 @@ def test_a_first_order_nomoto_lacks_damping_and_second_order():
     train = ("Z_10_05", "Z_10_10_P", "Z_15_05", "Z_20_05", "Z_25_05")
     held_out = ("Z_10_10_S", "Z_20_10_S", "Z_35_05")
     options = Options(base_parameters="identify")
-    found = diagnose(resolve("nomoto-1"), *([thinned(s) for s in names] for names in (train, held_out)), options)
+    found = diagnose(resolve("nomoto-1"), *([thinned(s, 20) for s in names] for names in (train, held_out)), options)
     print(found.verdict, found.causes, found.gain)
     assert found.verdict == "named"
     assert {f.cause for f in found.causes} == {"yaw_damping_cubic", "second_order_lead"}

@@ -7,13 +7,14 @@ import os
 
 import pytest
 
+from ..calibrations import CALIBRATED
 from ..injections import ALONE, COMMON, SPECIAL, fewest
 from .two_numbers import TWO_NUMBERS
 
 DRAWS = int(os.environ.get("HELMBENCH_RATE_DRAWS", "20"))
 EXPECTATIONS = {
     **{f"alone-{cause}": expected for cause, expected in ALONE.items()},
-    **{expected.name: expected for expected in (*SPECIAL, *COMMON, TWO_NUMBERS)},
+    **{expected.name: expected for expected in (*SPECIAL, *COMMON, *CALIBRATED, TWO_NUMBERS)},
 }
 
 

@@ -1,7 +1,7 @@
 """Wrong data never become a hull, and nothing is invented that the records do not have.
 
-A sample of the matrix that `make wrong-data` runs whole: each command tells a change, refuses the records, or is not
-harmed; no number of the hull is named, and no sensor, that the unchanged records do not have.
+A sample of the matrix that `make wrong-data` runs whole, in part drawn anew: each command tells a change, refuses the
+records, or is not harmed; no number of the hull is named, and no sensor, that the unchanged records do not have.
 """
 
 import pytest
@@ -34,14 +34,21 @@ reads .5 % low above what is told; of outliers there was none in 204 draws of th
 DRAWN = (*BY_CHANCE, "rows lost", "rudder shuffled")
 
 
+def some(changes, count, rng):
+    """So many of the changes, drawn; all of a ship whose records and model cost little."""
+    chosen = [str(change) for change in rng.choice(list(changes), count, replace=False)]
+    print(chosen)
+    return chosen
+
+
 def cell(command, name, change, rng):
+    """What became of a change that holds in a draw, or in most of several, which end when that is certain."""
     draws = DRAWS if change in BY_CHANCE and command == "check" else 1
-    found = [
-        judged(command, name, change, [CHANGES[change](record, rng) for record in records_of(name)])
-        for _ in range(draws)
-    ]
-    print(command, name, change, found)
-    held = [one for one in found if not one.hull and not one.invented]
+    held, wrong = [], []
+    while max(len(held), len(wrong)) <= draws // 2:
+        found = judged(command, name, change, [CHANGES[change](record, rng) for record in records_of(name)])
+        print(command, name, change, found)
+        (wrong if found.hull or found.invented else held).append(found)
     assert len(held) > draws // 2
     assert held[0].outcome != "silent" or (command, change) in UNKNOWABLE
     return held[0]
@@ -58,7 +65,7 @@ def test_check_tells_each_change_and_invents_nothing(name, rng):
 @pytest.mark.parametrize("name", [name for name in CRAFT if at_hand(name)])
 def test_check_invents_nothing_of_a_craft_that_moves_sideways(name, rng):
     """Changes without a draw: what a draw leaves of a short record may cross the size from which a finding matters."""
-    for change in (c for c in CHANGES if c not in DRAWN):
+    for change in some((c for c in CHANGES if c not in DRAWN), 8, rng):
         found = judged("check", name, change, [CHANGES[change](record, rng) for record in records_of(name)])
         print(name, change, found)
         assert not found.invented
@@ -73,19 +80,19 @@ def test_radians_in_all_degrees_are_told_of_a_craft_that_moves_sideways(name, rn
 @pytest.mark.parametrize("command", ["validate", "identify"])
 @pytest.mark.parametrize("name", list(SHIPS))
 def test_validate_and_identify_tell_what_harms_them(command, name, rng):
-    for change in CHANGES:
+    for change in CHANGES if name == "response-1" else some(CHANGES, 10, rng):
         found = cell(command, name, change, rng)
         assert change not in STANDING or found.outcome in ("told", "refused")
 
 
 @pytest.mark.parametrize("name", ["mariner", "kvlcc2-l7"])
 def test_calibrate_refuses_what_stands(name, rng):
-    for change in (*STANDING, "rudder doubled", "constant speed", "outliers"):
+    for change in some((*STANDING, "rudder doubled", "constant speed", "outliers"), 5, rng):
         found = cell("calibrate", name, change, rng)
         assert change == "outliers" or found.outcome == "refused"
 
 
-@pytest.mark.parametrize("change", list(CHANGES))
-def test_a_diagnosis_names_no_number_of_the_hull(change, rng):
-    found = cell("diagnose", "response-1", change, rng)
-    assert change not in STANDING or found.outcome in ("told", "refused")
+def test_a_diagnosis_names_no_number_of_the_hull(rng):
+    for change in some(CHANGES, 12, rng):
+        found = cell("diagnose", "response-1", change, rng)
+        assert change not in STANDING or found.outcome in ("told", "refused")

@@ -10,6 +10,7 @@ from helmbench.estimation.records.series import speed_of
 from helmbench.models.errors import CannotFit
 
 from ...craft_simulator import ALLOCATED, FULL, LAWS, STRONGER, draw, sailed
+from ...injections import passes_often
 
 OF = {"flow": "rudder-in-flow", "race": "rudder-in-race", "thruster": "thruster-in-flow"}
 WITHOUT = {
@@ -34,19 +35,19 @@ def calm(rng, craft):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_delay_and_what_steers_the_craft_are_found(law, rng):
-    """The law in every draw, the delay in three of six: a slow rudder was named for a late one in 1 of 110 draws of
-    thrusters, so that four of six are missed less than once in 1e6 runs; how often it is a rate (tests/rates)."""
-    right = []
-    for _ in range(6):
+    """The law in every draw, the delay in two of at most five: a slow rudder was named for a late one in 1 of 110 draws
+    of thrusters; how often it is a rate (tests/rates)."""
+
+    def delay_is_found():
         craft = draw(rng, law, "delay")
         found = build(*calm(rng, craft))
         assert found.verdict == "adequate" and at_three_lengths(found) > 0.97
-        right.append(found.model.instruments.get("rudder_delay") == pytest.approx(craft.delay, rel=0.25))
         laws = {told.id: told for told in found.laws}
         assert all(laws[wrong].gain < -0.02 for wrong in WITHOUT[law])
         assert found.trusted_s > craft.clock
-    print(right)
-    assert sum(right) >= 3
+        return found.model.instruments.get("rudder_delay") == pytest.approx(craft.delay, rel=0.25)
+
+    assert passes_often(delay_is_found, 0.99, 2)
 
 
 @pytest.mark.parametrize("law", ALLOCATED)

@@ -13,7 +13,7 @@ from helmbench.diagnosis.report.findings import once
 from helmbench.diagnosis.result import Finding
 from helmbench.models.model import model_to_json, resolve
 
-from ...injections import injected
+from ...injections import injected, passes_often
 
 FIXED = {
     "offset": ("mariner", "rudder_offset", "off-5"),
@@ -65,16 +65,16 @@ def test_a_drawn_cause_on_a_drawn_base(rng):
 
 
 def test_nothing_is_named_where_only_the_base_is_wrong(rng):
-    """In 15 draws of 20 at least: of 240 clean records two were named something, so that six of 20 are less than once
-    in 1e6 runs; the suite `imperfect` holds the rate."""
-    named = []
-    for _ in range(20):
+    """Of 240 clean records two were named something; the suite `imperfect` holds the rate."""
+
+    def nothing_is_named():
         vessel = str(rng.choice(["mariner", "response-1"]))
         case = injected(vessel, (), rng)
         found = diagnose(base_model("off-10", vessel, rng), case.train)
-        named += [(vessel, found.verdict, found.causes)] if strangers(found) else []
-    print(named)
-    assert len(named) <= 5
+        print(vessel, found.verdict, found.causes)
+        return not strangers(found)
+
+    assert passes_often(nothing_is_named, 0.99, 5)
 
 
 @pytest.mark.parametrize("vessel", ["response-1", "cargo"])
