@@ -25,6 +25,8 @@ BLOCK_S = 50.0
 ROUNDS, ENOUGH, MOVING = 8, 0.3, 3.0
 """Most rounds of a fit, and the rise of the marginal likelihood (nats) below which it ends, or the variances are let
 free."""
+LOST = 100.0
+"""Nats by which a fit must be sure to stay behind another one to end early."""
 STATED = np.minimum(MOST, 1.0)
 """Variances that hold first, those of the priors as stated: from far off a fit would be led astray."""
 RULE = Damping(growth=10.0, least=0.01, trials=5)
@@ -149,8 +151,8 @@ def fit(
     Eq. 9 of docs/mathematics/default-route.md.
 
     s : its noise is where the noise's fit starts.  start, terms : values of the causes' parameters and of the
-    discrepancy's, zero unless given.  rival : marginal likelihood of another fit: where this one would stay behind
-    that even if each further round gained as much as the last, it ends, or the variances are let free.
+    discrepancy's, zero unless given.  rival : marginal likelihood of another fit: this one ends where it would stay
+    behind that by LOST even if each further round gained as much as the last.
     """
     est, free = base.est, len(base.terms.parameters)
     x = np.concatenate([np.zeros(free) if terms is None else terms, np.zeros(len(variant)) if start is None else start])
@@ -173,7 +175,9 @@ def fit(
             if best is None or evidence > best.evidence:
                 best = Fitted(base, variant, s, now, x, variances, evidence)
             rise, before = evidence - before, evidence
-            if rise > (ENOUGH if most is MOST else MOVING) and evidence + left * rise >= rival:
+            if evidence + left * rise < rival - LOST:
+                break
+            if rise > (ENOUGH if most is MOST else MOVING):
                 continue
         if most is MOST or not np.any(variances == most):
             break
