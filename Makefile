@@ -23,8 +23,7 @@ TOOLS := build/tools
 ENTRANTS := innovations residual-bic sparse-regression best-fit nothing
 EXAM_WORLDS ?= 12
 EXAM_SEED ?= 1
-SUITES ?= default measured mismatch channels generalise response-models \
-	noise outliers disturbances sampling excitation tuners
+SUITES ?= default measured mismatch channels generalise noise outliers disturbances sampling excitation tuners
 ROOMS := models datasets checks estimation methods diagnosis bench reporting reproduction
 
 # An environment holds absolute paths: when the checkout has moved, build it again.
