@@ -279,7 +279,7 @@ def _numbers_at(final: Fitted) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _built_in(done: Conclusion, of_numbers: bool, est: Estimator) -> tuple[list[MarginalCandidate], Setting]:
-    """MarginalCandidate causes that the extended model holds, and the setting of it.
+    """Accepted causes that the extended model holds, and the setting of it.
 
     of_numbers : whether what is named says that the base model's own numbers are wrong.
     """
