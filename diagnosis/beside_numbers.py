@@ -53,6 +53,8 @@ EXACT = 3.0
 BOUND = 0.98
 """Share of the largest variance of the model's numbers from which they are further off than their priors hold: no cause
 can be told beside them, and free runs have to say more."""
+SLIGHT = 0.005
+"""Share of the squared free-run error below which the numbers take nothing off it."""
 MOVED = 2.0
 """Posterior standard deviations from which a number counts as moved."""
 SELECTED = ("rudder_offset",)
@@ -256,7 +258,7 @@ def _of_numbers(done: Conclusion) -> list[Finding]:
     """That the base model's own numbers are wrong; nothing where they take nothing off free runs."""
     ways = (done.shares.beside,) if done.named else (done.shares.numbers, done.shares.beside)
     part = max(ways, key=lambda share: share.low)
-    if not part.low > 0.0:
+    if not part.low > 0.0 or part.value < SLIGHT:
         return []
     final = done.found.final
     values, spread = _numbers_at(final)
