@@ -112,6 +112,8 @@ def test_a_lost_scheduler_is_one_line_and_the_run_goes_on_elsewhere(cluster, sui
     command = [sys.executable, "-m", "helmbench", "run", *words, "--seeds", "1", "-o", str(out)]
     process = subprocess.Popen([*command, "--scheduler", cluster.address], stderr=subprocess.PIPE, text=True)
     wait_for((tmp_path / "bad.began").exists)
+    rows = out / "runs.jsonl"
+    wait_for(lambda: rows.exists() and rows.stat().st_size > 0)  # the row before may still be on its way
     cluster.scheduler.kill()
     worker.send_signal(signal.SIGKILL)
     said = process.communicate(timeout=90)[1]
