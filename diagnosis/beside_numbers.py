@@ -14,7 +14,6 @@ from ..estimation.diagnosis_only.refit import refit
 from ..estimation.filters.innovations.estimator import Estimator, estimator
 from ..models.errors import FitFailed
 from ..models.instruments import combined
-from .candidate import Candidate
 from .causes.base import Cause
 from .causes.base_coefficients import BaseCoefficients
 from .causes.registry import terms_for
@@ -202,7 +201,7 @@ def _told(
     causes, own = _built_in(done, of_numbers, raw.est)
     values = {name: value for name, value in sensors.shown.instruments.items() if name in raw.est.index}
     setting = raw.est.with_entries(own, values)
-    entered = [Candidate(a.cause, a.variant, a.log_p, a.statistic, setting, raw.now) for a in causes]
+    entered = [replace(a, setting=setting, now=raw.now) for a in causes]
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
     held_out = thinned(given.held_out, raw.est.model)
     predicted = gain_of(state, base_setting(state, options), setting, held_out, rng)
@@ -216,8 +215,7 @@ def _told(
     extended = extended_model(raw.est, setting, [a.cause for a in causes], {**instruments})
     noise = noise_of(raw.est, done.found.final.setting)
     others = {one.accepted.cause.id: (done.shares.drops[i], reason) for i, one, reason in done.others}
-    replaced = {c.id for c in state.bank if not c.stands_beside_numbers(raw.est.model.is_3dof)}
-    bank = beside_numbers(done.found, every, others, {c.id: why for c, why in cannot.items()}, replaced)
+    bank = beside_numbers(done.found, every, others, cannot)
     told = diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, predicted, noise=noise)
     behind_causes = replace(cleaned, train=behind[0], held_out=behind[1])
     projection = projected(done.found.final, _beside_hull(done.found))

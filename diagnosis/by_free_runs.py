@@ -19,7 +19,7 @@ from .causes.base_coefficients import BaseCoefficients
 from .causes.registry import bank
 from .gain.free_runs import gains_of_traces
 from .gain.guard import WORSE
-from .report.bank import updated
+from .report.bank import demoted, updated
 from .report.findings import BY_RESIDUALS, of_groups
 from .report.verdict import where
 
@@ -80,7 +80,7 @@ def by_free_runs(
         verdict=base.verdict,
         reason=base.reason,
         causes=causes,
-        bank=updated(found.bank, causes, "explained_by", SHOWN_ALREADY),
+        bank=updated(demoted(found.bank, ("named", "tied"), "explained_by", SHOWN_ALREADY), causes),
         gain=gains_of_traces(base.traces, np.random.default_rng(found.seed)),
         traces=base.traces,
         where=tuple(where([t for t in base.traces if t.role == "train"])),

@@ -14,7 +14,7 @@ from ..checks.findings import merged
 from ..checks.registry import check_of, column_checks, sensor_errors
 from ..checks.result import CheckFinding
 from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
-from .report.bank import updated
+from .report.bank import demoted, updated
 from .report.findings import BY_CHANNELS, of_left_out_samples
 from .report.verdict import without_motion
 from .result import Diagnosis, Finding
@@ -84,16 +84,15 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
 def _named(found: Diagnosis, finding: Finding) -> Diagnosis:
     """The diagnosis with one cause more, first of all."""
     causes = (finding, *(f for f in found.causes if f.cause != finding.cause))
-    bank = updated(found.bank, causes, "", "", of=())
     if found.verdict == "adequate":
         found = replace(found, verdict="named", reason=f"{finding.cause}: {finding.evidence}")
-    return replace(found, causes=causes, bank=bank)
+    return replace(found, causes=causes, bank=updated(found.bank, causes))
 
 
 def _withheld(found: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:
     """The diagnosis without what it takes the records' word for: no cause of the model, no numbers, no extension."""
     kept = tuple(f for f in found.causes if f.stage == BY_CHANNELS)
-    bank = updated(found.bank, kept, "not_testable", why, of=("named", "tied", "explained_by"))
+    bank = updated(demoted(found.bank, ("named", "tied", "explained_by"), "not_testable", why), kept)
     return replace(
         found,
         verdict=verdict,

@@ -57,16 +57,12 @@ class MarginalCandidate(Candidate):
 
 @dataclass(frozen=True)
 class Found:
-    """What has been found: the fit without causes, the causes in order, the last fit, the best lead of each cause.
-
-    null_leads : leads at the untouched base.
-    """
+    """What has been found: the fit without causes, the causes in order, the last fit, the best lead of each cause."""
 
     null: Fitted
     accepted: tuple[MarginalCandidate, ...]
     final: Fitted
     leads: Mapping[Cause, Lead]
-    null_leads: tuple[Lead, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,10 +70,12 @@ class MarginalLikelihood:
     """The criterion: marginal likelihood ratios, less for scores that scatter.
 
     state : the base model with its bank, for searches that scan.  bank : causes that may enter, with their variants.
+    untouched : leads at the untouched base.
     """
 
     state: State
     bank: Mapping[Cause, Sequence[Variant]]
+    untouched: Sequence[Lead]
     rng: np.random.Generator
 
     def tried(self, now: Found, step: int) -> tuple[Found, list[MarginalCandidate]]:
@@ -85,7 +83,7 @@ class MarginalLikelihood:
         final = now.final
         left = {c: v for c, v in self.bank.items() if c not in [a.cause for a in now.accepted]}
         leads = screen(final.base, final.setting, final.now, final.x, final.variant, final.variances, left)
-        leads = _in_turn(leads, now.null_leads, self._threshold(0)) if step == 0 else leads
+        leads = _in_turn(leads, self.untouched, self._threshold(0)) if step == 0 else leads
         now = replace(now, leads=now.leads or {lead.cause: lead for lead in reversed(leads)})
         leaders = _leaders(leads, self._threshold(step))
         refitting = partial(_refitted_leads, final, leads, leaders, step == 0)
@@ -117,7 +115,7 @@ def search(
     """
     of_its_own = replace(base, est=replace(base.est))  # whose latest runs are its own
     null, raw = beside(base.est.threads, partial(fit, base, base.origin), partial(_untouched, of_its_own, bank))
-    found = grown(MarginalLikelihood(state, bank, rng), Found(null, (), null, {}, tuple(raw)), most)
+    found = grown(MarginalLikelihood(state, bank, raw, rng), Found(null, (), null, {}), most)
     kept, final = _without_needless(found.accepted, found.final, float(np.log(state.alpha * LATER / TESTS)))
     return replace(found, accepted=kept, final=final)
 

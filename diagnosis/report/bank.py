@@ -41,12 +41,15 @@ def _line(entry: Entry, findings: Sequence[Finding]) -> Entry:
     return entry
 
 
-def updated(
-    bank: Sequence[Entry], findings: Sequence[Finding], status: str, why: str, of: Collection[str] = ("named", "tied")
-) -> tuple[Entry, ...]:
-    """The bank after later findings: what had one of the statuses `of` has another one, for a reason."""
-    known = {e.cause: replace(e, status=status, why=why) if e.status in of else e for e in bank}
+def updated(bank: Sequence[Entry], findings: Sequence[Finding]) -> tuple[Entry, ...]:
+    """The bank after later findings."""
+    known = {entry.cause: entry for entry in bank}
     return lines(findings, lambda check: known[check.id])
+
+
+def demoted(bank: Sequence[Entry], of: Collection[str], status: str, why: str) -> list[Entry]:
+    """The bank in which what had one of the statuses `of` has another one, for a reason."""
+    return [replace(entry, status=status, why=why) if entry.status in of else entry for entry in bank]
 
 
 # ---- by residuals
@@ -115,15 +118,14 @@ def _first_statistic(state: State, cause: Cause) -> tuple[float | None, float | 
 
 # ---- beside the base model's own numbers
 def beside_numbers(
-    found: Found, findings: Sequence[Finding], others: Mapping[str, tuple[Share, str]], cannot: Mapping[str, str],
-    replaced: Collection[str],
-) -> tuple[Entry, ...]:  # fmt: skip
+    found: Found, findings: Sequence[Finding], others: Mapping[str, tuple[Share, str]], cannot: Mapping[Cause, str]
+) -> tuple[Entry, ...]:
     """The bank of a base model whose own numbers are uncertain.
 
     others : causes (ids) that the search accepted and that are not named: what each takes off free runs, and why it is
-    not.  cannot : causes that were not tested, with the reason.  replaced : causes whose place the numbers take.
+    not.  cannot : causes that were not tested, with the reason.
     """
-    leads = {cause.id: lead for cause, lead in found.leads.items()}
+    leads, is_3dof = {cause.id: lead for cause, lead in found.leads.items()}, found.final.base.est.model.is_3dof
 
     def otherwise(check: Check) -> Entry:
         lead = leads.get(check.id)
@@ -134,9 +136,10 @@ def beside_numbers(
             status, why = "explained_by", f"takes off {share.text} of the free-run error; not named: {reason}"
             if not share.low > 0.0:
                 status, why = "not_significant", "detectable, but takes nothing off the free-run error for sure"
-        elif check.id in cannot or check.id in replaced:
-            taken = "the base model's own numbers, which are uncertain, take its place"
-            status, why = "not_testable", cannot.get(check.id, taken)
+        elif isinstance(check, Cause) and check in cannot:
+            status, why = "not_testable", cannot[check]
+        elif isinstance(check, Cause) and not check.stands_beside_numbers(is_3dof):
+            status, why = "not_testable", "the base model's own numbers, which are uncertain, take its place"
         return Entry(check.id, status, statistic, p, None, why)
 
     return lines(findings, otherwise)

@@ -49,7 +49,7 @@ HULL = "a description of the hull, which wrong numbers of the base model cannot 
 # ---- by files and channels
 def of_fault(fault: ColumnFault) -> Finding:
     """What is told of a gross fault that was corrected."""
-    p = float(np.exp(max(log_tail(fault.statistic, 1), -700.0)))
+    p = adjusted(log_tail(fault.statistic, 1), 1.0)
     details = dict(fault.details)
     return Finding(fault.check.id, (), BY_CHANNELS, fault.statistic, p, (), details=details, evidence=fault.evidence)
 
