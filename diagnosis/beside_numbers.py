@@ -22,7 +22,7 @@ from .criteria.marginal_likelihood import Found, MarginalCandidate, search
 from .discrepancy.entering import entering
 from .discrepancy.fit import Base, Fitted
 from .discrepancy.projection import number_of, projected
-from .discrepancy.quadratic import MOST, mode
+from .discrepancy.quadratic import mode
 from .discrepancy.regimes import Local, local_errors
 from .discrepancy.shares import Shares, shares, simulating_variances
 from .discrepancy.subsets import Subset, best_subsets
@@ -49,9 +49,6 @@ if TYPE_CHECKING:
 
 EXACT = 3.0
 """Nats of marginal likelihood below which the base model's own numbers count as exact."""
-BOUND = 0.98
-"""Share of the largest variance of the model's numbers from which they are further off than their priors hold: no cause
-can be told beside them, and free runs have to say more."""
 SLIGHT = 0.005
 """Share of the squared free-run error below which the numbers take nothing off it."""
 MOVED = 2.0
@@ -153,8 +150,7 @@ def _concluded(found: Found, bank: Mapping[Cause, Sequence[Variant]], rng: np.ra
     together take little off, none but waves, which no free run has."""
     every = sized(found, bank)
     parts = shares(found.null, found.final, places_of(found), rng)
-    held = found.final.variances[NUMBERS] < BOUND * MOST[NUMBERS]
-    all_together = "" if held else AT_BOUND
+    all_together = AT_BOUND if found.final.at_bound else ""
     enough = _explained(parts, ()) >= verdict.PARTLY
     why = [
         all_together or _why_not(found.final, one, felt, enough) for one, felt in zip(every, parts.felt, strict=True)

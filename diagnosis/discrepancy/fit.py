@@ -13,6 +13,7 @@ from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...estimation.likelihood.minimiser import Damping, Trial, try_steps
 from .quadratic import MOST, START, Quadratic, quadratic, scales, towards_mode
+from .terms import NUMBERS
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
@@ -36,6 +37,8 @@ GOOD, NOTHING = 0.5, 0.1
 REDUCED, SETTLED = 0.1, 0.01
 """Factor on the damping after a good step at the first trial, and the most of it with which a step counts as
 whole."""
+BOUND = 0.98
+"""Share of the largest variance of the model's numbers from which they are further off than their priors hold."""
 FORCE = 3e-5
 """Random forces, in force units, at which the fit of the noise starts: without any, it ends far from the best where the
 base model is far off."""
@@ -117,6 +120,12 @@ class Fitted:
     def sizes(self) -> np.ndarray:
         """Values of the causes' parameters."""
         return self.x[self.free]
+
+    @property
+    def at_bound(self) -> bool:
+        """Whether the model's numbers are further off than their priors hold: no cause can be told beside them, and
+        free runs have to say more."""
+        return bool(self.variances[NUMBERS] >= BOUND * MOST[NUMBERS])
 
     @cached_property
     def expansion(self) -> Quadratic:

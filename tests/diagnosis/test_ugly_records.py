@@ -1,5 +1,6 @@
 """Records with defects end in a verdict or in one clear line, and name no cause that is not there."""
 
+import itertools
 import json
 from dataclasses import replace
 
@@ -14,6 +15,8 @@ from helmbench.diagnosis.searches.change_point import ByChangePoint
 from helmbench.diagnosis.searches.score import ByScore
 from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
+
+from ..injections import passes_often
 
 ZIGZAGS = ("zigzag:20/20", "zigzag:10/10")
 FEW = Options(max_effects=1, alpha=1e-4)
@@ -52,15 +55,15 @@ DEFECTS = {
 
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_nothing_is_named_for_a_defect_of_the_logger(seed, defect):
-    """A test of a record as short as these is above its level in 1 of 250 clean ones: a second record decides then."""
+    own = itertools.count(seed)
 
-    def quiet(own):
-        found = diagnose(resolve("response-1"), [DEFECTS[defect](clean(own))], options=FEW)
+    def quiet():
+        found = diagnose(resolve("response-1"), [DEFECTS[defect](clean(next(own)))], options=FEW)
         json.dumps(found.to_json(), allow_nan=False)
-        print(own, found.verdict, found.reason)
+        print(found.verdict, found.reason)
         return found.verdict in ("adequate", "inconclusive") and not found.causes
 
-    assert quiet(seed) or quiet(seed + 1)
+    assert passes_often(quiet, rate=0.99, passes=2)
 
 
 @pytest.mark.parametrize("samples", [2, 3, 5])
