@@ -121,7 +121,7 @@ def _findings(base: Calibration) -> list[Finding]:
     clear -= set() if base.regime is None else {base.regime.group}
     causes = {group: cause for group, cause in causes_of(base.model).items() if group in clear}
     groups = list(dict.fromkeys(step.group for step in base.steps))
-    still = {m.group for m in base.moved} - {m.group for m in base.moved if not m.low <= m.before <= m.high}
+    still = {m.group for m in base.moved} - {m.group for m in base.moved if not m.may_have_stayed}
     groups = [group for group in groups if group not in still] or groups
     own = [of_groups(base, causes[group], {group}) for group in groups if group in causes]
     rest = set(groups) - set(causes)

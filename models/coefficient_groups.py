@@ -43,6 +43,7 @@ class Group:
     of : id of the group that this is a part of, else its own.
     slips : name -> prior standard deviation of numbers that are known well, and are wrong alone or not at all: those of
     drawings and tables.
+    ratio_to : name of another number of which the published one is the ratio to it; else empty.
     """
 
     id: str
@@ -54,6 +55,7 @@ class Group:
     unit: dict[str, float] = field(default_factory=dict)
     of: str = ""
     slips: dict[str, float] = field(default_factory=dict)
+    ratio_to: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)
@@ -136,7 +138,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
             known = dict.fromkeys(extension_of(extension).units, 0.0)
         group = _group(name, title, extension, _matched(numbers, known), model)
         well_known = _group(name, title, None, _matched(slips, values), model).sd
-        group = replace(group, slips=well_known)
+        group = replace(group, slips=well_known, ratio_to=entry.get("ratio_to", ""))
         if group.every:
             found.append(group)
     return tuple(found)

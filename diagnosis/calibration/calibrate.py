@@ -35,6 +35,7 @@ from .traces import held_out_traces, left_out_traces
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
+    from ...estimation.diagnosis_only.mixed_effects.fit import Fitted
     from ...models.coefficient_groups import Group
     from ...models.model import Model
     from ..discrepancy.regimes import Local
@@ -212,17 +213,37 @@ def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
     fitted = final.fitted
     if not fitted.numbers:
         return ()
-    spread = np.sqrt(np.diag(pinv(fitted.normal)))
-    spread = np.maximum(spread, jackknife(np.array([x.values for x in final.left_out])))
-    owner = {name: group.id for group in groups for name in group.every}
+    covariance, without = pinv(fitted.normal), np.array([x.values for x in final.left_out])
+    spread = np.maximum(np.sqrt(np.diag(covariance)), jackknife(without))
+    owner = {name: group for group in groups for name in group.every}
+    place = {n.name: j for j, n in enumerate(fitted.numbers)}
     out = []
     for n, value, sd in zip(fitted.numbers, fitted.values.tolist(), spread.tolist(), strict=True):
         percent = 100.0 * (value / n.mean - 1.0) if n.mean else None
-        half = NORMAL_90 * sd
+        half, group, change = NORMAL_90 * sd, owner[n.name], (value - n.mean) / n.sd
+        kept = group.ratio_to in place and _keeps_ratio(
+            fitted, covariance, without, place[n.name], place[group.ratio_to]
+        )
         out.append(
-            Moved(n.name, owner[n.name], n.mean, value, value - half, value + half, percent, (value - n.mean) / n.sd)
+            Moved(n.name, group.id, n.mean, value, value - half, value + half, percent, change, in_proportion=kept)
         )
     return tuple(out)
+
+
+def _keeps_ratio(fitted: Fitted, covariance: np.ndarray, without: np.ndarray, one: int, other: int) -> bool:
+    """Whether the 90 % interval of the ratio of two numbers, from their places, holds that of the base model.
+
+    without (R, p) : values by fits without each record.
+    """
+    a, b = fitted.values[[one, other]].tolist()
+    if not (b and fitted.numbers[other].mean):
+        return False
+    before = fitted.numbers[one].mean / fitted.numbers[other].mean
+    slope = np.array([1.0 / b, -a / b**2])
+    pair = [one, other]
+    sd = np.sqrt(slope @ covariance[np.ix_(pair, pair)] @ slope)
+    sd = max(float(sd), float(jackknife(without[:, [one]] / without[:, [other]])[0]))
+    return abs(a / b - before) <= NORMAL_90 * sd
 
 
 def _shares(p: Problem, given: Attempt, found: Selection) -> dict[str, Share]:

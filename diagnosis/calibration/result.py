@@ -23,7 +23,8 @@ VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 @dataclass(frozen=True)
 class Moved:
     """One number of the model: before and after, 90 % interval, change in percent (None from zero) and in prior
-    standard deviations; where it differs, in words (empty: everywhere)."""
+    standard deviations; where it differs, in words (empty: everywhere); whether the published number, its ratio to
+    another one that moved too, may have stayed."""
 
     name: str
     group: str
@@ -34,6 +35,12 @@ class Moved:
     percent: float | None
     prior_sds: float
     where: str = ""
+    in_proportion: bool = False
+
+    @property
+    def may_have_stayed(self) -> bool:
+        """Whether the interval holds the value before, or the published number's does."""
+        return self.in_proportion or self.low <= self.before <= self.high
 
     @property
     def parameter(self) -> str:

@@ -63,7 +63,7 @@ def moved_table(found: Calibration) -> Table:
         Column("before", lambda m: number(_scale(m) * m.before), lambda m: m.before),
         Column("after, 90 % interval", _after, lambda m: m.after),
         Column("unit", lambda m: "deg" if m.name in DEGREES else ""),
-        Column("change", lambda m: "" if m.percent is None else f"{m.percent:+.0f} %", lambda m: m.percent),
+        Column("change", _change, lambda m: m.percent),
         Column("where", lambda m: m.where or "everywhere"),
         Column("in prior standard deviations", lambda m: f"{m.prior_sds:+.1f}", lambda m: m.prior_sds),
     ]
@@ -72,6 +72,10 @@ def moved_table(found: Calibration) -> Table:
 
 def _scale(m: Moved) -> float:
     return DEG if m.name in DEGREES else 1.0
+
+
+def _change(m: Moved) -> str:
+    return "" if m.percent is None else f"{m.percent:+.0f} %{', in proportion' if m.in_proportion else ''}"
 
 
 def _after(m: Moved) -> str:
