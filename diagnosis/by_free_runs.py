@@ -117,11 +117,11 @@ def _worse(base: Calibration) -> bool:
 def _findings(base: Calibration) -> list[Finding]:
     """One finding for each group that is a cause of the bank, one for all others; none of groups whose numbers may all
     stay where they were."""
-    clear = {m.group for m in base.moved if m.low > 0.0 or m.high < 0.0}
-    clear -= set() if base.regime is None else {base.regime.group}
-    causes = {group: cause for group, cause in causes_of(base.model).items() if group in clear}
+    changed = {m.group for m in base.moved if not m.may_have_stayed}
+    everywhere = changed - ({base.regime.group} if base.regime is not None else set())
+    causes = {group: cause for group, cause in causes_of(base.model).items() if group in everywhere}
+    still = {m.group for m in base.moved} - changed
     groups = list(dict.fromkeys(step.group for step in base.steps))
-    still = {m.group for m in base.moved} - {m.group for m in base.moved if not m.may_have_stayed}
     groups = [group for group in groups if group not in still] or groups
     own = [of_groups(base, causes[group], {group}) for group in groups if group in causes]
     rest = set(groups) - set(causes)
