@@ -6,16 +6,10 @@ A diagnoser is a class with a `name` and a `title` that has one method,
 
 from __future__ import annotations
 
-import importlib
-import inspect
-import pkgutil
 from abc import ABC, abstractmethod
-from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ..methods.registry import load_file
-from ..models.errors import BadInput
-from ..models.suggestions import suggestion
+from ..models.discovery import by_name, class_in_file, classes_of, known, plug_ins
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,7 +21,7 @@ if TYPE_CHECKING:
 
 GROUP = "helmbench.diagnosers"
 """Entry-point group by which other packages add diagnosers."""
-FOLDER = ".baselines"
+FOLDER = "baselines"
 """Files of this package that define diagnosers are found."""
 
 
@@ -56,51 +50,13 @@ def diagnosers() -> dict[str, type[Diagnoser]]:
     ------
     BadInput : if two have the same identifier, or a plug-in cannot be loaded.
     """
-    found: dict[str, type[Diagnoser]] = {}
-    for cls in [*_own(), *_installed()]:
-        if found.setdefault(cls.name, cls) is not cls:
-            raise BadInput(f"diagnoser {cls.name!r} is defined twice", file=cls.__module__)
-    return dict(sorted(found.items()))
+    own = classes_of(f"{__package__}.{FOLDER}", Diagnoser, "name")
+    return by_name("diagnoser", [*own, *plug_ins(GROUP, "diagnoser", Diagnoser, "name")], "name")
 
 
 def find(text: str) -> type[Diagnoser]:
     """The class that `text` names: an identifier or `path.py:Class`; BadInput if there is none."""
     if ".py:" in text:
-        path, _, name = text.rpartition(":")
-        return _checked(getattr(load_file(path), name, None), text)
-    known = diagnosers()
-    if text not in known:
-        hint = suggestion(text, known, f"known: {', '.join(known)}; or path.py:Class")
-        raise BadInput(f"unknown diagnoser {text!r}", hint=hint)
-    return known[text]
-
-
-def _own() -> list[type[Diagnoser]]:
-    package = importlib.import_module(FOLDER, __package__)
-    modules = [
-        importlib.import_module(f"{package.__name__}.{entry.name}") for entry in pkgutil.iter_modules(package.__path__)
-    ]
-    return [
-        cls
-        for module in modules
-        for _, cls in inspect.getmembers(module, inspect.isclass)
-        if issubclass(cls, Diagnoser) and cls.name and cls.__module__ == module.__name__
-    ]
-
-
-def _installed() -> list[type[Diagnoser]]:
-    found = []
-    for point in entry_points(group=GROUP):
-        try:
-            found.append(_checked(point.load(), point.value))
-        except BadInput:
-            raise
-        except Exception as error:  # whatever a foreign package raises while it is imported
-            raise BadInput(f"diagnoser plug-in cannot be loaded: {error}", file=point.value) from error
-    return found
-
-
-def _checked(cls: Any, where: str) -> type[Diagnoser]:
-    if not (isinstance(cls, type) and issubclass(cls, Diagnoser) and cls.name):
-        raise BadInput("not a subclass of helmbench.diagnosis.registry.Diagnoser with a name", file=where)
-    return cls
+        return class_in_file(text, Diagnoser, "name")
+    every = diagnosers()
+    return known("diagnoser", text, every, f"known: {', '.join(every)}; or path.py:Class")

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
-import pkgutil
-import sys
 from functools import lru_cache
-from importlib.metadata import entry_points
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from ..models.argument_types import typed
+from ..models.discovery import by_name, class_in_file, classes_of, known, plug_ins
 from ..models.errors import BadInput
-from ..models.suggestions import suggestion
 from .base import Method
 
 GROUP = "helmbench.methods"
@@ -33,52 +27,12 @@ def methods() -> dict[str, type[Method]]:
     ------
     BadInput : if two methods have the same identifier, or a plug-in cannot be loaded.
     """
-    found = dict(_own())
-    for point in _installed():
-        cls = _plug_in(point)
-        if found.setdefault(cls.name, cls) is not cls:
-            raise BadInput(f"method {cls.name!r} is defined twice", file=point.value)
-    return dict(sorted(found.items()))
+    return by_name("method", [*_own(), *plug_ins(GROUP, "method", Method, "name")], "name")
 
 
 @lru_cache(maxsize=1)
-def _installed() -> tuple[Any, ...]:
-    """Entry points of installed plug-ins, cached: finding them reads the metadata of every installed package."""
-    return tuple(entry_points(group=GROUP))
-
-
-@lru_cache(maxsize=1)
-def _own() -> dict[str, type[Method]]:
-    package = importlib.import_module(__name__.rpartition(".")[0])
-    found: dict[str, type[Method]] = {}
-    for entry in pkgutil.iter_modules(package.__path__):
-        for cls in methods_in(importlib.import_module(f"{package.__name__}.{entry.name}")):
-            if found.setdefault(cls.name, cls) is not cls:
-                raise BadInput(f"method {cls.name!r} is defined twice", file=entry.name)
-    return found
-
-
-def methods_in(module: ModuleType) -> list[type[Method]]:
-    """The named methods that a module defines itself (not those it imports)."""
-    return [
-        value
-        for value in vars(module).values()
-        if isinstance(value, type) and issubclass(value, Method) and value.name and value.__module__ == module.__name__
-    ]
-
-
-def _plug_in(point: Any) -> type[Method]:
-    try:
-        cls = point.load()
-    except Exception as error:  # whatever a foreign package raises while it is imported
-        raise BadInput(f"method plug-in cannot be loaded: {error}", file=point.value) from error
-    return _checked(cls, point.value)
-
-
-def _checked(cls: Any, where: str) -> type[Method]:
-    if not (isinstance(cls, type) and issubclass(cls, Method) and cls.name):
-        raise BadInput("not a subclass of helmbench.methods.base.Method with a name", file=where)
-    return cls
+def _own() -> list[type[Method]]:
+    return classes_of(__package__, Method, "name")
 
 
 def find(text: str) -> type[Method]:
@@ -93,37 +47,9 @@ def find(text: str) -> type[Method]:
         module, maker, _ = FAMILIES[prefix]
         return getattr(importlib.import_module(f"{__package__}.{module}"), maker)(rest)
     if ".py:" in text:
-        path, _, name = text.rpartition(":")
-        return _checked(getattr(load_file(path), name, None), text)
-    known = methods()
-    if text not in known:
-        others = ", ".join(f"{prefix}:NAME" for prefix in FAMILIES)
-        hint = suggestion(text, known, f"known: {', '.join(known)}; or {others}, path.py:Class")
-        raise BadInput(f"unknown method {text!r}", hint=hint)
-    return known[text]
-
-
-def load_file(path: str) -> ModuleType:
-    """The user's own Python file as a module.
-
-    Raises
-    ------
-    BadInput : the file does not exist or cannot be loaded.
-    """
-    file = Path(path).resolve()
-    if not file.is_file():
-        raise BadInput("no such file", file=path)
-    name = f"helmbench_user_{file.stem}"
-    spec = importlib.util.spec_from_file_location(name, file)
-    if spec is None or spec.loader is None:
-        raise BadInput("not a Python file", file=path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # whatever the user's file raises
-        raise BadInput(f"{type(error).__name__}: {error}", file=path) from error
-    return module
+        return class_in_file(text, Method, "name")
+    every, others = methods(), ", ".join(f"{prefix}:NAME" for prefix in FAMILIES)
+    return known("method", text, every, f"known: {', '.join(every)}; or {others}, path.py:Class")
 
 
 @typed

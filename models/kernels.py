@@ -7,9 +7,7 @@ reads files and never imports SymPy.
 from __future__ import annotations
 
 import hashlib
-import importlib
 import json
-import pkgutil
 import re
 import sys
 from functools import cache, lru_cache
@@ -19,6 +17,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .cache import VARIABLE, building, cache_folder, close_folder, store, stored
+from .discovery import modules_in
 from .errors import BadInput, EnvironmentFault
 from .family_names import check_family_name
 
@@ -46,12 +45,9 @@ def _versions() -> str:
 
 def definitions() -> dict:
     """Identifier -> function that builds the symbolic definition, from every module of `families`."""
-    from . import families
-
     found = {}
-    for module in sorted(pkgutil.iter_modules(families.__path__), key=lambda m: m.name):
-        loaded = importlib.import_module(f"{families.__name__}.{module.name}")
-        found |= getattr(loaded, "DEFINITIONS", {})
+    for module in modules_in(f"{__package__}.families"):
+        found |= getattr(module, "DEFINITIONS", {})
     return found
 
 

@@ -138,11 +138,12 @@ def cause(request, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """An example cause, found by the registry as one further file of its folder."""
     from helmbench.diagnosis.causes import registry
     from helmbench.diagnosis.causes.base import Cause
+    from helmbench.models.discovery import classes_in
 
     text = example("python", CAUSES[request.param])
     module = loaded(f"helmbench.diagnosis.causes.{request.param}", text, tmp_path, monkeypatch)
     registry.all_causes.cache_clear()
-    (cls,) = registry.classes_in(module, Cause)
+    (cls,) = classes_in(module, Cause)
     yield cls
     monkeypatch.undo()
     registry.all_causes.cache_clear()

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import pkgutil
 from functools import lru_cache
-from importlib import import_module
 from typing import Any
 
+from ...models.discovery import modules_in
 from .base import Outcome, Score
-
-MACHINERY = ("base", "registry")
 
 
 @lru_cache(maxsize=1)
 def scores() -> dict[str, Score]:
     """Function's name -> its score, in the order of the columns."""
-    found: dict[str, Score] = {}
-    package = import_module(__name__.rpartition(".")[0])
-    for entry in pkgutil.iter_modules(package.__path__):
-        if entry.name not in MACHINERY:
-            own = vars(import_module(f"{package.__name__}.{entry.name}")).values()
-            found |= {item.compute.__name__: item for item in own if isinstance(item, Score)}
+    every = (item for module in modules_in(__package__) for item in vars(module).values() if isinstance(item, Score))
+    found = {item.compute.__name__: item for item in every}
     return dict(sorted(found.items(), key=lambda item: (item[1].rank, item[0])))
 
 

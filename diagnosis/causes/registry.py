@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ...checks.base import Check
-from ...checks.registry import checks, classes_in, installed
-from ...models.errors import BadInput
+from ...checks.registry import checks, installed
+from ...models.discovery import by_name, classes_of, known
 from ...models.families.extensions import is_made_up
-from ...models.suggestions import suggestion
 from ._stage import StageCause
 from .base import Cause, NotTestable
 
@@ -29,11 +26,9 @@ def all_causes() -> dict[str, Check]:
     ------
     BadInput : two causes have the same identifier, or a plug-in cannot be loaded.
     """
-    found: dict[str, Check] = {}
-    for cls in [*_own(), *(cls for cls in installed() if issubclass(cls, Cause))]:
-        if cls.id in found:
-            raise BadInput(f"cause {cls.id!r} is defined twice", file=cls.__module__)
-        found[cls.id] = cls()
+    added = [cls for cls in installed() if issubclass(cls, Cause)]
+    every: list[type[Check]] = [*classes_of(__package__, Cause), *added]
+    found = {name: cls() for name, cls in by_name("cause", every).items()}
     return dict(sorted((checks() | found).items()))
 
 
@@ -44,10 +39,7 @@ def causes() -> dict[str, Check]:
 
 def cause(name: str) -> Check:
     """The cause of an identifier; BadInput if there is none."""
-    known = causes()
-    if name not in known:
-        raise BadInput(f"unknown cause {name!r}", hint=suggestion(name, known, "'helmbench list causes' shows all"))
-    return known[name]
+    return known("cause", name, causes(), "'helmbench list causes' shows all")
 
 
 def bank() -> list[Cause]:
@@ -75,13 +67,3 @@ def testable(est: Estimator) -> tuple[dict[Cause, tuple[Variant, ...]], dict[Cau
             cannot[entry] = str(reason)
     later = (c for c in causes().values() if isinstance(c, StageCause))
     return can, cannot | {entry: entry.stage for entry in later}
-
-
-def _own() -> list[type[Cause]]:
-    package = importlib.import_module(__name__.rpartition(".")[0])
-    modules = [
-        importlib.import_module(f"{package.__name__}.{entry.name}")
-        for entry in pkgutil.iter_modules(package.__path__)
-        if not entry.name.startswith("_")
-    ]
-    return [cls for module in modules for cls in classes_in(module, Cause)]

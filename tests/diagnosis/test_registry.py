@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from helmbench.diagnosis import registry
 from helmbench.diagnosis.baselines.residual_bic import ResidualBic
 from helmbench.diagnosis.registry import Diagnoser, diagnosers, find
+from helmbench.models import discovery
 from helmbench.models.errors import BadInput
 
 OWN = """
@@ -30,7 +30,7 @@ def test_the_projects_own_are_known_by_name_and_title():
 def test_a_file_of_the_users_own_is_loaded(tmp_path):
     (tmp_path / "own.py").write_text(OWN)
     assert find(f"{tmp_path / 'own.py'}:Mine").name == "mine"
-    with pytest.raises(BadInput, match="Diagnoser with a name"):
+    with pytest.raises(BadInput, match="Diagnoser that sets 'name'"):
         find(f"{tmp_path / 'own.py'}:Nameless")
 
 
@@ -50,11 +50,11 @@ def test_plug_ins_are_added_and_clashes_refused(monkeypatch):
     class Clash(Diagnoser):
         name = ResidualBic.name
 
-    monkeypatch.setattr(registry, "entry_points", lambda group: [point(lambda: Other)])
+    monkeypatch.setattr(discovery, "_points", lambda group: [point(lambda: Other)])
     assert find("other") is Other
-    monkeypatch.setattr(registry, "entry_points", lambda group: [point(lambda: Clash)])
+    monkeypatch.setattr(discovery, "_points", lambda group: [point(lambda: Clash)])
     with pytest.raises(BadInput, match="defined twice"):
         diagnosers()
-    monkeypatch.setattr(registry, "entry_points", lambda group: [point(lambda: 1 / 0)])
+    monkeypatch.setattr(discovery, "_points", lambda group: [point(lambda: 1 / 0)])
     with pytest.raises(BadInput, match="cannot be loaded"):
         diagnosers()

@@ -9,6 +9,7 @@ from helmbench.methods import registry
 from helmbench.methods.base import Method
 from helmbench.methods.fw_rls import FwRls
 from helmbench.methods.ls import Ls
+from helmbench.models import discovery
 from helmbench.models.errors import BadInput
 
 OWN = """
@@ -98,12 +99,9 @@ class Twin(Ls):
     title = "has a name that is taken"
 
 
-def test_entry_points(monkeypatch, request):
-    request.addfinalizer(registry._installed.cache_clear)
-
+def test_entry_points(monkeypatch):
     def installed(target):
-        monkeypatch.setattr(registry, "entry_points", lambda group: [_Point(target)] if group == registry.GROUP else [])
-        registry._installed.cache_clear()
+        monkeypatch.setattr(discovery, "_points", lambda group: [_Point(target)] if group == registry.GROUP else [])
 
     installed(Plug)
     assert registry.methods()["plug"] is Plug

@@ -127,11 +127,11 @@ def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
 
 
 def test_the_truth_shares_no_code_with_the_kernels() -> None:
-    """Of the models and datasets only errors, vessel files, records, texts of manoeuvres and the compiler's decorator
-    are used."""
+    """Of the models and datasets only errors, vessel files, records, texts of manoeuvres, the search for a folder's
+    classes and the compiler's decorator are used."""
     folder = Path(faults.__file__).parent
     text = "\n".join(path.read_text() for path in folder.rglob("*.py"))
     rooms = set(re.findall(r"^\s*from \.{3,4}((?:models|datasets|checks|estimation|diagnosis)\S*)", text, re.MULTILINE))
     plain = {"models.errors", "models.vessel", "datasets.record", "datasets.columns", "datasets.manoeuvres"}
-    assert rooms == plain | {"models.compilation"}
+    assert rooms == plain | {"models.compilation", "models.discovery"}
     assert set(re.findall(r"models\.compilation import (.+)", text)) == {"njit", "callback"}
