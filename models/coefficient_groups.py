@@ -22,7 +22,7 @@ from .time_scale import time_scale_s
 if TYPE_CHECKING:
     from .model import Model
 
-Stated = str | float | dict[str, float]
+Stated = str | float | dict[str, Any]
 """A prior as a file states it: a percentage of the value, a standard deviation, or several numbers by name."""
 BARELY = 3.0
 """Prior standard deviations that a number may be off by where it was identified."""
@@ -179,9 +179,9 @@ def grown(model: Model, groups: Iterable[Group]) -> Model:
 
 
 def _matched(numbers: Mapping[str, Stated], values: Mapping[str, float]) -> dict[str, tuple[Stated, float]]:
-    """What is stated of every value whose name matches, and the value."""
+    """What is stated of every value whose name matches, and the value; of a zero, that of the number it is like."""
     return {
-        name: (stated, value)
+        name: (stated, value or (values.get(stated.get("like", ""), 0.0) if isinstance(stated, dict) else value))
         for pattern, stated in numbers.items()
         for name, value in values.items()
         if re.fullmatch(pattern, name)
@@ -201,7 +201,8 @@ def _group(
         power = stated.get("time_power")
         unit = time_scale_s(model) ** power if power is not None else 1.0
         group.unit.update({number: unit} if power is not None else {})
-        group.sd[number] = stated["share"] * abs(value) if "share" in stated else unit * stated["sd"]
+        sd = stated["share"] * abs(value) if "share" in stated else unit * stated["sd"]
+        group.sd.update({number: sd} if sd > 0.0 else {})
         group.mean.update({number: unit * stated["mean"]} if "mean" in stated else {})
         group.low.update({number: unit * stated["low"]} if "low" in stated else {})
     return group
