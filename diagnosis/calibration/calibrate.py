@@ -17,6 +17,7 @@ from ...models.coefficient_groups import every_own_number, groups_of, grown, sta
 from ...models.errors import BadInput
 from ...models.linear_algebra import pinv
 from ..beside_numbers import of_uncertain_base
+from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import bank
 from ..causes.rudder_offset import RudderOffset
 from ..criteria.left_out import ADEQUATE, LONG, Attempt, Selection, attempt, select
@@ -121,8 +122,9 @@ def calibrate_on(
         own, lacking = every_own_number(groups), [g for g in groups if g.extension is not None]
         found, groups = select(inside.train, lacking, own), [*lacking, own]
     else:
-        known = causes_of(model)
-        found = select(inside.train, groups, first=[g for g in groups if known.get(g.id) in causes], subsets=subsets)
+        known, wrong = causes_of(model), BaseCoefficients.id in causes
+        first = [g for g in groups if known.get(g.id) in causes]
+        found = select(inside.train, groups, first=first, subsets=subsets, wrong=wrong)
     base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
     local = best_in_regime(inside.train, found, groups, regimes)
     if local is not None:

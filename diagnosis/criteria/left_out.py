@@ -166,9 +166,11 @@ def select(
     most: int = MOST,
     first: Sequence[Group] = (),
     subsets: Sequence[Subset] = (),
+    wrong: bool = False,
 ) -> Selection:
     """Groups in the order in which they enter.
 
+    wrong : the likelihood has shown that numbers are wrong: which ones is told also where free runs are hardly off.
     first : groups that are known to be wrong: they enter before all others, and stay.
     subsets : the best small sets of numbers by the likelihood; the one that leaves nothing of importance enters where
     free runs of left-out records confirm it, else the smallest that predicts these within one standard error as well
@@ -178,7 +180,7 @@ def select(
     """
     groups = [*(group for group in groups if group.sd), *(part for group in groups for part in parts_of(group))]
     base = now = attempt(problem, (), None, LONG)
-    if not _needed(problem, base):
+    if not (wrong or _needed(problem, base)):
         return Selection(base, (), base)
     groups = common(base, groups)
     steps: list[Step] = []

@@ -15,6 +15,7 @@ from helmbench.diagnosis.options import Options
 from helmbench.models.coefficient_groups import groups_of
 from helmbench.models.model import model_to_json, resolve
 
+from ..injections import passes_often
 from .documents import faults
 
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port", "zigzag:15/5")
@@ -95,3 +96,17 @@ def test_coloured_noise_is_not_told_as_a_sensor_error():
     print(found.verdict, found.reason, found.causes)
     named = {name for f in found.causes for name in (f.cause, *f.tied_with)}
     assert case.effects == () and named == {BaseCoefficients.id}  # which are off by a tenth
+
+
+def test_a_number_is_named_that_free_runs_hardly_feel(rng):
+    """The lever of the flow at the rudder, 30 % short: free runs are off by less than 5 % of the motion."""
+
+    def named():
+        seed = int(rng.integers(2**53))
+        wrong = ("kvlcc2-l7", (), "none", "none", seed, "l_R", "five-three")
+        spec = CaseSpec("one-bug", "innovations", "innovations", "one-bug", *wrong)
+        found = diagnose(base_of(spec), injected_of(spec).train[:3])
+        print(seed, found.verdict, found.causes)
+        return [m.name for m in found.calibration.moved] == ["l_R"] and found.causes[0].cause == BaseCoefficients.id
+
+    assert passes_often(named, rate=0.9, passes=1)
