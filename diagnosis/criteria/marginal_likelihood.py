@@ -79,11 +79,8 @@ class MarginalLikelihood:
     rng: np.random.Generator
 
     def tried(self, now: Found, step: int) -> tuple[Found, list[MarginalCandidate]]:
-        """The leaders of the screens and what is scanned, best first; none where a cause has entered and the numbers
-        are still at the bound of their priors."""
+        """The leaders of the screens and what is scanned, best first."""
         final = now.final
-        if step > 0 and final.at_bound:
-            return now, []
         left = {c: v for c, v in self.bank.items() if c not in [a.cause for a in now.accepted]}
         leads = screen(final.base, final.setting, final.now, final.x, final.variant, final.variances, left)
         leads = _in_turn(leads, self.untouched, self._threshold(0)) if step == 0 else leads
