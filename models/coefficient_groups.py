@@ -202,7 +202,7 @@ def _group(
         unit = time_scale_s(model) ** power if power is not None else 1.0
         group.unit.update({number: unit} if power is not None else {})
         sd = stated["share"] * abs(value) if "share" in stated else unit * stated["sd"]
-        group.sd.update({number: sd} if sd > 0.0 else {})
+        group.sd.update({number: sd} if sd > 0.0 or power is not None else {})
         group.mean.update({number: unit * stated["mean"]} if "mean" in stated else {})
         group.low.update({number: unit * stated["low"]} if "low" in stated else {})
     return group
