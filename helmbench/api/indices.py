@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from ..estimation.indices import result
 from ..models.argument_types import typed
+from .results import Told
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from .arguments import Path
 
 
-class ModelFromIndices(result.ModelFromIndices):
+class ModelFromIndices(result.ModelFromIndices, Told):
     """The outcome of `model_from_indices`: a model with intervals, and its indices beside those given.
 
     `model` is taken by `simulate`, `validate` and `diagnose` like any other; `parameters` have a value and a 95 %
@@ -25,11 +26,7 @@ class ModelFromIndices(result.ModelFromIndices):
     predicts; `missed` those that it does not give; `excess` says by how much intervals are wider for that.
     """
 
-    def summary(self) -> str:
-        """What the indices determine, the parameters, and the indices given and of the model."""
-        from ..reporting.indices.text import terminal
-
-        return terminal(self)
+    room = "indices"
 
     def statement(self) -> list[str]:
         """What the indices determine, what the model cannot give, and what the intervals hold for: sentences."""
@@ -72,11 +69,6 @@ class ModelFromIndices(result.ModelFromIndices):
         known = len(self.parameters) - len(self.undetermined)
         return f"<ModelFromIndices {self.model.id!r}: {known} of {len(self.parameters)} parameters determined>"
 
-    def _repr_html_(self) -> str:
-        from ..reporting.indices.text import notebook
-
-        return notebook(self)
-
 
 @typed
 def model_from_indices(source: Mapping[str, Any] | Path) -> ModelFromIndices:
@@ -102,5 +94,4 @@ def model_from_indices(source: Mapping[str, Any] | Path) -> ModelFromIndices:
     from ..estimation.indices.fit import fit
     from ..estimation.indices.given import read_indices
 
-    found = fit(read_indices(source))
-    return ModelFromIndices(**{entry.name: getattr(found, entry.name) for entry in fields(result.ModelFromIndices)})
+    return ModelFromIndices.of(fit(read_indices(source)))

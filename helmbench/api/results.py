@@ -15,21 +15,38 @@ if TYPE_CHECKING:
     from .arguments import Path as FilePath
 
 
-class Result:
-    """A result with text, page, picture and files.
+class Told:
+    """A result with text, in the terminal and in a notebook.
 
-    room : where in `reporting` its text and page are made.  files : names of its document and page.  pictured : what
-    the picture in a notebook shows.
+    room : where in `reporting` its text is made.
     """
 
     room: ClassVar[str]
-    files: ClassVar[tuple[str, str]]
-    pictured: ClassVar[str]
 
     @classmethod
     def of(cls, found: Any) -> Self:
-        """The same result with text, page, figure and files."""
+        """The same result with what its class adds."""
         return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
+
+    def summary(self) -> str:
+        """The result in a few lines of text."""
+        return self._reporting("text").terminal(self)
+
+    def _repr_html_(self) -> str:
+        return self._reporting("text").notebook(self)
+
+    def _reporting(self, part: str) -> Any:
+        return import_module(f"helmbench.reporting.{self.room}.{part}")
+
+
+class Result(Told):
+    """A result with text, page, picture and files.
+
+    files : names of its document and page.  pictured : what the picture in a notebook shows.
+    """
+
+    files: ClassVar[tuple[str, str]]
+    pictured: ClassVar[str]
 
     if TYPE_CHECKING:
 
@@ -40,10 +57,6 @@ class Result:
     def _models(self) -> Mapping[str, Model]:
         """Models that are written beside document and page, by name of the file."""
         return {}
-
-    def summary(self) -> str:
-        """The result in a few lines of text."""
-        return self._reporting("text").terminal(self)
 
     def to_html(self) -> str:
         """The page of the result: one self-contained HTML document."""
@@ -68,7 +81,4 @@ class Result:
     def _repr_html_(self) -> str:
         from ..models.figure import picture
 
-        return self._reporting("text").notebook(self) + picture(self.plot, self.pictured)
-
-    def _reporting(self, part: str) -> Any:
-        return import_module(f"helmbench.reporting.{self.room}.{part}")
+        return super()._repr_html_() + picture(self.plot, self.pictured)
