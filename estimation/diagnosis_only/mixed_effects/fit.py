@@ -87,7 +87,8 @@ def fit(
 ) -> Fitted:
     """Damped Gauss-Newton steps from theta as long as the criterion falls.
 
-    Derivatives are taken at the start and at the end, and carried along the steps between these.
+    Derivatives are taken at the start and at the end, and carried along the steps between these; of a response model,
+    whose runs cost little, they are taken after every step: carried ones end where a term that is lacking is not found.
 
     theta (m,) : start; own (R, k) : start of the records' own effects, zero unless given.  tangents : of all records at
     the start, where they are known.
@@ -105,7 +106,7 @@ def fit(
             here, damping = trial.point, max(trial.damping / RULE.growth, 1e-6)
         if gained < ENOUGH and taken:
             break
-        taken = gained < ENOUGH or trial.number > 0
+        taken = gained < ENOUGH or trial.number > 0 or not p.model.is_3dof
         if taken:
             tangents = tangents_of(p, numbers, here.theta, here.own, here.errors)
     if not taken:
