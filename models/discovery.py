@@ -32,7 +32,7 @@ def modules_in(package: str | None) -> Iterator[ModuleType]:
 def classes_in(module: ModuleType, base: type[T], name: str = "id") -> list[type[T]]:
     """The concrete subclasses of `base` with a name (attribute `name`) that a module defines itself."""
     own = (value for value in vars(module).values() if getattr(value, "__module__", "") == module.__name__)
-    return [value for value in own if is_named(value, base, name) and not inspect.isabstract(value)]
+    return [value for value in own if _is_named(value, base, name) and not inspect.isabstract(value)]
 
 
 def classes_of(package: str | None, base: type[T], name: str = "id") -> list[type[T]]:
@@ -53,7 +53,7 @@ def plug_ins(group: str, what: str, base: type[T], name: str = "id") -> list[typ
             value = point.load()
         except Exception as error:  # whatever a foreign package raises while it is imported
             raise BadInput(f"{what} plug-in cannot be loaded: {error}", file=point.value) from error
-        found.append(checked(value, point.value, base, name))
+        found.append(_checked(value, point.value, base, name))
     return found
 
 
@@ -71,17 +71,17 @@ def class_in_file(text: str, base: type[T], name: str = "id") -> type[T]:
     BadInput : the file does not exist or cannot be loaded, or it is no subclass of `base` with a name.
     """
     path, _, wanted = text.rpartition(":")
-    return checked(getattr(_loaded(path), wanted, None), text, base, name)
+    return _checked(getattr(_loaded(path), wanted, None), text, base, name)
 
 
-def is_named(value: Any, base: type, name: str) -> bool:
+def _is_named(value: Any, base: type, name: str) -> bool:
     """Whether a value is a subclass of `base` with a name."""
     return isinstance(value, type) and issubclass(value, base) and bool(getattr(value, name, ""))
 
 
-def checked(value: Any, where: str, base: type[T], name: str) -> type[T]:
+def _checked(value: Any, where: str, base: type[T], name: str) -> type[T]:
     """A value that is a subclass of `base` with a name; else BadInput."""
-    if not is_named(value, base, name):
+    if not _is_named(value, base, name):
         raise BadInput(f"not a subclass of {base.__module__}.{base.__qualname__} that sets {name!r}", file=where)
     return value
 
