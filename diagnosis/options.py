@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ..models.errors import BadInput
-from .causes.base import Cause
 from .causes.registry import cause
 
 if TYPE_CHECKING:
+    from ..checks.base import Check
     from ..models.model import Model
 
 
@@ -53,8 +53,8 @@ class Options:
         self.causes()
         return replace(self, base_parameters=base)
 
-    def causes(self) -> frozenset[Cause] | None:
+    def causes(self) -> frozenset[Check] | None:
         """The causes that the bank is restricted to; BadInput for an unknown one."""
         if self.only is None:
             return None
-        return frozenset(c for c in map(cause, self.only) if isinstance(c, Cause))
+        return frozenset(map(cause, self.only))

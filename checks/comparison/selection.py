@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -56,8 +57,8 @@ class Sizes(NamedTuple):
 
 @dataclass(frozen=True)
 class Compared:
-    """One chain on some records: what was selected, the records corrected, why others could not be compared, and the
-    options that were tested with the z of each by itself.
+    """One chain on some records: what was selected, why others could not be compared, and the options that were tested
+    with the z of each by itself.
 
     absurd : why nothing is said of the sensors: one would have an error that no instrument has.
     """
@@ -66,9 +67,27 @@ class Compared:
     records: tuple[Record, ...]
     found: tuple[Sizes, ...]
     reasons: tuple[str, ...]
-    corrected: Sequence[Record] = ()
     tested: tuple[tuple[Option, float], ...] = ()
     absurd: str | None = None
+
+    @property
+    def removed(self) -> list[Sizes]:
+        """What is removed from records: what matters, and of heading and yaw rate all that was found, as a model's
+        innovations show delays that are far too small to matter."""
+        return [s for s in self.found if s.material or not self.chain.of_positions]
+
+    @cached_property
+    def corrected(self) -> list[Record]:
+        """The records without what is removed: by the mean, or by its own size where records differ."""
+        out = []
+        for i, record in enumerate(self.records):
+            for s in self.removed:
+                own = np.array([s.each[i, k] if m.p_equal < DIFFERENT else m.value for k, m in enumerate(s.means)])
+                own = np.where(np.isfinite(own), own, [m.value for m in s.means])
+                own = np.maximum(own, 0.0) if s.option.effects[0].delay else own
+                record = s.option.corrected_for(record, own)
+            out.append(record)
+        return out
 
 
 def compare(chain: Chain, records: Sequence[Record]) -> Compared:
@@ -90,8 +109,8 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
     tested = tuple(zip(options, chosen.alone, strict=True))
     absurd = next((why for s in found if s.material and (why := _no_instruments(chain, s))), None)
     if absurd is not None:
-        return Compared(chain, tuple(kept), (), (*reasons, absurd), kept, tested, absurd)
-    return Compared(chain, tuple(kept), found, tuple(reasons), _corrected_for(kept, found), tested)
+        return Compared(chain, tuple(kept), (), (*reasons, absurd), tested, absurd)
+    return Compared(chain, tuple(kept), found, tuple(reasons), tested)
 
 
 def _no_instruments(chain: Chain, s: Sizes) -> str | None:
@@ -316,16 +335,3 @@ def corrected_for(record: Record, options: Sequence[Option], values: np.ndarray)
         if np.any(values[places] != 0.0):
             record = option.corrected_for(record, values[places])
     return record
-
-
-def _corrected_for(records: Sequence[Record], found: Sequence[Sizes]) -> list[Record]:
-    """The records with what was found and matters removed: by the mean, or by its own size where records differ."""
-    out = []
-    for i, record in enumerate(records):
-        for s in (s for s in found if s.material):
-            own = np.array([s.each[i, k] if m.p_equal < DIFFERENT else m.value for k, m in enumerate(s.means)])
-            own = np.where(np.isfinite(own), own, [m.value for m in s.means])
-            own = np.maximum(own, 0.0) if s.option.effects[0].delay else own
-            record = s.option.corrected_for(record, own)
-        out.append(record)
-    return out

@@ -11,6 +11,7 @@ class YawRateDelay(SensorError):
 
     id = "yaw_rate_delay"
     unit = "s"
+    named = True
     separate_by = "yaw rate and heading of instruments with known time stamps"
     turn = (
         TurnEffect(

@@ -23,6 +23,7 @@ from ..result import Entry, Finding
 from .output_error import Fit, FreeRuns, rms
 
 if TYPE_CHECKING:
+    from ...checks.base import Check
     from ...datasets.record import Record
     from ...estimation.filters.innovations.settings import Setting
     from ...models.model import Model
@@ -60,7 +61,7 @@ class OfFreeRuns(Diagnoser):
         """Causes with their fits, verdict and reason; train : the records of the runs, as they were prepared."""
 
 
-def fittable(runs: FreeRuns, only: Collection[Cause] | None) -> dict[Cause, Sequence[Variant]]:
+def fittable(runs: FreeRuns, only: Collection[Check] | None) -> dict[Cause, Sequence[Variant]]:
     """Causes that an output-error fit can size, with their variants; only : of these (None: all)."""
     bank, _ = testable(runs.est)
     return {c: v for c, v in bank.items() if (not only or c in only) and v[0]}

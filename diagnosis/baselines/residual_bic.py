@@ -13,6 +13,7 @@ from .conclusion import Chosen, OfFreeRuns, fittable
 from .output_error import Fit, FreeRuns, cost, rms
 
 if TYPE_CHECKING:
+    from ...checks.base import Check
     from ...datasets.record import Record
     from ...models.model import Model
     from ..candidate import Variant
@@ -68,7 +69,7 @@ def ljung_box(series: np.ndarray) -> float:
     return float(n * (n + 2.0) * np.sum(r**2 / (n - np.arange(1, LAGS + 1))))
 
 
-def select(runs: FreeRuns, base: Fit, only: Collection[Cause] | None) -> list[Chosen]:
+def select(runs: FreeRuns, base: Fit, only: Collection[Check] | None) -> list[Chosen]:
     """Causes added while BIC falls: the best of all that can be fitted, at most MOST."""
     tried = fittable(runs, only)
     chosen: list[Chosen] = []

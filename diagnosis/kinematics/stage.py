@@ -12,12 +12,13 @@ from ...checks.comparison.selection import compare
 from ...checks.findings import of_sizes
 from ...datasets.instruments import corrected
 from ...models.instruments import combined
-from ..causes.registry import bank
+from ..causes.registry import causes
 from ..report.findings import of_sensor
 
 if TYPE_CHECKING:
+    from ...checks.base import Check
+    from ...checks.comparison.selection import Sizes
     from ...datasets.record import Record
-    from ..causes.base import Cause
     from ..result import Finding
 
 
@@ -28,7 +29,7 @@ class Shown:
 
     findings: tuple[Finding, ...] = ()
     instruments: dict[str, float] = field(default_factory=dict)
-    statistics: dict[Cause, float] = field(default_factory=dict)
+    statistics: dict[Check, float] = field(default_factory=dict)
 
     def then(self, later: Shown) -> Shown:
         """This and what the corrected records show."""
@@ -48,40 +49,40 @@ class Sensors:
 def sensors_of(
     train: Sequence[Record],
     held_out: Sequence[Record],
-    only: Collection[Cause] | None = None,
+    only: Collection[Check] | None = None,
     along: Sequence[Chain] | None = None,
 ) -> Sensors:
     """Compare channels along the chains (None: all), and correct the records one after the other.
 
-    Training records are corrected by sizes of their own where these differ, held-out ones by the mean.
+    Training records are corrected by sizes of their own where these differ, held-out ones by the mean; what does not
+    matter is corrected and not told.
     """
     done = Sensors(distinct(train), list(held_out))
     for chain in chains() if along is None else along:
-        known = [c for c in bank() if only is None or c in only]
-        ids = {c.id: c for c in known}
+        ids = {c.id: c for c in causes().values() if only is None or c in only}
         options = tuple(o for o in chain.options if o.cause.id in ids and all(e.instruments for e in o.effects))
         try:
             found = compare(chain._replace(options=options), chain.taken(done.train))
         except UNUSABLE:
             continue
-        named = [s for s in found.found if s.material]
         if found.absurd is not None:
             break
         fixed = {r.name: r for r in found.corrected}
-        numbers = {
-            slot: mean.value
-            for s in named
-            for effect, mean in zip(s.option.effects, s.means, strict=True)
-            for slot in effect.instruments
-        }
+        numbers = _instruments(found.removed)
         told = tuple(of_sensor(f, ids) for f in of_sizes(found) if f.material)
-        evidence: dict[Cause, float] = {}
+        evidence: dict[Check, float] = {}
         for option, z in found.tested:
             own = ids[option.cause.id]
             evidence[own] = max(z**2, evidence.get(own, 0.0))
         done = Sensors(
             [fixed.get(r.name, r) for r in done.train],
             [corrected(r, numbers) for r in done.held_out] if numbers else done.held_out,
-            done.shown.then(Shown(told, numbers, evidence)),
+            done.shown.then(Shown(told, _instruments([s for s in found.found if s.material]), evidence)),
         )
     return done
+
+
+def _instruments(sizes: Sequence[Sizes]) -> dict[str, float]:
+    """Mean sizes as instruments of a model."""
+    effects = (pair for s in sizes for pair in zip(s.option.effects, s.means, strict=True))
+    return {slot: mean.value for effect, mean in effects for slot in effect.instruments}

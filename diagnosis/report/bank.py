@@ -54,7 +54,7 @@ def demoted(bank: Sequence[Entry], of: Collection[str], status: str, why: str) -
 
 # ---- by residuals
 def of_residuals(
-    state: State, cannot: Mapping[Cause, str], sensors: Mapping[Cause, float], immaterial: Mapping[str, str],
+    state: State, cannot: Mapping[Cause, str], sensors: Mapping[Check, float], immaterial: Mapping[str, str],
     findings: Sequence[Finding],
 ) -> tuple[Entry, ...]:  # fmt: skip
     """The bank of an exact base model.
@@ -66,6 +66,8 @@ def of_residuals(
     def otherwise(check: Check) -> Entry:
         if isinstance(check, Cause):
             return _tested(state, check, cannot, sensors)
+        if check in sensors:
+            return _of_channels(check, sensors, None)
         return Entry(check.id, "not_significant", None, None, None, "no evidence in the records")
 
     why = {cause: f"detectable, immaterial: {reason}" for cause, reason in immaterial.items()}
@@ -73,12 +75,11 @@ def of_residuals(
     return tuple(replace(e, status="explained_by", why=why[e.cause]) if e.cause in why else e for e in every)
 
 
-def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Mapping[Cause, float]) -> Entry:
+def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Mapping[Check, float]) -> Entry:
     statistic, p = _first_statistic(state, cause)
     own = power(state, cause)
     if cause in sensors:
-        p = adjusted(log_tail(sensors[cause], 1), len(sensors))
-        return Entry(cause.id, "not_significant", sensors[cause], p, own, DECIDED)
+        return _of_channels(cause, sensors, own)
     if cause in cannot:
         return Entry(cause.id, "not_testable", statistic, p, own, cannot[cause])
     if cause in state.failed and _candidate(state, cause) is None:
@@ -90,6 +91,11 @@ def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Ma
         why = f"significant alone, not beside {state.causes[0].id}"
         return Entry(cause.id, "explained_by", statistic, p, own, why)
     return Entry(cause.id, "not_significant", statistic, p, own, _not_named(state, cause, p))
+
+
+def _of_channels(check: Check, sensors: Mapping[Check, float], own: float | None) -> Entry:
+    p = adjusted(log_tail(sensors[check], 1), len(sensors))
+    return Entry(check.id, "not_significant", sensors[check], p, own, DECIDED)
 
 
 def _not_named(state: State, cause: Cause, p: float | None) -> str:

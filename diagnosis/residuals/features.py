@@ -27,12 +27,14 @@ MOST_LINES = 400
 """Frequencies that are tried; all of them in records of 40 minutes for a 160 m ship."""
 WINDOWS = 24
 """Windows a record is cut into for effects that act for a while."""
-
+LEVER = "share of the yaw rate in"
+YAW_RATE_IN_HEADING = f"{LEVER} the recorded heading"
+"""What a heading that is late or early by a constant time shows: recorded(t) - true(t) = -tau r."""
 
 SHAPES = (
     "scale that grows with",
     "unequal scale to both sides of",
-    "share of the yaw rate in",
+    LEVER,
     "jump of",
     "curved drift of",
 )

@@ -7,10 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..candidate import Candidate, Unmodelled
+from ..causes.heading_delay import HeadingDelay
 from ..criteria.residuals import UNMODELLED, size_tests
 from ..state import State, misfit_allowance
 from ..statistics.score_tests import cauchy_combination
 from . import tests
+from .features import YAW_RATE_IN_HEADING
 from .unmodelled import best_unmodelled, margin_over_unmodelled
 
 RIVALLED_NATS, RIVALLED_LEVEL = 30.0, 0.05
@@ -26,7 +28,7 @@ def unexplained(state: State, rng: np.random.Generator) -> Candidate | None:
     """
     threshold = float(np.log(state.alpha * UNMODELLED))
     found = best_unmodelled(state, threshold, rng) if state.accepted else state.rival
-    if found is not None:
+    if found is not None and not _is_small_delay(state, found):
         return found
     margin = margin_over_unmodelled(state)
     if margin < 0.0:
@@ -47,6 +49,19 @@ def unexplained(state: State, rng: np.random.Generator) -> Candidate | None:
     )
     allowed = min(threshold, -0.5 * float(misfit_allowance(state).sum()))
     return _without_form(state, label, log_p) if log_p < allowed else None
+
+
+def _is_small_delay(state: State, found: Candidate) -> bool:
+    """Whether an unmodelled effect is a heading that is late, or early, by less than the cause of that name counts,
+    where the sensors' channels have decided on that cause."""
+    tested = any(isinstance(cause, HeadingDelay) for cause in state.bank)
+    if tested or [p.name.split(":")[0] for p in found.variant] != [YAW_RATE_IN_HEADING]:
+        return False
+    est = state.est
+    rate = state.now.states[:, est.kernels.STATES.index("r")]
+    late_s = est.value(found.setting, found.variant[0]) / float(np.sqrt(np.mean(rate**2)))
+    delay = HeadingDelay()
+    return not delay.matters(est, delay.variants(est)[0], np.array([late_s]))
 
 
 def smallest(found: Sequence[tuple[str, float]]) -> tuple[str, float]:

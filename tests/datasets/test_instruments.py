@@ -8,6 +8,7 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.instruments import corrected, felt_rudder, narrow_band, observed, quietened, rudder_noise
 from helmbench.datasets.manoeuvres import parse_manoeuvre
+from helmbench.datasets.record import Record, RecordMeta
 from helmbench.models.errors import BadInput
 from helmbench.models.instruments import INSTRUMENTS, SENSORS, checked, combined
 from helmbench.models.model import resolve
@@ -36,6 +37,25 @@ def test_corrected_undoes_observed(record, rng):
         known = np.isfinite(back.column(name))
         assert known.sum() > 0.95 * record.n, name
         np.testing.assert_allclose(back.column(name)[known], record.column(name)[known], atol=1e-9, rtol=1e-9)
+
+
+@pytest.mark.parametrize("sd", [2e-4, 1e-3, 1e-2])
+def test_a_channel_that_was_late_keeps_white_noise(sd, rng):
+    """Delays of any part of a step: the error is that of one sample, and independent of the next ones'."""
+
+    def motion(time_s):
+        return np.sin(time_s / 12.0) + 0.3 * np.sin(time_s / 5.0 + 1.0)
+
+    time_s, late_s = 0.5 * np.arange(4000), float(rng.uniform(0.0, 2.0))
+    print(late_s)
+    shown = motion(time_s - late_s) + sd * rng.standard_normal(time_s.size)
+    record = Record(time_s, {"yaw_rate_rad_s": shown}, "late", RecordMeta())
+    error = corrected(record, {"yaw_rate_delay": late_s}).column("yaw_rate_rad_s") - motion(time_s)
+    error = error[np.isfinite(error)] / sd
+    assert error.size >= time_s.size - 5
+    assert 0.9 < np.sqrt(np.mean(error**2)) < 1.1
+    for lag in (1, 2, 3):
+        assert abs(np.mean(error[lag:] * error[:-lag])) < 0.1
 
 
 def test_one_of_the_equations_each(record):
