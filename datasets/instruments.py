@@ -40,11 +40,11 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
     channels = _swapped(dict(record.channels), q)
     channels = {name: _freed(name, values, q) for name, values in channels.items()}
     if HEADING in channels:
-        channels[HEADING] = _later(record.time_s, channels[HEADING], q.get("heading_delay", 0.0), angle=True)
+        channels[HEADING] = later(record.time_s, channels[HEADING], q.get("heading_delay", 0.0), angle=True)
     channels = _turned(channels, q, record.name, back=True)
     for short, (name, _) in SENSORS.items():
         if name in channels and name != HEADING:
-            channels[name] = _later(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
+            channels[name] = later(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
     return _with_felt_rudder(record.with_channels(**_gone(record, channels)), q)
 
 
@@ -187,17 +187,17 @@ def moved(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fals
     return np.where(gap, np.nan, later)
 
 
-def _later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = False) -> np.ndarray:
+def later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = False) -> np.ndarray:
     """A measured channel (N,) as it is `ahead` s later; nan in gaps and at the ends.
 
     The nearest sample and the change from there, by the slope of a polynomial through SMOOTHED samples: each value
     keeps the noise of one sample.  A spline between samples mixes the noise of several, and noise that was white would
     look like an effect; it is taken where the noise is too small to matter, and of uneven times.
     """
-    later, step_s = moved(time, values, ahead, angle), float(np.median(np.diff(time)))
+    splined, step_s = moved(time, values, ahead, angle), float(np.median(np.diff(time)))
     known = np.isfinite(values)
     if ahead == 0.0 or known.sum() < SMOOTHED or np.ptp(np.diff(time)) > EVEN * step_s:
-        return later
+        return splined
     from scipy.interpolate import CubicSpline
 
     series = np.full(time.size, np.nan)
@@ -206,12 +206,12 @@ def _later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fal
     low, high = (_slope(spline(time), step_s, order) for order in (2, 4))
     noise = 1.48 * float(np.median(np.abs(np.diff(series[known], 4)))) / np.sqrt(70.0) / step_s
     if np.median(np.abs(high - spline(time, 1))) > 2.0 * noise:
-        return later
+        return splined
     slope = low if np.median(np.abs(low - high)) < 0.25 * noise else high
     steps = round(ahead / step_s)
     nearest = np.clip(np.arange(time.size) + steps, 0, time.size - 1)
     left_s = ahead - steps * step_s
-    return series[nearest] + left_s * np.interp(time + ahead - 0.5 * left_s, time, slope) + 0.0 * later
+    return series[nearest] + left_s * np.interp(time + ahead - 0.5 * left_s, time, slope) + 0.0 * splined
 
 
 def _slope(series: np.ndarray, step_s: float, order: int) -> np.ndarray:

@@ -89,6 +89,12 @@ class Compared:
             out.append(record)
         return out
 
+    def corrected_by_means(self, record: Record) -> Record:
+        """Another record of the same instruments, without the mean of what is removed."""
+        for s in self.removed:
+            record = s.option.corrected_for(record, np.array([mean.value for mean in s.means]))
+        return record
+
 
 def compare(chain: Chain, records: Sequence[Record]) -> Compared:
     """Select the sensor errors that the records show in a chain."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.instruments import moved
+from ...datasets.instruments import later
 from ..base import SensorError
 from ..comparison.series import LogEffect, TrackEffect, late_floor
 
@@ -20,6 +20,7 @@ class PositionDelay(SensorError):
 
     id = "position_delay"
     unit = "s"
+    named = True
     separate_by = "time stamps of each instrument, and a run at another speed: a point moves with the ship, not a delay"
     track = (TrackEffect("tau", "s", (), lambda path: -path.late_motion, late_floor, delay=True),)
     log = (LogEffect("tau", "s", (), lambda log: -log.late_speed, late_floor, delay=True),)
@@ -28,5 +29,5 @@ class PositionDelay(SensorError):
         """The record with positions tau earlier; the last are lost."""
         late = float(values[0])
         return record.with_channels(
-            **{name: moved(record.time_s, record.column(name), late) for name in ("north_m", "east_m")}
+            **{name: later(record.time_s, record.column(name), late) for name in ("north_m", "east_m")}
         )

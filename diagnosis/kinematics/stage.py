@@ -10,7 +10,6 @@ from ...checks.check import UNUSABLE, distinct
 from ...checks.comparison.chains import Chain, chains
 from ...checks.comparison.selection import compare
 from ...checks.findings import of_sizes
-from ...datasets.instruments import corrected
 from ...models.instruments import combined
 from ..causes.registry import causes
 from ..report.findings import of_sensor
@@ -60,7 +59,7 @@ def sensors_of(
     done = Sensors(distinct(train), list(held_out))
     for chain in chains() if along is None else along:
         ids = {c.id: c for c in causes().values() if only is None or c in only}
-        options = tuple(o for o in chain.options if o.cause.id in ids and all(e.instruments for e in o.effects))
+        options = tuple(o for o in chain.options if o.cause.id in ids)
         try:
             found = compare(chain._replace(options=options), chain.taken(done.train))
         except UNUSABLE:
@@ -68,7 +67,6 @@ def sensors_of(
         if found.absurd is not None:
             break
         fixed = {r.name: r for r in found.corrected}
-        numbers = _instruments(found.removed)
         told = tuple(of_sensor(f, ids) for f in of_sizes(found) if f.material)
         evidence: dict[Check, float] = {}
         for option, z in found.tested:
@@ -76,7 +74,7 @@ def sensors_of(
             evidence[own] = max(z**2, evidence.get(own, 0.0))
         done = Sensors(
             [fixed.get(r.name, r) for r in done.train],
-            [corrected(r, numbers) for r in done.held_out] if numbers else done.held_out,
+            [found.corrected_by_means(r) for r in done.held_out],
             done.shown.then(Shown(told, _instruments([s for s in found.found if s.material]), evidence)),
         )
     return done

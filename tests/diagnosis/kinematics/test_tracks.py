@@ -13,6 +13,8 @@ from helmbench.diagnosis.kinematics.stage import Shown, sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
+from ...injections import passes_often
+
 CAUSES = ("speed_scale", "sway_offset", "heading_offset", "axis_misalignment", "velocity_delay")
 SHIPS = ("mariner", "s175", "kvlcc2-l7")
 
@@ -28,20 +30,21 @@ def records(cause, rng, strength="large"):
 
 @pytest.mark.parametrize("cause", CAUSES)
 def test_the_track_shows_it(cause, rng):
-    """In two of three draws: at a rate of .97 correct code fails .3 % of the time."""
-    hits = 0
-    for _ in range(3):
+    """Mean sizes near their floor are below it in a few draws of a hundred."""
+
+    def shown():
         injected = records(cause, rng)
         found = compare(injected.train).findings
         print(injected.truth[0], found)
-        hits += any(cause in (f.cause, *f.tied_with) for f in found)
-    assert hits >= 2
+        return any(cause in (f.cause, *f.tied_with) for f in found)
+
+    assert passes_often(shown, rate=0.93, passes=2)
 
 
-def test_nothing_is_found_where_dynamics_are_wrong(rng):
-    """Wind, current and a bad coefficient leave the track alone: level .001 a draw, of 8 none or one."""
-    alarms = sum(bool(compare(records(c, rng).train).findings) for c in ("", "wind", "current", "loading_change") * 2)
-    assert alarms <= 1
+@pytest.mark.parametrize("cause", ["", "wind", "current", "loading_change"])
+def test_nothing_is_found_where_dynamics_are_wrong(cause, rng):
+    """Wind, current and a bad coefficient leave the track alone."""
+    assert passes_often(lambda: not compare(records(cause, rng).train).findings, rate=0.998, passes=2)
 
 
 def test_sizes_put_the_records_right(rng):
