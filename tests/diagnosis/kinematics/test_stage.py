@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from helmbench.datasets.generator import record_run
+from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.diagnosis.causes.registry import cause
 from helmbench.diagnosis.kinematics.stage import sensors_of
+from helmbench.models.model import resolve
 
 from ...injections import injected
 
@@ -76,3 +79,53 @@ def test_one_size_that_differs_leaves_the_others_as_they_are(rng):
     print(found.shown.findings)
     (scale,) = [f for f in found.shown.findings if f.cause == "speed_scale"]
     assert scale.sizes[0].value == pytest.approx(0.03, abs=0.006)
+
+
+def turns(rng):
+    """Circles and zigzags of the Mariner with the noise of usual sensors."""
+    out = []
+    for text in ("turn:20:starboard", "turn:15:port", "zigzag:20/20", "turn:25:port"):
+        run = record_run(resolve("mariner"), parse_manoeuvre(text), duration_s=900, dt_s=1.0)
+        sd = {"heading_rad": 2e-3, "yaw_rate_rad_s": 2e-4, "surge_m_s": 0.02, "sway_m_s": 0.02}
+        noisy = {name: run.column(name) + size * rng.normal(size=run.n) for name, size in sd.items()}
+        places = {name: run.column(name) + 2.0 * rng.normal(size=run.n) for name in ("north_m", "east_m")}
+        out.append(run.with_channels(**noisy, **places))
+    return out
+
+
+def deviating(record):
+    """A compass with a deviation of up to three degrees."""
+    psi = record.heading_unwrapped()
+    return record.with_channels(heading_rad=psi + np.deg2rad(2.5) * np.cos(psi) - np.deg2rad(1.5) * np.sin(psi))
+
+
+def of_a_mast(record):
+    """Positions of an antenna .4 of a ship length ahead."""
+    psi, ahead = record.heading_unwrapped(), 64.0
+    north, east = record.column("north_m") + ahead * np.cos(psi), record.column("east_m") + ahead * np.sin(psi)
+    return record.with_channels(north_m=north, east_m=east)
+
+
+def late(record):
+    """Positions that are late by eight samples."""
+    shifted = {c: np.concatenate([record.column(c)[:1]] * 8 + [record.column(c)[:-8]]) for c in ("north_m", "east_m")}
+    return record.with_channels(**shifted)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told", "column"),
+    [
+        (deviating, "compass_deviation", "heading_rad"),
+        (of_a_mast, "reference_point", "north_m"),
+        (late, "position_delay", "north_m"),
+    ],
+)
+def test_errors_that_no_instrument_of_a_model_holds_are_told_and_corrected(wrong, told, column, rng):
+    """As `check` tells them: in training records, and with the mean sizes in a held-out one."""
+    true = turns(rng)
+    found = sensors_of([wrong(r) for r in true[:-1]], [wrong(true[-1])])
+    print(found.shown.findings)
+    assert told in {f.cause for f in found.shown.findings}
+    for record, back in zip(true, [*found.train, *found.held_out], strict=True):
+        left, was = (np.nanstd(r.column(column) - record.column(column)) for r in (back, wrong(record)))
+        assert left < 0.4 * was
