@@ -7,7 +7,7 @@ here knows a vessel, so no fault of a model can appear as one of a sensor.  Ever
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -169,28 +169,52 @@ def check_sensors(
     """
     found: list[CheckFinding] = []
     current = list(records)
-    for chain in chains():
-        use, skipped = _split(chain, chain.taken(current), derived)
-        reasons += skipped
-        try:
-            use, doubts = _as_velocities_were_made(chain, use, records)
-            reasons += doubts
-            done = compare(chain, use)
-            found += of_sizes(done)
-            found += of_drift(done) if chain.of_positions and done.records and done.absurd is None else []
-        except UNUSABLE as error:
-            reasons.append(f"{chain.title} cannot be compared: {error}")
-            continue
-        reasons += [f"{chain.title}: {why}" for why in done.reasons]
+    for done, corrected in compared(records, derived, reasons):
+        found, current = [*found, *of_sizes(done)], corrected
         if done.absurd is not None:
             return found, reasons
-        current = _merged(current, done)
+        try:
+            found += of_drift(done) if done.chain.of_positions and done.records else []
+        except UNUSABLE as error:
+            reasons.append(f"{done.chain.title} cannot be compared: {error}")
     if not any(f.cause == "compass_deviation" and f.material for f in found):
         try:
             found += of_deviation(deviation(current))
         except UNUSABLE as error:
             reasons.append(f"the drift angle against the heading cannot be judged: {error}")
     return found, reasons
+
+
+def compared(
+    records: Sequence[Record],
+    derived: Mapping[str, set[str]],
+    reasons: list[str],
+    only: Collection[str] | None = None,
+    along: Sequence[Chain] | None = None,
+) -> Iterator[tuple[Compared, list[Record]]]:
+    """Each chain's comparison, and the records corrected for what it and the ones before it found, until one finds an
+    error that no instrument has.
+
+    derived : as of `check_sensors`.  reasons : gets why some could not be compared.  only : sensor errors (ids) that
+    are looked for (None: all).  along : chains (None: all).
+    """
+    current = list(records)
+    for chain in chains() if along is None else along:
+        if only is not None:
+            chain = chain._replace(options=tuple(o for o in chain.options if o.cause.id in only))
+        use, skipped = _split(chain, chain.taken(current), derived)
+        reasons += skipped
+        try:
+            use, doubts = _as_velocities_were_made(chain, use, records)
+            done = compare(chain, use)
+        except UNUSABLE as error:
+            reasons.append(f"{chain.title} cannot be compared: {error}")
+            continue
+        reasons += [*doubts, *(f"{chain.title}: {why}" for why in done.reasons)]
+        current = [done.without(r) if any(r.name == one.name for one in done.records) else r for r in current]
+        yield done, current
+        if done.absurd is not None:
+            return
 
 
 def _as_velocities_were_made(
@@ -213,7 +237,7 @@ def _as_velocities_were_made(
     return out, reasons
 
 
-def _split(chain: Chain, records: Sequence[Record], derived: dict[str, set[str]]) -> tuple[list[Record], list[str]]:
+def _split(chain: Chain, records: Sequence[Record], derived: Mapping[str, set[str]]) -> tuple[list[Record], list[str]]:
     """Records whose columns can check each other, and a sentence for each that cannot."""
     use, reasons = [], []
     for record in records:
@@ -225,9 +249,3 @@ def _split(chain: Chain, records: Sequence[Record], derived: dict[str, set[str]]
         else:
             use.append(record)
     return use, reasons
-
-
-def _merged(records: Sequence[Record], done: Compared) -> list[Record]:
-    """The records, those that were compared as corrected."""
-    fixed = {r.name: r for r in done.corrected}
-    return [fixed.get(r.name, r) for r in records]

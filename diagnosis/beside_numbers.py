@@ -31,7 +31,6 @@ from .discrepancy.told import Sized, sized
 from .felt import felt
 from .gain.extension import extended_model
 from .gain.measured import base_setting, gain_of, held_out_setting
-from .kinematics.stage import Sensors, sensors_of
 from .report import findings, verdict
 from .report.bank import beside_numbers
 from .report.outcome import diagnosis_of, noise_of
@@ -43,6 +42,7 @@ if TYPE_CHECKING:
     from ..estimation.filters.innovations.settings import Setting
     from ..models.model import Model
     from .candidate import Variant
+    from .kinematics.stage import Sensors
     from .options import Options
     from .prepared import Prepared
     from .result import Diagnosis, Finding
@@ -93,7 +93,7 @@ def of_uncertain_base(model: Model, given: Prepared, options: Options) -> Beside
     FitFailed : the model cannot be run with the records.
     """
     rng = np.random.default_rng(options.seed)
-    sensors = sensors_of(given.train, given.held_out, options.causes())
+    sensors = given.sensors(options.causes())
     state, cannot = starting_state(_estimator(model, sensors.train, options), options)
     if verdict.undecidable(state.est, state.start) is not None:
         return BesideNumbers(None, given, given)

@@ -29,11 +29,12 @@ SPEED = "surge_m_s"
 
 class Checked(NamedTuple):
     """Records with faults of their files corrected as far as possible, what matters of them, and the faults of whole
-    columns."""
+    columns; for each record the columns that are made from each other."""
 
     records: list[Record]
     findings: tuple[CheckFinding, ...]
     faults: list[ColumnFault]
+    derived: dict[str, set[str]]
 
 
 def examined(records: Sequence[Record], model: Model) -> Checked:
@@ -50,7 +51,7 @@ def examined(records: Sequence[Record], model: Model) -> Checked:
             joint, current = entry.find(current, model.starboard)
             found += joint
     doubt = None if any(f.standing for f in findings) else rudder_doubt(current, model)
-    return Checked(current, findings if doubt is None else (*findings, doubt), found)
+    return Checked(current, findings if doubt is None else (*findings, doubt), found, done.derived)
 
 
 def _judged(found: CheckFinding, model: Model) -> CheckFinding:

@@ -14,7 +14,6 @@ from .beside_numbers import behind_sensors, of_uncertain_base
 from .by_free_runs import by_free_runs, refused_by_free_runs
 from .by_residuals import concluded, selected
 from .checked import with_checks
-from .kinematics.stage import sensors_of
 from .options import Options
 from .prepared import Prepared, corrected_records
 from .result import Diagnosis
@@ -78,7 +77,7 @@ def _diagnosed(
     given = corrected_records(model, train, held_out, options)
     _require_room(model, given)
     if options.base_parameters == "identify":
-        given = behind_sensors(given, sensors_of(given.train, given.held_out, options.causes()))
+        given = behind_sensors(given, given.sensors(options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
     found = with_checks(_found(model, given, options, watch), given.checked, (*given.train, *given.held_out))

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from ..checks.comparison.chains import chains
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
 from .checked import examined
-from .kinematics.stage import Shown, sensors_of
+from .kinematics.stage import Sensors, Shown, sensors_of
 
 if TYPE_CHECKING:
+    from ..checks.base import Check
     from ..checks.columns._base import ColumnFault
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
     from ..models.model import Model
-    from .causes.base import Cause
     from .options import Options
 
 
@@ -27,6 +27,7 @@ class Prepared:
 
     checked : what the checks of the files found, corrected where they can be.
     decided : causes that the sensors' channels have decided on without a model.
+    derived : record name -> columns that are made from each other.
     """
 
     train: list[Record]
@@ -34,7 +35,12 @@ class Prepared:
     faults: list[ColumnFault]
     shown: Shown
     checked: tuple[CheckFinding, ...] = ()
-    decided: frozenset[Cause] = frozenset()
+    decided: frozenset[Check] = frozenset()
+    derived: Mapping[str, set[str]] = field(default_factory=dict)
+
+    def sensors(self, only: Collection[Check] | None) -> Sensors:
+        """The records behind what channels show of their sensors; only : errors that are looked for (None: all)."""
+        return sensors_of(self.train, self.held_out, only, derived=self.derived)
 
     @property
     def instruments(self) -> dict[str, float]:
@@ -46,12 +52,12 @@ class Prepared:
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
     """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
     corrected."""
-    records, checked, faults = examined(prepared([*train, *held_out], model, options), model)
+    records, checked, faults, derived = examined(prepared([*train, *held_out], model, options), model)
     own, others, shown = records[: len(train)], records[len(train) :], Shown()
     if not {"v", "x", "y"} <= set(model.states):
-        sensors = sensors_of(own, others, options.causes(), [c for c in chains() if c.of_positions])
+        sensors = sensors_of(own, others, options.causes(), [c for c in chains() if c.of_positions], derived)
         own, others, shown = sensors.train, sensors.held_out, sensors.shown
-    return Prepared(own, others, faults, shown, checked)
+    return Prepared(own, others, faults, shown, checked, derived=derived)
 
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:

@@ -14,10 +14,10 @@ from .causes.registry import testable
 from .state import State, first_state
 
 if TYPE_CHECKING:
+    from ..checks.base import Check
     from ..datasets.record import Record
     from ..estimation.filters.innovations.estimator import Estimator
     from ..models.model import Model
-    from .causes.base import Cause
     from .options import Options
 
 DECIDED = "the sensors' channels were compared with each other and show no more of it"
@@ -34,7 +34,7 @@ def thinned(records: Sequence[Record], model: Model) -> list[Record]:
     return [record.thinned(max(1, int(step_s / record.dt + 1e-9))) for record in records]
 
 
-def starting_state(est: Estimator, options: Options, decided: Collection[Cause] = ()) -> tuple[State, dict]:
+def starting_state(est: Estimator, options: Options, decided: Collection[Check] = ()) -> tuple[State, dict]:
     """The first state of the selection, and the causes that cannot be tested with the reason.
 
     decided : causes that the sensors' channels have decided on without the model.

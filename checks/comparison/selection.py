@@ -78,21 +78,20 @@ class Compared:
 
     @cached_property
     def corrected(self) -> list[Record]:
-        """The records without what is removed: by the mean, or by its own size where records differ."""
-        out = []
-        for i, record in enumerate(self.records):
-            for s in self.removed:
-                own = np.array([s.each[i, k] if m.p_equal < DIFFERENT else m.value for k, m in enumerate(s.means)])
-                own = np.where(np.isfinite(own), own, [m.value for m in s.means])
-                own = np.maximum(own, 0.0) if s.option.effects[0].delay else own
-                record = s.option.corrected_for(record, own)
-            out.append(record)
-        return out
+        """The compared records without what is removed."""
+        return [self.without(record) for record in self.records]
 
-    def corrected_by_means(self, record: Record) -> Record:
-        """Another record of the same instruments, without the mean of what is removed."""
+    def without(self, record: Record, own: bool = True) -> Record:
+        """A record of these instruments without what is removed: by the mean, or where the compared records differ and
+        this is one of them (own), by its own size."""
+        at = [i for i, one in enumerate(self.records) if own and one.name == record.name]
         for s in self.removed:
-            record = s.option.corrected_for(record, np.array([mean.value for mean in s.means]))
+            sizes = np.array([mean.value for mean in s.means])
+            for i in at:
+                differs = np.array([mean.p_equal < DIFFERENT for mean in s.means]) & np.isfinite(s.each[i])
+                sizes = np.where(differs, s.each[i], sizes)
+            sizes = np.maximum(sizes, 0.0) if s.option.effects[0].delay else sizes
+            record = s.option.corrected_for(record, sizes)
         return record
 
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from ...checks.check import UNUSABLE, distinct
-from ...checks.comparison.chains import Chain, chains
-from ...checks.comparison.selection import compare
+from ...checks.check import compared, distinct
 from ...checks.findings import of_sizes
 from ...models.instruments import combined
 from ..causes.registry import causes
@@ -16,6 +14,7 @@ from ..report.findings import of_sensor
 
 if TYPE_CHECKING:
     from ...checks.base import Check
+    from ...checks.comparison.chains import Chain
     from ...checks.comparison.selection import Sizes
     from ...datasets.record import Record
     from ..result import Finding
@@ -50,31 +49,27 @@ def sensors_of(
     held_out: Sequence[Record],
     only: Collection[Check] | None = None,
     along: Sequence[Chain] | None = None,
+    derived: Mapping[str, set[str]] | None = None,
 ) -> Sensors:
     """Compare channels along the chains (None: all), and correct the records one after the other.
 
+    derived : record name -> columns that are made from each other: they are not compared.
     Training records are corrected by sizes of their own where these differ, held-out ones by the mean; what does not
     matter is corrected and not told.
     """
+    ids = {c.id: c for c in causes().values() if only is None or c in only}
     done = Sensors(distinct(train), list(held_out))
-    for chain in chains() if along is None else along:
-        ids = {c.id: c for c in causes().values() if only is None or c in only}
-        options = tuple(o for o in chain.options if o.cause.id in ids)
-        try:
-            found = compare(chain._replace(options=options), chain.taken(done.train))
-        except UNUSABLE:
-            continue
+    for found, corrected in compared(done.train, derived or {}, [], ids, along):
         if found.absurd is not None:
             break
-        fixed = {r.name: r for r in found.corrected}
         told = tuple(of_sensor(f, ids) for f in of_sizes(found) if f.material)
         evidence: dict[Check, float] = {}
         for option, z in found.tested:
             own = ids[option.cause.id]
             evidence[own] = max(z**2, evidence.get(own, 0.0))
         done = Sensors(
-            [fixed.get(r.name, r) for r in done.train],
-            [found.corrected_by_means(r) for r in done.held_out],
+            corrected,
+            [found.without(r, own=False) for r in done.held_out],
             done.shown.then(Shown(told, _instruments([s for s in found.found if s.material]), evidence)),
         )
     return done

@@ -39,12 +39,12 @@ def as_public_loaders_name_it(record):
 
 def test_public_column_names_are_seen_through():
     true = [thinned(stem) for stem in ("Z_15_05", "Z_25_05")]
-    fixed, _, flags = examined([as_public_loaders_name_it(r) for r in true], resolve("kvlcc2-l7"))
+    fixed, _, flags, _ = examined([as_public_loaders_name_it(r) for r in true], resolve("kvlcc2-l7"))
     assert {f.check.id for f in flags} >= {"earth_frame_velocity", "channel_swap"}
     for own, back in zip(true, fixed, strict=True):
         for name in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s"):
             assert np.allclose(own.column(name), back.column(name), atol=1e-12)
-    _, _, none = examined(true, replace(resolve("kvlcc2-l7"), positive_rudder="port"))
+    _, _, none, _ = examined(true, replace(resolve("kvlcc2-l7"), positive_rudder="port"))
     assert none == []
 
 

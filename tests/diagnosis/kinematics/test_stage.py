@@ -7,6 +7,8 @@ from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.diagnosis.causes.registry import cause
 from helmbench.diagnosis.kinematics.stage import sensors_of
+from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.prepared import corrected_records
 from helmbench.models.model import resolve
 
 from ...injections import injected
@@ -129,3 +131,18 @@ def test_errors_that_no_instrument_of_a_model_holds_are_told_and_corrected(wrong
     for record, back in zip(true, [*found.train, *found.held_out], strict=True):
         left, was = (np.nanstd(r.column(column) - record.column(column)) for r in (back, wrong(record)))
         assert left < 0.4 * was
+
+
+def test_a_yaw_rate_made_from_the_heading_is_not_compared_with_it(rng):
+    """Backward differences are late by half a step, and say nothing of a gyro."""
+
+    def differenced(record):
+        psi = record.heading_unwrapped()
+        return record.with_channels(yaw_rate_rad_s=np.diff(psi, prepend=psi[0]) / record.dt)
+
+    records, model = [differenced(r) for r in turns(rng)], resolve("mariner")
+    given = corrected_records(model, records, (), Options().checked(model))
+    print(given.derived)
+    assert all("yaw_rate_rad_s" in given.derived[r.name] for r in given.train)
+    errors = {c.id for c in given.sensors(None).shown.statistics}
+    assert "yaw_rate_delay" not in errors and "reference_point" in errors
