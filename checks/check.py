@@ -207,11 +207,12 @@ def compared(
         try:
             use, doubts = _as_velocities_were_made(chain, use, records)
             done = compare(chain, use)
+            names = {r.name for r in done.records}
+            current = [done.without(r) if r.name in names else r for r in current]
         except UNUSABLE as error:
             reasons.append(f"{chain.title} cannot be compared: {error}")
             continue
         reasons += [*doubts, *(f"{chain.title}: {why}" for why in done.reasons)]
-        current = [done.without(r) if any(r.name == one.name for one in done.records) else r for r in current]
         yield done, current
         if done.absurd is not None:
             return

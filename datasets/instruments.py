@@ -194,9 +194,11 @@ def later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fals
     keeps the noise of one sample.  A spline between samples mixes the noise of several, and noise that was white would
     look like an effect; it is taken where the noise is too small to matter, and of uneven times.
     """
-    splined, step_s = moved(time, values, ahead, angle), float(np.median(np.diff(time)))
-    known = np.isfinite(values)
-    if ahead == 0.0 or known.sum() < SMOOTHED or np.ptp(np.diff(time)) > EVEN * step_s:
+    splined, known = moved(time, values, ahead, angle), np.isfinite(values)
+    if ahead == 0.0 or known.sum() < SMOOTHED:
+        return splined
+    step_s = float(np.median(np.diff(time)))
+    if np.ptp(np.diff(time)) > EVEN * step_s:
         return splined
     from scipy.interpolate import CubicSpline
 
