@@ -84,6 +84,7 @@ class SensorError(Check):
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
     can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
     farthest : size beyond which it is none of an instrument: then something else is wrong with a channel.
+    corrects : columns that its own `corrected_for`, if it has one, needs.
     """
 
     where = "sensor"
@@ -95,3 +96,4 @@ class SensorError(Check):
     least_turn: ClassVar[float] = 0.0
     drifts: ClassVar[bool] = False
     farthest: ClassVar[float] = float("inf")
+    corrects: ClassVar[tuple[str, ...]] = ()

@@ -34,10 +34,10 @@ class Option(NamedTuple):
     effects: tuple[SensorEffect[Any], ...]
 
     def corrected_for(self, record: Record, values: np.ndarray) -> Record:
-        """The record with an error of these sizes (k,) removed."""
+        """The record with an error of these sizes (k,) removed from the columns that it has."""
         own = getattr(self.cause, "corrected_for", None)
         if own is not None:
-            return own(record, values)
+            return own(record, values) if all(map(record.has, self.cause.corrects)) else record
         pairs = zip(self.effects, values.tolist(), strict=True)
         return corrected(record, {slot: v for effect, v in pairs for slot in effect.instruments})
 

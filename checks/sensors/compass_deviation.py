@@ -22,6 +22,7 @@ class CompassDeviation(SensorError):
     id = "compass_deviation"
     unit = "rad"
     named = True
+    corrects = ("heading_rad",)
     separate_by = "a full circle against a gyro compass or against courses from positions"
     turn = (
         TurnEffect("c", "rad", (), lambda turn: np.cos(turn.heading)[None] - np.cos(turn.heading[0]), half_a_degree),

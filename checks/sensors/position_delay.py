@@ -21,6 +21,7 @@ class PositionDelay(SensorError):
     id = "position_delay"
     unit = "s"
     named = True
+    corrects = ("north_m", "east_m")
     separate_by = "time stamps of each instrument, and a run at another speed: a point moves with the ship, not a delay"
     track = (TrackEffect("tau", "s", (), lambda path: -path.late_motion, late_floor, delay=True),)
     log = (LogEffect("tau", "s", (), lambda log: -log.late_speed, late_floor, delay=True),)

@@ -20,6 +20,7 @@ class ReferencePoint(SensorError):
     id = "reference_point"
     unit = "m"
     named = True
+    corrects = ("north_m", "east_m", "heading_rad")
     separate_by = (
         "where antenna and log stand, and a run at another speed: a delay moves with the speed, a point does not"
     )
