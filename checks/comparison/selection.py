@@ -72,9 +72,10 @@ class Compared:
 
     @property
     def removed(self) -> list[Sizes]:
-        """What is removed from records: what matters, and of heading and yaw rate all that was found, as a model's
-        innovations show delays that are far too small to matter."""
-        return [s for s in self.found if s.material or not self.chain.of_positions]
+        """What is removed from records: what matters, and delays between heading and yaw rate that do not, as a model's
+        innovations show those that are far too small to matter."""
+        delays = not self.chain.of_positions
+        return [s for s in self.found if s.material or (delays and s.option.effects[0].delay)]
 
     @cached_property
     def corrected(self) -> list[Record]:

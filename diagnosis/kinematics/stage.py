@@ -54,8 +54,8 @@ def sensors_of(
     """Compare channels along the chains (None: all), and correct the records one after the other.
 
     derived : record name -> columns that are made from each other: they are not compared.
-    Training records are corrected by sizes of their own where these differ, held-out ones by the mean; what does not
-    matter is corrected and not told.
+    Training records are corrected by sizes of their own where these differ, held-out ones by the mean; delays
+    too small to matter are corrected and not told.
     """
     ids = {c.id: c for c in causes().values() if only is None or c in only}
     done = Sensors(distinct(train), list(held_out))
