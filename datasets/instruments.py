@@ -8,6 +8,7 @@ corrected records; `simulate` writes observed ones.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -103,8 +104,13 @@ def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[s
 
 def rudder_noise(series: np.ndarray) -> float:
     """Sensor noise (sd) of a rudder series (N,), from its second differences: its motion has kinks."""
-    second = np.diff(series, 2)
-    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0)) if second.size else 0.0
+    return _white_noise(series, 2)
+
+
+def _white_noise(series: np.ndarray, order: int) -> float:
+    """White noise (sd) of a series (N,) from its differences of an order, in which a smooth motion vanishes."""
+    differences = np.diff(series, order)
+    return float(1.4826 * np.median(np.abs(differences)) / np.sqrt(comb(2 * order, order))) if differences.size else 0.0
 
 
 def quietened(series: np.ndarray, sd: float) -> np.ndarray:
@@ -205,8 +211,8 @@ def later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fals
     series = np.full(time.size, np.nan)
     series[known] = np.unwrap(values[known]) if angle else values[known]
     spline = CubicSpline(time[known], series[known])
-    low, high = (_slope(spline(time), step_s, order) for order in (2, 4))
-    noise = 1.48 * float(np.median(np.abs(np.diff(series[known], 4)))) / np.sqrt(70.0) / step_s
+    whole, noise = spline(time), _white_noise(series[known], 4) / step_s
+    low, high = (_slope(whole, step_s, order) for order in (2, 4))
     if np.median(np.abs(high - spline(time, 1))) > 2.0 * noise:
         return splined
     slope = low if np.median(np.abs(low - high)) < 0.25 * noise else high
