@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..residuals.features import lagged
-from .base import NotTestable
+from .base import Cause, NotTestable
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
+    from ..candidate import Variant
     from ..state import State
 
 LIMITS = (1.5, 1.2, 1.0, 0.9985, 0.995, 0.985, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)
 """Limits that are tried first, as shares of the command's largest value: just below it a little changes much."""
 
 
-def require_command(est: Estimator) -> None:
-    """Raise NotTestable where the rudder column is the angle itself."""
-    if not est.commanded:
-        raise NotTestable("the rudder column is the angle itself, which already shows its limits")
+class CommandLimit(Cause):
+    """Base class of what the rudder cannot follow of its command."""
+
+    where = "rudder"
+    separate_by = "record the rudder angle itself beside the command"
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        if not est.commanded:
+            raise NotTestable("the rudder column is the angle itself, which already shows its limits")
+        return super().variants(est)
 
 
 def rates(state: State) -> list[float]:

@@ -8,9 +8,8 @@ an instrument (`models.instruments`).
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -36,12 +35,29 @@ class NotTestable(Exception):
     """The model or the channels cannot carry a cause; the message says why."""
 
 
+class Number(NamedTuple):
+    """A number that moves entries of the vector alike: its name, the entries, the size of a first step, and bounds."""
+
+    name: str
+    entries: tuple[str, ...]
+    scale: float
+    low: float = -np.inf
+    high: float = np.inf
+
+    def variant(self, est: Estimator, unit: str) -> Variant:
+        """The number as all that a cause moves."""
+        slots = tuple((est.index[entry], 1.0) for entry in self.entries)
+        return (Parameter(self.name, unit, slots, None, self.low, self.high, self.scale),)
+
+
 class Cause(Check):
-    """Base class of all causes; subclasses set the class attributes and implement `variants`.
+    """Base class of all causes; subclasses set the class attributes, and those of more than one number `variants`.
 
     id : public identifier, that of the file.  where : one of WHERE.  unit : of its sizes.
     search : how it is looked for.
     extension : id of the model extension that it becomes, None for one that stays a number of rudder or sensors.
+    number : what it moves, in its unit; None where `variants` says it.  channels : psi, r, u, v, x, y that must be
+    measured.
     power_size : size of the first parameter whose detection the stated power is for, None where none is stated.
     separate_by : what would tell it from its rivals.
     smallest, largest : size of the first parameter (length of a pair; seconds are those of a 160 m ship) from which it
@@ -49,12 +65,13 @@ class Cause(Check):
     """
 
     search: ClassVar[Search]
+    number: ClassVar[Number | None] = None
+    channels: ClassVar[tuple[str, ...]] = ()
     extension: ClassVar[str | None] = None
     power_size: ClassVar[float | None] = None
     smallest: ClassVar[float | None] = None
     largest: ClassVar[float | None] = None
 
-    @abstractmethod
     def variants(self, est: Estimator) -> Sequence[Variant]:
         """Ways in which the cause may act, each as parameters that are zero where it is absent.
 
@@ -62,6 +79,8 @@ class Cause(Check):
         ------
         NotTestable : the model or the channels cannot carry it.
         """
+        require_channels(est, *self.channels)
+        return [] if self.number is None else [self.number.variant(est, self.unit)]
 
     def stands_beside_numbers(self, is_3dof: bool) -> bool:
         """Whether it is tried beside a base model whose own numbers are uncertain: not where these take its place, or
@@ -121,13 +140,6 @@ def plain_size(est: Estimator, p: Parameter, value: float, half: float) -> Size:
     low, high = max(value - half, p.low), min(value + half, p.high)
     name = None if p.record is None else est.record_names[p.record]
     return Size(p.name, value + p.origin, low + p.origin, high + p.origin, p.unit, name)
-
-
-def one(
-    est: Estimator, name: str, unit: str, *entries: str, scale: float, low: float = -np.inf, high: float = np.inf
-) -> Variant:
-    """A single parameter that moves entries of the vector alike."""
-    return (Parameter(name, unit, tuple((est.index[entry], 1.0) for entry in entries), None, low, high, scale),)
 
 
 def term(est: Estimator, name: str, unit: str, entry: str, weight: float = 1.0, scale: float = 1e-5) -> Parameter:

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from ...checks.sensors import heading_delay
 from ..searches.score import ByScore
-from .base import Cause, one, require_channels
-
-if TYPE_CHECKING:
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+from .base import Cause, Number
 
 
 class HeadingDelay(heading_delay.HeadingDelay, Cause):
@@ -19,7 +12,5 @@ class HeadingDelay(heading_delay.HeadingDelay, Cause):
     smallest = 0.05
     largest = 4.0
     power_size = 0.2
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        require_channels(est, "psi")
-        return [one(est, "tau", "s", "heading_delay", scale=0.05, low=0.0, high=5.0)]
+    number = Number("tau", ("heading_delay",), scale=0.05, low=0.0, high=5.0)
+    channels = ("psi",)

@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from ..searches.score import ByScore
-from .base import DEGREE, Cause, one
-
-if TYPE_CHECKING:
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+from .base import DEGREE, Cause, Number
 
 
 class RudderBacklash(Cause):
@@ -25,6 +18,4 @@ class RudderBacklash(Cause):
     largest = 6.0 * DEGREE
     power_size = 0.3 * DEGREE
     separate_by = "slow small-angle rudder sweeps in both directions"
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        return [one(est, "b", "rad", "rudder_backlash", scale=0.1 * DEGREE, low=0.0, high=12.0 * DEGREE)]
+    number = Number("b", ("rudder_backlash",), scale=0.1 * DEGREE, low=0.0, high=12.0 * DEGREE)

@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from ..searches.score import ByScore
-from .base import Cause, one
-
-if TYPE_CHECKING:
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+from .base import Cause, Number
 
 
 class RudderDelay(Cause):
@@ -24,6 +17,4 @@ class RudderDelay(Cause):
     largest = 6.0
     power_size = 0.2
     separate_by = "rudder steps with the rudder angle recorded at the stock and on the bridge at once"
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        return [one(est, "tau", "s", "rudder_delay", scale=0.05, low=0.0, high=8.0)]
+    number = Number("tau", ("rudder_delay",), scale=0.05, low=0.0, high=8.0)

@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from ..searches.score import ByScore
-from .base import Cause, one
-
-if TYPE_CHECKING:
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+from .base import Cause, Number
 
 
 class RudderEffectiveness(Cause):
@@ -27,9 +20,7 @@ class RudderEffectiveness(Cause):
     extension = "rudder_effectiveness"
     power_size = 0.02
     separate_by = "a bollard or captive rudder-force test, or rudder angles from small to hard over"
+    number = Number("e", ("rudder_effectiveness",), scale=0.01, low=-0.95, high=2.0)
 
     def stands_beside_numbers(self, is_3dof: bool) -> bool:
         return is_3dof  # else it is the turning gain
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        return [one(est, "e", "1", "rudder_effectiveness", scale=0.01, low=-0.95, high=2.0)]

@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from ..searches.score import ByScore
-from .base import DEGREE, Cause, one
-
-if TYPE_CHECKING:
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+from .base import DEGREE, Cause, Number
 
 
 class RudderOffset(Cause):
@@ -25,6 +18,4 @@ class RudderOffset(Cause):
     extension = "rudder_offset"
     power_size = 0.1 * DEGREE
     separate_by = "straight runs at two speeds: what an offset does grows with the speed squared"
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        return [one(est, "delta0", "rad", "rudder_offset", scale=0.05 * DEGREE)]
+    number = Number("delta0", ("rudder_offset",), scale=0.05 * DEGREE)

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from ...checks.sensors import speed_scale
 from ..searches.score import ByScore
-from .base import Cause, one, require_channels
-
-if TYPE_CHECKING:
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+from .base import Cause, Number
 
 
 class SpeedScale(speed_scale.SpeedScale, Cause):
@@ -19,7 +12,5 @@ class SpeedScale(speed_scale.SpeedScale, Cause):
     smallest = 0.005
     largest = 0.3
     power_size = 0.002
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        require_channels(est, "u", "v")
-        return [one(est, "s", "1", "surge_scale", "sway_scale", scale=0.002, low=-0.8, high=2.0)]
+    number = Number("s", ("surge_scale", "sway_scale"), scale=0.002, low=-0.8, high=2.0)
+    channels = ("u", "v")

@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING
 
 from ...checks.sensors import velocity_delay
 from ..searches.score import ByScore
-from .base import Cause, one, require_channels
+from .base import Cause, Number, require_channels
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ..candidate import Variant
+
+
+LATE = ("surge_delay", "sway_delay")
 
 
 class VelocityDelay(velocity_delay.VelocityDelay, Cause):
@@ -22,11 +25,8 @@ class VelocityDelay(velocity_delay.VelocityDelay, Cause):
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         require_channels(est, "u", "v")
-        late = {"scale": 0.05, "low": 0.0, "high": 8.0}
-        return [
-            one(est, "tau", "s", "surge_delay", "sway_delay", **late),
-            one(est, "tau", "s", *velocity_delay.ALL_LATE, **late),
-        ]
+        late = [Number("tau", names, 0.05, 0.0, 8.0) for names in (LATE, velocity_delay.ALL_LATE)]
+        return [number.variant(est, self.unit) for number in late]
 
     def details(self, est: Estimator, variant: Variant) -> Mapping[str, str]:
         return {"late": "surge, sway, yaw rate and heading" if len(variant[0].slots) > 2 else "surge and sway"}

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from ...checks.sensors import yaw_rate_scale
 from ..searches.score import ByScore
-from .base import Cause, one, require_channels
-
-if TYPE_CHECKING:
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+from .base import Cause, Number
 
 
 class YawRateScale(yaw_rate_scale.YawRateScale, Cause):
@@ -19,7 +12,5 @@ class YawRateScale(yaw_rate_scale.YawRateScale, Cause):
     smallest = 0.005
     largest = 0.3
     power_size = 0.01
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        require_channels(est, "r")
-        return [one(est, "s", "1", "yaw_rate_scale", scale=0.005, low=-0.8, high=2.0)]
+    number = Number("s", ("yaw_rate_scale",), scale=0.005, low=-0.8, high=2.0)
+    channels = ("r",)

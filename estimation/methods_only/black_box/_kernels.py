@@ -126,17 +126,25 @@ def rows(form, ints, floats, x, work, found):
         _value(form, ints, floats, x[row], work, found[row])
 
 
-@njit(b1(i8, I1, A1, A2, A1, A1, A1, A1), **JIT)
-def _unscaled(form, ints, floats, scaling, y_scale, x, work, found):
-    """As `_value` of features scaled by `scaling`, mean and scale (2, d), results times y_scale (k,); false far away.
-
-    The first d elements of work are the scaled features.
-    """
-    scaled = work[: x.size]
+@njit(b1(A2, A1, A1), **JIT)
+def _scale(scaling, x, scaled):
+    """Write features x (d,) scaled by mean and scale (2, d); false where they are far from all training rows."""
     for i in range(x.size):
         scaled[i] = (x[i] - scaling[0, i]) * scaling[1, i]
         if abs(scaled[i]) > OUTSIDE:
             return False
+    return True
+
+
+@njit(b1(i8, I1, A1, A2, A1, A1, A1, A1), **JIT)
+def _unscaled(form, ints, floats, scaling, y_scale, x, work, found):
+    """As `_value` of features scaled by `_scale`, results times y_scale (k,); false far away.
+
+    The first d elements of work are the scaled features.
+    """
+    scaled = work[: x.size]
+    if not _scale(scaling, x, scaled):
+        return False
     _value(form, ints, floats, scaled, work[x.size :], found)
     for i in range(y_scale.size):
         found[i] *= y_scale[i]
@@ -168,7 +176,7 @@ def difference_run(form, ints, floats, scaling, y_scale, work, lags, step_s, dri
 def hybrid_run(form, ints, floats, scaling, y_scale, work, share, columns, rhs, theta, dt, substeps, inputs, states):
     """States (N, n) from the first row: RK4 of the model plus share dt f(states[columns], inputs).
 
-    Rows from where it diverges on are nan.
+    Rows from where it diverges on are nan: what is far from all training rows is not recorded.
     """
     n, nu, k = states.shape[1], inputs.shape[1], columns.size
     x, features, rate, steps = states[0].copy(), np.empty(k + nu), np.zeros(k), np.empty(3 * n + nu)
@@ -183,6 +191,8 @@ def hybrid_run(form, ints, floats, scaling, y_scale, work, share, columns, rhs, 
         rk4_sample(rhs, x, inputs[row], inputs[row + 1], theta, dt, substeps, steps)
         for i in range(k):
             x[columns[i]] += share * dt * rate[i]
-        if not np.isfinite(x).all():
+            features[i] = x[columns[i]]
+        features[k:] = inputs[row + 1]
+        if not np.isfinite(x).all() or (share != 0.0 and not _scale(scaling, features, work)):
             return
         states[row + 1] = x

@@ -90,10 +90,12 @@ class HybridPredictor:
             return states
         with unchecked(), np.errstate(all="ignore"):
             for k in range(len(inputs) - 1):
-                ahead = self._advance(states[k : k + 1], inputs[k : k + 2], dt)[0]
+                ahead = self._advance(states[k : k + 1], inputs[k : k + 2], dt)
                 if not np.isfinite(ahead).all():
                     break
-                states[k + 1] = ahead
+                if self.share and not self.learnt.near(self._features(ahead, inputs[k + 1 : k + 2])).all():
+                    break
+                states[k + 1] = ahead[0]
         return states
 
     def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
@@ -108,14 +110,17 @@ class HybridPredictor:
         drawn = self.learnt.drawn(count, rng) if self.share else []
         return [replace(self, learnt=learnt) for learnt in drawn]
 
+    def _features(self, states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """(B, d) of states (B, n) and inputs (B, nu)."""
+        return np.hstack([states[:, self._columns], inputs])
+
     def _advance(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
         from ....models.simulate import step_map
 
-        columns = self._columns
         ahead = step_map(self.model, states, inputs, dt)
         if self.share:
-            x = np.hstack([states[:, columns], inputs[: len(states)]])
+            x = self._features(states, inputs[: len(states)])
             known = np.isfinite(x).all(axis=1)
             if known.any():
-                ahead[np.ix_(known, np.array(columns))] += self.share * dt * self.learnt(x[known])
+                ahead[np.ix_(known, np.array(self._columns))] += self.share * dt * self.learnt(x[known])
         return ahead

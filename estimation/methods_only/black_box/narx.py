@@ -49,16 +49,23 @@ class Scaled:
         scaled = (x - self.mean) * self.scale
         found = self.fast(scaled) if self.fast is not None else stacked(self.regressors, scaled)
         found = found * self.y_scale
-        far = np.abs(scaled).max(axis=1) > OUTSIDE
-        if far.any():
-            found[far] = np.nan
+        found[~_near(scaled)] = np.nan
         return found
+
+    def near(self, x: np.ndarray) -> np.ndarray:
+        """(B,) bool: whether features (B, d) are near enough to the training rows for the function to be asked."""
+        return _near((x - self.mean) * self.scale)
 
     def drawn(self, count: int, rng: np.random.Generator) -> list[Scaled]:
         """At most `count` functions drawn from the regressors' uncertainty (`draws`); none where they state none."""
         from .draws import drawn
 
         return [replace(self, fast=one) for one in drawn(self.regressors, len(self.y_scale), count, rng)]
+
+
+def _near(scaled: np.ndarray) -> np.ndarray:
+    """(B,) bool: whether scaled features (B, d) are within OUTSIDE; a nan is not outside of anything."""
+    return ~(np.abs(scaled).max(axis=1) > OUTSIDE)
 
 
 def fit_scaled(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], symbols: tuple[str, ...]) -> Scaled:
