@@ -19,6 +19,8 @@ from .columns import RUDDERS
 from .record import Record
 
 if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
     from ..models.model import Model
 
 HEADING, SURGE, SWAY = "heading_rad", "surge_m_s", "sway_m_s"
@@ -181,16 +183,7 @@ def moved(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fals
     known = np.isfinite(values)
     if ahead == 0.0 or known.sum() < 4:
         return values
-    from scipy.interpolate import CubicSpline
-
-    series = np.unwrap(values[known]) if angle else values[known]
-    first, last = time[known][0], time[known][-1]
-    wanted = np.clip(time + ahead, first, last)
-    later = CubicSpline(time[known], series)(wanted)
-    gap = np.interp(wanted, time, (~known).astype(float)) > 0.0
-    if not hold:
-        gap |= (time + ahead > last) | (time + ahead < first)
-    return np.where(gap, np.nan, later)
+    return _splined(time, known, _spline(time[known], values[known], angle), ahead, hold)
 
 
 def later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = False) -> np.ndarray:
@@ -200,17 +193,14 @@ def later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fals
     keeps the noise of one sample.  A spline between samples mixes the noise of several, and noise that was white would
     look like an effect; it is taken where the noise is too small to matter, and of uneven times.
     """
-    splined, known = moved(time, values, ahead, angle), np.isfinite(values)
-    if ahead == 0.0 or known.sum() < SMOOTHED:
-        return splined
+    known = np.isfinite(values)
+    if ahead == 0.0 or known.sum() < SMOOTHED or np.ptp(np.diff(time)) > EVEN * np.median(np.diff(time)):
+        return moved(time, values, ahead, angle)
     step_s = float(np.median(np.diff(time)))
-    if np.ptp(np.diff(time)) > EVEN * step_s:
-        return splined
-    from scipy.interpolate import CubicSpline
-
     series = np.full(time.size, np.nan)
     series[known] = np.unwrap(values[known]) if angle else values[known]
-    spline = CubicSpline(time[known], series[known])
+    spline = _spline(time[known], series[known])
+    splined = _splined(time, known, spline, ahead)
     whole, noise = spline(time), _white_noise(series[known], 4) / step_s
     low, high = (_slope(whole, step_s, order) for order in (2, 4))
     if np.median(np.abs(high - spline(time, 1))) > 2.0 * noise:
@@ -220,6 +210,22 @@ def later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fals
     nearest = np.clip(np.arange(time.size) + steps, 0, time.size - 1)
     left_s = ahead - steps * step_s
     return series[nearest] + left_s * np.interp(time + ahead - 0.5 * left_s, time, slope) + 0.0 * splined
+
+
+def _spline(time: np.ndarray, values: np.ndarray, angle: bool = False) -> CubicSpline:
+    """A cubic spline through a channel without gaps."""
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(time, np.unwrap(values) if angle else values)
+
+
+def _splined(time: np.ndarray, known: np.ndarray, spline: CubicSpline, ahead: float, hold: bool = False) -> np.ndarray:
+    """A spline through the known samples, `ahead` s later: nan in gaps, and at the ends unless they are held."""
+    first, last = time[known][0], time[known][-1]
+    gap = np.interp(np.clip(time + ahead, first, last), time, (~known).astype(float)) > 0.0
+    if not hold:
+        gap |= (time + ahead > last) | (time + ahead < first)
+    return np.where(gap, np.nan, spline(np.clip(time + ahead, first, last)))
 
 
 def _slope(series: np.ndarray, step_s: float, order: int) -> np.ndarray:
