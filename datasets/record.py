@@ -228,6 +228,10 @@ class Record:
         """
         return self._heading_unwrapped
 
+    def continuous(self, name: str) -> np.ndarray:
+        """Samples (N,) of a channel, as `column`; the heading as `heading_unwrapped`."""
+        return self.heading_unwrapped() if name == "heading_rad" else self.column(name)
+
     @cached_property
     def _heading_unwrapped(self) -> np.ndarray:
         return _frozen(unwrapped(self.column("heading_rad")))

@@ -116,7 +116,7 @@ def same_run(records: Sequence[Record], others: Sequence[Record] | None = None) 
 
 
 def _sampled(record: Record, name: str, step: float, size: int) -> _Sampled | None:
-    values = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+    values = record.continuous(name)
     known = np.isfinite(values)
     if known.sum() < SHORTEST:
         return None

@@ -8,9 +8,8 @@ import numpy as np
 
 from ...datasets.columns import CANONICAL
 from ..base import FileCheck
-from ..fault import Fault, exact
+from ..fault import SENSED, Fault, exact
 from ..integrity.runs import resolution
-from .frozen_samples import SENSED
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -29,7 +28,7 @@ class CoarseChannel(FileCheck):
     def find(self, record: Record) -> list[Fault]:
         found = []
         for name in (n for n in SENSED if record.has(n)):
-            values = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+            values = record.continuous(name)
             step, spread = resolution(values), float(np.nanstd(values)) if np.isfinite(values).any() else 0.0
             if step > SEEN * spread:
                 said = f"{name} takes steps of {step:.3g}, {100.0 * step / spread:.1f} % of its standard deviation"

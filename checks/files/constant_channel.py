@@ -8,8 +8,7 @@ import numpy as np
 
 from ...datasets.columns import CANONICAL
 from ..base import FileCheck
-from ..fault import Fault
-from .frozen_samples import SENSED
+from ..fault import SENSED, Fault
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

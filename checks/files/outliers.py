@@ -39,7 +39,7 @@ class Outliers(FileCheck):
     def find(self, record: Record) -> list[Fault]:
         found = []
         for name in (n for n in SENSED if record.has(n)):
-            values = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+            values = record.continuous(name)
             found += self._isolated(name, values, record.time_s)
         return found
 

@@ -27,7 +27,7 @@ class RudderFromSensor(FileCheck):
             for name in ("yaw_rate_rad_s", "heading_rad"):
                 if not record.has(name):
                     continue
-                other = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+                other = record.continuous(name)
                 correlation, z = shared_noise(record.column(rudder), other)
                 if abs(correlation) > SHARED and abs(z) > CLEAR:
                     said = (

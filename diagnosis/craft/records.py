@@ -42,7 +42,7 @@ def without_spikes(record: Record) -> tuple[Record, int]:
     for name in SPIKED:
         if not record.has(name):
             continue
-        values = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+        values = record.continuous(name)
         known = np.flatnonzero(np.isfinite(values))
         if known.size < 4 * NEAR:
             continue

@@ -85,7 +85,7 @@ def splices(record: Record) -> list[int]:
     found: set[int] = set()
     for name in ("north_m", "east_m", "heading_rad"):
         if record.has(name):
-            values = record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+            values = record.continuous(name)
             found |= set(_jumps(values, record.time_s))
     return sorted(found)
 

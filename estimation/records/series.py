@@ -41,7 +41,7 @@ def samples(record: Record, symbol: str) -> np.ndarray | None:
     name = CHANNELS.get(symbol)
     if name is None or not record.has(name):
         return None
-    values = record.heading_unwrapped() if symbol == "psi" else record.column(name)
+    values = record.continuous(name)
     return np.where(np.isfinite(values), values, np.nan)
 
 

@@ -79,7 +79,7 @@ def test_the_files_hold_the_records(folder):
         assert set(file) == {"time_s", *sailed.channels}
         assert all(file[name].attrs["unit"] for name in file)
         for name in sailed.channels:
-            expected = sailed.heading_unwrapped() if name == "heading_rad" else sailed.column(name)
+            expected = sailed.continuous(name)
             assert np.array_equal(file[name][()], expected), name
         assert np.abs(file["heading_rad"][()]).max() > 1.0
 

@@ -213,7 +213,7 @@ def _at(record: Record, time: np.ndarray) -> Record:
 
 
 def _unwrapped(record: Record, name: str) -> np.ndarray:
-    return record.heading_unwrapped() if name == "heading_rad" else record.column(name)
+    return record.continuous(name)
 
 
 def _wrapped(angle: np.ndarray) -> np.ndarray:

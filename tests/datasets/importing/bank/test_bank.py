@@ -43,7 +43,7 @@ def import_case(case: Case, files) -> tuple[object, int, str, list]:
 def error_of(record, channel: str, run, side: str) -> float:
     """Root mean square error of a channel over its range; positions from their first sample."""
     true = np.interp(record.time_s, run.t, truth_of(run, channel))
-    got = record.heading_unwrapped() if channel == "heading_rad" else record.column(channel)
+    got = record.continuous(channel)
     if channel in ("rudder_rad", "rudder_command_rad"):
         got = got if side == "starboard" else -got
     known = np.isfinite(got)
