@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
+from helmbench.estimation.methods_only.black_box.rows import outputs_of
 from helmbench.estimation.records.series import MEASURED, series_of
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
@@ -49,3 +50,21 @@ def test_runs_from_far_away_are_nan_after_the_first_sample(method):
     start[model.states.index("r")] = 1e6
     run = predictor.simulate(np.zeros((20, len(model.inputs))), train.dt, start)
     assert np.isfinite(run[0]).all() and np.isnan(run[-1]).all()
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_hybrid_runs_that_diverge_end_near_the_training_rows(fast):
+    model = resolve("mariner")
+    train = generate(Case("mariner", "zigzag:20/20", duration_s=200, noise="low", seed=1))
+    predictor = make(f"grey-gp,{SMALL['grey-gp']},trials=0").fit(train, model).predictor
+    series = series_of(train.turned(model.positive_rudder), model, MEASURED)
+    unstable = replace(
+        predictor,
+        model=predictor.model.with_coefficients(-model.coefficients),
+        learnt=predictor.learnt if fast else replace(predictor.learnt, fast=None),
+    )
+    run = unstable.simulate(series.inputs, series.dt, series.start)
+    known = np.isfinite(run).all(axis=1)
+    columns = [model.states.index(name) for name in outputs_of(model)]
+    assert 1 < known.sum() < len(run)
+    assert predictor.learnt.near(np.hstack([run[known][:, columns], series.inputs[known]])).all()
