@@ -25,10 +25,12 @@ def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
     """
     from ..datasets.plausibility import check_plausible
 
-    return (
-        *check_plausible(records, model),
-        *(f"{', '.join(f.records)}: {f.evidence}" for f in _faults(records, model) if f.standing or _biases(f, model)),
-    )
+    return (*check_plausible(records, model), *doubts_of(faults_of(records, model), model))
+
+
+def doubts_of(findings: Sequence[CheckFinding], model: Model) -> tuple[str, ...]:
+    """What checks of the files found that makes a model of the records doubtful, one sentence each."""
+    return tuple(f"{', '.join(f.records)}: {f.evidence}" for f in findings if f.standing or _biases(f, model))
 
 
 def _biases(found: CheckFinding, model: Model) -> bool:
@@ -75,13 +77,13 @@ def require_trustworthy(records: Sequence[Record], model: Model) -> None:
     ------
     BadInput : naming the record, what is wrong with it and what to do.
     """
-    for found in _faults(records, model):
+    for found in faults_of(records, model):
         if found.standing:
             hint = "nothing can be said of the hull while that stands: correct the record, or leave it out"
             raise BadInput(found.evidence, file=", ".join(found.records), column=found.channels[0], hint=hint)
 
 
-def _faults(records: Sequence[Record], model: Model) -> tuple[CheckFinding, ...]:
+def faults_of(records: Sequence[Record], model: Model) -> tuple[CheckFinding, ...]:
     """What is wrong with the files and matters."""
     from ..datasets.instruments import corrected
     from ..diagnosis.checked import examined

@@ -12,7 +12,7 @@ from ..diagnosis import result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
-from .admission import admit
+from .admission import doubts_of, faults_of
 from .arguments import as_model, as_records, labels
 from .results import Result
 from .traces import trace_figure, trace_of
@@ -127,13 +127,14 @@ def diagnose(
         only = None if causes is None else tuple(causes)
         options = Options(base_parameters, coefficient_sd, _columns(channels), max_effects, alpha, seed, only)
         options.checked(base)
-        *given, doubts = training_and_held_out(base, train, held_out, positive_rudder)
+        *given, doubts = both_sides(base, train, held_out, positive_rudder)
         records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
         found = engine.diagnose(base, records, others, options, watch)
         found = with_errors_ahead(found, others or records)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    return Diagnosis.of(replace(found, records=tuple(names), doubts=(*doubts, *found.doubts)))
+    doubts = (*doubts, *doubts_of(found.checks, base), *found.doubts)
+    return Diagnosis.of(replace(found, records=tuple(names), doubts=doubts))
 
 
 @contextmanager
@@ -168,7 +169,19 @@ def training_and_held_out(
     held_out: Record | FilePath | Sequence[Record | FilePath],
     positive_rudder: str | None,
 ) -> tuple[list[Record], list[Record], tuple[str, ...]]:
-    """Records of both sides, read where they are paths, and what is doubtful about them.
+    """As `both_sides`, with what checks of the files find doubtful about the records."""
+    records, others, doubts = both_sides(model, train, held_out, positive_rudder)
+    found = (told for side in (records, others) for told in doubts_of(faults_of(side, model), model))
+    return records, others, (*doubts, *found)
+
+
+def both_sides(
+    model: Model,
+    train: Record | FilePath | Sequence[Record | FilePath],
+    held_out: Record | FilePath | Sequence[Record | FilePath],
+    positive_rudder: str | None,
+) -> tuple[list[Record], list[Record], tuple[str, ...]]:
+    """Records of both sides, read where they are paths, and what is doubtful about their numbers.
 
     Raises
     ------
@@ -176,7 +189,8 @@ def training_and_held_out(
         columns say, or it is of another ship or scale than the model.
     """
     from ..datasets.copies import check_no_copies
+    from ..datasets.plausibility import check_plausible
 
     records, others = as_records(train, positive_rudder), as_records(held_out, positive_rudder)
     check_no_copies(records, others)
-    return records, others, (*admit(records, model), *admit(others, model))
+    return records, others, (*check_plausible(records, model), *check_plausible(others, model))
