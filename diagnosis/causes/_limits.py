@@ -1,4 +1,4 @@
-"""Limits on the commands' rate and angle: values that a scan tries."""
+"""Limits on the commands' rate and angle: what the causes share, and values that a scan tries."""
 
 from __future__ import annotations
 

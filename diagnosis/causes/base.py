@@ -56,8 +56,8 @@ class Cause(Check):
     id : public identifier, that of the file.  where : one of WHERE.  unit : of its sizes.
     search : how it is looked for.
     extension : id of the model extension that it becomes, None for one that stays a number of rudder or sensors.
-    number : what it moves, in its unit; None where `variants` says it.  channels : psi, r, u, v, x, y that must be
-    measured.
+    number : what it moves, in its unit.  channels : psi, r, u, v, x, y that must be measured.  A class with `variants`
+    of its own says both there.
     power_size : size of the first parameter whose detection the stated power is for, None where none is stated.
     separate_by : what would tell it from its rivals.
     smallest, largest : size of the first parameter (length of a pair; seconds are those of a 160 m ship) from which it

@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from ..candidate import Variant
 
 
-LATE = ("surge_delay", "sway_delay")
-
-
 class VelocityDelay(velocity_delay.VelocityDelay, Cause):
     search = ByScore((0.3, 1.0, 2.0, 3.5))
     smallest = 0.05
@@ -25,7 +22,7 @@ class VelocityDelay(velocity_delay.VelocityDelay, Cause):
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         require_channels(est, "u", "v")
-        late = [Number("tau", names, 0.05, 0.0, 8.0) for names in (LATE, velocity_delay.ALL_LATE)]
+        late = (Number("tau", effect.instruments, scale=0.05, low=0.0, high=8.0) for effect in self.track)
         return [number.variant(est, self.unit) for number in late]
 
     def details(self, est: Estimator, variant: Variant) -> Mapping[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,7 +69,7 @@ class HybridPredictor:
     learnt: Scaled
     share: float
 
-    @property
+    @cached_property
     def _columns(self) -> list[int]:
         """Places among the states of what the learnt function takes and changes."""
         return [self.model.states.index(name) for name in outputs_of(self.model)]
