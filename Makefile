@@ -1,4 +1,4 @@
-# make bench | board-picture | page-picture | board-pages | advice | test | docs | reproduce | verdicts | diagnosis-reports | exam-report | indices-report | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
+# make bench | board-picture | page-picture | board-pages | advice | test | test-all | docs | reproduce | verdicts | diagnosis-reports | exam-report | indices-report | rates | ugly | wrong-data | fuzz | timing | fit-times | lint | types | format | env | clean
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -26,19 +26,22 @@ EXAM_SEED ?= 1
 SUITES ?= default measured mismatch channels generalise noise outliers disturbances sampling excitation tuners
 ROOMS := models datasets checks estimation methods diagnosis bench reporting reproduction
 
+DRAWN_SEED := $(or $(HELMBENCH_SEED),$(shell od -An -N3 -tu4 /dev/urandom | tr -d ' '))
+
 # An environment holds absolute paths: when the checkout has moved, build it again.
 ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),here)
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench board-picture page-picture docs reproduce verdicts diagnosis-reports exam-report indices-report test lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
+.PHONY: help env bench board-picture page-picture docs reproduce verdicts diagnosis-reports exam-report indices-report test test-all lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
 	browser compiler reports board-pages reproduction-pages asset dist packages sizes image
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print the leaderboard"
 	@echo "make board-picture  the same, and draw the standings for the README: reports/leaderboard/quick.svg"
-	@echo "make test     install, lint, check types, run the tests"
+	@echo "make test     install, lint, check types, test every behaviour once with fixed seeds: before every push"
+	@echo "make test-all  all tests with drawn seeds, and the rates: nightly and before a release; HELMBENCH_SEED=N repeats"
 	@echo "make docs     build the documentation site in docs/_build; nothing is loaded from the network"
 	@echo "make page-picture  the picture of the page in the browser, for the documentation: docs/_static/page.png"
 	@echo "make reproduce  compute the tables of the five papers, write the pages to reports/reproduction"
@@ -125,14 +128,24 @@ compiler:
 	$(call debian,cc,gcc libc6-dev)
 
 # pyright keeps one processor busy for a minute, and the tests leave some: they run side by side.  Both statuses count.
-# In a new environment the first collection compiles what the tests import: once, not once by each worker.
-test: lint browser compiler
-	@mkdir -p build
-	@{ $(CHECK_TYPES); } > build/types.log 2>&1 & types=$$!; \
+# In a new environment the first collection compiles what the tests import: once, not once by each worker.  Tests that
+# share a result run on one worker: tests/conftest.py groups them.
+PYTEST := $(BIN)/pytest -n $(WORKERS) --dist loadgroup
+TEST = { $(CHECK_TYPES); } > build/types.log 2>&1 & types=$$!; \
 	test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
-	$(BIN)/pytest -n $(WORKERS) --dist worksteal; tests=$$?; \
+	$(PYTEST) $(1); tests=$$?; \
 	wait $$types; types=$$?; cat build/types.log; \
 	test $$tests -eq 0 && test $$types -eq 0
+
+test: lint browser compiler
+	@mkdir -p build
+	@$(call TEST,-m "not nightly")
+
+# Every seed is shifted by a number that is drawn and printed; the rates are drawn a few times each.
+test-all: export HELMBENCH_SEED := $(DRAWN_SEED)
+test-all: lint browser compiler
+	@mkdir -p build
+	@$(call TEST,tests tests/nightly)
 
 lint: env
 	$(BIN)/ruff check .
@@ -158,8 +171,9 @@ docs: env
 	@echo "docs/_build/index.html"
 
 # The suite draws its seed anew and prints it; more rounds are more cases.
+rates: export HELMBENCH_SEED := $(DRAWN_SEED)
 rates: env
-	$(BIN)/pytest tests/rates -n $(WORKERS) -rP
+	HELMBENCH_RATE_DRAWS=20 $(BIN)/pytest tests/nightly/rates -n $(WORKERS) -rP
 	rm -rf $(RATES)
 	$(BIN)/helmbench run --suite imperfect --seeds $(RATE_ROUNDS) -o $(RATES)
 	$(BIN)/helmbench report $(RATES)
@@ -170,8 +184,9 @@ fuzz: env
 wrong-data: env
 	$(BIN)/python -m tests.wrong_data.run
 
+ugly: export HELMBENCH_SEED := $(DRAWN_SEED)
 ugly: env
-	$(BIN)/pytest tests/robustness -n $(WORKERS) -rP
+	$(BIN)/pytest tests/nightly/robustness -n $(WORKERS) -rP
 
 # Rows that are there for the same code are not measured again, so an interrupted `make timing` goes on.
 timing: env

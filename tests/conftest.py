@@ -12,15 +12,31 @@ from helmbench.datasets import measured
 from helmbench.datasets.generator import Case, generate
 from helmbench.models.model import resolve
 
+from .cpu_times import (  # noqa: F401
+    pytest_report_header,
+    pytest_runtest_makereport,
+    pytest_runtest_protocol,
+    pytest_terminal_summary,
+)
 from .inline_pool import without_workers
 from .made_up_cases import make_case, make_diagnosis
 from .made_up_runs import make_parameter, make_run
+from .seeds import SHIFT, seed_of
 
 # A slow machine is no fault of the code: examples are not timed.
-hypothesis.settings.register_profile("tests", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow])
+hypothesis.settings.register_profile(
+    "tests", deadline=None, derandomize=not SHIFT, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
 hypothesis.settings.load_profile("tests")
 # The matrices are small: a second thread waits more than it computes, and takes the other worker's processor.
 threadpool_limits(1, user_api="blas")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config):
+    """Examples of Hypothesis follow the shift of the seeds."""
+    if SHIFT and config.option.hypothesis_seed is None:
+        config.option.hypothesis_seed = str(SHIFT)
 
 
 def pytest_collection_finish():
@@ -33,15 +49,14 @@ def pytest_collection_finish():
 
 @pytest.fixture
 def seed(request) -> int:
-    """A seed, drawn anew and printed, so that a failure can be repeated."""
-    value = int(np.random.SeedSequence().generate_state(1)[0])
-    print(f"{request.node.name}: seed {value}")
-    return value
+    """The seed of this test, by its file and name (see `seeds`)."""
+    file, _, name = request.node.location
+    return seed_of(f"{file}::{name}")
 
 
 @pytest.fixture
 def rng(seed) -> np.random.Generator:
-    """A generator made of the drawn seed."""
+    """A generator made of the test's seed."""
     return np.random.default_rng(seed)
 
 

@@ -15,7 +15,7 @@ from helmbench.diagnosis.options import Options
 from helmbench.models.coefficient_groups import groups_of
 from helmbench.models.model import model_to_json, resolve
 
-from ..injections import passes_often
+from ..injections import passes
 from .documents import faults
 
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port", "zigzag:15/5")
@@ -109,4 +109,4 @@ def test_a_number_is_named_that_free_runs_hardly_feel(rng):
         print(seed, found.verdict, found.causes)
         return [m.name for m in found.calibration.moved] == ["l_R"] and found.causes[0].cause == BaseCoefficients.id
 
-    assert passes_often(named, rate=0.9, passes=1)
+    assert passes(named, 0.9)

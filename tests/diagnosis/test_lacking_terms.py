@@ -18,7 +18,7 @@ from helmbench.diagnosis.starting import DECIDED
 from helmbench.models.coefficient_groups import every_own_number, groups_of, grown
 from helmbench.models.model import model_to_json, resolve
 
-from ..injections import passes_often
+from ..injections import passes
 
 DT = 0.5
 GAIN, TIME = 0.05, 20.0
@@ -80,7 +80,7 @@ def test_a_term_that_is_lacking_is_named_and_held_out_records_gain(family, terms
         gained = gain.rmse_after < 0.7 * gain.rmse_before
         return found.verdict in ("named", "tied", "partly_named") and bool(told) and told <= names and gained
 
-    assert passes_often(named, rate=0.95, passes=2)
+    assert passes(named, 0.95)
 
 
 @pytest.mark.parametrize(("late", "cause"), [("late", "heading_delay"), ("late_rate", "yaw_rate_delay")])
@@ -95,7 +95,7 @@ def test_a_late_channel_is_named_and_hides_no_term(late, cause, rng):
         damping = told & {"yaw_damping_cubic", "yaw_damping_quadratic"}
         return found.verdict in ("named", "tied", "partly_named") and cause in told and bool(damping)
 
-    assert passes_often(named, rate=0.75, passes=3)
+    assert passes(named, 0.75)
 
 
 def test_free_runs_name_what_is_lacking(rng):
@@ -110,7 +110,7 @@ def test_free_runs_name_what_is_lacking(rng):
         damping = groups & {"yaw_damping_cubic", "yaw_damping_quadratic"}
         return "second_order" in groups and bool(damping) and found.verdict == "named"
 
-    assert passes_often(named, rate=0.95, passes=3)
+    assert passes(named, 0.95)
 
 
 def test_nothing_is_lacking_where_the_family_is_right(rng):

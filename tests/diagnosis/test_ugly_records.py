@@ -16,7 +16,7 @@ from helmbench.diagnosis.searches.score import ByScore
 from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 
-from ..injections import passes_often
+from ..injections import passes
 
 ZIGZAGS = ("zigzag:20/20", "zigzag:10/10")
 FEW = Options(max_effects=1, alpha=1e-4)
@@ -63,7 +63,7 @@ def test_nothing_is_named_for_a_defect_of_the_logger(seed, defect):
         print(found.verdict, found.reason)
         return found.verdict in ("adequate", "inconclusive") and not found.causes
 
-    assert passes_often(quiet, rate=0.99, passes=2)
+    assert passes(quiet, 0.99)
 
 
 @pytest.mark.parametrize("samples", [2, 3, 5])

@@ -14,6 +14,7 @@ from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 
 from ..records import relative_errors
+from ..seeds import seed_of
 
 
 def _values(named):
@@ -51,10 +52,8 @@ def _under_wind(vessel, seed):
 
 @pytest.fixture(scope="module")
 def mariner_under_wind():
-    """Mariner, her records under wind and their estimate; the seed is drawn and printed."""
-    seed = int(np.random.SeedSequence().generate_state(1)[0])
-    print(f"mariner under wind: seed {seed}")
-    model, records = _under_wind("mariner", seed)
+    """Mariner, her records under wind and their estimate."""
+    model, records = _under_wind("mariner", seed_of("mariner under wind"))
     return model, records, Pem().fit(records, model.blanked())
 
 

@@ -13,7 +13,7 @@ from helmbench.diagnosis.report.findings import once
 from helmbench.diagnosis.result import Finding
 from helmbench.models.model import model_to_json, resolve
 
-from ...injections import injected, passes_often
+from ...injections import injected, passes
 
 FIXED = {
     "offset": ("mariner", "rudder_offset", "off-5"),
@@ -74,7 +74,7 @@ def test_nothing_is_named_where_only_the_base_is_wrong(rng):
         print(vessel, found.verdict, found.causes)
         return not strangers(found)
 
-    assert passes_often(nothing_is_named, 0.99, 5)
+    assert passes(nothing_is_named, 0.99)
 
 
 @pytest.mark.parametrize("vessel", ["response-1", "cargo"])

@@ -13,7 +13,7 @@ from helmbench.diagnosis.kinematics.stage import Shown, sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
-from ...injections import passes_often
+from ...injections import passes
 
 CAUSES = ("speed_scale", "sway_offset", "heading_offset", "axis_misalignment", "velocity_delay")
 SHIPS = ("mariner", "s175", "kvlcc2-l7")
@@ -38,13 +38,13 @@ def test_the_track_shows_it(cause, rng):
         print(injected.truth[0], found)
         return any(cause in (f.cause, *f.tied_with) for f in found)
 
-    assert passes_often(shown, rate=0.93, passes=2)
+    assert passes(shown, 0.93)
 
 
 @pytest.mark.parametrize("cause", ["", "wind", "current", "loading_change"])
 def test_nothing_is_found_where_dynamics_are_wrong(cause, rng):
     """Wind, current and a bad coefficient leave the track alone."""
-    assert passes_often(lambda: not compare(records(cause, rng).train).findings, rate=0.998, passes=2)
+    assert passes(lambda: not compare(records(cause, rng).train).findings, 0.998)
 
 
 def test_sizes_put_the_records_right(rng):

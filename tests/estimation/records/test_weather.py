@@ -82,15 +82,13 @@ def _gusty(record, ship, rng):
     return changed.with_channels(**{names[s]: values for s, values in found.items() if s in names})
 
 
-def test_filter_calibration_and_validation_give_the_same_free_run(ship, record):
+def test_filter_calibration_and_validation_give_the_same_free_run(ship, record, rng):
     """In wind and at revolutions that change; a calm run is far from all of them."""
     from helmbench.diagnosis.gain import free_runs
     from helmbench.estimation.filters.innovations.estimator import estimator
     from helmbench.estimation.validation.runs import Stretch
 
-    seed = int(np.random.SeedSequence().entropy % 2**32)
-    print(f"seed {seed}")
-    run = _gusty(record, ship, np.random.default_rng(seed))
+    run = _gusty(record, ship, rng)
     heading = run.heading_unwrapped()
 
     def headings(model):

@@ -166,9 +166,7 @@ def test_a_short_list_is_worth_what_it_is_on_a_ship_left_out(run_of):
     assert "Compare" not in answer(one)
 
 
-def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_path):
-    seed = int(np.random.SeedSequence().generate_state(1)[0])
-    print(f"situations: seed {seed}")
+def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_path, seed):
     drawn = draw(60, seed)
     assert draw(7, seed) == drawn[:7] and draw(7, seed + 1) != drawn[:7]
     path = tmp_path / "situations.yaml"

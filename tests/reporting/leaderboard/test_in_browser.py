@@ -39,14 +39,13 @@ def results(tmp_path_factory, made_up_results):
 
 @pytest.fixture(scope="module")
 def made_up_results():
-    """Writes a store of seven methods, six vessels, two noises and excitations, three seeds; the seed is printed."""
+    """Writes a store of seven methods, six vessels, two noises and excitations, three seeds."""
     import numpy as np
 
     from ...made_up_runs import make_parameter, make_run
+    from ...seeds import seed_of
 
-    seed = int(np.random.SeedSequence().generate_state(1)[0])
-    print(f"made-up results: seed {seed}")
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed_of("made-up results"))
     vessels, noises, trains = ("mariner", "s175", "cargo", "patrol", "remus", "kvlcc2-l7"), ("low", "medium"), (10, 20)
     methods = {
         "a": (1.0, 3.0),

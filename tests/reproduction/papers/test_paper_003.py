@@ -47,15 +47,15 @@ def test_the_third_derivative_obeys_equation_1(vessel):
     assert rows @ resolve(vessel).coefficients == pytest.approx(run.psi_dddot, abs=1e-12)
 
 
-def test_printed_equations_fail_where_the_errata_say():
-    values = settings.settings(np.random.default_rng(), index=0).values
+def test_printed_equations_fail_where_the_errata_say(rng):
+    values = settings.settings(rng, index=0).values
     for name in ("rudder_settles", "eq18_gives_eq19", "eq20_places_poles", "eq31", "weights_fall"):
         assert values[name] and not values[f"{name}_as_printed"], name
     assert values["patrol_stable"] and not values["patrol_stable_with_printed_gain"]
 
 
-def test_errors_of_table_5_follow_from_its_values():
-    values = identification.arithmetic(np.random.default_rng(), index=0).values
+def test_errors_of_table_5_follow_from_its_values(rng):
+    values = identification.arithmetic(rng, index=0).values
     assert values["cargo_rw_error_T1"] == pytest.approx(2.689, abs=5e-4)
     assert values["cargo_rw_error_K"] == pytest.approx(5.556, abs=5e-4)  # 5.23 in print
     assert values["patrol_ls_error_T3"] == pytest.approx(4.973, abs=5e-4)
@@ -86,12 +86,12 @@ def test_the_observer_beats_a_filter_where_it_steps_as_the_vessel_does(rng):
         assert (states._filter_over_observer(run, psi, method) > 1.0).tolist() == expected
 
 
-def test_runs_are_spread_over_the_noise(monkeypatch):
+def test_runs_are_spread_over_the_noise(monkeypatch, rng):
     """20 runs: in each fifth of the decades of the range there are 3 to 5 of them, whatever the seed."""
     levels = []
     monkeypatch.setattr(identification, "on_sines", lambda vessel, sines, level, rng: levels.append(level))
     for index in range(20):
-        identification.tables_5_and_6("cargo", np.random.default_rng(), index=index)
+        identification.tables_5_and_6("cargo", rng, index=index)
     low, high = np.log(identification.NOISE)
     counts, _ = np.histogram((np.log(levels) - low) / (high - low), 5, (0.0, 1.0))
     assert counts.sum() == 20 and counts.min() >= 3 and counts.max() <= 5

@@ -1,17 +1,17 @@
 """Rates of the diagnosis over many draws, against the binomial bounds of what it promises: `make rates`.
 
-HELMBENCH_RATE_DRAWS sets how often each expectation is drawn.
+HELMBENCH_RATE_DRAWS sets how often each expectation is drawn: a few times in `make test-all`.
 """
 
 import os
 
 import pytest
 
-from ..calibrations import CALIBRATED
-from ..injections import ALONE, COMMON, SPECIAL, fewest
+from ...calibrations import CALIBRATED
+from ...injections import ALONE, COMMON, SPECIAL, fewest
 from .two_numbers import TWO_NUMBERS
 
-DRAWS = int(os.environ.get("HELMBENCH_RATE_DRAWS", "20"))
+DRAWS = int(os.environ.get("HELMBENCH_RATE_DRAWS", "5"))
 EXPECTATIONS = {
     **{f"alone-{cause}": expected for cause, expected in ALONE.items()},
     **{expected.name: expected for expected in (*SPECIAL, *COMMON, *CALIBRATED, TWO_NUMBERS)},

@@ -3,7 +3,7 @@
 from helmbench.bench.faults import Effect
 from helmbench.bench.kinds.diagnosis.localisation import regime_scores
 
-from ..diagnosis.test_regimes import diagnosed
+from ...diagnosis.test_regimes import diagnosed
 
 DRAWS, LOCATED = 10, 7
 """Draws, and how many of them have to be located: of ten that were tried nine were."""

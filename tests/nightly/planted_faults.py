@@ -1,0 +1,290 @@
+"""Plants faults in the source one at a time, and counts which of them `make test` and `make test-all` find.
+
+    .venv/bin/python -m tests.nightly.planted_faults --count 40 --seed 1 --jobs 2
+
+Works on clones of the last commit in build/planted_faults, never on the checkout itself.  Of a fault that the tests of
+`make test` find the nightly ones are not run: `make test-all` holds both.
+"""
+
+import argparse
+import ast
+import os
+import random
+import re
+import subprocess
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+
+ROOT = Path(__file__).resolve().parents[2]
+ROOMS = (
+    *("models", "datasets", "checks", "estimation", "methods", "diagnosis", "bench", "reporting", "reproduction"),
+    "helmbench",
+)
+NEAR = 2
+"""Test files that import the faulty file over at most so many steps are run first."""
+LIMIT_S = 1500.0
+"""A run that takes longer is stopped: the fault is found, as it makes the program hang."""
+SWAPPED = {
+    **{ast.Lt: ">", ast.LtE: ">", ast.Gt: "<", ast.GtE: "<", ast.Eq: "!=", ast.NotEq: "=="},
+    **{ast.Is: "is not", ast.IsNot: "is", ast.In: "not in", ast.NotIn: "in"},
+}
+CONVERTED = {"deg2rad": "rad2deg", "rad2deg": "deg2rad", "radians": "degrees", "degrees": "radians"}
+UNITS = {1852.0, 3600.0, 60.0, 0.514444, 1.852}
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Characters `start` to `end` of a file are replaced by `text`."""
+
+    file: str
+    kind: str
+    line: int
+    start: int
+    end: int
+    text: str
+
+    def planted(self, source: str) -> str:
+        """The source (a file's text) with the fault in it."""
+        return source[: self.start] + self.text + source[self.end :]
+
+
+class Source:
+    """A file's text and where its syntax nodes stand."""
+
+    def __init__(self, file: str, text: str) -> None:
+        self.file, self.text, self.tree = file, text, ast.parse(text)
+        self.rows = [0]
+        for line in text.splitlines(keepends=True):
+            self.rows.append(self.rows[-1] + len(line))
+        self.lines = text.splitlines()
+        self.parents = {child: node for node in ast.walk(self.tree) for child in ast.iter_child_nodes(node)}
+
+    def at(self, line: int, column: int) -> int:
+        """Place of a node's line (from 1) and column (bytes of UTF-8) in the text."""
+        return self.rows[line - 1] + len(self.lines[line - 1].encode()[:column].decode())
+
+    def span(self, node: ast.expr) -> tuple[int, int]:
+        """First and last place of an expression."""
+        assert node.end_lineno is not None and node.end_col_offset is not None
+        return self.at(node.lineno, node.col_offset), self.at(node.end_lineno, node.end_col_offset)
+
+    def fault(self, kind: str, node: ast.expr, text: str, start: int | None = None, end: int | None = None) -> Fault:
+        """A fault that replaces the expression, or a part of it."""
+        first, last = self.span(node)
+        return Fault(
+            self.file, kind, node.lineno, first if start is None else start, last if end is None else end, text
+        )
+
+    def between(self, kind: str, left: ast.expr, right: ast.expr, old: str, new: str) -> Iterator[Fault]:
+        """The operator between two expressions is replaced."""
+        start, end = self.span(left)[1], self.span(right)[0]
+        gap = re.search(rf"(?<![\w=<>!]){re.escape(old)}(?![\w=<>])", self.text[start:end])
+        if gap:
+            yield self.fault(kind, left, new, start + gap.start(), start + gap.end())
+
+    def faults(self) -> Iterator[Fault]:
+        """Every fault that can be planted in this file."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.BinOp):
+                yield from self._of_operation(node)
+            elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+                if not isinstance(node.operand, ast.Constant):
+                    yield self.fault("sign", node, "+", None, self.span(node)[0] + 1)
+            elif isinstance(node, ast.Subscript):
+                yield from self._of_index(node)
+            elif isinstance(node, ast.Compare) and len(node.ops) == 1:
+                yield from self._of_comparison(node)
+            elif isinstance(node, ast.Attribute) and node.attr in CONVERTED:
+                start = self.span(node)[1] - len(node.attr)
+                yield self.fault("unit", node, CONVERTED[node.attr], start)
+            elif isinstance(node, ast.Constant) and type(node.value) in (int, float) and float(node.value) in UNITS:
+                yield self.fault("unit", node, "1.0")
+            elif isinstance(node, ast.If) and [type(line) for line in node.body + node.orelse] == [ast.Raise]:
+                yield self.fault("check", node.test, "False")
+
+    def _of_operation(self, node: ast.BinOp) -> Iterator[Fault]:
+        texts = (ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.Set)
+        if any(isinstance(n, texts) or isinstance(getattr(n, "value", None), str) for n in (node.left, node.right)):
+            return
+        if isinstance(node.op, ast.Add):
+            yield from self.between("sign", node.left, node.right, "+", "-")
+        elif isinstance(node.op, ast.Sub):
+            yield from self.between("sign", node.left, node.right, "-", "+")
+        elif isinstance(node.op, (ast.Mult, ast.Div)):
+            for side in (node.left, node.right):
+                if isinstance(side, ast.Constant) and isinstance(side.value, (int, float)) and side.value:
+                    yield self.fault("factor", side, repr(2 * side.value))
+
+    def _of_index(self, node: ast.Subscript) -> Iterator[Fault]:
+        index = node.slice
+        negative = isinstance(index, ast.UnaryOp) and isinstance(index.operand, ast.Constant)
+        if isinstance(index, ast.Constant) and type(index.value) is int:
+            yield self.fault("index", index, str(index.value + 1 if index.value < 1 else index.value - 1))
+        elif negative and isinstance(index.op, ast.USub):
+            yield self.fault("index", index, "0")
+
+    def _of_comparison(self, node: ast.Compare) -> Iterator[Fault]:
+        names = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+        names |= {ast.Is: "is", ast.IsNot: "is not", ast.In: "in", ast.NotIn: "not in"}
+        kind = type(node.ops[0])
+        yield from self.between("comparison", node.left, node.comparators[0], names[kind], SWAPPED[kind])
+
+
+def in_annotation(source: Source, fault: Fault) -> bool:
+    """Whether a fault would stand in the type of an argument or in a condition for type checkers."""
+    for node in ast.walk(source.tree):
+        hints = (node.annotation,) if isinstance(node, (ast.arg, ast.AnnAssign)) else ()
+        hints += (node.returns,) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) else ()
+        for hint in filter(None, hints):
+            start, end = source.span(hint)
+            if start <= fault.start < end:
+                return True
+    return False
+
+
+def drawn(count: int, seed: int) -> list[Fault]:
+    """Faults, spread over rooms and kinds in turn: each from another file."""
+    rng = random.Random(seed)
+    chosen: list[Fault] = []
+    kinds = ["sign", "factor", "index", "comparison", "unit", "check"]
+    files = {room: sorted(p for p in (ROOT / room).rglob("*.py")) for room in ROOMS}
+    while len(chosen) < count:
+        room, kind = ROOMS[len(chosen) % len(ROOMS)], rng.choice(kinds)
+        path = rng.choice(files[room])
+        source = Source(str(path.relative_to(ROOT)), path.read_text("utf-8"))
+        sites = [f for f in source.faults() if f.kind == kind and not in_annotation(source, f)]
+        if sites and source.file not in {f.file for f in chosen}:
+            chosen.append(rng.choice(sites))
+    return chosen
+
+
+def imports(path: Path, root: Path) -> set[str]:
+    """Files of the checkout that a file imports, by path relative to the root."""
+    package = list(path.relative_to(root).parent.parts)
+    names: set[tuple[str, ...]] = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            above = package[: len(package) - node.level + 1] if node.level else []
+            base = (*above, *(node.module or "").split(".")) if node.module else tuple(above)
+            names |= {base, *((*base, alias.name) for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            names |= {tuple(alias.name.split(".")) for alias in node.names}
+    found = set()
+    for name in names:
+        inner = name[1:] if name[:1] == ("helmbench",) and name[1:2] and name[1] in ROOMS else name
+        for file in (root.joinpath(*inner).with_suffix(".py") if inner else root, root.joinpath(*inner, "__init__.py")):
+            if file.is_file():
+                found.add(str(file.relative_to(root)))
+    return found
+
+
+def distances(file: str) -> dict[str, int]:
+    """Test file -> steps of imports between it and a file of the source."""
+    every = [p for top in (*ROOMS, "tests") for p in (ROOT / top).rglob("*.py")]
+    importers: dict[str, set[str]] = {}
+    for path in every:
+        for imported in imports(path, ROOT):
+            importers.setdefault(imported, set()).add(str(path.relative_to(ROOT)))
+    steps, edge = {file: 0}, [file]
+    while edge:
+        edge = [
+            new
+            for old in edge
+            for new in importers.get(old, ())
+            if new not in steps and not steps.update({new: steps[old] + 1})
+        ]
+    return {name: n for name, n in steps.items() if re.search(r"(^|/)test_\w+\.py$", name) and "nightly" not in name}
+
+
+def order(file: str) -> tuple[list[str], list[str]]:
+    """Test files near the fault, the nearest first, and all others."""
+    every = sorted(str(p.relative_to(ROOT)) for p in (ROOT / "tests").rglob("test_*.py"))
+    skipped = ("tests/nightly/", "tests/timing/")
+    every = [name for name in every if not name.startswith(skipped)]
+    steps = distances(file)
+    mirrored = f"tests/{Path(file).parent}/"
+    rank = {name: (not name.startswith(mirrored), steps.get(name, 99)) for name in every}
+    ranked = sorted(every, key=lambda name: (min(rank[name][1], 5 if rank[name][0] else 0), name))
+    near = [name for name in ranked if steps.get(name, 99) <= NEAR or name.startswith(mirrored)]
+    return near, [name for name in ranked if name not in near]
+
+
+def failing(folder: Path, marker: str, files: list[str]) -> str:
+    """What the tests of some files say of the code in a folder: the first failing test, or nothing."""
+    if not files:
+        return ""
+    command = [".venv/bin/pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", marker, *files]
+    environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1", "NUMBA_CACHE_DIR": str(folder / "build" / "numba")}
+    try:
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return f"no end in {LIMIT_S:.0f} s"
+    if done.returncode in (0, 5):
+        return ""
+    first = re.search(r"^(?:FAILED|ERROR) (.*)$", done.stdout, re.MULTILINE)
+    return first.group(1) if first else done.stdout[-200:] + done.stderr[-200:]
+
+
+def judged(fault: Fault, folder: Path) -> tuple[str, str]:
+    """Which command finds a fault (`test`, `test-all`, `none`), and by which test."""
+    path = folder / fault.file
+    source = path.read_text("utf-8")
+    path.write_text(fault.planted(source), "utf-8")
+    try:
+        near, others = order(fault.file)
+        for files in (near, others):
+            if said := failing(folder, "not nightly", files):
+                return "test", said
+        said = failing(folder, "nightly", [*near, *others])
+        return ("test-all", said) if said else ("none", "")
+    finally:
+        path.write_text(source, "utf-8")
+
+
+def clone(number: int) -> Path:
+    """A fresh clone of the last commit with an environment of its own."""
+    folder = ROOT / "build" / "planted_faults" / str(number)
+    subprocess.run(["rm", "-rf", str(folder)], check=True)
+    subprocess.run(["git", "clone", "-q", str(ROOT), str(folder)], check=True)
+    subprocess.run(["make", "-s", "env"], cwd=folder, check=True, capture_output=True)
+    return folder
+
+
+def main() -> None:
+    """Draw, plant, judge and count."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(2**31))
+    parser.add_argument("--jobs", type=int, default=2)
+    asked = parser.parse_args()
+    faults = drawn(asked.count, asked.seed)
+    print(f"{len(faults)} faults, seed {asked.seed}", flush=True)
+    folders: SimpleQueue[Path] = SimpleQueue()
+    for number in range(asked.jobs):
+        folders.put(clone(number))
+
+    def one(fault: Fault) -> str:
+        folder = folders.get()
+        try:
+            finder, said = judged(fault, folder)
+        finally:
+            folders.put(folder)
+        print(f"{finder:9} {fault.kind:10} {fault.file}:{fault.line} -> {fault.text!r}  {said}", flush=True)
+        return finder
+
+    with ThreadPoolExecutor(asked.jobs) as pool:
+        counts = Counter(pool.map(one, faults))
+    every = counts["test"] + counts["test-all"]
+    print(
+        f"make test finds {counts['test']} of the {every} faults that make test-all finds; {counts['none']} stay hidden"
+    )
+
+
+if __name__ == "__main__":
+    main()
