@@ -18,6 +18,8 @@ from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 from helmbench.methods.registry import methods
 
+from .nightly_marks import nightly_but
+
 pytestmark = pytest.mark.usefixtures("in_this_process")
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted(p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & set(p.relative_to(DOCS).parts))
@@ -26,7 +28,13 @@ SHELL = "%%bash\n"
 NAMED = {"tour": "current", "diagnose": "yaw_rate_bias"}
 """Page -> the cause that it hides and has named."""
 GALLERY = sorted((DOCS / "gallery").glob("*.py"))
+SLOW = ("tour", "compare-methods")
+"""Pages that `make test` leaves to `make test-all`, as the tutorials."""
 RUN = [p for p in PAGES if BLOCK.search(p.read_text(encoding="utf-8"))]
+
+
+def names_of_pages(page: Path) -> str:
+    return page.relative_to(DOCS).as_posix()
 
 
 def run_block(language: str, text: str, names: dict) -> None:
@@ -42,7 +50,11 @@ def run_block(language: str, text: str, names: dict) -> None:
             assert command == "helmbench" and status_of(arguments) == 0, line
 
 
-@pytest.mark.parametrize("page", RUN, ids=lambda page: page.relative_to(DOCS).as_posix())
+@pytest.mark.parametrize(
+    "page",
+    nightly_but(RUN, *(p for p in RUN if p.parent.name != "tutorials" and p.stem not in SLOW)),
+    ids=names_of_pages,
+)
 def test_the_examples_of_a_page_run_in_an_empty_folder(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names: dict = {}
@@ -115,6 +127,7 @@ def test_two_gallery_scripts_run_without_a_warning_and_leave_no_file(rng, tmp_pa
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.nightly
 def test_the_site_builds_without_a_warning_and_loads_nothing_from_the_network(tmp_path):
     """Without what `make docs` runs and draws with the same settings, which takes minutes: gallery, tutorials, pictures
     of methods and causes.  That these run is tested on its own; pictures that are not there are passed over.  The tree
@@ -155,6 +168,7 @@ def test_every_cause_is_on_the_page_of_causes():
     assert sorted(re.findall(r"cause-(\w+)\.svg", page)) == sorted(helmbench.list_causes())
 
 
+@pytest.mark.nightly
 def test_every_cause_has_a_picture_that_shows_it():
     """Two curves that are not the same, of every cause; and the pictures of the fastest methods."""
     pictures = runpy.run_path(str(DOCS / "pictures.py"))

@@ -90,6 +90,7 @@ def suite(tmp_path):
     return str(tmp_path / "mine.yaml")
 
 
+@pytest.mark.nightly
 def test_a_method_that_kills_workers_ends_as_failed_rows_and_the_others_finish(cluster, suite, tmp_path):
     cluster.worker()
     methods = ["ls", f"{tmp_path / 'bad.py'}:Deadly"]

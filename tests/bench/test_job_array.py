@@ -76,6 +76,7 @@ def test_an_array_stores_what_one_process_stores(suite, tmp_path):
     assert sorted(traces[0]) == sorted(traces[1])
 
 
+@pytest.mark.nightly
 def test_a_job_that_is_killed_costs_only_what_it_had_not_finished(tmp_path):
     process = started(tmp_path)
     kill_jobs(process.pid, 1)

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pandas as pd
+import pytest
 
 import helmbench
 from helmbench.bench.journal import RUNS
@@ -23,6 +24,7 @@ def test_runs_killed_at_random_moments_end_as_unbroken_ones(tmp_path, seed):
     print(done.stdout)
 
 
+@pytest.mark.nightly
 def test_a_command_with_workers_that_is_killed_goes_on_where_it_was(tmp_path, rng):
     (tmp_path / "mine.yaml").write_text("entries: [{vessels: response-1, methods: [ls, rls], noise: low, seeds: 20}]\n")
     words = ["run", "--suite", str(tmp_path / "mine.yaml"), "--jobs", "2", "--quiet", "-o", str(tmp_path / "broken")]

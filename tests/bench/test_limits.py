@@ -81,6 +81,7 @@ def errors_of(tmp_path, methods, limits):
         return {run["row"]["method"]: run["row"]["error"] for run in store.runs}
 
 
+@pytest.mark.nightly
 def test_a_method_that_ends_its_process_leaves_the_suite_running(tmp_path, named):
     suite_of_one_run(tmp_path)
     chosen = [word for name in ["ls", *named("Crash", "Leave")] for word in ("--method", name)]

@@ -98,6 +98,7 @@ def test_coloured_noise_is_not_told_as_a_sensor_error():
     assert case.effects == () and named == {BaseCoefficients.id}  # which are off by a tenth
 
 
+@pytest.mark.nightly
 def test_a_number_is_named_that_free_runs_hardly_feel(rng):
     """The lever of the flow at the rudder, 30 % short: free runs are off by less than 5 % of the motion."""
 

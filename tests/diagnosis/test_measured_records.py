@@ -61,6 +61,7 @@ def test_of_one_short_record_a_response_model_learns_no_term():
     assert "clock_jitter" not in {f.cause for f in found.causes}
 
 
+@pytest.mark.nightly
 def test_a_first_order_nomoto_lacks_damping_and_second_order():
     """Five zigzags name the terms, three others (one of a larger rudder angle) are predicted better with them."""
     train = ("Z_10_05", "Z_10_10_P", "Z_15_05", "Z_20_05", "Z_25_05")

@@ -9,6 +9,7 @@ from ..models.test_reference_kvlcc2 import ship_of_shipmmg
 from ..peer import TRAIN, records
 
 
+@pytest.mark.nightly
 def test_the_rudder_area_of_another_code_is_found():
     """The area stands in the rudder's force as the slope does; the other wake law moves the size by a few percent,
     and is named where the records show it."""

@@ -9,9 +9,19 @@ from helmbench.methods.learner import Learner
 from helmbench.methods.ls import Ls
 from helmbench.methods.registry import methods
 
+SLOW = {"pem", "grey-gp", "grey-residual"}
+SLOW |= {name for name, cls in methods().items() if cls.minutes or issubclass(cls, Learner)}
+"""Methods whose whole contract takes more than a few seconds."""
+BRIEF = (contract.check_options, contract.check_estimate, contract.check_missing_channels)
+"""What `make test` checks of them."""
+PAIRS = [
+    pytest.param(n, check, id=f"{n}-{check.__name__}", marks=[pytest.mark.nightly] * (n in SLOW and check not in BRIEF))
+    for n in methods()
+    for check in contract.CHECKS
+]
 
-@pytest.mark.parametrize("check", contract.CHECKS, ids=lambda check: check.__name__)
-@pytest.mark.parametrize("name", methods())
+
+@pytest.mark.parametrize(("name", "check"), PAIRS)
 def test_contract(name, check, monkeypatch):
     cls = methods()[name]
     if issubclass(cls, Learner):

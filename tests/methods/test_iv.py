@@ -20,6 +20,7 @@ def test_noise_free_records(name):
     assert found.converged and worst(found, resolve(name)) < 1e-3
 
 
+@pytest.mark.nightly
 def test_bias_is_gone(rng):
     """Second-order vessel, low noise: the median of 100 draws is far nearer to the truth than by least squares."""
     model = resolve("cargo")

@@ -57,11 +57,13 @@ def mariner_under_wind():
     return model, records, Pem().fit(records, model.blanked())
 
 
+@pytest.mark.nightly
 def test_standard_errors_nearly_hold_under_wind_with_sixty_coefficients(mariner_under_wind):
     model, _, estimate = mariner_under_wind
     _assert_nearly_held(estimate, model)
 
 
+@pytest.mark.nightly
 def test_standard_errors_nearly_hold_under_wind(seed):
     """Mean wind and gusts are not in the model; the filter takes them as forces of zero mean.  The search ends after 18
     to 36 iterations (150 draws), the default of 30 sometimes a few hundredths of log likelihood before."""

@@ -32,6 +32,7 @@ def test_the_equations_help_where_differences_of_noisy_records_do_not():
     assert errors["pinn"] < 0.05 < 0.1 < min(errors["ls"], errors["rts-ls"])
 
 
+@pytest.mark.nightly
 def test_standard_errors_are_the_spread_over_records(seed):
     """40 records: the root mean square of (estimate - truth)/error has a relative deviation of 1/sqrt(80) = 11 %."""
     model = resolve("response-1")

@@ -44,6 +44,7 @@ print(json.dumps(estimate.extra["tuning"]))
 """
 
 
+@pytest.mark.nightly
 def test_two_processes_tune_together(tmp_path, monkeypatch):
     path = tmp_path / "together.journal"
     monkeypatch.setenv(STORAGE, str(path))

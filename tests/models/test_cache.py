@@ -14,6 +14,8 @@ from helmbench.models import cache
 from helmbench.models.compilation import njit
 from helmbench.models.errors import EnvironmentFault
 
+from ..nightly_marks import nightly_but
+
 LOAD = """
 import sys
 import numpy as np
@@ -64,6 +66,7 @@ print(list_families(), 'sympy' in sys.modules, sep='|')
 """
 
 
+@pytest.mark.nightly
 def test_families_are_listed_without_sympy_once_their_titles_are_kept(tmp_path):
     (first, built), (then, again) = (run(LIST, HELMBENCH_CACHE=str(tmp_path))[0] for _ in range(2))
     assert first == then and "first-order Nomoto" in first and (built, again) == ("True", "False")
@@ -87,7 +90,7 @@ def damaged(path, rng):
     path.unlink() if content is None else path.write_bytes(content)
 
 
-@pytest.mark.parametrize("draw", range(2))
+@pytest.mark.parametrize("draw", nightly_but(range(2), 0))
 def test_damaged_files_are_built_again(warm, rng, draw):
     folder, printed = warm
     for path in files_of(folder):
@@ -97,6 +100,7 @@ def test_damaged_files_are_built_again(warm, rng, draw):
     assert run(HELMBENCH_CACHE=str(folder))[0] == ["False", "0", *printed]
 
 
+@pytest.mark.nightly
 def test_of_two_processes_one_compiles_and_the_other_waits(tmp_path):
     both = [start(HELMBENCH_CACHE=str(tmp_path)) for _ in range(2)]
     printed = [process.communicate(timeout=120)[0].split("|") for process in both]
@@ -138,7 +142,7 @@ def planted(path, how):
         os.chown(path, 4711, 4711)
 
 
-@pytest.mark.parametrize("how", ["link", "open", *(["another user"] if os.geteuid() == 0 else [])])
+@pytest.mark.parametrize("how", nightly_but(["link", "open", *(["another user"] if os.geteuid() == 0 else [])], "open"))
 def test_code_that_another_user_can_have_planted_is_not_loaded(warm, tmp_path, how):
     shutil.copytree(warm[0], tmp_path / "cache")
     (tmp_path / "cache" / "kernels").chmod(0o777)
@@ -165,6 +169,7 @@ def without_home(tmp_path):
     return {"HOME": str(tmp_path / "home"), "XDG_CACHE_HOME": str(tmp_path / "home" / "cache"), "HELMBENCH_CACHE": ""}
 
 
+@pytest.mark.nightly
 def test_without_a_home_code_is_kept_in_a_new_private_folder_for_this_run(without_home, tmp_path):
     planted = tmp_path / "tmp" / f"helmbench-{os.getuid()}" / "kernels"
     planted.mkdir(parents=True)

@@ -230,6 +230,7 @@ def test_bad_input_is_one_line_and_status_2(arguments, told, capsys):
     assert out == "" and told in err and err.count("\n") == 1
 
 
+@pytest.mark.nightly
 def test_one_table_as_json(capsys):
     """The command itself, on a table that needs no fit."""
     assert cli.status_of(["reproduce", "003", "--table", "3", "--json", "--jobs", "1"]) == 0

@@ -385,6 +385,7 @@ def test_a_wrong_number_is_no_further_from_the_published_one_than_others_may_be(
             )
 
 
+@pytest.mark.nightly
 def test_the_commands_make_answer_and_score(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     make = ["exam", "make", "exam", "--key", "key.json", "--worlds", "2", "--vessel", "response-1"]

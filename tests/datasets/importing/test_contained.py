@@ -82,6 +82,7 @@ def test_damaged_files_end_in_one_line(workbook, mat, rng):
     assert len(told) >= 5 and all(text.startswith("log: ") and "\n" not in text for text in told)
 
 
+@pytest.mark.nightly
 def test_a_bomb_is_told_within_its_limits(workbook, monkeypatch):
     monkeypatch.setattr(contained, "MOST_BYTES", 700 * 2**20)
     with pytest.raises(BadInput, match=r"takes more than 0\.68 GiB of memory to read"):

@@ -10,6 +10,7 @@ from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.io import read_record
 
+from ...nightly_marks import nightly_but
 from .raw_logs import LOGS, START
 
 EXACT = 2e-3
@@ -66,7 +67,7 @@ def difference(name, record, source, time):
     return np.abs(got - shift - true).max() / np.ptp(true)
 
 
-@pytest.mark.parametrize("ship", ["mariner", "kvlcc2-l7"])
+@pytest.mark.parametrize("ship", nightly_but(["mariner", "kvlcc2-l7"], "mariner"))
 @pytest.mark.parametrize("make", LOGS)
 def test_a_log_becomes_the_record_it_was_made_of(make, ship, sources, tmp_path, capsys):
     source = sources[ship]

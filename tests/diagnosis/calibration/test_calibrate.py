@@ -19,6 +19,7 @@ from helmbench.models.model import model_to_json, resolve
 
 from ...calibrations import CALIBRATED, MANOEUVRES, SHIP, altered, runs
 from ...injections import passes
+from ...nightly_marks import nightly_but
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +46,7 @@ def test_changes_are_named_with_their_sizes(found):
     assert moved["rudder_offset"].low < moved["rudder_offset"].after < moved["rudder_offset"].high
 
 
-@pytest.mark.parametrize("expected", CALIBRATED, ids=[one.name for one in CALIBRATED])
+@pytest.mark.parametrize("expected", nightly_but(CALIBRATED, *CALIBRATED[1:]), ids=[one.name for one in CALIBRATED])
 def test_rate_of_what_is_promised(expected, rng):
     """`make rates` draws each more often."""
     assert passes(lambda: expected.check(rng), expected.rate)
@@ -120,6 +121,7 @@ def test_what_cannot_be_calibrated_is_refused(ship):
         calibrate(resolve("remus"), [short])
 
 
+@pytest.mark.nightly
 def test_measured_kvlcc2_runs_need_more_thrust(ship):
     """The published simulation pairs a propeller curve with another diameter: more thrust."""
     folder = measured.data_dir() / measured.dataset("kvlcc2-hsva").folder

@@ -12,6 +12,7 @@ from helmbench.diagnosis.calibration.calibrate import calibrate
 from helmbench.models.coefficient_groups import groups_of
 
 from ...injections import passes
+from ...nightly_marks import nightly_but
 
 CASES = [
     ("cargo", "gain", "turning_gain"),  # K stands in both numbers of the rudder: b1 = K/(T1 T2), b2 = K T3/(T1 T2)
@@ -20,8 +21,10 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("ship", "bug", "changed"), CASES)
-def test_the_group_of_a_mistake_alone_has_changed(rng, ship, bug, changed):
+@pytest.mark.parametrize("case", nightly_but(CASES, CASES[0]), ids=str)
+def test_the_group_of_a_mistake_alone_has_changed(rng, case):
+    ship, bug, changed = case
+
     def named_alone():
         seed = int(rng.integers(2**31))
         specs = plan(load_suite("one-bug"), Selection("one-bug", seed=seed))

@@ -11,6 +11,7 @@ from helmbench.models.errors import CannotFit
 
 from ...craft_simulator import ALLOCATED, FULL, LAWS, STRONGER, draw, sailed
 from ...injections import passes
+from ...nightly_marks import nightly_but
 
 OF = {"flow": "rudder-in-flow", "race": "rudder-in-race", "thruster": "thruster-in-flow"}
 WITHOUT = {
@@ -33,7 +34,7 @@ def calm(rng, craft):
     return records[:2], records[2:]
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", nightly_but(LAWS, "race"))
 def test_a_delay_and_what_steers_the_craft_are_found(law, rng):
     """The law in every draw, the delay in most: a slow rudder was named for a late one in 1 of 110 draws of thrusters;
     how often it is a rate (tests/nightly/rates)."""
@@ -50,7 +51,7 @@ def test_a_delay_and_what_steers_the_craft_are_found(law, rng):
     assert passes(delay_is_found, 0.99)
 
 
-@pytest.mark.parametrize("law", ALLOCATED)
+@pytest.mark.parametrize("law", nightly_but(ALLOCATED, "twin"))
 def test_two_thrusters_and_an_azimuth_thruster_are_named_with_their_own_effects(law, rng):
     craft = draw(rng, law)
     found = build(*calm(rng, craft))

@@ -71,6 +71,7 @@ def test_records_without_a_track_say_nothing(rng):
     assert compare(bare) == Shown()
 
 
+@pytest.mark.nightly
 def test_a_response_model_is_told_of_the_log(rng):
     """The model knows no sway and no track: the stage names the log's scale and the extended model carries it."""
     injected = inject(Case("mariner", ("speed_scale",), "large"), rng)

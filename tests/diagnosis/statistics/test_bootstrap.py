@@ -50,6 +50,7 @@ def log_levels(state, rng):
     return found
 
 
+@pytest.mark.nightly
 def test_levels_hold_where_nothing_is_hidden(rng):
     passed = {}
     for _ in range(NULLS):

@@ -137,6 +137,7 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
         assert serious(again) == []
 
 
+@pytest.mark.nightly
 def test_a_log_of_200_mb_is_read_and_drawn(opened, tmp_path):
     time = 0.1 * np.arange(2_600_000)
     swing = time / 20.0

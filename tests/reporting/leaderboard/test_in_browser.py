@@ -249,6 +249,7 @@ def test_csv_and_svg_are_downloaded(opened):
     assert waiting.value.path().read_text().startswith("<svg")
 
 
+@pytest.mark.nightly
 def test_a_page_of_two_suites_begins_with_the_first(browser, results, tmp_path):
     """The choice of another suite, and of all of them, is kept in the address."""
     from ...made_up_runs import make_run

@@ -130,6 +130,7 @@ def test_a_watched_proposal_is_the_proposed_variant(weighted, short_runs, monkey
     assert (np.diff(watched.best) <= 0.0).all() and watched.best[-1] == min(watched.errors)
 
 
+@pytest.mark.nightly
 def test_the_proposal_s_budget_and_convergence(short_runs, rng):
     result = proposed.proposed(rng, index=0)
     keys = {key for table in load("003").shown for key in table.keys}
