@@ -22,6 +22,7 @@ from .inline_pool import without_workers
 from .made_up_cases import make_case, make_diagnosis
 from .made_up_runs import make_parameter, make_run
 from .seeds import SHIFT, seed_of
+from .shared import board, calibrated, craft, once, run_folder, uncertain  # noqa: F401
 
 # A slow machine is no fault of the code: examples are not timed.
 hypothesis.settings.register_profile(

@@ -2,6 +2,7 @@
 
 import inspect
 import io
+import shutil
 from xml.etree import ElementTree
 
 import numpy as np
@@ -32,10 +33,8 @@ def records():
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("suite")
-    (folder / "mine.yaml").write_text("entries: [{vessels: response-1, methods: [ls, rls], noise: low, seeds: 1}]")
-    return helmbench.run_suite(str(folder / "mine.yaml"), directory=folder / "out", jobs=1)
+def results(board, tmp_path_factory):
+    return helmbench.load_results(shutil.copytree(board, tmp_path_factory.mktemp("suite") / "out"))
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +56,7 @@ def trace():
 
 
 @pytest.fixture(scope="module")
-def shown(records, results, raw_log, logged):
+def shown(records, results, raw_log, logged, craft):
     """Name of the class -> an object of it."""
     train, other = records
     estimate = helmbench.identify(train, "nomoto-1-cubic", "ls")
@@ -71,7 +70,7 @@ def shown(records, results, raw_log, logged):
         "ExamScores": helmbench.ExamScores(tuple(summary([answer])), (answer,)),
         "Changes": helmbench.compare_results(results.directory, results.directory),
         "Check": helmbench.check([biased, other]),
-        "CraftDiagnosis": helmbench.build_model(train, other),
+        "CraftDiagnosis": craft[2],
         "Comparison": helmbench.compare(train, "nomoto-1-cubic", ["ls", "rls"], validate=other),
         "Estimate": estimate,
         "Health": helmbench.doctor(),

@@ -17,7 +17,7 @@ from helmbench.estimation.diagnosis_only.mixed_effects.problem import pooled, pr
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import model_to_json, resolve
 
-from ...calibrations import CALIBRATED, MANOEUVRES, SHIP, altered, runs
+from ...calibrations import CALIBRATED, SHIP, altered
 from ...injections import passes
 from ...nightly_marks import nightly_but
 
@@ -27,13 +27,10 @@ def ship():
     return resolve(SHIP)
 
 
-@pytest.fixture(scope="module")
-def found(ship):
-    """A calibration of records with 25 % more resistance and a common neutral rudder angle of 1 deg."""
-    rng = np.random.default_rng(20261122)
-    trims = np.deg2rad(1.0 + 0.2 * rng.normal(size=len(MANOEUVRES)))
-    records = runs(altered(ship, 0.25, 0.0), rng, trims)
-    return calibrate(ship, records[:-1], records[-1:])
+@pytest.fixture
+def found(calibrated):
+    """Of a ship with 25 % more resistance and a common neutral rudder angle of 1 deg."""
+    return calibrated[2]
 
 
 def test_changes_are_named_with_their_sizes(found):
@@ -65,12 +62,10 @@ def test_shares_add_up(found):
     assert found.shares["surge_m_s"].coefficients > 0.8
 
 
-def test_the_extended_model_gives_the_told_errors_when_it_is_read_again(found, ship, tmp_path):
+def test_the_extended_model_gives_the_told_errors_when_it_is_read_again(calibrated, tmp_path):
+    _, held, found = calibrated
     model_to_json(found.extended, tmp_path / "extended.json")
     again = resolve(tmp_path / "extended.json")
-    rng = np.random.default_rng(20261122)
-    trims = np.deg2rad(1.0 + 0.2 * rng.normal(size=len(MANOEUVRES)))
-    held = runs(altered(ship, 0.25, 0.0), rng, trims)[-1]
     p = problem(again, [held])
     errors = pooled([squares(p, again.theta, p.runs[0])])
     told = [found.after[column][1] for column in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s", "heading_rad")]

@@ -6,24 +6,13 @@ import numpy as np
 import pytest
 
 import helmbench
+from helmbench.api.calibration import Calibration
 from helmbench.cli import status_of
 
-MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5")
 
-
-@pytest.fixture(scope="module")
-def records():
-    """Runs of a KVLCC2 with another resistance; the last one is held out."""
-    base = helmbench.resolve("kvlcc2-l7")
-    values = base.coefficients.copy()
-    values[base.coordinates.index("R_0")] *= 1.4
-    ship = base.with_coefficients(values)
-    return [helmbench.simulate(ship, text, noise="low", seed=1, duration_s=70.0) for text in MANOEUVRES]
-
-
-@pytest.fixture(scope="module")
-def found(records):
-    return helmbench.calibrate("kvlcc2-l7", records[:-1], records[-1])
+@pytest.fixture
+def found(calibrated):
+    return Calibration.of(calibrated[2])
 
 
 def test_it_shows_itself(found):
@@ -42,7 +31,8 @@ def test_the_figure_has_the_channels_of_the_held_out_run(found):
         found.plot("elsewhere")
 
 
-def test_the_command_writes_what_python_finds(found, records, tmp_path, capsys):
+def test_the_command_writes_what_python_finds(found, calibrated, tmp_path, capsys):
+    records = [*calibrated[0], calibrated[1]]
     paths = [tmp_path / f"{i}.csv" for i in range(len(records))]
     for path, record in zip(paths, records, strict=True):
         helmbench.write_record(record, path)
@@ -59,6 +49,6 @@ def test_the_command_writes_what_python_finds(found, records, tmp_path, capsys):
     assert (tmp_path / "out" / "calibration.html").stat().st_size > 10_000
 
 
-def test_a_record_on_both_sides_is_refused(records):
+def test_a_record_on_both_sides_is_refused(calibrated):
     with pytest.raises(helmbench.BadInput):
-        helmbench.calibrate("kvlcc2-l7", records, records[-1])
+        helmbench.calibrate("kvlcc2-l7", calibrated[0], calibrated[0][-1])

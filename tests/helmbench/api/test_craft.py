@@ -9,17 +9,14 @@ import helmbench
 from helmbench import Case, generate
 from helmbench.cli import status_of
 
-from ...craft_simulator import draw, sailed
-
 
 @pytest.fixture
-def records(rng):
-    craft = draw(rng, "flow", "offset")
-    return [sailed(rng, craft, f"run {i}", length=35.0) for i in range(3)]
+def records(craft):
+    return [*craft[0], craft[1]]
 
 
-def test_the_outcome_shows_itself_and_its_model_is_read_back(records, tmp_path):
-    found = helmbench.build_model(records[:2], records[2])
+def test_the_outcome_shows_itself_and_its_model_is_read_back(craft, tmp_path):
+    _, last, found = craft
     for step in found.steps:
         assert step.title in found.summary() and step.title in unescape(found.to_html())
     assert "<b>" in found._repr_html_() and found.verdict in repr(found)
@@ -28,7 +25,7 @@ def test_the_outcome_shows_itself_and_its_model_is_read_back(records, tmp_path):
     document = json.loads(paths[0].read_text(encoding="utf-8"))
     assert document["verdict"] == found.verdict and len(document["laws"]) == len(found.laws)
     again = helmbench.resolve(paths[2])
-    told = helmbench.validate(again, records[2])
+    told = helmbench.validate(again, last)
     for channel in ("yaw_rate_rad_s", "heading_rad"):
         assert told.score(channel).rmse == pytest.approx(found.ahead.score(channel).rmse, rel=1e-6)
     with pytest.raises(helmbench.BadInput, match="no such record"):

@@ -4,32 +4,26 @@ import pytest
 
 import helmbench
 
-from ...inline_pool import without_workers
-
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
 
-@pytest.fixture(scope="module")
-def suite(tmp_path_factory):
-    path = tmp_path_factory.mktemp("suite") / "mine.yaml"
-    path.write_text("title: mine\nentries: [{vessels: response-1, methods: [ls, rls], noise: [none, low], seeds: 2}]\n")
-    return path
+@pytest.fixture
+def suite(board):
+    return board.parent / "mine.yaml"
 
 
-@pytest.fixture(scope="module")
-def found(suite, tmp_path_factory):
-    with without_workers():
-        return helmbench.run_suite(str(suite), directory=tmp_path_factory.mktemp("runs") / "out", jobs=1)
+@pytest.fixture
+def found(board):
+    return helmbench.load_results(board)
 
 
-def test_results_are_told_and_loaded_again(found):
+def test_results_are_loaded(found):
     assert (found.suite, found.complete, found.counts) == ("mine", True, {"ok": 6, "failed": 0, "not_applicable": 0})
     assert repr(found).startswith("<SuiteResults 'mine': 6 runs, 6 ok, 0 failed, 0 not applicable; ")
     assert "6 ok" in found._repr_html_()
-    again = helmbench.load_results(found.directory)
-    assert [row["method"] for row in again.rows] == [row["method"] for row in found.rows] == ["ls"] * 3 + ["rls"] * 3
-    assert len(again.runs()) == 6 and set(again.parameters()["parameter"]) == {"T", "K", "alpha"}
-    assert (again.failures, again.failure_texts) == ([], {})
+    assert [row["method"] for row in found.rows] == ["ls"] * 3 + ["rls"] * 3
+    assert len(found.runs()) == 6 and set(found.parameters()["parameter"]) == {"T", "K", "alpha"}
+    assert (found.failures, found.failure_texts) == ([], {})
 
 
 def test_the_leaderboard_is_the_same_from_results_and_directory(found):
