@@ -71,10 +71,12 @@ def folder(tmp_path_factory) -> Path:
     return place
 
 
+@pytest.mark.nightly
 def test_the_base_checks_imports_identifies_and_validates_without_the_extras(folder):
     assert {"one.csv", "model.json", "validation", "record.csv"} <= {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.nightly
 def test_what_needs_an_extra_says_which_in_one_line_and_writes_nothing(folder):
     before = sorted(folder.rglob("*"))
     said = blocked(f"print([status_of(line.split()) for line in {list(REFUSED)!r}], file=sys.stderr)", folder)

@@ -142,6 +142,7 @@ print(json.dumps({
 """
 
 
+@pytest.mark.nightly
 def test_wheel_beside_hugging_face_datasets(wheel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     python, site = fresh_environment(tmp_path / "environment")
     copies = copy_distribution("datasets", site)

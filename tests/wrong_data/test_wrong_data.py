@@ -6,6 +6,7 @@ records, or is not harmed; no number of the hull is named, and no sensor, that t
 
 import pytest
 
+from ..nightly_marks import nightly_but
 from .changes import CHANGES
 from .commands import UNKNOWABLE, judged
 from .fleet import CRAFT, SETS, SHIPS, at_hand, records_of
@@ -54,7 +55,7 @@ def cell(command, name, change, rng):
     return held[0]
 
 
-@pytest.mark.parametrize("name", [name for name in SHIPS | SETS if at_hand(name)])
+@pytest.mark.parametrize("name", nightly_but([n for n in SHIPS | SETS if at_hand(n)], *SHIPS, "kvlcc2-hsva"))
 def test_check_tells_each_change_and_invents_nothing(name, rng):
     for change in CHANGES:
         if name == "response-1" and change in (*OF_TRACK, "knots", "constant speed"):
@@ -78,20 +79,21 @@ def test_radians_in_all_degrees_are_told_of_a_craft_that_moves_sideways(name, rn
 
 
 @pytest.mark.parametrize("command", ["validate", "identify"])
-@pytest.mark.parametrize("name", list(SHIPS))
+@pytest.mark.parametrize("name", nightly_but(SHIPS, "response-1", "mariner"))
 def test_validate_and_identify_tell_what_harms_them(command, name, rng):
     for change in CHANGES if name == "response-1" else some(CHANGES, 10, rng):
         found = cell(command, name, change, rng)
         assert change not in STANDING or found.outcome in ("told", "refused")
 
 
-@pytest.mark.parametrize("name", ["mariner", "kvlcc2-l7"])
+@pytest.mark.parametrize("name", nightly_but(["mariner", "kvlcc2-l7"], "mariner"))
 def test_calibrate_refuses_what_stands(name, rng):
     for change in some((*STANDING, "rudder doubled", "constant speed", "outliers"), 5, rng):
         found = cell("calibrate", name, change, rng)
         assert change == "outliers" or found.outcome == "refused"
 
 
+@pytest.mark.nightly
 def test_a_diagnosis_names_no_number_of_the_hull(rng):
     for change in some(CHANGES, 12, rng):
         found = cell("diagnose", "response-1", change, rng)

@@ -41,6 +41,7 @@ def test_triple_integral_on_paper_000_continuous_data(scheme):
     assert errors(make("ls", scheme="heading-difference").fit([remus_zigzag()], model), model).max() > 3.0
 
 
+@pytest.mark.nightly
 def test_triple_integral_with_heading_noise(rng):
     """3 to 4 times the Cramer-Rao bound at .1 deg (reference p000_CRB_sd_0.1deg_exact), 80 runs."""
     model, method = resolve("remus-kt"), make("ls", scheme="triple-integral-rest")
