@@ -107,6 +107,7 @@ def test_a_worker_with_other_code_is_refused_before_anything_is_written(cluster,
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.nightly
 def test_a_lost_scheduler_is_one_line_and_the_run_goes_on_elsewhere(cluster, suite, tmp_path):
     worker = cluster.worker("--no-nanny")
     out, words = tmp_path / "out", ["--suite", suite, "--method", "ls", "--method", f"{tmp_path / 'bad.py'}:Slow"]

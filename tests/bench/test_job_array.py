@@ -65,6 +65,7 @@ def assert_each_run_once(folder, expected):
     assert not (folder / job_array.PARTS).exists()
 
 
+@pytest.mark.nightly
 def test_an_array_stores_what_one_process_stores(suite, tmp_path):
     seen = submitted(suite, tmp_path / "jobs")
     alone = helmbench.run_suite(suite, directory=tmp_path / "alone", jobs=1)

@@ -110,6 +110,7 @@ def test_limits_that_make_no_sense_are_refused(limits):
         limits.check()
 
 
+@pytest.mark.nightly
 def test_more_workers_than_processors_are_capped_with_a_word(tmp_path):
     suite_of_one_run(tmp_path)
     said = []

@@ -62,8 +62,11 @@ def runs(rng, **terms):
     ("family", "terms", "names"),
     [
         ("nomoto-1", {"cubic": 400.0}, {"yaw_damping_cubic", "yaw_damping_quadratic"}),
-        ("nomoto-1", {"cubic": 400.0, "late": 0.15}, {"yaw_damping_cubic", "yaw_damping_quadratic"}),
-        ("nomoto-1", {"second": 6.0}, {"second_order_lead"}),
+        pytest.param(
+            *("nomoto-1", {"cubic": 400.0, "late": 0.15}, {"yaw_damping_cubic", "yaw_damping_quadratic"}),
+            marks=pytest.mark.nightly,
+        ),
+        pytest.param("nomoto-1", {"second": 6.0}, {"second_order_lead"}, marks=pytest.mark.nightly),
     ],
 )
 def test_a_term_that_is_lacking_is_named_and_held_out_records_gain(family, terms, names, rng, tmp_path):

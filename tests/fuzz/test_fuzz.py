@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from ..seeds import SHIFT
 from .mutate import mutated
 from .readers import RAW, readers
 from .run import CORPUS
@@ -16,8 +17,8 @@ READERS = (
     *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
     *("journal", "traces", "manifest", "strings", "api", "mapping", "submission", "problems", "indices", "table", *RAW),
 )
-NEW_INPUTS, NEW_LOGS = 40, 5
-"""Inputs of a reader, and of a raw log, which is drafted whole; `make fuzz` tries more."""
+NEW_INPUTS, NEW_LOGS = (40, 5) if SHIFT else (12, 2)
+"""Inputs of a reader, and of a raw log, which is drafted whole: more where they are drawn; `make fuzz` tries many."""
 
 
 @pytest.mark.parametrize("name", READERS)

@@ -13,20 +13,33 @@ SLOW = {"pem", "grey-gp", "grey-residual"}
 SLOW |= {name for name, cls in methods().items() if cls.minutes or issubclass(cls, Learner)}
 """Methods whose whole contract takes more than a few seconds."""
 BRIEF = (contract.check_options, contract.check_estimate, contract.check_missing_channels)
-"""What `make test` checks of them."""
+"""What `make test` checks of them, on one vessel."""
 PAIRS = [
-    pytest.param(n, check, id=f"{n}-{check.__name__}", marks=[pytest.mark.nightly] * (n in SLOW and check not in BRIEF))
-    for n in methods()
+    pytest.param(name, check, id=f"{name}-{check.__name__}", marks=[pytest.mark.nightly] * (name in SLOW))
+    for name in methods()
     for check in contract.CHECKS
 ]
 
 
+@pytest.fixture(autouse=True)
+def searches_are_short(monkeypatch):
+    """The contract does not depend on how many values a search tries."""
+    for cls in methods().values():
+        if issubclass(cls, Learner):
+            monkeypatch.setattr(cls, "usual_trials", 1)
+
+
 @pytest.mark.parametrize(("name", "check"), PAIRS)
-def test_contract(name, check, monkeypatch):
-    cls = methods()[name]
-    if issubclass(cls, Learner):
-        monkeypatch.setattr(cls, "usual_trials", 1)  # the contract does not depend on how many values a search tries
-    check(cls)
+def test_contract(name, check):
+    check(methods()[name])
+
+
+@pytest.mark.parametrize("name", sorted(SLOW))
+def test_contract_in_brief(name, monkeypatch):
+    monkeypatch.setattr(contract, "VESSELS", contract.VESSELS[:1])
+    once = type(name, (methods()[name],), {})  # its fits are kept apart from those of the whole contract
+    for check in BRIEF:
+        check(once)
 
 
 class UsesTruth(Ls):

@@ -45,6 +45,7 @@ def test_noise_needs_one_lag_and_slow_poles(rng):
     assert not np.abs(lagging).max() < 20.0 and not np.abs(fast).max() < 20.0
 
 
+@pytest.mark.nightly
 def test_what_the_paper_proposes_lags_and_is_tuned_by_its_colony():
     """Without noise: the states' lag is that of `aligned=False`, and C is as good as by the grid or better."""
     record, model = record_of("cargo-S3", dt=0.5), resolve("cargo")

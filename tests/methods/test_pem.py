@@ -80,6 +80,7 @@ def _assert_nearly_held(estimate, model):
     assert all(sd > 0.0 for sd in estimate.extra["force_sd"].values())
 
 
+@pytest.mark.nightly
 def test_beats_output_error_under_wind(mariner_under_wind):
     """Median relative error of the 60 coefficients of Mariner: about a sixth of output error's, where that ends."""
     model, records, own = mariner_under_wind

@@ -219,6 +219,7 @@ def test_a_full_disk_ends_the_generation_of_code_in_one_line(monkeypatch, tmp_pa
         kernels.Kernels("nomoto-1")
 
 
+@pytest.mark.nightly
 def test_a_change_of_a_called_function_compiles_its_callers_again(tmp_path):
     (tmp_path / "outer.py").write_text(
         "from helmbench.models.compilation import njit\nfrom inner import inner\n"

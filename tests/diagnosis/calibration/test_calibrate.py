@@ -86,6 +86,7 @@ def test_records_of_an_independent_simulator_are_adequate(rng):
     assert found.moved == () or max(step.gain for step in found.steps) < 0.3
 
 
+@pytest.mark.nightly
 def test_records_without_a_heading_and_with_a_long_gap_are_calibrated(ship, rng):
     run = record_run(altered(ship, 0.4, 0.0), parse_manoeuvre("zigzag:20/20"), duration_s=240.0, dt_s=0.2)
     run = apply(run, parse_noise("low"), rng).with_channels(heading_rad=None)

@@ -88,6 +88,7 @@ def test_where_each_cause_has_to_gain_a_needless_one_is_left_out(rng):
     assert idle.count("yaw_rate_scale") >= 2
 
 
+@pytest.mark.nightly
 def test_what_belongs_to_a_record_is_known_from_its_first_part_when_the_rest_is_left_out(rng):
     """A current of every record: without any of its own samples it could be anything."""
     ratios = []

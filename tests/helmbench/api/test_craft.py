@@ -32,6 +32,7 @@ def test_the_outcome_shows_itself_and_its_model_is_read_back(craft, tmp_path):
         found.plot("other")
 
 
+@pytest.mark.nightly
 def test_a_simulation_of_particulars_stands_beside_the_built_model(tmp_path):
     runs = [generate(Case("kvlcc2-l7", f"zigzag:{text}", "low", seed=3)) for text in ("20/20", "10/10", "20/10")]
     found = helmbench.build_model(runs[:2], runs[2], particulars="kvlcc2-l7")

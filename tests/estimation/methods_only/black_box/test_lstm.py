@@ -52,6 +52,7 @@ def test_a_run_begins_with_the_memory_of_its_past(rng):
     np.testing.assert_allclose(state, expected, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.nightly
 def test_the_loss_is_the_error_of_free_runs(rng):
     part, _ = linear(rng, 100)
     windows = windows_of(training(part), LAGS, STEPS)
@@ -77,6 +78,7 @@ def test_the_first_update_moves_every_weight_by_the_step_size_and_the_decay(rng)
         np.testing.assert_allclose(decayed, after - 0.5 * STEP_SIZE * before, atol=1e-6)
 
 
+@pytest.mark.nightly
 def test_a_network_learns_a_linear_system(rng):
     part, _ = linear(rng, 400)
     net = train(training(part), units=16, iterations=800, decay=0.02, seed=0)
@@ -92,6 +94,7 @@ def test_the_seed_decides(rng):
     assert all(map(np.array_equal, one, again)) and not np.allclose(one.gates, other.gates)
 
 
+@pytest.mark.nightly
 def test_even_a_brief_training_beats_the_floors():
     model, records = contract.sample("kvlcc2-l7")
     fits = [make(text).fit(records, model) for text in ("lstm,units=8,iterations=100", "mean", "straight-line")]
