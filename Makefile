@@ -179,10 +179,10 @@ rates: env
 	$(BIN)/helmbench report $(RATES)
 
 fuzz: env
-	FUZZ_SECONDS=$(FUZZ_SECONDS) $(BIN)/python -m tests.fuzz.run
+	FUZZ_SECONDS=$(FUZZ_SECONDS) $(BIN)/python -m tests.helmbench.fuzz.run
 
 wrong-data: env
-	$(BIN)/python -m tests.wrong_data.run
+	$(BIN)/python -m tests.helmbench.wrong_data.run
 
 ugly: export HELMBENCH_SEED := $(DRAWN_SEED)
 ugly: env

@@ -18,11 +18,11 @@ from .cpu_times import (  # noqa: F401
     pytest_runtest_protocol,
     pytest_terminal_summary,
 )
-from .inline_pool import without_workers
-from .made_up_cases import make_case, make_diagnosis
-from .made_up_runs import make_parameter, make_run
+from .made_up.cases import make_case, make_diagnosis
+from .made_up.runs import make_parameter, make_run
 from .seeds import SHIFT, seed_of
 from .shared import board, calibrated, craft, once, run_folder, uncertain  # noqa: F401
+from .support.inline_pool import without_workers
 
 # A slow machine is no fault of the code: examples are not timed.
 hypothesis.settings.register_profile(

@@ -17,10 +17,10 @@ from helmbench.diagnosis.calibration.calibrate import calibrate
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
-from .calibrations import MANOEUVRES, SHIP, altered, runs
-from .craft_simulator import draw, sailed
-from .inline_pool import without_workers
+from .expectations.calibrations import MANOEUVRES, SHIP, altered, runs
 from .seeds import seed_of
+from .simulators.craft import draw, sailed
+from .support.inline_pool import without_workers
 
 BOARD = "title: mine\nentries: [{vessels: response-1, methods: [ls, rls], noise: [none, low], seeds: 2}]\n"
 

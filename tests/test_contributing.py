@@ -17,8 +17,8 @@ import pytest
 import helmbench
 from helmbench.cli import status_of
 
-from .injections import injected
-from .inline_pool import inline
+from .expectations.injections import injected
+from .support.inline_pool import inline
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")

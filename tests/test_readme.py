@@ -8,7 +8,7 @@ import pytest
 
 import helmbench
 
-from .inline_pool import without_workers
+from .support.inline_pool import without_workers
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")

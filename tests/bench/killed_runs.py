@@ -24,7 +24,7 @@ from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
 from helmbench.bench.kinds.identification.kind import IdentificationKind
 
-from ..inline_pool import inline
+from ..support.inline_pool import inline
 
 SUITE = "entries: [{vessels: [response-1, remus-kt], methods: [ls, rls], noise: low, seeds: 5}]\n"
 MOST_KILLS = 6

@@ -31,7 +31,7 @@ def start(folder, **more):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory, request):
-    from tests.inline_pool import without_workers
+    from tests.support.inline_pool import without_workers
 
     folder = tmp_path_factory.mktemp("finished") / "out"
     with without_workers():

@@ -15,8 +15,8 @@ from helmbench.bench.limits import Limits
 from helmbench.bench.pool import processes
 from helmbench.models.errors import BadInput, EnvironmentFault
 
-from ..inline_pool import inline
-from ..made_up_suites import suite_file
+from ..made_up.suites import suite_file
+from ..support.inline_pool import inline
 
 METHODS = """
 import ctypes, os, time

@@ -10,7 +10,7 @@ from helmbench.bench.merging import merge
 from helmbench.bench.store import read_manifest, read_tables
 from helmbench.models.errors import BadInput
 
-from ..inline_pool import without_workers
+from ..support.inline_pool import without_workers
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 

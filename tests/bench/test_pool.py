@@ -11,7 +11,7 @@ from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from helmbench.bench import pool as pools
 from helmbench.bench.environment import THREAD_VARIABLES
 
-from ..inline_pool import inline
+from ..support.inline_pool import inline
 
 
 def collect(pool, function, items):

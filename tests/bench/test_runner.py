@@ -17,8 +17,8 @@ from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.store import Store
 from helmbench.models.errors import BadInput
 
-from ..inline_pool import inline
-from ..made_up_suites import suite_file
+from ..made_up.suites import suite_file
+from ..support.inline_pool import inline
 
 
 def fake_execute(spec):

@@ -83,7 +83,7 @@ def test_a_torn_last_line_is_cut_off_and_the_rest_kept(tmp_path, manifest, run_o
 
 @given(values=st.lists(st.floats(allow_nan=True, allow_infinity=True), max_size=8), cut=st.integers(0, 5000))
 def test_any_cut_of_the_log_keeps_exactly_the_whole_lines(tmp_path_factory, values, cut):
-    from ..made_up_runs import DEFAULTS
+    from ..made_up.runs import DEFAULTS
 
     folder = tmp_path_factory.mktemp("log")
     runs = [{"key": f"k{i}", "row": DEFAULTS | {"wall_s": v}, "parameters": []} for i, v in enumerate(values)]

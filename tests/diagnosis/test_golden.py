@@ -21,7 +21,7 @@ from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
-from ..injections import injected
+from ..expectations.injections import injected
 from ..nightly_marks import nightly_but
 from .documents import faults
 

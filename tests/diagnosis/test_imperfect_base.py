@@ -15,7 +15,7 @@ from helmbench.diagnosis.options import Options
 from helmbench.models.coefficient_groups import groups_of
 from helmbench.models.model import model_to_json, resolve
 
-from ..injections import passes
+from ..expectations.injections import passes
 from .documents import faults
 
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5", "turn:25:port", "zigzag:15/5")

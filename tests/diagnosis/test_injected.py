@@ -1,7 +1,7 @@
 """Effects injected by a simulator that shares no code with the kernels must be found; nothing injected must not be.
 
-A random check passes in one of so many draws as its promised rate allows (`tests/injections.py`); fixed records are
-compared with stored outcomes (`test_golden.py`); `make rates` draws many more.
+A random check passes in one of so many draws as its promised rate allows (`tests/expectations/injections.py`); fixed
+records are compared with stored outcomes (`test_golden.py`); `make rates` draws many more.
 """
 
 import pytest
@@ -13,7 +13,7 @@ from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.report.findings import SMALL
 from helmbench.models.model import resolve
 
-from ..injections import ALONE, COMMON, SPECIAL, fewest, injected, most_draws, passes
+from ..expectations.injections import ALONE, COMMON, SPECIAL, fewest, injected, most_draws, passes
 from ..nightly_marks import nightly_but
 
 GROUPS = 4

@@ -18,7 +18,7 @@ from helmbench.diagnosis.starting import DECIDED
 from helmbench.models.coefficient_groups import every_own_number, groups_of, grown
 from helmbench.models.model import model_to_json, resolve
 
-from ..injections import passes
+from ..expectations.injections import passes
 
 DT = 0.5
 GAIN, TIME = 0.05, 20.0

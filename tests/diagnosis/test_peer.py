@@ -6,7 +6,7 @@ import pytest
 from helmbench import calibrate
 
 from ..models.test_reference_kvlcc2 import ship_of_shipmmg
-from ..peer import TRAIN, records
+from ..simulators.peer import TRAIN, records
 
 
 @pytest.mark.nightly

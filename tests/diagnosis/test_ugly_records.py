@@ -16,7 +16,7 @@ from helmbench.diagnosis.searches.score import ByScore
 from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 
-from ..injections import passes
+from ..expectations.injections import passes
 
 ZIGZAGS = ("zigzag:20/20", "zigzag:10/10")
 FEW = Options(max_effects=1, alpha=1e-4)

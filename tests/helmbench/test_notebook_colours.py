@@ -9,7 +9,7 @@ from playwright.sync_api import sync_playwright
 
 from helmbench import Record
 
-from ..browser import chromium
+from ..support.browser import chromium
 
 THEMES = {
     "JupyterLab": ("<body data-jp-theme-light=false>", "<body data-jp-theme-light=true>"),

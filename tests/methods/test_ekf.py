@@ -9,7 +9,7 @@ from helmbench.estimation.regression.starts import starts_of
 from helmbench.methods.ekf import Ekf
 from helmbench.models.errors import BadInput, CannotFit
 
-from ..records import relative_errors
+from ..made_up.records import relative_errors
 
 LOW = {"yaw_rate_rad_s": np.deg2rad(0.01), "heading_rad": np.deg2rad(0.02)}
 

@@ -8,7 +8,7 @@ from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, FitFailed
 from helmbench.models.model import resolve
 
-from ..records import zigzag_5_10
+from ..made_up.records import zigzag_5_10
 
 
 def norm_of_largest_row(record, degrees=False):

@@ -8,8 +8,8 @@ from helmbench.methods.rls import Rls
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 
-from .. import paper000
-from ..records import driven, relative_errors
+from ..made_up.records import driven, relative_errors
+from ..simulators import paper_000
 
 PROTOCOL = {"p0": 1e10, "theta0": 1e-10, "prior": "physical", "scheme": "heading-difference"}
 
@@ -18,34 +18,34 @@ FW = {"mu": 0.999, "weight": 20.0}
 
 
 def fit(method):
-    return method.fit([paper000.difference_record()], resolve("kt"))
+    return method.fit([paper_000.difference_record()], resolve("kt"))
 
 
 @pytest.mark.parametrize(
     ("method", "expected", "tolerance"),
     [
-        (FwRls(**FW, **PROTOCOL), paper000.FW_RLS, 1e-12),
-        (FwRls(**FW, **PROTOCOL, variant="as_printed"), paper000.AS_PRINTED, 1e-8),
+        (FwRls(**FW, **PROTOCOL), paper_000.FW_RLS, 1e-12),
+        (FwRls(**FW, **PROTOCOL, variant="as_printed"), paper_000.AS_PRINTED, 1e-8),
     ],
     ids=["corrected", "eq 22 as printed"],
 )
 def test_protocol_of_paper_000(method, expected, tolerance):
-    assert paper000.in_paper_order(fit(method).parameters) == pytest.approx(expected, rel=tolerance)
+    assert paper_000.in_paper_order(fit(method).parameters) == pytest.approx(expected, rel=tolerance)
 
 
 def test_eq_22_as_printed_is_off_by_a_tenth():
-    found = paper000.in_paper_order(fit(FwRls(**FW, **PROTOCOL, variant="as_printed")).parameters)
-    errors = found / [paper000.T2, paper000.T1, paper000.K, paper000.T3] - 1.0
+    found = paper_000.in_paper_order(fit(FwRls(**FW, **PROTOCOL, variant="as_printed")).parameters)
+    errors = found / [paper_000.T2, paper_000.T1, paper_000.K, paper_000.T3] - 1.0
     assert np.all((errors > 0.09) & (errors < 0.115)), errors
 
 
 def test_settling_time_of_paper_000():
     """Slowest time into the 5 % band: 0.9 s with forgetting and weighting."""
-    truth = np.array([paper000.T1, paper000.T2, paper000.K, paper000.T3])
+    truth = np.array([paper_000.T1, paper_000.T2, paper_000.K, paper_000.T3])
     estimate = fit(FwRls(**FW, **PROTOCOL))
     assert estimate.trajectory is not None and estimate.trajectory_time_s is not None
     outside = (np.abs(estimate.trajectory / truth - 1.0) > 0.05).any(axis=1)
-    settled = estimate.trajectory_time_s[np.flatnonzero(outside)[-1] + 1] + paper000.STEP_S
+    settled = estimate.trajectory_time_s[np.flatnonzero(outside)[-1] + 1] + paper_000.STEP_S
     assert settled == pytest.approx(0.9, abs=1e-6)
 
 

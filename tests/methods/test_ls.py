@@ -9,8 +9,8 @@ from helmbench.models.errors import BadInput
 from helmbench.models.model import list_vessels, resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
 
-from ..paper000 import difference_record, in_paper_order
-from ..records import driven, relative_errors
+from ..made_up.records import driven, relative_errors
+from ..simulators.paper_000 import difference_record, in_paper_order
 
 
 @pytest.mark.parametrize("vessel", list_vessels())

@@ -15,7 +15,7 @@ from helmbench.methods.output_error import OutputError
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 
-from ..records import relative_errors
+from ..made_up.records import relative_errors
 
 WHOLE = Horizon(steps=100_000, stretches=1, forgetting=1.0)
 

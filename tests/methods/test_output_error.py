@@ -13,7 +13,7 @@ from helmbench.methods.rls import Rls
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve
 
-from ..records import driven, relative_errors
+from ..made_up.records import driven, relative_errors
 
 NOISE_SD = {"yaw_rate_rad_s": np.deg2rad(0.01), "heading_rad": np.deg2rad(0.02)}
 

@@ -13,7 +13,7 @@ from helmbench.methods.pem import Pem
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 
-from ..records import relative_errors
+from ..made_up.records import relative_errors
 from ..seeds import seed_of
 
 

@@ -8,26 +8,26 @@ from helmbench.methods.rls import Rls
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve
 
-from .. import paper000
+from ..simulators import paper_000
 
 PROTOCOL = {"p0": 1e10, "theta0": 1e-10, "prior": "physical", "scheme": "heading-difference"}
 
 
 def fit(method):
-    return method.fit([paper000.difference_record()], resolve("kt"))
+    return method.fit([paper_000.difference_record()], resolve("kt"))
 
 
 def test_protocol_of_paper_000():
-    assert paper000.in_paper_order(fit(Rls(**PROTOCOL)).parameters) == pytest.approx(paper000.RLS, rel=1e-12)
+    assert paper_000.in_paper_order(fit(Rls(**PROTOCOL)).parameters) == pytest.approx(paper_000.RLS, rel=1e-12)
 
 
 def test_settling_time_of_paper_000():
     """Slowest time into the 5 % band: 1.8 s without forgetting and weighting."""
-    truth = np.array([paper000.T1, paper000.T2, paper000.K, paper000.T3])
+    truth = np.array([paper_000.T1, paper_000.T2, paper_000.K, paper_000.T3])
     estimate = fit(Rls(**PROTOCOL))
     assert estimate.trajectory is not None and estimate.trajectory_time_s is not None
     outside = (np.abs(estimate.trajectory / truth - 1.0) > 0.05).any(axis=1)
-    settled = estimate.trajectory_time_s[np.flatnonzero(outside)[-1] + 1] + paper000.STEP_S
+    settled = estimate.trajectory_time_s[np.flatnonzero(outside)[-1] + 1] + paper_000.STEP_S
     assert settled == pytest.approx(1.8, abs=1e-6)
 
 

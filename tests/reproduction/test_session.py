@@ -15,7 +15,7 @@ from helmbench.reproduction.pages import figures, markdown
 from helmbench.reproduction.papers import study
 from helmbench.reproduction.papers.study import Study, StudyResult
 
-from ..inline_pool import inline
+from ..support.inline_pool import inline
 
 CLAIMS = """
 paper: "999"

@@ -17,8 +17,8 @@ from helmbench.estimation.diagnosis_only.mixed_effects.problem import pooled, pr
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import model_to_json, resolve
 
-from ...calibrations import CALIBRATED, SHIP, altered
-from ...injections import passes
+from ...expectations.calibrations import CALIBRATED, SHIP, altered
+from ...expectations.injections import passes
 from ...nightly_marks import nightly_but
 
 

@@ -11,7 +11,7 @@ from helmbench.bench.suites import load_suite
 from helmbench.diagnosis.calibration.calibrate import calibrate
 from helmbench.models.coefficient_groups import groups_of
 
-from ...injections import passes
+from ...expectations.injections import passes
 from ...nightly_marks import nightly_but
 
 CASES = [

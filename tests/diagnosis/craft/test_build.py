@@ -9,9 +9,9 @@ from helmbench.diagnosis.craft.result import BUILT
 from helmbench.estimation.records.series import speed_of
 from helmbench.models.errors import CannotFit
 
-from ...craft_simulator import ALLOCATED, FULL, LAWS, STRONGER, draw, sailed
-from ...injections import passes
+from ...expectations.injections import passes
 from ...nightly_marks import nightly_but
+from ...simulators.craft import ALLOCATED, FULL, LAWS, STRONGER, draw, sailed
 
 OF = {"flow": "rudder-in-flow", "race": "rudder-in-race", "thruster": "thruster-in-flow"}
 WITHOUT = {

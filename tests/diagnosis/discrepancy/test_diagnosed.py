@@ -13,7 +13,7 @@ from helmbench.diagnosis.report.findings import once
 from helmbench.diagnosis.result import Finding
 from helmbench.models.model import model_to_json, resolve
 
-from ...injections import injected, passes
+from ...expectations.injections import injected, passes
 
 FIXED = {
     "offset": ("mariner", "rudder_offset", "off-5"),

@@ -9,7 +9,7 @@ from helmbench.diagnosis.discrepancy.terms import EVEN, FORCES, NUMBERS, ODD, SI
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve
 
-from ...injections import injected
+from ...expectations.injections import injected
 
 
 @pytest.fixture(scope="module", params=["mariner", "s175", "kvlcc2-l7", "response-1"])

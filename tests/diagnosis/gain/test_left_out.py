@@ -19,7 +19,7 @@ from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.estimation.filters.innovations.settings import Parameter
 from helmbench.models.model import resolve
 
-from ...injections import injected
+from ...expectations.injections import injected
 
 
 @pytest.fixture(params=[("zigzag:20/20",), ("zigzag:20/20", "turn:20")], ids=["one record", "two records"])

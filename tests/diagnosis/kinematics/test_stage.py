@@ -11,7 +11,7 @@ from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import corrected_records
 from helmbench.models.model import resolve
 
-from ...injections import injected
+from ...expectations.injections import injected
 
 
 def test_a_bias_is_found_and_removed_from_all_records(rng):

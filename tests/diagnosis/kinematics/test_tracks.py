@@ -13,7 +13,7 @@ from helmbench.diagnosis.kinematics.stage import Shown, sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
-from ...injections import passes
+from ...expectations.injections import passes
 
 CAUSES = ("speed_scale", "sway_offset", "heading_offset", "axis_misalignment", "velocity_delay")
 SHIPS = ("mariner", "s175", "kvlcc2-l7")

@@ -1,4 +1,4 @@
-"""Models from indices of ships that sail, and are measured, by equations of their own (tests/turning_simulator.py)."""
+"""Models from indices of ships that sail, and are measured, by equations of their own (tests/simulators/turning.py)."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 import helmbench
 from helmbench.estimation.indices.fit import PRIORS
 from helmbench.estimation.indices.given import read_indices
-from tests.turning_simulator import Truth, draw, indices_of
+from tests.simulators.turning import Truth, draw, indices_of
 
 TURN = ("advance_lengths", "transfer_lengths", "tactical_diameter_lengths", "speed_ratio", "yaw_rate_deg_s")
 SHIPS = 2

@@ -11,8 +11,8 @@ from helmbench.estimation.information.bounds import cramer_rao
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve
 
-from ... import paper000
-from ...records import driven
+from ...made_up.records import driven
+from ...simulators import paper_000
 
 THREE_SINES = {
     "cargo": "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s",
@@ -45,12 +45,12 @@ def test_continuous_bound_of_paper_000():
     time, heading = h * np.arange(20001), np.full(20001, np.nan)
     heading[::100] = 0.0
     rudder = np.zeros(20001)
-    for side, start in zip((1, -1) * 5, paper000.SWITCHES_CONTINUOUS, strict=True):
+    for side, start in zip((1, -1) * 5, paper_000.SWITCHES_CONTINUOUS, strict=True):
         rudder[round(start / h) :] = side * np.deg2rad(20.0)
     record = Record(time, {"rudder_rad": rudder, "heading_rad": heading})
     sd, _ = cramer_rao(resolve("remus-kt"), [record], {"heading_rad": np.deg2rad(0.1)}, initial_states=False)
     found = dict(zip(("T1", "T2", "K", "T3"), sd, strict=True))
-    assert paper000.in_paper_order(found) == pytest.approx(paper000.BOUND_CONTINUOUS, rel=5e-3)
+    assert paper_000.in_paper_order(found) == pytest.approx(paper_000.BOUND_CONTINUOUS, rel=5e-3)
 
 
 def test_mariner_zigzag_identifies_few_coefficients():

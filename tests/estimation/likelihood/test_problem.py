@@ -15,7 +15,7 @@ from helmbench.estimation.simulation import free_run
 from helmbench.methods.output_error import OutputError
 from helmbench.models.model import resolve
 
-from ...records import driven
+from ...made_up.records import driven
 
 
 @pytest.mark.parametrize("vessel", ["response-2", "kvlcc2-l7"])

@@ -9,7 +9,7 @@ from helmbench.estimation.records.series import averaged, initial_state_of, seri
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
-from ...records import driven
+from ...made_up.records import driven
 
 
 @pytest.mark.parametrize("sd", [1e-4, 1e-3, 1e-2])

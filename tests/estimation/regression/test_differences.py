@@ -8,7 +8,7 @@ from helmbench.estimation.regression.least_squares import fit_by_scheme
 from helmbench.estimation.regression.schemes import regression_samples
 from helmbench.models.model import resolve
 
-from ...records import driven
+from ...made_up.records import driven
 
 
 def smooth_rudder(dt, duration=60.0):

@@ -9,7 +9,7 @@ from helmbench.estimation.regression.schemes import regression_samples
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
-from ...records import driven
+from ...made_up.records import driven
 
 
 def smooth_rudder(dt, duration=60.0):

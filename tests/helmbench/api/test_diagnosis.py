@@ -8,7 +8,7 @@ import helmbench
 from helmbench.api import diagnosis as room
 from helmbench.diagnosis import diagnose as engine
 
-from ...made_up_diagnosis import made_up
+from ...made_up.diagnosis import made_up
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from helmbench.models.errors import FitFailed
 from helmbench.models.extend import extended
 from helmbench.models.model import model_to_json, resolve
 
-from ...made_up_diagnosis import made_up
+from ...made_up.diagnosis import made_up
 
 
 @pytest.fixture(scope="module")

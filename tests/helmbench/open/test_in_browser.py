@@ -8,7 +8,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
-from ...browser import chromium
+from ...support.browser import chromium
 from .conftest import HOSTILE
 
 DROP = """([name, text]) => {

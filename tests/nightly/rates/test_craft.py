@@ -11,7 +11,7 @@ from joblib import Parallel, delayed
 
 from helmbench.diagnosis.craft.build import build
 
-from ...craft_simulator import LAWS, draw, sailed
+from ...simulators.craft import LAWS, draw, sailed
 
 DRAWS = int(os.environ.get("HELMBENCH_CRAFT_DRAWS", "60"))
 JOBS = int(os.environ.get("HELMBENCH_CRAFT_JOBS", "-1"))

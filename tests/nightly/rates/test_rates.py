@@ -7,8 +7,8 @@ import os
 
 import pytest
 
-from ...calibrations import CALIBRATED
-from ...injections import ALONE, COMMON, SPECIAL, fewest
+from ...expectations.calibrations import CALIBRATED
+from ...expectations.injections import ALONE, COMMON, SPECIAL, fewest
 from .two_numbers import TWO_NUMBERS
 
 DRAWS = int(os.environ.get("HELMBENCH_RATE_DRAWS", "5"))

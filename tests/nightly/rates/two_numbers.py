@@ -9,7 +9,7 @@ from helmbench.bench.faults import Case, inject
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
-from ...injections import Expectation
+from ...expectations.injections import Expectation
 
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:30", "zigzag:25/5", "turn:15:port")
 

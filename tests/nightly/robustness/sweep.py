@@ -1,6 +1,6 @@
 """Ugly inputs drawn from ships, runs and defects, and what `identify`, `diagnose` and `calibrate` make of each.
 
-`outcomes(kind, seed)` repeats one input.  `python -m tests.robustness.sweep SEED DRAWS` prints a table by defect.
+`outcomes(kind, seed)` repeats one input.  `python -m tests.nightly.robustness.sweep SEED DRAWS` prints a table.
 """
 
 import json

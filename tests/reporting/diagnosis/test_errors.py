@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.reporting.diagnosis.errors import banded, correlation, extent, mean, residual, rms
 
-from ...made_up_diagnosis import made_up
+from ...made_up.diagnosis import made_up
 
 
 def test_the_spectrum_finds_a_sine_where_it_is(rng):

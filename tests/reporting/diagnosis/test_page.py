@@ -16,7 +16,7 @@ from helmbench.reporting.diagnosis.tables import bank_table, error_table, gain_t
 from helmbench.reporting.diagnosis.text import terminal
 from helmbench.reporting.numbers import DEG, number
 
-from ...made_up_diagnosis import made_up
+from ...made_up.diagnosis import made_up
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from helmbench.diagnosis.calibration.result import Moved
 from helmbench.reporting.diagnosis import words
 from helmbench.reporting.diagnosis.text import terminal
 
-from ...made_up_diagnosis import made_up
+from ...made_up.diagnosis import made_up
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from helmbench.reporting.identification.text import headline, statement, termina
 from helmbench.reporting.numbers import number, r_squared
 from helmbench.reporting.validation.page import key_of
 
-from ...page_tables import page_tables
+from ...support.page_tables import page_tables
 
 
 @pytest.fixture(scope="module")

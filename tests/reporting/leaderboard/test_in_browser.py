@@ -13,7 +13,7 @@ from helmbench.reporting.leaderboard import contest, page, publish, standings
 from helmbench.reporting.leaderboard.answer import answer, rivals
 from helmbench.reporting.leaderboard.estimates import summarised
 
-from ...browser import chromium
+from ...support.browser import chromium
 
 SELECTIONS = [
     ({}, math.inf),
@@ -42,7 +42,7 @@ def made_up_results():
     """Writes a store of seven methods, six vessels, two noises and excitations, three seeds."""
     import numpy as np
 
-    from ...made_up_runs import make_parameter, make_run
+    from ...made_up.runs import make_parameter, make_run
     from ...seeds import seed_of
 
     rng = np.random.default_rng(seed_of("made-up results"))
@@ -252,7 +252,7 @@ def test_csv_and_svg_are_downloaded(opened):
 @pytest.mark.nightly
 def test_a_page_of_two_suites_begins_with_the_first(browser, results, tmp_path):
     """The choice of another suite, and of all of them, is kept in the address."""
-    from ...made_up_runs import make_run
+    from ...made_up.runs import make_run
 
     facts = {"suite": "wind", "vessel": "esso-osaka-l3", "disturbance": "wind:8@40deg"}
     runs = [make_run(method=method, r2=r2, **facts) for method, r2 in (("a", 0.9), ("b", 0.8))]

@@ -7,7 +7,7 @@ from helmbench.bench.store import Store
 from helmbench.bench.suites import load_suite
 from helmbench.reporting.leaderboard.picture import write_picture
 
-from ...made_up_runs import make_run
+from ...made_up.runs import make_run
 
 COMMITTED = Path(__file__).resolve().parents[3] / "reports" / "leaderboard" / "quick.svg"
 

@@ -18,7 +18,7 @@ from helmbench.models.model import resolve
 from helmbench.reporting.numbers import number
 from helmbench.reporting.validation.certificate import digest, limits, reach_of
 
-from ...page_tables import page_tables
+from ...support.page_tables import page_tables
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from helmbench.reporting.numbers import number, r_squared
 from helmbench.reporting.validation.page import html
 from helmbench.reporting.validation.text import terminal
 
-from ...page_tables import page_tables
+from ...support.page_tables import page_tables
 
 
 @pytest.fixture(scope="module")

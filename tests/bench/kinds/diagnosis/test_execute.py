@@ -15,7 +15,7 @@ from helmbench.bench.kinds.diagnosis.plan import CaseSpec, plan
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 
-from ....inline_pool import inline
+from ....support.inline_pool import inline
 
 here = pytest.mark.usefixtures("in_this_process")
 STUB = """

@@ -14,7 +14,7 @@ from helmbench.bench.kinds.identification.execute import execute
 from helmbench.methods.registry import methods
 from helmbench.models.errors import CannotFit, FitFailed
 
-from ....made_up_suites import own_method_file, spec_of
+from ....made_up.suites import own_method_file, spec_of
 
 
 @pytest.fixture(autouse=True)

@@ -15,7 +15,7 @@ from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.models.vessel import vessel_files
 
-from ....made_up_suites import suite_file
+from ....made_up.suites import suite_file
 
 PARTICULARS = """
 title: small ferry

@@ -14,7 +14,7 @@ from helmbench.methods.registry import methods
 from helmbench.models.errors import BadInput
 from helmbench.models.model import list_vessels, resolve
 
-from ....made_up_suites import own_method_file, spec_of, suite_file
+from ....made_up.suites import own_method_file, spec_of, suite_file
 
 FIRST_FIVE = {"ls", "rls", "fw-rls", "ekf", "output-error"}
 SECONDS = [name for name, cls in methods().items() if not cls.minutes]

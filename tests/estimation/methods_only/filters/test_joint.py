@@ -10,7 +10,7 @@ from helmbench.estimation.records.series import series_of
 from helmbench.models.model import resolve
 from helmbench.models.simulate import initial_state, inputs_of, sensitivities, simulate
 
-from ....records import driven
+from ....made_up.records import driven
 
 
 @pytest.fixture

@@ -46,7 +46,7 @@ def test_a_bound_leaves_the_interval_open(suite):
 
 def test_an_undetermined_parameter_has_an_open_interval(suite):
     """A cubic term at a hundredth of a degree of rudder: no value of alpha within reach has a large ratio."""
-    from ....records import driven
+    from ....made_up.records import driven
 
     model = resolve("response-1")
     small = driven(model, 1e-4 * np.sign(np.sin(0.05 * np.arange(1500))), 0.2)

@@ -10,7 +10,7 @@ from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 from helmbench.models.simulate import zoh_matrices
 
-from ....records import zigzag_5_10
+from ....made_up.records import zigzag_5_10
 
 
 def errors(estimate, model):

@@ -6,7 +6,7 @@ records, or is not harmed; no number of the hull is named, and no sensor, that t
 
 import pytest
 
-from ..nightly_marks import nightly_but
+from ...nightly_marks import nightly_but
 from .changes import CHANGES
 from .commands import UNKNOWABLE, judged
 from .fleet import CRAFT, SETS, SHIPS, at_hand, records_of

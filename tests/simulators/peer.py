@@ -1,7 +1,8 @@
 """A second nature: KVLCC2 by shipmmg, whose code and wake law are its own, with one constant changed.
 
-`python -m tests.peer` prints what `diagnose` and `calibrate` name of each change; the base model is ours with shipmmg's
-constants, so that beside the change only the wake law and two definitions differ (`models/test_reference_kvlcc2`).
+`python -m tests.simulators.peer` prints what `diagnose` and `calibrate` name of each change; the base model is
+ours with shipmmg's constants, so that beside the change only the wake law and two definitions differ
+(`models/test_reference_kvlcc2`).
 """
 
 from dataclasses import replace
@@ -15,7 +16,7 @@ from helmbench.datasets.record import Record
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.diagnose import diagnose
 
-from .models.test_reference_kvlcc2 import CHANNELS, run_shipmmg, ship_of_shipmmg
+from ..models.test_reference_kvlcc2 import CHANNELS, run_shipmmg, ship_of_shipmmg
 
 TRAIN = ("zigzag:20/20", "turn:25:port", "zigzag:10/10:port", "turn:35", "prbs:25deg/8s")
 HELD_OUT = ("zigzag:10/10", "turn:20:port", "zigzag:25/15:port")

@@ -1,7 +1,8 @@
 """The matrix of wrong data: every change of the records of every ship and set, given to every command.
 
-`make wrong-data`, or `python -m tests.wrong_data.run [SET[:COMMAND] ...]`.  Prints the seed, every cell that is not
-told, refused or harmless, or that names the hull or a sensor that the unchanged records do not have, and the counts.
+`make wrong-data`, or `python -m tests.helmbench.wrong_data.run [SET[:COMMAND] ...]`.  Prints the seed, every cell that
+is not told, refused or harmless, or that names the hull or a sensor that the unchanged records do not have, and the
+counts.
 """
 
 import random

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from ..seeds import SHIFT
+from ...seeds import SHIFT
 from .mutate import mutated
 from .readers import RAW, readers
 from .run import CORPUS

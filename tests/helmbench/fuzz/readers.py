@@ -14,8 +14,8 @@ from helmbench.bench.traces import TRACES
 from helmbench.models.errors import BadInput
 from helmbench.models.model import model_to_json, resolve
 
-from ..datasets.importing.bank.test_bank import CASES
-from ..datasets.importing.bank.truth import sail
+from ...datasets.importing.bank.test_bank import CASES
+from ...datasets.importing.bank.truth import sail
 
 CSV = "\n".join(
     ["time_s,rudder_deg,heading_deg,yaw_rate_deg_s,surge_kn"]
