@@ -407,7 +407,7 @@ def test_the_audit_says_what_it_could_not_look_up(tmp_path: Path) -> None:
 def test_continuous_integration_calls_the_documented_command() -> None:
     last = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()[-1]
     assert last == "make test"
-    assert re.search(rf"^    {last}\b", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert re.search(rf"^{last}\b", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
 
 
 def test_citation_names_this_version() -> None:
