@@ -18,6 +18,7 @@ import numpy as np
 import helmbench
 from helmbench.checks.base import SensorError
 from helmbench.cli import cli
+from helmbench.datasets import disturbances, sensors
 from helmbench.datasets.columns import CANONICAL, QUANTITIES
 from helmbench.datasets.sensors import CHANNELS, NOISE
 from helmbench.datasets.sidecar import META_KEYS
@@ -189,18 +190,10 @@ def format_page() -> Iterator[str]:
     levels = list(NOISE)
     rows = [(code(c), _unit(c), *(_sd(c, level) for level in levels)) for c in CHANNELS if c != "rudder_command"]
     yield from table(("channel", "unit", *levels), rows)
-    yield "Or single channels, such as `yaw_rate=0.05deg_s`; `outliers=5%` and `bursts=10%` are added behind a comma."
     yield from ("## Manoeuvres",)
     yield from table(("form", "what it is"), ((code(k), v) for k, v in helmbench.list_manoeuvres().items()))
-    yield from ("## Disturbances", "", "Joined by `+`; `none` is calm water.")
-    yield from table(("form", "what it is"), ((code(k), v) for k, v in DISTURBANCES.items()))
-
-
-DISTURBANCES = {
-    "wind:SPEED@FROM": "wind in m/s and the direction that it comes from, such as `wind:12@40deg`",
-    "current:SPEED@TOWARDS": "current in m/s and the direction that it sets to",
-    "waves:HS/TP@FROM": "significant height in m, peak period in s, and the direction that they come from",
-}
+    for title, module in (("Sensors and their noise", sensors), ("Disturbances", disturbances)):
+        yield from (f"## {title}", "", "As the source has it:", *docstring(module))
 
 
 SIDECAR = {
@@ -237,9 +230,9 @@ def command_page() -> Iterator[str]:
     yield from (
         "# Command line",
         "",
-        "Exit status: 0 done (a diverged simulation, or a method that does not apply, is a result), 1 finished but some runs",
-        "failed (they are listed and stay in the tables), 2 bad input. A model is a vessel or a family by its identifier, a",
-        "model.json, or a YAML file of particulars; a method may carry options, as in `--method ls,scheme=midpoint`.",
+        "Exit status: 0 done (a diverged simulation, or a method that does not apply, is a result), 1 finished but",
+        "some runs failed (they are listed and stay in the tables), 2 bad input. A model is a vessel or a family by",
+        "its identifier, a model.json, or a YAML file of particulars; a method may carry options: `ls,scheme=midpoint`.",
     )
     yield from _help(cli, "helmbench")
     for name in cli.list_commands(click.Context(cli)):

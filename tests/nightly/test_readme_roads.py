@@ -1,7 +1,7 @@
 """Both roads of the README, with make and without, block by block in a fresh clone with a fresh environment.
 
-A road is one session of a shell that stops at the first command that fails.  Needs a package index or a mirror; minutes.
-Of `make test` the tests are narrowed to this repository's README: all of them are run by `make test-all` anyway.
+A road is one session of a shell that stops at the first command that fails.  It needs a package index or a mirror, and
+minutes.  Of `make test` the tests are narrowed to those of the README: `make test-all` runs all of them anyway.
 """
 
 import os
