@@ -4,6 +4,7 @@ A road is one session of a shell that stops at the first command that fails.  It
 minutes.  Of `make test` the tests are narrowed to those of the README: `make test-all` runs all of them anyway.
 """
 
+import faulthandler
 import os
 import re
 import subprocess
@@ -16,6 +17,7 @@ from ..blocks import blocks, file_of
 ROOT = Path(__file__).resolve().parents[2]
 ROADS = {"with make": "make bench", "without make": "python3 -m venv"}
 """Road -> how its block begins."""
+LONGEST_S = 3600
 
 
 def as_shell(language: str, text: str) -> str:
@@ -48,7 +50,9 @@ def test_the_road_runs_in_a_fresh_clone(road: str, clone: Path) -> None:
     hidden = ("PYTHON", "VIRTUAL_ENV", "PYTEST", "HELMBENCH_SEED")
     fresh = {name: value for name, value in os.environ.items() if not name.startswith(hidden)}
     fresh |= {"PYTEST_ADDOPTS": "tests/test_readme.py", "HELMBENCH_CACHE": str(clone.parent / "cache")}
-    done = subprocess.run(["bash", "-c", script_of(road)], cwd=clone, env=fresh, capture_output=True, text=True)
+    faulthandler.cancel_dump_traceback_later()  # the limit of a test that builds no environment
+    session = ["bash", "-c", script_of(road)]
+    done = subprocess.run(session, cwd=clone, env=fresh, capture_output=True, text=True, timeout=LONGEST_S)
     assert done.returncode == 0, f"{done.stdout[-4000:]}\n{done.stderr[-4000:]}"
     assert (clone / ".venv" / "bin" / "helmbench").exists()
     assert {
