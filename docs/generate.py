@@ -18,6 +18,7 @@ import numpy as np
 import helmbench
 from helmbench.checks.base import SensorError
 from helmbench.cli import cli
+from helmbench.datasets import disturbances, sensors
 from helmbench.datasets.columns import CANONICAL, QUANTITIES
 from helmbench.datasets.sensors import CHANNELS, NOISE
 from helmbench.datasets.sidecar import META_KEYS
@@ -191,6 +192,8 @@ def format_page() -> Iterator[str]:
     yield from table(("channel", "unit", *levels), rows)
     yield from ("## Manoeuvres",)
     yield from table(("form", "what it is"), ((code(k), v) for k, v in helmbench.list_manoeuvres().items()))
+    for title, module in (("Sensors and their noise", sensors), ("Disturbances", disturbances)):
+        yield from (f"## {title}", "", "As the source has it:", *docstring(module))
 
 
 SIDECAR = {
@@ -224,7 +227,13 @@ def suite_page() -> Iterator[str]:
 
 
 def command_page() -> Iterator[str]:
-    yield from ("# Command line", "", "Exit status: 0 done, 1 finished but some runs failed, 2 bad input.")
+    yield from (
+        "# Command line",
+        "",
+        "Exit status: 0 done (a diverged simulation, or a method that does not apply, is a result), 1 finished but",
+        "some runs failed (they are listed and stay in the tables), 2 bad input. A model is a vessel or a family by",
+        "its identifier, a model.json, or a YAML file of particulars; a method may carry options: `ls,scheme=zoh`.",
+    )
     yield from _help(cli, "helmbench")
     for name in cli.list_commands(click.Context(cli)):
         command = cli.commands[name]

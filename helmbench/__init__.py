@@ -12,6 +12,7 @@ SI units and radians throughout, unless a name says otherwise.
 """
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -138,6 +139,10 @@ __all__ = [
     "write_record",
     "write_report",
 ]
+
+# Python that is started in a checkout takes this folder before an installed package: the rooms stand beside it there.
+if not Path(__file__).with_name("models").is_dir():
+    __path__.append(str(Path(__file__).resolve().parents[1]))
 
 # public name -> (module below helmbench, name there)
 _HOME = {

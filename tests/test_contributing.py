@@ -1,4 +1,4 @@
-"""The examples in CONTRIBUTING.md work as they stand."""
+"""The examples of docs/how-to/extend.md work as they stand; CONTRIBUTING.md says where everything stands."""
 
 import csv
 import importlib
@@ -21,7 +21,8 @@ from .expectations.injections import injected
 from .support.inline_pool import inline
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
-TEXT = (Path(__file__).resolve().parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).resolve().parents[1]
+TEXT = (ROOT / "docs" / "how-to" / "extend.md").read_text(encoding="utf-8")
 OWN_METHOD = "A method of your own, outside this repository"
 CAUSES = {
     "surge_offset": "A sensor cause",
@@ -65,6 +66,14 @@ def method(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The example method, loaded as a module of the methods room."""
     text = example("python", "A method: one file")
     return loaded("helmbench.methods.shrinkage", text, tmp_path, monkeypatch).Shrinkage
+
+
+def test_contributing_names_every_folder_that_is_installed():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    rooms = set(project["tool"]["setuptools"]["package-dir"].values())
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = re.findall(r"^    (\w+)/", text, re.MULTILINE)
+    assert len(named) == len(set(named)) and set(named) == rooms | {"helmbench", "docs", "tests", "reports"}
 
 
 def test_example_vessel_is_read(vessel):

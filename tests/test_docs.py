@@ -4,9 +4,9 @@ import ast
 import json
 import re
 import runpy
-import shlex
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -15,61 +15,81 @@ import pytest
 
 import helmbench
 from helmbench.bench.suites import load_suite
-from helmbench.cli import status_of
 from helmbench.methods.registry import methods
 
 from .nightly_marks import nightly_but
+from .support.blocks import BLOCK, blocks, run_block
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted(p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & set(p.relative_to(DOCS).parts))
-BLOCK = re.compile(r"^```(bash|python|yaml|\{code-cell\})\n(.*?)^```", re.DOTALL | re.MULTILINE)
-SHELL = "%%bash\n"
-NAMED = {"tour": "current", "diagnose": "yaw_rate_bias"}
-"""Page -> the cause that it hides and has named."""
 GALLERY = sorted((DOCS / "gallery").glob("*.py"))
 SLOW = ("tour", "compare-methods")
 """Pages that `make test` leaves to `make test-all`, as the tutorials."""
-RUN = [p for p in PAGES if BLOCK.search(p.read_text(encoding="utf-8"))]
+RUN = [p for p in PAGES if BLOCK.search(p.read_text(encoding="utf-8")) and p.stem != "extend"]
+"""Pages whose blocks run in order; those of `extend` are files of this repository: tests/test_contributing.py."""
 
 
-def names_of_pages(page: Path) -> str:
-    return page.relative_to(DOCS).as_posix()
+def names_the(cause: str) -> Callable[[Path, dict], None]:
+    """The page's diagnosis names the cause that the page hides, and nothing else."""
+
+    def check(folder: Path, _: dict) -> None:
+        found = json.loads((folder / "diagnosis" / "diagnosis.json").read_text(encoding="utf-8"))
+        assert [finding["cause"] for finding in found["causes"]] == [cause]
+
+    return check
 
 
-def run_block(language: str, text: str, names: dict) -> None:
-    if language == "{code-cell}":
-        run_block("bash" if text.startswith(SHELL) else "python", text.removeprefix(SHELL), names)
-    elif language == "python":
-        exec(compile(text, "example", "exec"), names)
-    elif language == "yaml" and text.startswith("# "):
-        Path(text[2:].partition(",")[0]).write_text(text, encoding="utf-8")
-    elif language == "bash":
-        for line in text.strip().splitlines():
-            command, *arguments = shlex.split(line)
-            assert command == "helmbench" and status_of(arguments) == 0, line
+def gives_what_it_says(folder: Path, names: dict) -> None:
+    """The page of what Python offers."""
+    assert {path.name for path in folder.iterdir()} == {"train.png", "check.png", "diagnosis", "out"}
+    assert (folder / "diagnosis" / "diagnosis.html").stat().st_size > 10_000
+    assert repr(names["train"]).startswith("<Record 'kvlcc2-l7 zigzag:20/20': 601 samples, 0 to 120 s every 0.2 s;")
+    assert names["again"].to_dataframe().equals(names["frame"]) and names["again"].name == "again"
+    assert list(names["estimate"].to_dataframe().columns) == ["unit", "estimate", "stderr"]
+    assert names["turn"].n == 401
+    (finding,) = names["found"].causes
+    sizes = {size.parameter: size for size in finding.sizes}
+    assert (names["found"].verdict, finding.cause) == ("named", "current")
+    assert abs(sizes["speed"].value - 0.1) < 0.005 and sizes["speed"].low < sizes["speed"].high
+    assert names["results"].complete
+
+
+CHECKS: dict[str, Callable[[Path, dict], None]] = {
+    "tour": names_the("current"),
+    "diagnose": names_the("yaw_rate_bias"),
+    "from-python": gives_what_it_says,
+}
+"""Page -> what must hold after its blocks have run in a folder, with the names of its Python."""
 
 
 @pytest.mark.parametrize(
     "page",
     nightly_but(RUN, *(p for p in RUN if p.parent.name != "tutorials" and p.stem not in SLOW)),
-    ids=names_of_pages,
+    ids=lambda page: page.relative_to(DOCS).as_posix(),
 )
 def test_the_examples_of_a_page_run_in_an_empty_folder(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names: dict = {}
-    for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+    for language, text in blocks(page):
         run_block(language, text, names)
-    if page.stem in NAMED:
-        found = json.loads((tmp_path / "diagnosis" / "diagnosis.json").read_text(encoding="utf-8"))
-        assert [cause["cause"] for cause in found["causes"]] == [NAMED[page.stem]]
+    if page.stem in CHECKS:
+        CHECKS[page.stem](tmp_path, names)
 
 
 def test_the_example_suite_is_one(tmp_path):
-    text = (DOCS / "how-to" / "compare-methods.md").read_text(encoding="utf-8")
-    suite = next(block for language, block in BLOCK.findall(text) if language == "yaml")
+    suite = next(text for language, text in blocks(DOCS / "how-to" / "compare-methods.md") if language == "yaml")
     (tmp_path / "mine.yaml").write_text(suite, encoding="utf-8")
     assert load_suite(str(tmp_path / "mine.yaml")).title == "two methods on one ship at two noise levels"
+
+
+def test_links_within_the_repository_lead_to_pages():
+    """Those to generated pages are followed when the site is built."""
+    link = re.compile(r"\]\((?!https?:)([^)#\s]+)")
+    links = [(page, target) for page in PAGES for target in link.findall(page.read_text(encoding="utf-8"))]
+    own = [page.parent / target for page, target in links if "generated/" not in target]
+    assert len(own) > 30
+    assert [target for target in own if not target.exists()] == []
 
 
 def test_the_mathematics_of_every_method_is_told():

@@ -10,6 +10,7 @@ import sys
 import tomllib
 import venv
 import zipfile
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
@@ -142,25 +143,61 @@ print(json.dumps({
 """
 
 
-@pytest.mark.nightly
-def test_wheel_beside_hugging_face_datasets(wheel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    python, site = fresh_environment(tmp_path / "environment")
+@dataclass(frozen=True)
+class Environment:
+    """A fresh environment with the wheel in it, installed after Hugging Face datasets.
+
+    copies : file of Hugging Face datasets -> its original in the running environment.
+    """
+
+    python: Path
+    site: Path
+    copies: dict[Path, Path]
+
+
+@pytest.fixture(scope="module")
+def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    folder = tmp_path_factory.mktemp("environment")
+    python, site = fresh_environment(folder)
     copies = copy_distribution("datasets", site)
-    run(sys.executable, "-m", "pip", "--python", python, "install", "--no-index", "--no-deps", wheel, cwd=tmp_path)
+    run(sys.executable, "-m", "pip", "--python", python, "install", "--no-index", "--no-deps", wheel, cwd=folder)
     # What both depend on comes from the running environment (a .pth there, such as an editable install, stays unread).
     dependencies = {str(Path(metadata.distribution(name).locate_file(""))) for name in ("numpy", "click", "pyarrow")}
     (site / "dependencies.pth").write_text("\n".join(sorted(dependencies)), encoding="utf-8")
+    return Environment(python, site, copies)
 
+
+@pytest.mark.nightly
+def test_wheel_beside_hugging_face_datasets(
+    environment: Environment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("HF_HOME", str(tmp_path / "hugging-face"))
     monkeypatch.setenv("HF_HUB_OFFLINE", "1")
-    outside = tmp_path / "elsewhere"
-    outside.mkdir()
-    seen = json.loads(run(python, "-c", BESIDE, cwd=outside).splitlines()[-1])
+    seen = json.loads(run(environment.python, "-c", BESIDE, cwd=tmp_path).splitlines()[-1])
 
-    assert [str(copy) for copy, original in copies.items() if not filecmp.cmp(copy, original, shallow=False)] == []
+    changed = [copy for copy, original in environment.copies.items() if not filecmp.cmp(copy, original, shallow=False)]
+    assert changed == []
     assert seen["rows"] == 2
     assert "mariner" in seen["vessels"]
-    assert [file for file in seen["files"] if not Path(file).is_relative_to(site)] == []
+    assert [file for file in seen["files"] if not Path(file).is_relative_to(environment.site)] == []
+
+
+IN_A_CHECKOUT = """
+import json
+import helmbench, helmbench.datasets, helmbench.models.vessel
+print(json.dumps([[m.__file__ for m in (helmbench, helmbench.datasets, helmbench.models.vessel)],
+                  [str(path) for path in helmbench.models.vessel.vessel_files().values()]]))
+"""
+
+
+@pytest.mark.nightly
+def test_python_started_in_a_checkout_takes_the_code_of_the_checkout(tree: Path, environment: Environment) -> None:
+    """Its folder helmbench/ comes before the installed package, so all rooms are the checkout's, and their data."""
+    modules, vessels = json.loads(run(environment.python, "-c", IN_A_CHECKOUT, cwd=tree))
+    assert modules == [
+        str(tree / part) for part in ("helmbench/__init__.py", "datasets/__init__.py", "models/vessel.py")
+    ]
+    assert sorted(vessels) == sorted(str(path) for path in (tree / "models" / "vessels").glob("*.yaml"))
 
 
 def slow_modules_after(code: str, cwd: Path) -> list[str]:
@@ -305,7 +342,7 @@ def test_front_door_tells_type_checkers_the_same() -> None:
     import helmbench
 
     tree = ast.parse((ROOT / "helmbench" / "__init__.py").read_text(encoding="utf-8"))
-    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    (block,) = (node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
     imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
     typed = {alias.asname or alias.name: (node.module, alias.name) for node in imports for alias in node.names}
     assert typed == helmbench._HOME
@@ -372,7 +409,7 @@ def test_the_audit_says_what_it_could_not_look_up(tmp_path: Path) -> None:
 def test_continuous_integration_calls_the_documented_command() -> None:
     last = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()[-1]
     assert last == "make test"
-    assert re.search(rf"^    {last}\b", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert re.search(rf"^{last}\b", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
 
 
 def test_citation_names_this_version() -> None:

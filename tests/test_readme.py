@@ -1,56 +1,68 @@
-"""The README's Python example runs as it stands, and its table of names is complete."""
+"""The README: its blocks run as they stand, in order, and give what it says; its links lead to files; it is short."""
 
+import csv
 import re
-import tomllib
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import pytest
 
-import helmbench
-
+from .support.blocks import blocks, run_block
 from .support.inline_pool import without_workers
 
 ROOT = Path(__file__).resolve().parents[1]
-TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+README = ROOT / "README.md"
+TEXT = README.read_text(encoding="utf-8")
+
+
+def builds_an_environment(block: str) -> bool:
+    """Such blocks are run by tests/nightly/test_readme_roads.py."""
+    return ".venv/bin/activate" in block
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    """Folder and names after the example has run in an empty folder."""
-    (code,) = re.findall(r"^```python\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
+    """(folder, what was printed) after all blocks that build no environment have run in an empty folder."""
     folder, names = tmp_path_factory.mktemp("readme"), {}
     with pytest.MonkeyPatch.context() as patch, without_workers():
         patch.chdir(folder)
-        exec(compile(code, "README.md", "exec"), names)
-    return folder, names
+        with redirect_stdout(StringIO()) as printed:
+            for language, text in blocks(README):
+                if not builds_an_environment(text):
+                    run_block(language, text, names)
+    return folder, printed.getvalue()
 
 
-def test_the_example_writes_what_it_says(ran):
+def test_the_blocks_write_what_is_said(ran):
     folder, _ = ran
-    assert {path.name for path in folder.iterdir()} == {"train.png", "check.png", "diagnosis", "out"}
-    assert (folder / "diagnosis" / "diagnosis.html").stat().st_size > 10_000
+    assert (folder / "ship" / "model.json").exists() and (folder / "diagnosis" / "extended_model.json").exists()
+    assert all(
+        (folder / page).stat().st_size > 10_000 for page in ("ship/identification.html", "diagnosis/diagnosis.html")
+    )
+    with (folder / "out" / "mine" / "leaderboard.csv").open(encoding="utf-8") as file:
+        assert {row["method"] for row in csv.DictReader(file) if row["scope"] == "overall"} == {"mine", "ls"}
 
 
-def test_the_example_gives_what_it_says(ran):
-    _, names = ran
-    told = re.search(r"<Record 'kvlcc2-l7 zigzag:20/20': [^;]*;", TEXT)
-    assert told is not None and repr(names["train"]).startswith(told.group())
-    assert names["again"].to_dataframe().equals(names["frame"]) and names["again"].name == "again"
-    assert list(names["estimate"].to_dataframe().columns) == ["unit", "estimate", "stderr"]
-    assert names["turn"].n == 401
-    (finding,) = names["found"].causes
-    sizes = {size.parameter: size for size in finding.sizes}
-    assert (names["found"].verdict, finding.cause) == ("named", "current")
-    assert abs(sizes["speed"].value - 0.1) < 0.005 and sizes["speed"].low < sizes["speed"].high
-    assert names["results"].complete
+def test_the_commands_print_what_is_shown(ran):
+    _, printed = ran
+    shown = [
+        line
+        for block in re.findall(r"^```text\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
+        for line in block.splitlines()
+    ]
+    assert len(shown) == 4 and [line for line in shown if line not in printed] == []
 
 
-def test_the_five_minutes_are_those_of_the_tour():
-    """The commands of the tour are run by the test of the documentation."""
-    block, cell = (re.compile(rf"^```{head}\n(.*?)^```", re.DOTALL | re.MULTILINE)
-                   for head in ("bash", r"\{code-cell\}\n%%bash"))  # fmt: skip
-    tour = (ROOT / "docs" / "tour.md").read_text(encoding="utf-8")
-    assert block.findall(TEXT) == ["".join(cell.findall(tour))]
+def test_every_road_to_an_environment_activates_it_before_helmbench_is_used():
+    before, roads = [], 0
+    for _, text in blocks(README):
+        if builds_an_environment(text):
+            before, roads = text.partition(".venv/bin/activate")[0].splitlines(), roads + 1
+            assert not [line for line in before if line.startswith("helmbench")]
+        elif not roads:
+            assert "helmbench" not in text
+    assert roads == 2
 
 
 def test_links_within_the_repository_lead_to_files():
@@ -58,15 +70,6 @@ def test_links_within_the_repository_lead_to_files():
     assert len(links) > 10 and [link for link in links if not (ROOT / link).exists()] == []
 
 
-def test_every_public_name_is_in_the_table():
-    section = TEXT[TEXT.index("## From Python") : TEXT.index("## Command line")]
-    named = set(re.findall(r"\w+", section))
-    beside = {"Reproduction", "RudderSignWarning", "SuiteResults", "__version__", "rudder_sign_doubt", "with_tuner"}
-    assert set(helmbench.__all__) - named == beside
-
-
-def test_the_layout_names_every_folder_that_is_installed():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    rooms = set(project["tool"]["setuptools"]["package-dir"].values())
-    section = TEXT[TEXT.index("## Repository layout") : TEXT.index("## Measured data")]
-    assert set(re.findall(r"^    (\w+)/", section, re.MULTILINE)) == rooms | {"helmbench", "docs", "tests", "reports"}
+def test_readme_and_contributing_are_short():
+    sizes = {name: (ROOT / name).stat().st_size for name in ("README.md", "CONTRIBUTING.md")}
+    assert sizes["README.md"] <= 9_000 and sizes["CONTRIBUTING.md"] <= 6_000, sizes

@@ -10,12 +10,13 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
-from typing import NoReturn
+from typing import ClassVar, NoReturn
 
 import click
 
-from ._shared import BAD_INPUT, INTERRUPTED, OK, complain, echo
+from ._shared import BAD_INPUT, INTERRUPTED, OK, Group, complain, echo
 from .advice import advice
 from .calibrate import calibrate
 from .check import check
@@ -41,23 +42,31 @@ from .simulate import simulate
 from .validate import validate
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+class _Cli(Group):
+    """The command line, its commands by what they are for."""
+
+    sections: ClassVar = {
+        "Your record": (
+            *(open_command, import_command, check, identify, validate),
+            *(diagnose, calibrate, from_indices),
+        ),
+        "Models": (list_command, simulate, export, import_model),
+        "Benchmark": (run, report, compare, merge, advice, exam, reproduce, identibench, fetch),
+        "This installation": (doctor, completion),
+    }
+
+
+@click.group(cls=_Cli, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(package_name="helmbench", prog_name="helmbench")
 def cli() -> None:
-    """Benchmark methods that identify ship, USV and AUV manoeuvring models from records."""
+    """Identify ship, USV and AUV manoeuvring models from records, diagnose simulations, benchmark methods."""
 
 
-COMMANDS = (
-    *(open_command, list_command, import_command, simulate, check, identify, from_indices),
-    *(validate, diagnose, calibrate),
-    *(run, report, advice, compare, merge, exam, reproduce, export, import_model),
-    *(identibench, fetch, doctor, completion),
-)
 NUMBA_SETTINGS = Path(".numba_config.yaml")
 """File of the working folder that numba reads by itself: it may say where compiled code is taken from."""
 RESUMED = ("run", "reproduce")
 """Commands that go on with --resume after an interruption."""
-for command in COMMANDS:
+for command in chain.from_iterable(_Cli.sections.values()):
     cli.add_command(command)
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from shutil import get_terminal_size
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
@@ -18,6 +18,8 @@ R = TypeVar("R")
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SIDES = click.Choice(["port", "starboard"])
 FORMATS = click.Choice(["simulink", "vehicle-simulator", "mmgdynamics", "gazebo", "fmu"])
+LONGEST = 200
+"""Characters of a summary; a longer one would be cut by an ellipsis."""
 TUNERS = click.Choice(["abc", "tpe", "cmaes", "gp", "grid", "random"])
 
 
@@ -71,6 +73,26 @@ MODEL = Identifier("vessels", "models")
 MODEL_OR_AUTO = Identifier("vessels", "models", more=["auto"])
 
 
+class Group(click.Group):
+    """A group whose help shows every command with its whole summary, in the order in which they were added.
+
+    sections : heading of the help -> its commands.
+    """
+
+    sections: ClassVar[Mapping[str, Sequence[click.Command]]] = {}
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names in the order of the help."""
+        return list(self.commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands below their headings, aligned over all of them."""
+        width = max(map(len, self.commands))
+        for heading, commands in (self.sections or {"Commands": [*self.commands.values()]}).items():
+            with formatter.section(heading):
+                formatter.write_dl([(f"{c.name:{width}}", c.get_short_help_str(limit=LONGEST)) for c in commands])
+
+
 class Greedy(click.Command):
     """A command whose options named in `greedy` take every value up to the next option: `--validate a.csv b.csv`."""
 
@@ -95,9 +117,20 @@ def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
 
 
 class TwoSets(Greedy):
-    """A command with `--train RECORD... --held-out RECORD...`."""
+    """A command with `--train RECORD... --held-out RECORD...`, whose help begins with the options of every day."""
 
     greedy = ("--train", "--held-out")
+    common = ("model", "train", "held_out", "positive_rudder", "output")
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the common options, then the others below a heading of their own."""
+        parts: dict[str, list[tuple[str, str]]] = {"Options": [], "Further options": []}
+        for option in self.get_params(ctx):
+            if row := option.get_help_record(ctx):
+                parts["Options" if option.name in self.common else "Further options"].append(row)
+        for heading, rows in parts.items():
+            with formatter.section(heading):
+                formatter.write_dl(rows)
 
 
 def two_sets_options(train: str, held_out: str) -> Callable[[Callable[P, R]], Callable[P, R]]:

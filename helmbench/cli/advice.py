@@ -33,7 +33,10 @@ def advice(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Test a leaderboard's advice: fresh situations, all methods run, the regret of what the board names."""
+    """Test a leaderboard's advice in fresh situations.
+
+    All methods run; the regret is of what the board names.
+    """
     from .. import check_advice
 
     hidden = quiet or as_json

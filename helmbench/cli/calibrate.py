@@ -32,10 +32,10 @@ def calibrate(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Find which numbers of a model are wrong and by how much, by free runs of records that were left out.
+    """Say which numbers of a model are wrong, and by how much.
 
-    Writes calibration.json, calibration.html, extended_model.json (the numbers that moved) and
-    calibrated_model.json (all numbers, moved under their priors).
+    Judged by free runs of records that were left out.  Writes calibration.json, calibration.html, extended_model.json
+    (the numbers that moved) and calibrated_model.json (all numbers, moved under their priors).
     """
     import helmbench
 

@@ -18,7 +18,7 @@ from ._shared import FILE, SIDES, check_folder, echo, force_option, output_optio
 def check(
     records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, force: bool, as_json: bool, quiet: bool
 ) -> None:
-    """Show what sensors and files of records get wrong, without a model of the ship.
+    """Name the faults of sensors and files; needs no model.
 
     Time stamps, frozen samples, jumps, units, signs, exchanged columns; biases, scales, delays and offsets of heading,
     yaw rate, velocities and positions.

@@ -14,7 +14,10 @@ from ._shared import FILE, output_options, print_json, show_text
 @click.argument("second", metavar="B", type=FILE)
 @output_options
 def compare(first: Path, second: Path, as_json: bool, quiet: bool) -> None:
-    """Say what changed between two result directories, paired, with intervals."""
+    """Say what changed between two result directories.
+
+    Runs are paired; every change has an interval.
+    """
     from .. import compare_results
 
     found = compare_results(first, second)

@@ -12,7 +12,9 @@ SHELLS = ("bash", "zsh", "fish")
 @click.argument("shell", type=click.Choice(SHELLS), metavar="|".join(SHELLS))
 @click.pass_context
 def completion(context: click.Context, shell: str) -> None:
-    """Print the script with which a shell completes commands, options, and ids of methods, vessels, suites and causes.
+    """Print the script with which a shell completes words.
+
+    Commands, options, and identifiers of methods, vessels, suites and causes.
 
     \b
     bash:  helmbench completion bash > ~/.local/share/bash-completion/completions/helmbench

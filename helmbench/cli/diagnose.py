@@ -67,7 +67,7 @@ def diagnose(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Find what a model gets wrong about records, name the cause, extend the model, measure the gain.
+    """Name what a model gets wrong, extend it, measure the gain.
 
     Writes diagnosis.json, diagnosis.html and extended_model.json.  Without --model the records tell what steers the
     craft and what simpler models lack, and a model is built.

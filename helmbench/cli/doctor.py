@@ -10,9 +10,10 @@ from ._shared import FAILED, OK, echo, output_options, print_json
 @click.command()
 @output_options
 def doctor(as_json: bool, quiet: bool) -> int:
-    """Look at what helmbench needs here: packages, compiled code, data, threads, disk, permissions.
+    """Look at what helmbench needs on this machine.
 
-    Each line is ok, a warning or a fault, with what to do.  Exit status 1 where there is a fault.
+    Packages, compiled code, data, threads, disk, permissions: each line is ok, a warning or a fault, with what to do.
+    Exit status 1 where there is a fault.
     """
     import helmbench
 

@@ -12,6 +12,7 @@ from ._shared import (
     OK,
     SUITE,
     VESSEL,
+    Group,
     Identifier,
     check_folder,
     echo,
@@ -26,9 +27,12 @@ from ._shared import (
 EXAM = click.argument("folder", metavar="EXAM", type=FILE)
 
 
-@click.group()
+@click.group(cls=Group)
 def exam() -> None:
-    """Make, answer and score exams: worlds with hidden changes, for diagnosis methods of any kind."""
+    """Make, answer and score exams for diagnosis methods.
+
+    An exam is a set of worlds with hidden changes; methods of any kind may answer it.
+    """
 
 
 @exam.command("make")

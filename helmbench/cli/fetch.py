@@ -11,7 +11,7 @@ from ._shared import echo, output_options, print_json, shows_progress
 @click.argument("dataset")
 @output_options
 def fetch(dataset: str, as_json: bool, quiet: bool) -> None:
-    """Download a measured set, SHA-256 checked, into HELMBENCH_DATA."""
+    """Download a measured set into HELMBENCH_DATA, SHA-256 checked."""
     import helmbench
 
     paths = helmbench.fetch(dataset, progress=shows_progress(quiet or as_json))

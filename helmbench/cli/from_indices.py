@@ -15,7 +15,7 @@ from ._shared import FAILED, FILE, OK, check_file, complain, echo, force_option,
 @force_option
 @output_options
 def from_indices(indices: Path, output: Path | None, force: bool, as_json: bool, quiet: bool) -> int:
-    """Make a model from manoeuvring indices: of a wheelhouse poster, a booklet or a sea trial.
+    """Make a model from a wheelhouse poster or sea trial.
 
     SHIP.yaml holds length, approach speed, and indices of turning circles and zigzags (docs/how-to/from-indices.md).
     Prints every parameter with its interval, or that it is not determined, and the indices given and of the model.

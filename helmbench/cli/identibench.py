@@ -7,12 +7,12 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SUITE, VESSEL, echo, output_options, print_json
+from ._shared import FILE, SUITE, VESSEL, Group, echo, output_options, print_json
 
 
-@click.group()
+@click.group(cls=Group)
 def identibench() -> None:
-    """Exchange data with identibench, a benchmark of system identification: suites out, its ship set in."""
+    """Exchange suites and data with identibench."""
 
 
 @identibench.command("export")

@@ -57,12 +57,12 @@ def import_command(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Read raw logs of any make (CSV, Excel, MAT, HDF5, NMEA, ROS, GPX, autopilots) as records.
+    """Read raw logs of any make as records.
 
-    What every column is, its unit and sign are taken from the file, from its other channels and from what is physically
-    possible, and shown; what none of these tells is asked, on the terminal or in the file of --map, and --yes stops at
-    it.  The mapping goes beside the record (STEM.map.yaml) for the next log, columns that are no channel go to
-    STEM.aside.csv.
+    CSV, Excel, MAT, HDF5, NMEA, ROS, GPX and autopilots' logs.  What every column is, its unit and sign are taken from
+    the file, from its other channels and from what is physically possible, and shown; what none of these tells is
+    asked, on the terminal or in the file of --map, and --yes stops at it.  The mapping goes beside the record
+    (STEM.map.yaml) for the next log, columns that are no channel go to STEM.aside.csv.
     """
     import helmbench
 

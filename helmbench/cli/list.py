@@ -14,7 +14,10 @@ KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "
 @click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def list_command(kind: str, name: str | None, as_json: bool) -> None:
-    """List what there is: identifier and title; `list methods NAME` lists the options of a method."""
+    """List what there is: models, vessels, methods, causes, suites.
+
+    `list methods NAME` lists the options of a method.
+    """
     from .. import BadInput, method_options
     from ..api import lists
     from ..api.documents import options_text, titles_text

@@ -20,7 +20,7 @@ from ._shared import FILE, confirmed, echo, output_options, print_json
 @click.option("--trust", is_flag=True, help="Run code that the directories name.")
 @output_options
 def merge(source: Path, target: Path, sample: int, seed: int, trust: bool, as_json: bool, quiet: bool) -> None:
-    """Check results from elsewhere and add them to the results in TARGET."""
+    """Check results from elsewhere and add them to TARGET."""
     from .. import merge_results
 
     asks = confirmed if sys.stdin.isatty() and sys.stderr.isatty() else False

@@ -14,7 +14,9 @@ from ._shared import FILE, echo
 @click.argument("files", nargs=-1, metavar="[FILE]...", type=FILE)
 @click.option("--no-browser", is_flag=True, help="Only print the address; open it yourself.")
 def open_command(files: tuple[Path, ...], no_browser: bool) -> None:
-    """Open a page in the browser: drop logs, look at every column, check, identify, diagnose.
+    """Open a page in the browser on which a log becomes an answer.
+
+    Drop logs, look at every column, cut parts; then check, identify or diagnose.
 
     The server answers to this machine only, and logs do not leave it.  It runs until Ctrl-C; all that was dropped is
     deleted then, so download what you want to keep.

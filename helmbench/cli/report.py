@@ -15,7 +15,10 @@ from ._shared import FILE, output_options, print_json, show_files, show_text
 @click.option("--csv", is_flag=True, help="Also write runs.csv and parameters.csv: a row a run, a row a parameter.")
 @output_options
 def report(directory: Path, timing: Path | None, csv: bool, as_json: bool, quiet: bool) -> None:
-    """Write the report of a run (Markdown, CSV and HTML) from stored results, without refitting."""
+    """Write the report of stored results.
+
+    Markdown, CSV and HTML; nothing is fitted again.
+    """
     from .. import write_report
 
     written = write_report(directory, timing, csv=csv)

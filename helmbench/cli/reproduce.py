@@ -27,7 +27,10 @@ def reproduce(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Compute the tables and claims of the five papers (PAPER: 003 for one) and compare them with the printed ones."""
+    """Compute the tables of the five papers again.
+
+    Tables and claims are compared with the printed ones; PAPER: 003 for one paper.
+    """
     import helmbench
 
     show = shows_progress(quiet or as_json)

@@ -37,7 +37,7 @@ def simulate(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Simulate a manoeuvre and write it as a record with its sidecar."""
+    """Simulate a manoeuvre; writes a record with its sidecar."""
     import helmbench
 
     check_file(output, force)

@@ -52,11 +52,11 @@ def validate(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Compare a simulation with records: free runs, predictions ahead, IMO manoeuvring indices.
+    """Compare simulations with records; nothing is fitted.
 
-    MODEL is a vessel id or a model.json, also an extended model.  With -o it writes validation.json and a page with
-    the free runs drawn over the records, with --certificate one page that says what the model was tried on, how its
-    errors grow with the time ahead, and where its limits are.  Nothing is fitted.
+    Free runs, predictions ahead, IMO manoeuvring indices.  MODEL is a vessel id or a model.json, extended or not.
+    With -o it writes validation.json and a page with the free runs drawn over the records, with --certificate one page
+    that says what the model was tried on, how its errors grow with the time ahead, and where its limits are.
     """
     import helmbench
 

@@ -1,13 +1,14 @@
 """The command line: what it prints, what it writes, and that bad input is one line, status 2 and nothing written."""
 
 import json
+import re
 import subprocess
 import sys
 
 import pandas as pd
 import pytest
 
-from helmbench.cli import status_of
+from helmbench.cli import cli, status_of
 from helmbench.cli._shared import spread
 from helmbench.datasets.io import read_record
 from helmbench.methods.registry import methods
@@ -130,7 +131,27 @@ def test_main_leaves_with_the_status(tmp_path):
 
 def test_without_arguments_the_help_is_shown(call):
     status, _, err = call()
-    assert status == 2 and "Commands:" in err
+    assert status == 2 and "Your record:" in err
+
+
+@pytest.mark.parametrize("words", [(), ("exam",), ("identibench",)], ids=["helmbench", "exam", "identibench"])
+def test_help_shows_every_command_once_with_its_whole_summary(call, words):
+    group = cli.commands[words[0]] if words else cli
+    status, out, _ = call(*words, "--help")
+    listed = out.partition("-h, --help")[2]
+    assert status == 0 and re.findall(r"^  ([a-z-]+)", listed, re.MULTILINE) == list(group.commands)
+    for command in group.commands.values():
+        summary = command.help.partition("\n\n")[0]
+        assert f" {command.name} {' '.join(summary.split())}" in " ".join(listed.split())
+
+
+@pytest.mark.parametrize("command", ["diagnose", "calibrate"])
+def test_help_begins_with_the_options_of_every_day(call, command):
+    _, out, _ = call(command, "--help")
+    options, listed = r"^  (?:-\w, )?(--[a-z-]+)", out.partition("\nOptions:\n")[2]
+    first, further = (re.findall(options, part, re.MULTILINE) for part in listed.split("\nFurther options:\n"))
+    assert first == ["--model", "--train", "--held-out", "--positive-rudder", "--output"]
+    assert sorted(first + further) == sorted(["--help", *(option.opts[-1] for option in cli.commands[command].params)])
 
 
 @pytest.mark.parametrize("kind", ["models", "vessels", "manoeuvres", "methods", "causes", "suites"])
