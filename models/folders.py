@@ -90,7 +90,7 @@ def path_within(folder: Path, name: str, file: object, key: str = "") -> Path:
     ------
     BadInput : an absolute path of any system, a drive, a backslash, a way out (`..`), or a link on the way.
     """
-    told, parts = f"{key}: {name!r}".removeprefix(": "), name.split("/")
+    told, parts = f"{key}: {name[:120]!r}".removeprefix(": "), name.split("/")
     if any(not part.strip(" .") for part in parts) or not name.isprintable() or set(name) & set("\\:"):
         hint = "name a file in its folder or below it, without '..', drive or backslash"
         raise BadInput(f"{told} is outside its folder", file=file, hint=hint)

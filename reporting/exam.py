@@ -100,6 +100,7 @@ def worlds(rows: Sequence[WorldScore]) -> Table:
         Column("entrant", lambda row: row.entrant),
         Column("outcome", lambda row: row.outcome),
         Column("named", lambda row: row.named or MISSING),
+        Column("points", lambda row: str(row.points), lambda row: row.points),
         Column("right names", lambda row: percent(row.right_share), lambda row: row.right_share),
         Column("regime", lambda row: number(row.regime, 2), lambda row: row.regime),
         Column("error / base", lambda row: number(row.to_base), lambda row: row.to_base),
@@ -112,6 +113,7 @@ def _columns() -> list[Column]:
     return [
         Column("entrant", lambda one: one.entrant, markdown=lambda one: in_markdown(one.entrant)),
         Column("worlds", lambda one: str(one.worlds), lambda one: one.worlds),
+        Column("points", lambda one: f"{one.points:.2f}", lambda one: one.points),
         Column("alone right", lambda one: percent(one.alone), lambda one: one.alone),
         Column("right names", lambda one: percent(one.right_share), lambda one: one.right_share),
         Column("false alarms", lambda one: percent(one.false_alarms), lambda one: one.false_alarms),
@@ -126,7 +128,9 @@ def _columns() -> list[Column]:
     ]
 
 
-MEANING = """- **alone right**: what was changed is named and nothing else, or nothing where nothing was changed.
+MEANING = """- **points**, by which entrants are compared: 1 where an answer is right alone, -1 where it names what is false and
+  nothing right, else 0; mean over the worlds. Who never names anything has the share of worlds without a change.
+- **alone right**: what was changed is named and nothing else, or nothing where nothing was changed.
   Beside a base model of which all numbers are off, names of its own numbers are right as well, and no false alarm.
 - **right names**: right names over all names that were stated or had to be, ties included; mean over the worlds in
   which something was changed. **false alarms**: share of the worlds without a change in which something is named.
@@ -136,8 +140,8 @@ MEANING = """- **alone right**: what was changed is named and nothing else, or n
   times what it misses it by.
 - **regime**: F1 of the samples in which the change is said to act, rescaled so that "everywhere" has 0.
 - **predicted**: share of the worlds with predicted motion. **error / base**, **error / best**: error of the predicted
-  motion of held-out records over that of the base model and over that of the true ship, which starts from the true state
-  and knows no gusts; geometric means over channels and worlds. No prediction counts as the base model's."""
+  motion of held-out records over that of the base model and over that of the true ship, which starts from the true
+  state and knows no gusts; geometric means over channels and worlds. No prediction counts as the base model's."""
 
 
 def text(scores: Sequence[Score], rows: Sequence[WorldScore]) -> str:

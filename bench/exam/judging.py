@@ -53,6 +53,18 @@ def is_alone(judged: Mapping[str, Any], said: Stated, key: WorldKey) -> bool:
     return judged["outcome"] in ALONE and not judged["false_names"] and not tied and not _repeats(said, key)
 
 
+def points(judged: Mapping[str, Any], alone: bool, share: float | None) -> int:
+    """1 for an answer that is right alone, -1 for one that names what is false and nothing right, else 0.
+
+    A guess pays only where it is right in more than half of the cases.
+
+    share : as `right_share` gives it.
+    """
+    if alone:
+        return 1
+    return -1 if judged["outcome"] == "false_alarm" or (judged["false_names"] and not share) else 0
+
+
 def _repeats(said: Stated, key: WorldKey) -> bool:
     injected = set(key.spec.injected)
     holding = [held for f in said.causes if (held := injected & {f.cause, *f.tied_with})]
@@ -108,9 +120,7 @@ def _of_effect(effect: Effect, rows: Sequence[Mapping[str, Any]], key: WorldKey)
     errors = [min(row["rel_error"], LARGEST) for row in rows if row["rel_error"] is not None]
     limits = [row for row in rows if not isnan(row["low"])]
     scores = [_interval_score(row) for row in limits if row["rel_error"] is not None]
-    if not errors and any(
-        name not in effect.kind.directions for name in effect.kind.truths(effect.at(0), key.ship, {})
-    ):
+    if not errors and set(effect.kind.truths(effect.at(0), key.ship, {})) - set(effect.kind.directions):
         errors = [1.0]
     if not errors and not limits:
         return None
@@ -132,7 +142,7 @@ def _interval_score(row: Mapping[str, Any]) -> float:
 
 
 def regime_skill(said: Stated, key: WorldKey) -> float | None:
-    """F1 of the samples in the stated regimes, rescaled: 0 where it is no better than "everywhere", 1 where it is right.
+    """F1 of the samples in the stated regimes, rescaled: 0 is that of "everywhere" and below, 1 the best.
 
     None where nothing acts in a regime.
     """

@@ -11,7 +11,7 @@ from statistics import fmean, median
 import numpy as np
 
 from .folder import Exam
-from .judging import EffectSizes, is_alone, naming, regime_skill, right_share, sizes
+from .judging import EffectSizes, is_alone, naming, points, regime_skill, right_share, sizes
 from .key_file import WorldKey, motion_of
 from .motion import Motion, errors, predicted_or_none
 from .submission import Read, extended_model, given_motion, read_submissions, stated
@@ -26,9 +26,9 @@ LEAST_RATIO, LARGEST_RATIO = 1e-3, 1e3
 class WorldScore:
     """Scores of one answer.
 
-    outcome : see `kinds.diagnosis.judge.OUTCOMES`.  alone : what is wrong was named and nothing else, or rightly
-    nothing; right_share : see `judging.right_share`; false_alarm : of a control, else None.
-    sizes : of the effects that are named.  regime : see `judging.regime_skill`.
+    outcome : see `kinds.diagnosis.judge.OUTCOMES`.  points, right_share, regime : see `judging.points` and so on.
+    alone : what is wrong was named and nothing else, or rightly nothing; false_alarm : of a control, else None.
+    sizes : of the effects that are named.
     predicted : whether the motion of every held-out record is given in every channel that counts.
     to_base, to_best : error of the predicted motion over that of the base model, and of the true ship; the geometric
     mean over the channels.
@@ -39,6 +39,7 @@ class WorldScore:
     kind: str
     outcome: str
     named: str
+    points: int
     alone: bool
     right_share: float | None
     false_alarm: bool | None
@@ -53,15 +54,17 @@ class WorldScore:
 class Score:
     """Scores of an entrant over the worlds of a kind, or over all.
 
-    alone : share of the worlds; right_share : mean over those in which something is wrong; false_alarms : share of
-    controls.  sizes : number of effects with sizes; wrong_size : median of their relative errors; coverage : mean share
-    of the stated intervals that hold the true size; interval : median interval score.  regime : mean.
+    points : mean over the worlds.  alone : share of the worlds; right_share : mean over those in which something is
+    wrong; false_alarms : share of controls.
+    sizes : number of effects with sizes; wrong_size : median of their relative errors; coverage : mean share of the
+    stated intervals that hold the true size; interval : median interval score.  regime : mean.
     predicted : share of the worlds; to_base, to_best : geometric means.  None where there is nothing to score.
     """
 
     entrant: str
     kind: str
     worlds: int
+    points: float
     alone: float
     right_share: float | None
     false_alarms: float | None
@@ -96,6 +99,7 @@ def score_world(exam: Exam, world: str, key: WorldKey, read: Read) -> WorldScore
     """Scores of one answer."""
     said = stated(read.answer(world), exam.model(world))
     judged = naming(said, key)
+    alone, share = is_alone(judged, said, key), right_share(said, key)
     found = _errors(exam, world, key, read)
     errors = key.rmse_base | found
     control = key.spec.group == "null"
@@ -105,8 +109,9 @@ def score_world(exam: Exam, world: str, key: WorldKey, read: Read) -> WorldScore
         key.kind,
         judged["outcome"],
         judged["named"],
-        is_alone(judged, said, key),
-        right_share(said, key),
+        points(judged, alone, share),
+        alone,
+        share,
         judged["outcome"] == "false_alarm" if control else None,
         tuple(sizes(said, key)),
         regime_skill(said, key),
@@ -157,6 +162,7 @@ def _summed(entrant: str, kind: str, rows: Sequence[WorldScore]) -> Score:
         entrant,
         kind,
         len(rows),
+        fmean(row.points for row in rows),
         fmean(row.alone for row in rows),
         _share([row.right_share for row in rows]),
         _share([row.false_alarm for row in rows]),

@@ -300,8 +300,9 @@ def test_nothing_is_left_of_an_exam_that_cannot_be_made(made, tmp_path):
 def row(entrant="a", **changes):
     """An answer that is right, with changes."""
     facts = {
-        "world": "w", "kind": "sensors", "outcome": "alone", "named": "", "alone": True, "right_share": 1.0,
-        "false_alarm": None, "sizes": (), "regime": None, "predicted": True, "to_base": 0.5, "to_best": 2.0,
+        "world": "w", "kind": "sensors", "outcome": "alone", "named": "", "points": 1, "alone": True,
+        "right_share": 1.0, "false_alarm": None, "sizes": (), "regime": None, "predicted": True,
+        "to_base": 0.5, "to_best": 2.0,
     }  # fmt: skip
     return WorldScore(entrant, **(facts | changes))
 
@@ -309,7 +310,7 @@ def row(entrant="a", **changes):
 def test_scores_of_answers_written_by_hand_are_exact():
     rows = [
         row(sizes=(EffectSizes(0.1, 0.5, 0.4), EffectSizes(None, 1.0, None)), right_share=0.5),
-        row(alone=False, right_share=0.0, sizes=(EffectSizes(0.2, None, 0.2),), to_base=2.0, to_best=8.0),
+        row(points=-1, alone=False, right_share=0.0, sizes=(EffectSizes(0.2, None, 0.2),), to_base=2.0, to_best=8.0),
         row(kind="nothing wrong", alone=False, right_share=None, false_alarm=True, to_base=1.0, to_best=1.0),
         row(kind="regime", alone=False, regime=0.5, predicted=False, to_base=1.0, to_best=1.0),
         row("b", alone=False),
@@ -317,6 +318,7 @@ def test_scores_of_answers_written_by_hand_are_exact():
     whole, regime, sensors, control, other, _ = summary(rows)
     assert (whole.kind, whole.worlds, whole.alone, whole.right_share, whole.false_alarms) == (ALL, 4, 0.25, 0.5, 1.0)
     assert (whole.sizes, whole.wrong_size, whole.coverage) == (3, pytest.approx(0.15), 0.75)
+    assert (whole.points, other.points) == (0.5, 1.0)
     assert (whole.interval, whole.regime, whole.predicted) == (pytest.approx(0.3), 0.5, 0.75)
     assert (whole.to_base, whole.to_best) == (pytest.approx(1.0), pytest.approx(2.0))
     assert (sensors.kind, sensors.alone, sensors.to_best) == ("sensors", 0.5, pytest.approx(4.0))
