@@ -128,8 +128,9 @@ def _columns() -> list[Column]:
     ]
 
 
-MEANING = """- **points**, by which entrants are compared: 1 where an answer is right alone, -1 where it names what is false and
-  nothing right, else 0; mean over the worlds. Who never names anything has the share of worlds without a change.
+MEANING = """- **points**, by which entrants are compared: 1 where an answer is right alone, -1 where it names what is
+  false and nothing right, else 0; mean over the worlds. Who never names anything has the share of worlds without a
+  change.
 - **alone right**: what was changed is named and nothing else, or nothing where nothing was changed.
   Beside a base model of which all numbers are off, names of its own numbers are right as well, and no false alarm.
 - **right names**: right names over all names that were stated or had to be, ties included; mean over the worlds in
