@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 """Where Linux says what memory this process takes, and where its peak is reset."""
+OUT_OF_MEMORY = "out of memory"
+"""How the error of a run begins that needed more memory than there is."""
 
 
 def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) -> dict[str, Any]:
@@ -38,7 +40,7 @@ def guarded(spec: Spec, work: Callable[[dict[str, Any]], list[dict[str, Any]]]) 
         except (FitFailed, BadInput) as reason:
             row["error"] = one_line(reason)
         except MemoryError as error:
-            row["error"] = one_line(f"out of memory: {error}")
+            row["error"] = one_line(f"{OUT_OF_MEMORY}: {error}")
         except Exception as error:  # an error inside a method is a row, too
             row["error"] = one_line(f"{type(error).__name__}: {error}")
     return {"key": spec.key, "row": row, "parameters": parameters}

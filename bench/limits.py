@@ -13,11 +13,14 @@ from typing import Any
 
 from ..models.cache import BUILDING
 from ..models.errors import BadInput
-from .execution import one_line
+from .execution import OUT_OF_MEMORY, one_line
 from .kinds.base import Spec
 
 GIB = 2**30
 LONGEST_S = 1e8
+LATE, DIED = "out of time", "worker process died"
+ENDED = (LATE, DIED, OUT_OF_MEMORY)
+"""How the error of a run begins that a limit of the machine ended, not its method."""
 
 
 class OutOfTime(BaseException):
@@ -64,9 +67,9 @@ class Limits:
     def failed(self, spec: Spec, reason: str) -> dict[str, Any]:
         """The finished run of a spec that was ended; `reason`: what the pool says of the worker, empty if it lives."""
         ended = sorted(set(re.findall(r"SIG[A-Z]+", reason)))
-        told = one_line(f"worker process died ({', '.join(ended) or reason})")
+        told = one_line(f"{DIED} ({', '.join(ended) or reason})")
         if not reason or "SIGALRM" in ended:
-            told = f"out of time: more than {self.seconds:g} s (--timeout)" if self.seconds else told
+            told = f"{LATE}: more than {self.seconds:g} s (--timeout)" if self.seconds else told
         elif self.gib is not None:
             told += f"; its memory was limited to {self.gib:g} GiB (--memory)"
         return {"key": spec.key, "row": spec.row_key() | {"status": "failed", "error": told}, "parameters": []}

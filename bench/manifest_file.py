@@ -23,6 +23,17 @@ class _Selection(FileContent):
     seed: WholeNumber | None = None
 
 
+class MergedFile(FileContent):
+    """Results that were merged: digest of their journal, how many runs were added, how many of them were computed again
+    with which seed of the sample, and which runs of the sample could not be."""
+
+    journal: Text
+    added: WholeNumber
+    recomputed: WholeNumber
+    seed: WholeNumber
+    not_computable: tuple[Text, ...] = ()
+
+
 class ManifestFile(FileContent):
     """Keys that reports and `--resume` read; the others say with what the run was made."""
 
@@ -36,3 +47,4 @@ class ManifestFile(FileContent):
     selection: _Selection = _Selection()
     seeds: Text = ""
     packages: dict[str, Any] | None = None
+    merged: tuple[MergedFile, ...] = ()

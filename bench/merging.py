@@ -1,13 +1,16 @@
 """Results from elsewhere: checked, a sample of their runs computed again, and merged into a folder.
 
-Only runs that this installation plans itself are taken: their key is the digest of what was run.
+Only runs that this installation plans itself are taken: their key is the digest of what was run.  What was not computed
+again is marked: in the journal by run, in the manifest, from which reports tell it, with the seed of the sample.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+import secrets
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +18,14 @@ from typing import Any
 import numpy as np
 
 from ..models.errors import BadInput
+from ..models.extras import INSTALL
+from ..models.folders import read_regular
 from .environment import code_version
 from .journal import RUNS, read_runs
 from .kinds import kind_of
-from .kinds.base import TIMES, Kind, Selection, Spec
+from .kinds.base import TIMES, Kind, Selection, Spec, Suite
+from .kinds.identification.own import is_file_name
+from .limits import ENDED
 from .store import Store, read_manifest, stored_kind
 from .suites import load_suite
 from .traces import traces_by_row
@@ -27,23 +34,38 @@ from .trust import Trust, check_trust
 TOLERANCE = 1e-3
 """Relative difference of a score up to which another machine's rounding explains it."""
 ERROR_FLOOR = 1e-9
+SHARE, LEAST = 0.05, 30
+"""Share of the added runs that are computed again, and the least number of them; all where there are fewer."""
+CONFIDENCE = 0.95
 NAMING = ("method", "vessel", "model", "train", "noise", "disturbance", "seed")
 """Columns that name a run in a message."""
+Run = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Merged:
-    """What was merged: runs added, runs that were there already, runs computed again and found equal."""
+    """What was merged: runs added, runs that were there already, runs computed again and found equal.
+
+    seed : it draws the same sample again.  not_computable : runs of the sample that cannot be computed here, with the
+    reason; others were drawn for them.  forged : had so many of the added runs been forged, the sample would have held
+    one with a probability of 95 %; None where it would not, whatever their number.
+    """
 
     added: int
     known: int
     recomputed: int
+    seed: int
+    not_computable: tuple[str, ...]
+    forged: int | None
 
 
-def merge(source: str | Path, target: str | Path, sample: int = 5, seed: int = 0, trust: Trust = False) -> Merged:
+def merge(
+    source: str | Path, target: str | Path, sample: int | None = None, seed: int | None = None, trust: Trust = False
+) -> Merged:
     """Check the results in `source` and add them to those in `target`, of the same suite.
 
-    sample : number of runs that are computed again; seed : from which they are drawn.
+    sample : number of added runs that are computed again; None: see `sample_size`.  seed : from which they are drawn;
+    None: a new one, which nobody knows before.
 
     Raises
     ------
@@ -57,12 +79,68 @@ def merge(source: str | Path, target: str | Path, sample: int = 5, seed: int = 0
     runs = read_runs(source / RUNS, kind.tables)
     if not runs:
         raise BadInput("holds no finished run", file=source / RUNS)
-    specs = _planned(theirs, source, trust) | _planned(ours, target, trust)
+    suite = _suite(ours, target, trust)
+    specs = _planned(theirs, ours, suite, source, trust) | _planned(ours, ours, suite, target, trust)
     _check_runs(runs, specs, kind.tables.keys, source / RUNS)
-    again = np.random.default_rng(seed).permutation(len(runs))[:sample]
-    for i in again:
-        _check_again(kind, runs[int(i)], specs[runs[int(i)]["key"]], source / RUNS)
-    return _add(runs, source, target, len(again))
+    held = {run["key"] for run in read_runs(target / RUNS, kind.tables)}
+    new = sorted((run for run in runs if run["key"] not in held), key=lambda run: run["key"])
+    seed = secrets.randbelow(10**18) if seed is None else seed
+    again, told = _sampled(kind, new, specs, sample_size(len(new)) if sample is None else sample, seed, source / RUNS)
+    if new:
+        _add(new, specs, again, {"seed": seed, "not_computable": told}, source, target)
+    forged = forged_number(len(new), len(again))
+    return Merged(len(new), len(runs) - len(new), len(again), seed, tuple(told), forged)
+
+
+def sample_size(runs: int) -> int:
+    """How many of so many added runs are computed again: 5 %, at least 30, all where there are fewer.
+
+    Of 30, one at least is forged with a probability of 95 % where 10 % of the runs are; see `detection`.
+    """
+    return min(runs, max(LEAST, math.ceil(SHARE * runs)))
+
+
+def detection(runs: int, sample: int, forged: int) -> float:
+    """Probability that a sample without replacement holds one of the forged runs at least (hypergeometric)."""
+    return 1.0 - math.comb(runs - forged, sample) / math.comb(runs, sample)
+
+
+def forged_number(runs: int, sample: int) -> int | None:
+    """Least number of forged runs of which the sample holds one with the probability `CONFIDENCE`."""
+    return next((n for n in range(1, runs + 1) if detection(runs, sample, n) >= CONFIDENCE), None)
+
+
+def _sampled(
+    kind: Kind, new: Sequence[Run], specs: Mapping[str, Spec], sample: int, seed: int, path: Path
+) -> tuple[dict[str, Run], list[str]]:
+    """Runs of the sample as they were computed again, by their keys, and those that cannot be computed here."""
+    again: dict[str, Run] = {}
+    told: list[str] = []
+    for i in np.random.default_rng(seed).permutation(len(new)).tolist():
+        if len(again) >= sample:
+            break
+        run = new[i]
+        found = _computed(kind, specs[run["key"]], run)
+        if isinstance(found, str):
+            told.append(f"{_named(run)}: {found}")
+        else:
+            _compare_runs(kind, found, run, path)
+            again[run["key"]] = found
+    return again, told
+
+
+def _computed(kind: Kind, spec: Any, run: Run) -> Run | str:
+    """A run computed again, or why that is not possible here."""
+    try:
+        kind.check([spec])
+    except BadInput as error:
+        return str(error)
+    error = str(run["row"].get("error") or "")
+    if run["row"]["status"] == "failed" and error.startswith(ENDED):
+        return f"a limit of the other machine ended it ({error})"
+    found = json.loads(json.dumps(kind.execute(spec), default=float))
+    error = str(found["row"].get("error") or "")
+    return error if found["row"]["status"] == "failed" and INSTALL in error else found
 
 
 def _check_manifests(theirs: Mapping[str, Any], ours: Mapping[str, Any], source: Path) -> None:
@@ -75,16 +153,29 @@ def _check_manifests(theirs: Mapping[str, Any], ours: Mapping[str, Any], source:
         raise BadInput(told, file=source, hint="run the suite with this version")
 
 
-def _planned(manifest: Mapping[str, Any], folder: Path, trust: Trust) -> dict[str, Spec]:
+def _suite(manifest: Mapping[str, Any], folder: Path, trust: Trust) -> Suite:
+    """The suite of the target, which is that of the source by its digest; a path that the source names is not read."""
+    suite = load_suite(manifest.get("selection", {}).get("suite", manifest["suite"]))
+    if suite.digest != manifest.get("suite_digest"):
+        raise BadInput("its suite is not the one of this installation", file=folder)
+    check_trust(suite.texts, folder, trust)
+    return suite
+
+
+def _planned(
+    manifest: Mapping[str, Any], ours: Mapping[str, Any], suite: Suite, folder: Path, trust: Trust
+) -> dict[str, Spec]:
     """Every run that a manifest's selection plans here, by its key."""
     stored = manifest.get("selection", {})
     methods, vessels = (tuple(stored.get(name) or ()) for name in ("methods", "vessels"))
     check_trust(methods, folder, trust)
-    suite = load_suite(stored.get("suite", manifest["suite"]))
-    if suite.digest != manifest.get("suite_digest"):
-        raise BadInput("its suite is not the one of this installation", file=folder)
-    selection = Selection(stored.get("suite", "quick"), methods, vessels, stored.get("seeds"), stored.get("seed"))
-    return {spec.key: spec for spec in kind_of(suite.kind).plan(suite, selection)}
+    known = ours.get("selection", {}).get("vessels") or ()
+    foreign = [one for one in vessels if is_file_name(one) and one not in known]
+    if foreign:
+        told = f"names a file that the target does not: {foreign[0]!r}"
+        raise BadInput(told, file=folder, hint="it is not read, and nothing was merged")
+    own = Selection(suite.name, methods, vessels, stored.get("seeds"), stored.get("seed"))
+    return {spec.key: spec for spec in kind_of(suite.kind).plan(suite, own)}
 
 
 def _check_runs(runs: Sequence[Mapping[str, Any]], specs: Mapping[str, Spec], keys: Sequence[str], path: Path) -> None:
@@ -106,22 +197,22 @@ def _named(run: Mapping[str, Any]) -> str:
     return "run " + ", ".join(f"{name} {row[name]}" for name in NAMING if row.get(name) is not None)
 
 
-def _check_again(kind: Kind, run: Mapping[str, Any], spec: Any, path: Path) -> None:
-    """Compute a run again and compare its scores and its parameters."""
-    found = json.loads(json.dumps(kind.execute(spec), default=float))
-    _compare(found["row"], run["row"], _named(run), path)
-    key = kind.tables.long_keys[0]
+def _compare_runs(kind: Kind, found: Run, run: Run, path: Path) -> None:
+    """Compare scores and parameters of a run with those computed again, in every column of the tables."""
+    form, who = kind.tables, _named(run)
+    _compare(found["row"], run["row"], form.wide, who, path)
+    key = form.long_keys[0]
     names, others = ([row.get(key) for row in one["parameters"]] for one in (found, run))
     if names != others:
-        told = f"{_named(run)}: {key} is {others}, computed again {names}"
+        told = f"{who}: {key} is {others}, computed again {names}"
         raise BadInput(told, file=path, column=key, hint="nothing was merged")
     for mine, theirs in zip(found["parameters"], run["parameters"], strict=True):
-        _compare(mine, theirs, f"{_named(run)}, {key} {mine[key]}", path)
+        _compare(found["row"] | mine, run["row"] | theirs, form.long, f"{who}, {key} {mine[key]}", path)
 
 
-def _compare(mine: Mapping[str, Any], theirs: Mapping[str, Any], who: str, path: Path) -> None:
-    for name, value in mine.items():
-        other = theirs.get(name)
+def _compare(mine: Run, theirs: Run, columns: Iterable[str], who: str, path: Path) -> None:
+    for name in columns:
+        value, other = mine.get(name), theirs.get(name)
         if name not in TIMES and name != "error" and not _same(value, other):
             told = f"{who}: {name} is {other}, computed again it is {value}"
             raise BadInput(told, file=path, column=name, hint="nothing was merged")
@@ -136,17 +227,27 @@ def _same(value: Any, other: Any) -> bool:
     return math.isclose(value, other, rel_tol=TOLERANCE, abs_tol=ERROR_FLOOR)
 
 
-def _add(runs: Sequence[Mapping[str, Any]], source: Path, target: Path, recomputed: int) -> Merged:
-    """Append the runs that the target does not hold, with their traces, and write its tables."""
-    traces, added = traces_by_row(source), 0
+def _add(
+    new: Sequence[Run], specs: Mapping[str, Spec], again: Mapping[str, Run], facts: Run, source: Path, target: Path
+) -> None:
+    """Mark and append the new runs, with the traces computed here or else theirs, and write the target's tables."""
+    traces = traces_by_row(source)
+    digest = hashlib.sha256(read_regular(source / RUNS)).hexdigest()[:16]
+    entry = {"journal": digest, "added": len(new), "recomputed": len(again), **facts}
     with Store.resume(target) as store:
-        held = store.finished
-        for run in runs:
-            if run["key"] in held:
-                continue
-            trace = traces(run["row"], store.kind.tables.keys)
-            store.append({**run, **({"trace": trace} if trace else {})})
-            added += 1
-        store.enlarge(len(store.finished))
+        keys = store.kind.tables.keys
+        store.note_merged(len(store.finished | {run["key"] for run in new}), entry)
+        for run in new:
+            own = again.get(run["key"])
+            trace = traces(run["row"], keys) if own is None else own.get("trace")
+            marked = _marked(run, specs[run["key"]], store.kind, own is not None)
+            store.append(marked | ({"trace": trace} if trace else {}))
         store.write_tables()
-    return Merged(added, len(runs) - added, recomputed)
+
+
+def _marked(run: Run, spec: Any, kind: Kind, recomputed: bool) -> dict[str, Any]:
+    """What is stored of a run from elsewhere; with the content by which `reuse` takes it if it was computed again."""
+    row = {name: run["row"][name] for name in kind.tables.wide if name in run["row"]}
+    rows = [{name: one[name] for name in kind.tables.long if name in one} for one in run["parameters"]]
+    content = kind.content(spec) if recomputed else None
+    return {"key": run["key"], "row": row, "parameters": rows, "content": content, "recomputed": recomputed}

@@ -115,11 +115,11 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def enlarge(self, planned: int) -> None:
-        """Let the manifest plan at least so many runs, after results were added from elsewhere."""
-        if planned > self.manifest["planned"]:
-            self.manifest["planned"] = planned
-            write_atomic(self.directory / MANIFEST, _json(self.manifest, indent=1).encode() + b"\n")
+    def note_merged(self, planned: int, merged: Mapping[str, Any]) -> None:
+        """Let the manifest plan at least so many runs, and say what of them comes from elsewhere."""
+        self.manifest["planned"] = max(planned, self.manifest["planned"])
+        self.manifest["merged"] = [*self.manifest.get("merged", ()), merged]
+        write_atomic(self.directory / MANIFEST, _json(self.manifest, indent=1).encode() + b"\n")
 
     def write_tables(self) -> None:
         """Write the Parquet tables, each by one atomic replacement."""

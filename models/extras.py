@@ -21,12 +21,16 @@ EXTRAS: Mapping[str, str] = {
 """Import name of a package -> the extra of helmbench that brings it."""
 
 
+INSTALL = "pip install 'helmbench["
+"""How a message says that an extra is missing."""
+
+
 def missing(error: ImportError) -> str:
     """What to install for a module that was not found; raises the error again where no extra brings it."""
     package = (error.name or "").partition(".")[0]
     if package not in EXTRAS:
         raise error
-    return f"this needs {package}: pip install 'helmbench[{EXTRAS[package]}]'"
+    return f"this needs {package}: {INSTALL}{EXTRAS[package]}]'"
 
 
 @contextmanager

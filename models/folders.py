@@ -78,16 +78,51 @@ def check_regular(path: Path) -> bool:
     return True
 
 
-def read_regular(path: Path, begin: int = 0) -> bytes:
-    """The file from the byte `begin` on; empty where it is missing.  BadInput where it is no regular file."""
+def path_within(folder: Path, name: str, file: object, key: str = "") -> Path:
+    """The path of a file that another file names, in `folder` or below it.
+
+    Every name that comes from a file of somebody else and is opened goes through here.  A hard link is the file itself
+    and cannot be refused: whoever made it could write to the folder.
+
+    file, key : where the name stands, for the message.
+
+    Raises
+    ------
+    BadInput : an absolute path of any system, a drive, a backslash, a way out (`..`), or a link on the way.
+    """
+    told, parts = f"{key}: {name[:120]!r}".removeprefix(": "), name.split("/")
+    if any(not part.strip(" .") for part in parts) or not name.isprintable() or set(name) & set("\\:"):
+        hint = "name a file in its folder or below it, without '..', drive or backslash"
+        raise BadInput(f"{told} is outside its folder", file=file, hint=hint)
+    path = folder
+    try:
+        for part in parts:
+            path = path / part
+            if path.is_symlink():
+                raise BadInput(f"{told} is reached by a link", file=file, hint="put the file itself there")
+        inside = path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError) as error:
+        raise BadInput(f"{told} cannot be used ({reason_of(error)})", file=file) from None
+    if not inside:
+        raise BadInput(f"{told} is outside its folder", file=file, hint="put the file itself there")
+    return path
+
+
+def read_regular(path: Path, begin: int = 0, most: int = MOST_BYTES) -> bytes:
+    """The file from the byte `begin` on; empty where it is missing.  BadInput where it is no regular file, or is
+    larger than `most` bytes."""
     if not check_regular(path):
         return b""
     with _told(path), os.fdopen(open_regular(path, os.O_RDONLY), "rb") as file:
         size = os.fstat(file.fileno()).st_size
-        if size > MOST_BYTES:
-            raise BadInput(f"is larger than {MOST_BYTES // 2**30} GiB, the most that is read", file=path)
+        if size > most:
+            raise BadInput(f"is larger than {_in_words(most)}, the most that is read", file=path)
         file.seek(begin)
         return file.read(max(size - begin, 0))
+
+
+def _in_words(size: int) -> str:
+    return f"{size // 2**30} GiB" if size >= 2**30 else f"{size // 2**10} KiB"
 
 
 def check_appendable(path: Path) -> None:
@@ -120,12 +155,15 @@ def write_all(file: int, data: bytes, path: Path) -> None:
             data = data[os.write(file, data) :]
 
 
-def write_atomic(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all; a link is replaced, not what it names.  BadInput where it cannot be."""
+def write_atomic(path: Path, data: bytes, mode: int = 0o644) -> None:
+    """Write a file whole or not at all; a link is replaced, not what it names.  BadInput where it cannot be.
+
+    mode : permissions with which it is made, less what the umask takes.
+    """
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")
     try:
         with _told(path):
-            file = open_regular(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
+            file = open_regular(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
             with os.fdopen(file, "wb") as stream:
                 stream.write(data)
             os.replace(temporary, path)
@@ -153,9 +191,12 @@ def check_each(folder: Path, appended: Iterable[str], replaced: Iterable[str]) -
         check_regular(folder / name)
 
 
-def open_regular(path: Path, flags: int) -> int:
-    """Open a regular file, never what a link names.  Raises `OSError`, and BadInput where it is a pipe or the like."""
-    file = os.open(path, flags | _SAFE, 0o644)
+def open_regular(path: Path, flags: int, mode: int = 0o644) -> int:
+    """Open a regular file, never what a link names; mode : of a new one.
+
+    Raises `OSError`, and BadInput where it is a pipe or the like.
+    """
+    file = os.open(path, flags | _SAFE, mode)
     if stat.S_ISREG(os.fstat(file).st_mode):
         return file
     os.close(file)

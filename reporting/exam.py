@@ -45,7 +45,8 @@ One JSON file, `submission.json`:
 - `named`: what is wrong, the surest first, by the names of causes.json or the groups (`group:...`) of exam.json;
   empty: nothing is. `tied_with`: names that would do as well. `regime`: where it acts, `{{"variable": "rudder",
   "side": "above", "threshold": 0.2}}`.
-- `sizes`: in SI units; interval (`low`, `high`) and `record` may be left out.
+- `sizes`: in SI units; 90 % interval (`low`, `high`) and `record` may be left out. A cause is named once, and each of
+  its sizes stated once a record.
 - `motion`: the held-out file with its empty cells filled in. Or `model`: an extended model.json, which is simulated.
 - `unexplained`: true where something is wrong that has no name here. A world that is left out says: nothing is wrong.
 """
@@ -99,7 +100,9 @@ def worlds(rows: Sequence[WorldScore]) -> Table:
         Column("entrant", lambda row: row.entrant),
         Column("outcome", lambda row: row.outcome),
         Column("named", lambda row: row.named or MISSING),
-        Column("F1 of the regime", lambda row: number(row.f1, 2), lambda row: row.f1),
+        Column("points", lambda row: str(row.points), lambda row: row.points),
+        Column("right names", lambda row: percent(row.right_share), lambda row: row.right_share),
+        Column("regime", lambda row: number(row.regime, 2), lambda row: row.regime),
         Column("error / base", lambda row: number(row.to_base), lambda row: row.to_base),
         Column("error / best", lambda row: number(row.to_best), lambda row: row.to_best),
     ]
@@ -110,28 +113,36 @@ def _columns() -> list[Column]:
     return [
         Column("entrant", lambda one: one.entrant, markdown=lambda one: in_markdown(one.entrant)),
         Column("worlds", lambda one: str(one.worlds), lambda one: one.worlds),
+        Column("points", lambda one: f"{one.points:.2f}", lambda one: one.points),
         Column("alone right", lambda one: percent(one.alone), lambda one: one.alone),
-        Column("among", lambda one: percent(one.among), lambda one: one.among),
+        Column("right names", lambda one: percent(one.right_share), lambda one: one.right_share),
         Column("false alarms", lambda one: percent(one.false_alarms), lambda one: one.false_alarms),
         Column("size off by", lambda one: percent(one.wrong_size, 1), lambda one: one.wrong_size),
         Column("sizes", lambda one: str(one.sizes), lambda one: one.sizes),
         Column("in interval", lambda one: percent(one.coverage), lambda one: one.coverage),
-        Column("F1 of the regime", lambda one: number(one.f1, 2), lambda one: one.f1),
+        Column("interval score", lambda one: number(one.interval), lambda one: one.interval),
+        Column("regime", lambda one: number(one.regime, 2), lambda one: one.regime),
+        Column("predicted", lambda one: percent(one.predicted), lambda one: one.predicted),
         Column("error / base", lambda one: number(one.to_base), lambda one: one.to_base),
         Column("error / best", lambda one: number(one.to_best), lambda one: one.to_best),
     ]
 
 
-MEANING = """- **alone right**: what was changed is named and nothing else, or nothing where nothing was changed.
+MEANING = """- **points**, by which entrants are compared: 1 where an answer is right alone, -1 where it names what is
+  false and nothing right, else 0; mean over the worlds. Who never names anything has the share of worlds without a
+  change.
+- **alone right**: what was changed is named and nothing else, or nothing where nothing was changed.
   Beside a base model of which all numbers are off, names of its own numbers are right as well, and no false alarm.
-- **among**: what was changed is in what was named; **false alarms**: share of the worlds without a change in which
-  something is named.
-- **size off by**: median relative error of the sizes of rightly named causes; **in interval**: share of the stated
-  intervals that hold the true size.
-- **F1 of the regime**: over the samples in which the change acts, against those in which it is said to act.
-- **error / base**, **error / best**: error of the predicted motion of held-out records over that of the base model and
-  over that of the true ship, which starts from the true state and knows no gusts; geometric means over channels and
-  worlds. No prediction counts as the base model's."""
+- **right names**: right names over all names that were stated or had to be, ties included; mean over the worlds in
+  which something was changed. **false alarms**: share of the worlds without a change in which something is named.
+- **size off by**: relative error of the sizes of rightly named causes, 100 % where none is stated; median over effects,
+  each of which counts once. **in interval**: share of the stated intervals that hold the true size; one that is wider
+  than ten true sizes, or half a turn, holds none. **interval score**: width of the interval over the true size, and 20
+  times what it misses it by.
+- **regime**: F1 of the samples in which the change is said to act, rescaled so that "everywhere" has 0.
+- **predicted**: share of the worlds with predicted motion. **error / base**, **error / best**: error of the predicted
+  motion of held-out records over that of the base model and over that of the true ship, which starts from the true
+  state and knows no gusts; geometric means over channels and worlds. No prediction counts as the base model's."""
 
 
 def text(scores: Sequence[Score], rows: Sequence[WorldScore]) -> str:

@@ -71,10 +71,14 @@ def write_files(directory: Path, texts: Mapping[str, str]) -> tuple[Path, ...]:
     return tuple(directory / name for name in texts)
 
 
-def unfinished(manifest: Mapping[str, Any], runs: int) -> str:
-    """The warning that stands first while runs are missing, else an empty text."""
+def reservations(manifest: Mapping[str, Any], runs: int) -> str:
+    """The warnings that stand first while runs are missing, or where some were merged; else an empty text."""
     planned = manifest["planned"]
-    return f"INCOMPLETE: {runs} of {planned} runs are finished. " if runs < planned else ""
+    text = f"INCOMPLETE: {runs} of {planned} runs are finished. " if runs < planned else ""
+    added, recomputed = (sum(one[name] for one in manifest.get("merged", ())) for name in ("added", "recomputed"))
+    if added:
+        text += f"MERGED: {added} runs come from elsewhere, {added - recomputed} of them were not computed again. "
+    return text
 
 
 def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -90,7 +94,17 @@ def environment_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("Python", f"{manifest.get('python')} ({manifest.get('platform')})"),
         ("processor", f"{manifest.get('cpu')}, {manifest.get('cpus')} usable"),
         ("packages", packages),
+        *(("merged", _merged(one)) for one in manifest.get("merged", ())),
     ]
+
+
+def _merged(one: Mapping[str, Any]) -> str:
+    missing = one.get("not_computable", ())
+    return (
+        f"{one['added']} runs of journal {one['journal']}: {one['recomputed']} were computed again and agree (sample "
+        f"of seed {one['seed']}), {one['added'] - one['recomputed']} were not verified; times are of the other machine"
+        + (f"; {len(missing)} of the sample cannot be computed here: {'; '.join(missing[:3])}" if missing else "")
+    )
 
 
 def sentences(lines: Iterable[str]) -> str:

@@ -12,6 +12,4 @@ def read_file(path: Path, most: int) -> bytes:
     """A regular file of at most `most` bytes; BadInput where it is missing, a link or larger."""
     if not check_regular(path):
         raise BadInput("no such file", file=path)
-    if path.stat().st_size > most:
-        raise BadInput(f"is larger than {most // 2**10} KiB, the most that is read", file=path)
-    return read_regular(path)
+    return read_regular(path, most=most)

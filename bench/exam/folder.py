@@ -18,7 +18,7 @@ from ...datasets.record import Record
 from ...models.data_file import json_of
 from ...models.errors import BadInput
 from ...models.files import reason_of
-from ...models.folders import write_atomic
+from ...models.folders import path_within, write_atomic
 from ...models.model import Model, model_to_json, resolve
 from ...models.plain import plain
 from ...models.yaml_file import checked
@@ -82,13 +82,14 @@ class Exam:
 
     def key(self, path: Path) -> Key:
         """The key, checked against the manifest, and the manifest's digests against the key."""
+        _check_apart(self.folder, path)
         key = read_key(path, self.manifest.key_sha256)
         if key.files != self.manifest.files or set(key.worlds) != set(self.worlds):
             raise BadInput("was changed since the exam was made", file=self.folder / MANIFEST)
         return key
 
     def _intact(self, name: str) -> Path:
-        path = self.folder / name
+        path = path_within(self.folder, name, self.folder / MANIFEST, "files")
         if digest(read_file(path, MOST_FILE)) != self.manifest.files.get(name):
             raise BadInput("was changed since the exam was made", file=path, hint="take the exam's folder anew")
         return path
@@ -145,7 +146,7 @@ def make(
         for name, text in texts.items():
             (place / name).write_text(text, "utf-8")
         (place / MANIFEST).write_bytes(_json(manifest.model_dump()))
-        write_atomic(key, secret)
+        write_atomic(key, secret, 0o600)
     return Exam(folder)
 
 
@@ -186,6 +187,10 @@ def _check_places(folder: Path, key: Path) -> None:
         raise BadInput("exists already", file=key, hint="give the key another name")
     if not key.resolve().parent.is_dir():
         raise BadInput("no such directory", file=key.parent)
+    _check_apart(folder, key)
+
+
+def _check_apart(folder: Path, key: Path) -> None:
     if folder.resolve() in key.resolve().parents:
         raise BadInput("lies in the folder that is handed out", file=key, hint="keep the key elsewhere")
 

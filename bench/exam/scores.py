@@ -4,24 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import exp, isnan, log
+from math import exp, log
 from pathlib import Path
 from statistics import fmean, median
-from typing import Any
 
 import numpy as np
 
-from ..kinds.diagnosis.judge import KNOWN, judge, judge_names, size_rows
-from ..kinds.diagnosis.localisation import localisation, stated_regimes
 from .folder import Exam
+from .judging import EffectSizes, is_alone, naming, points, regime_skill, right_share, sizes
 from .key_file import WorldKey, motion_of
 from .motion import Motion, errors, predicted_or_none
-from .submission import Read, Stated, extended_model, given_motion, read_submission, stated
+from .submission import Read, extended_model, given_motion, read_submissions, stated
 from .worlds import KINDS
 
 ALL = "all"
-ALONE = ("alone", "both", "adequate", "unexplained")
-"""Outcomes in which what was named is right."""
 LEAST_RATIO, LARGEST_RATIO = 1e-3, 1e3
 """Between these the ratio of two errors counts."""
 
@@ -30,10 +26,10 @@ LEAST_RATIO, LARGEST_RATIO = 1e-3, 1e3
 class WorldScore:
     """Scores of one answer.
 
-    outcome : see `kinds.diagnosis.judge.OUTCOMES`.  alone : what is wrong was named and nothing else, or rightly
-    nothing; among : it is in what was named; false_alarm : of a control, else None.
-    sizes : relative errors of the sizes, covered : whether their intervals hold the true ones.
-    f1 : of the samples in the regime, None where there is none.
+    outcome : see `kinds.diagnosis.judge.OUTCOMES`.  points, right_share, regime : see `judging.points` and so on.
+    alone : what is wrong was named and nothing else, or rightly nothing; false_alarm : of a control, else None.
+    sizes : of the effects that are named.
+    predicted : whether the motion of every held-out record is given in every channel that counts.
     to_base, to_best : error of the predicted motion over that of the base model, and of the true ship; the geometric
     mean over the channels.
     """
@@ -43,12 +39,13 @@ class WorldScore:
     kind: str
     outcome: str
     named: str
+    points: int
     alone: bool
-    among: bool | None
+    right_share: float | None
     false_alarm: bool | None
-    sizes: tuple[float, ...]
-    covered: tuple[bool, ...]
-    f1: float | None
+    sizes: tuple[EffectSizes, ...]
+    regime: float | None
+    predicted: bool
     to_base: float
     to_best: float
 
@@ -57,21 +54,26 @@ class WorldScore:
 class Score:
     """Scores of an entrant over the worlds of a kind, or over all.
 
-    alone, among : shares of the worlds, among of those in which something is wrong; false_alarms : share of controls.
-    wrong_size : median relative error of the sizes; coverage : share of the stated intervals that hold the true size.
-    f1 : mean.  to_base, to_best : geometric means.  None where there is nothing to score.
+    points : mean over the worlds.  alone : share of the worlds; right_share : mean over those in which something is
+    wrong; false_alarms : share of controls.
+    sizes : number of effects with sizes; wrong_size : median of their relative errors; coverage : mean share of the
+    stated intervals that hold the true size; interval : median interval score.  regime : mean.
+    predicted : share of the worlds; to_base, to_best : geometric means.  None where there is nothing to score.
     """
 
     entrant: str
     kind: str
     worlds: int
+    points: float
     alone: float
-    among: float | None
+    right_share: float | None
     false_alarms: float | None
     sizes: int
     wrong_size: float | None
     coverage: float | None
-    f1: float | None
+    interval: float | None
+    regime: float | None
+    predicted: float
     to_base: float
     to_best: float
 
@@ -81,13 +83,14 @@ def score(folder: Path, key: Path, submissions: Sequence[Path]) -> tuple[list[Sc
 
     Raises
     ------
-    BadInput : the exam was changed, the key is of another exam, or a submission cannot be used.
+    BadInput : the exam was changed, the key is of another exam or lies in its folder, a submission cannot be used, or
+        two have the same entrant.
     """
     exam = Exam(folder)
     answers = exam.key(key)
     exam.check()
     rows: list[WorldScore] = []
-    for read in [read_submission(path, exam) for path in submissions]:
+    for read in read_submissions(submissions, exam):
         rows += [score_world(exam, world, own, read) for world, own in answers.worlds.items()]
     return summary(rows), rows
 
@@ -96,8 +99,9 @@ def score_world(exam: Exam, world: str, key: WorldKey, read: Read) -> WorldScore
     """Scores of one answer."""
     said = stated(read.answer(world), exam.model(world))
     judged = naming(said, key)
-    sizes = _sizes(said, key)
-    to_base, to_best = _ratios(exam, world, key, read)
+    alone, share = is_alone(judged, said, key), right_share(said, key)
+    found = _errors(exam, world, key, read)
+    errors = key.rmse_base | found
     control = key.spec.group == "null"
     return WorldScore(
         read.content.entrant,
@@ -105,39 +109,21 @@ def score_world(exam: Exam, world: str, key: WorldKey, read: Read) -> WorldScore
         key.kind,
         judged["outcome"],
         judged["named"],
-        _alone(judged, said),
-        None if control else judged["tie_size"] is not None and judged["outcome"] != "one",
+        points(judged, alone, share),
+        alone,
+        share,
         judged["outcome"] == "false_alarm" if control else None,
-        tuple(row["rel_error"] for row in sizes if row["rel_error"] is not None),
-        tuple(row["covered"] for row in sizes if not isnan(row["low"])),
-        localisation(key.true_regimes(), stated_regimes(said), key.true_motion()) if key.regimes else None,
-        to_base,
-        to_best,
+        tuple(sizes(said, key)),
+        regime_skill(said, key),
+        set(found) == set(key.rmse_base),
+        _mean_ratio(errors, key.rmse_base),
+        _mean_ratio(errors, key.rmse_best),
     )
 
 
-def naming(said: Stated, key: WorldKey) -> dict[str, Any]:
-    """The outcome, as the suites judge a diagnosis."""
-    spec = key.spec
-    return judge_names(said, frozenset(key.right)) if key.right else judge(said, spec.group, spec.injected, spec.base)
-
-
-def _alone(judged: Mapping[str, Any], said: Stated) -> bool:
-    """Whether what was named is right and nothing else was named."""
-    return judged["outcome"] in ALONE and not judged["extra_names"] and not (
-        judged["outcome"] == "both" and said.verdict == "tied"
-    )  # fmt: skip
-
-
-def _sizes(said: Stated, key: WorldKey) -> list[dict[str, Any]]:
-    if key.spec.group not in KNOWN:
-        return []
-    return size_rows(said, key.injected, key.ship, key.train, list(key.held_out))
-
-
-def _ratios(exam: Exam, world: str, key: WorldKey, read: Read) -> tuple[float, float]:
-    """Error of the predicted motion over the base model's and the true ship's; where nothing is predicted, the base
-    model's error counts."""
+def _errors(exam: Exam, world: str, key: WorldKey, read: Read) -> dict[str, float]:
+    """Errors of the predicted motion of the channels that are given in every held-out record; of the others the base
+    model's count."""
     measured = {name: motion_of(kept.measured) for name, kept in key.held_out.items()}
     starts = {name: kept.start for name, kept in key.held_out.items()}
     handed_out = exam.records(world, exam.worlds[world].held_out)
@@ -145,8 +131,7 @@ def _ratios(exam: Exam, world: str, key: WorldKey, read: Read) -> tuple[float, f
     model = extended_model(read, world)
     if model is not None:
         runs = predicted_or_none(model, handed_out) | runs
-    found = key.rmse_base | {c: x for c, x in errors(measured, runs, starts).items() if c in key.rmse_base}
-    return _mean_ratio(found, key.rmse_base), _mean_ratio(found, key.rmse_best)
+    return {c: x for c, x in errors(measured, runs, starts).items() if c in key.rmse_base}
 
 
 def _mean_ratio(found: Mapping[str, float], reference: Mapping[str, float]) -> float:
@@ -171,18 +156,22 @@ def summary(rows: Sequence[WorldScore]) -> list[Score]:
 
 
 def _summed(entrant: str, kind: str, rows: Sequence[WorldScore]) -> Score:
-    sizes, covered = ([x for row in rows for x in getattr(row, name)] for name in ("sizes", "covered"))
+    effects = [one for row in rows for one in row.sizes]
+    wrong, intervals = ([x for e in effects if (x := getattr(e, name)) is not None] for name in ("error", "interval"))
     return Score(
         entrant,
         kind,
         len(rows),
+        fmean(row.points for row in rows),
         fmean(row.alone for row in rows),
-        _share([row.among for row in rows]),
+        _share([row.right_share for row in rows]),
         _share([row.false_alarm for row in rows]),
-        len(sizes),
-        median(sizes) if sizes else None,
-        _share(covered),
-        _share([row.f1 for row in rows]),
+        len(effects),
+        median(wrong) if wrong else None,
+        _share([one.covered for one in effects]),
+        median(intervals) if intervals else None,
+        _share([row.regime for row in rows]),
+        fmean(row.predicted for row in rows),
         _geometric(row.to_base for row in rows),
         _geometric(row.to_best for row in rows),
     )

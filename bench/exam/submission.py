@@ -6,9 +6,11 @@ every exam.
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +21,7 @@ from ...datasets.io import read_table
 from ...diagnosis.result import Finding
 from ...models.data_file import MOST_JSON_BYTES, json_of
 from ...models.errors import BadInput
+from ...models.folders import path_within
 from ...models.model import Model, model_from_json
 from ...models.suggestions import suggestion
 from ...models.yaml_file import checked
@@ -80,23 +83,54 @@ def read_submission(path: Path, exam: Exam) -> Read:
     return Read(path, content)
 
 
+def read_submissions(paths: Sequence[Path], exam: Exam) -> list[Read]:
+    """Submissions of different entrants; raises as `read_submission`, and where two have the same name.
+
+    Names that differ only in case, blanks, marks or the form of a character are the same.
+    """
+    found: dict[str, Read] = {}
+    for path in paths:
+        read = read_submission(path, exam)
+        letters = unicodedata.normalize("NFKC", read.content.entrant).casefold()
+        own = "".join(filter(str.isalnum, letters)) or letters
+        if own in found:
+            told = f"entrant {read.content.entrant!r} is that of {found[own].file} too"
+            raise BadInput(
+                told, file=read.file, hint="one submission an entrant: take one of them, or give it another name"
+            )
+        found[own] = read
+    return list(found.values())
+
+
 def _check_names(answer: Answer, world: WorldFiles, causes: Mapping[str, Any], place: str) -> None:
     known = {*causes, *world.groups}
     records = {*world.train, *world.held_out}
+    said = [(one.cause, one.coefficient) for one in answer.named]
     for i, one in enumerate(answer.named):
         at = f"{place} named {i}"
         for name in (one.cause, *one.tied_with):
             if name not in known:
                 raise BadInput(f"unknown cause {name!r}", file=at, hint=suggestion(name, known, "causes.json has all"))
-        for size in one.sizes:
-            low, high = (size.value if x is None else x for x in (size.low, size.high))
-            if (size.low is None) != (size.high is None) or not low <= size.value <= high:
-                raise BadInput(f"size {size.parameter}: low <= value <= high does not hold", file=at)
-            if size.record is not None and size.record not in records:
-                raise BadInput(f"size {size.parameter}: no record {size.record!r}", file=at)
+        if said.index(said[i]) < i:
+            raise BadInput(f"{one.cause!r} is named twice", file=at, hint="name a cause once, with all its sizes")
+        _check_sizes(one.sizes, records, at)
     for name in answer.motion:
         if name not in world.held_out:
             raise BadInput(f"motion {name}: no such held-out record", file=place)
+
+
+def _check_sizes(sizes: Sequence[SaidSize], records: AbstractSet[str], at: str) -> None:
+    seen: set[tuple[str, str | None]] = set()
+    for size in sizes:
+        low, high = (size.value if x is None else x for x in (size.low, size.high))
+        if (size.low is None) != (size.high is None) or not low <= size.value <= high:
+            raise BadInput(f"size {size.parameter}: low <= value <= high does not hold", file=at)
+        if size.record is not None and size.record not in records:
+            raise BadInput(f"size {size.parameter}: no record {size.record!r}", file=at)
+        if (size.parameter, size.record) in seen:
+            told = f"of record {size.record}" if size.record else "of all records"
+            raise BadInput(f"size {size.parameter} {told} is stated twice", file=at, hint="state it once")
+        seen.add((size.parameter, size.record))
 
 
 def stated(answer: Answer, model: Model) -> Stated:
@@ -130,7 +164,7 @@ def extended_model(read: Read, world: str) -> Model | None:
     name = read.answer(world).model
     if name is None:
         return None
-    path = _beside(read.file, name, f"worlds {world} model")
+    path = path_within(read.file.parent, name, read.file, f"worlds {world} model")
     read_file(path, MOST_MODEL)
     return model_from_json(path)
 
@@ -140,13 +174,12 @@ def given_motion(read: Read, world: str, handed_out: Sequence[Record], starts: M
 
     starts : first sample that counts; from there on every number has to be finite.
     """
-    files = read.answer(world).motion
+    files, at = read.answer(world).motion, f"worlds {world} motion"
+    records = {record.name: record for record in handed_out}
     return {
-        record.name: _motion(
-            _beside(read.file, files[record.name], f"worlds {world} motion {record.name}"), record, starts
-        )
-        for record in handed_out
-        if record.name in files
+        name: _motion(path_within(read.file.parent, files[name], read.file, f"{at} {name}"), record, starts)
+        for name, record in records.items()
+        if name in files
     }
 
 
@@ -161,16 +194,3 @@ def _motion(path: Path, record: Record, starts: Mapping[str, int]) -> Motion:
         if wrong.size and np.isfinite(columns[channel][start:]).any():
             raise BadInput("no finite number", file=path, row=int(wrong[0]) + start + 2, column=channel)
     return {c: values for c, values in columns.items() if np.isfinite(values[start:]).all()}
-
-
-def _beside(file: Path, name: str, key: str) -> Path:
-    """A file that a submission names, in its folder or below; BadInput where it is elsewhere or reached by a link."""
-    parts = PurePosixPath(name).parts
-    if not parts or any(part in ("..", "/") or "\\" in part or ":" in part for part in parts):
-        raise BadInput(f"{key}: {name!r} is no file beside the submission", file=file)
-    path = file.parent
-    for part in parts:
-        path = path / part
-        if path.is_symlink():
-            raise BadInput(f"{key}: {name!r} is reached by a link", file=file)
-    return path

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from ...models.yaml_file import FileContent, Flag, Real, Text, needs
 from ..faults.regimes import SIDES, VARIABLES
 
 MOST_NAMED, MOST_SIZES = 20, 200
 
+
+def _printable(text: str) -> str:
+    if not text.isprintable() or not text.strip():
+        raise ValueError("hidden characters")
+    return text
+
+
 Short = Annotated[str, Field(min_length=1, max_length=120), needs("a text of 1 to 120 characters")]
+EntrantName = Annotated[
+    str, Field(min_length=1, max_length=120), AfterValidator(_printable), needs("1 to 120 printable characters")
+]
 Variable = Annotated[
     Literal["rudder", "drift", "yaw_rate", "speed", "side", "time"], needs(f"one of {', '.join(VARIABLES)}")
 ]
@@ -70,7 +80,7 @@ class Submission(FileContent):
 
     schema_version: Annotated[Literal[1], needs("1")]
     exam: Short
-    entrant: Short
+    entrant: EntrantName
     about: Text = ""
     worlds: dict[Short, Answer] = Field(default_factory=dict)
 

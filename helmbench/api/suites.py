@@ -262,19 +262,25 @@ def compare_results(first: str | PathLike[str], second: str | PathLike[str]) -> 
 
 @typed
 def merge_results(
-    source: str | PathLike[str], target: str | PathLike[str], *, sample: int = 5, seed: int = 0, trust: Trust = False
+    source: str | PathLike[str],
+    target: str | PathLike[str],
+    *,
+    sample: int | None = None,
+    seed: int | None = None,
+    trust: Trust = False,
 ) -> Merged:
     """Check results from elsewhere and add them to a directory of the same suite.
 
     Parameters
     ----------
     source, target : directories of results; `target` is added to.
-    sample : number of runs of `source` that are computed again; seed : from which they are drawn.
+    sample : number of added runs that are computed again; None: 5 %, at least 30, all where there are fewer.
+    seed : from which they are drawn; None: a new one, which the result states.
     trust : whether code may run that the directories name; or a function that answers a question in words.
 
     Returns
     -------
-    How many runs were added, were known already, and were computed again.
+    How many runs were added, were known already, and were computed again; what could not be; the seed of the sample.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from ...models.errors import BadInput
 from .. import tables
 from ..charts import rate_curves
 from ..numbers import MISSING, interval, number, percent
-from ..report import Report, environment_rows, listed, unfinished, write_files
+from ..report import Report, environment_rows, listed, reservations, write_files
 from ..tables import Column, Table, field, make_table
 from ..templating import render
 from . import rates
@@ -132,7 +132,7 @@ def headline(manifest: Mapping[str, Any], cases: Frame) -> str:
     failed, absent = ((own["status"] == status).sum() for status in ("failed", "not_applicable"))
     seed = (manifest.get("selection") or {}).get("seed")
     text = f"{different} cases from seed {seed}, {len(own)} diagnoses: {failed} failed, {absent} not applicable."
-    return unfinished(manifest, len(cases)) + text
+    return reservations(manifest, len(cases)) + text
 
 
 # tables

@@ -10,7 +10,7 @@ from ...bench.store import TIMING, read_manifest
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
-from ..report import Report, environment_rows, listed, unfinished, write_files
+from ..report import Report, environment_rows, listed, reservations, write_files
 from ..templating import render
 from . import standings
 from .ahead import ahead_table
@@ -163,4 +163,4 @@ def headline(manifest: Mapping[str, Any], results: Frame) -> str:
     by_status = [f"{int(counts.get(name, 0))} {name.replace('_', ' ')}" for name in ("ok", "failed", "not_applicable")]
     diverged = int(results["diverged"].eq(True).sum())
     text = f"{len(results)} runs: {', '.join(by_status)}; {diverged} diverged in free run."
-    return unfinished(manifest, len(results)) + text
+    return reservations(manifest, len(results)) + text

@@ -61,7 +61,7 @@ def shown(records, results, raw_log, logged, craft):
     train, other = records
     estimate = helmbench.identify(train, "nomoto-1-cubic", "ls")
     biased = train.with_channels(yaw_rate_rad_s=train.column("yaw_rate_rad_s") + 0.005)
-    facts = ("<me>", "world-1", "sensors", "alone", "wind", True, True, None, (), (), None, 0.5, 2.0)
+    facts = ("<me>", "world-1", "sensors", "alone", "wind", 1, True, 1.0, None, (), None, True, 0.5, 2.0)
     answer = WorldScore(*facts)
     row = {"paper": "003", "item": "table 5", "quantity": "<K>", "verdict": "agrees", "reason": "within 1 %"}
     return {

@@ -48,11 +48,11 @@ def judge(diagnosis: Said, group: str, injected: Sequence[str], base: str = EXAC
     injected = () if group == PLANTED else injected
     findings = [frozenset((f.cause, *f.tied_with)) for f in diagnosis.causes]
     extra = [f for f, held in zip(diagnosis.causes, findings, strict=True) if not held & set(injected)]
-    others = [f for f in extra if not _of_base(f.cause, base)]
+    others = [f for f in extra if not of_base(f.cause, base)]
     imperfect = base not in (EXACT, UNSTATED)
     if imperfect:
         pairs = zip(diagnosis.causes, findings, strict=True)
-        findings = [held for f, held in pairs if not _of_base(f.cause, base) or held & set(injected)]
+        findings = [held for f, held in pairs if not of_base(f.cause, base) or held & set(injected)]
     holding = [found for found in findings if found & set(injected)]
     outcome = _outcome(diagnosis, group, injected, findings)
     confident, stated = diagnosis.verdict in ("named", "tied"), diagnosis.verdict != "unexplained"
@@ -102,7 +102,7 @@ def _names_outcome(findings: Sequence[frozenset[str]], holding: Sequence[frozens
     return "alone" if all(found <= right for found in holding) else "tie"
 
 
-def _of_base(name: str, base: str) -> bool:
+def of_base(name: str, base: str) -> bool:
     """Whether a name says something of the base model's own numbers, or of what its family lacks."""
     from ....diagnosis.causes.registry import all_causes
 

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from jsonschema import Draft202012Validator
 
 import helmbench
 from helmbench.bench.exam import folder as exams
+from helmbench.bench.exam.judging import EffectSizes, naming
 from helmbench.bench.exam.key_file import WorldKey
 from helmbench.bench.exam.motion import error, errors, predicted
 from helmbench.bench.exam.names import group_list
-from helmbench.bench.exam.scores import ALL, WorldScore, naming, score, summary
+from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
 from helmbench.bench.exam.submission import read_submission, stated
 from helmbench.bench.exam.submission_file import Answer
 from helmbench.bench.exam.worlds import HIDDEN, KINDS, MOST, SPREAD, drawn_seed, is_hidden, kind_of_case, sister
@@ -29,6 +31,7 @@ from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.reporting.exam import folder_texts
 
+from ...seeds import seed_of
 from .entrants import perfect, submission
 
 COUNT = 7
@@ -44,11 +47,10 @@ def kinds_of(seed, ships):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """(exam, its key, the key's file), drawn anew."""
+    """(exam, its key, the key's file)."""
     place = tmp_path_factory.mktemp("exam")
     ships = ("kvlcc2-l7", "response-1")
-    seed = next(seed for seed in iter(drawn_seed, None) if kinds_of(seed, ships) == set(KINDS))
-    print("seed", seed)
+    seed = next(seed for seed in count(seed_of("exam")) if kinds_of(seed, ships) == set(KINDS))
     exam = exams.make(place / "exam", place / "key.json", folder_texts, count=COUNT, seed=seed, vessels=ships)
     return exam, exam.key(place / "key.json"), place / "key.json"
 
@@ -124,10 +126,10 @@ def test_a_perfect_submission_has_full_scores(made, tmp_path):
     scores, rows = score(exam.folder, file, [tmp_path / "perfect"])
     assert all(row.alone for row in rows), [(row.kind, row.outcome, row.named) for row in rows if not row.alone]
     whole = scores[0]
-    assert (whole.kind, whole.alone, whole.among, whole.false_alarms, whole.coverage) == (ALL, 1.0, 1.0, 0.0, 1.0)
-    assert whole.sizes > 0 and whole.wrong_size < 1e-12
+    assert (whole.kind, whole.alone, whole.right_share, whole.false_alarms, whole.coverage) == (ALL, 1.0, 1.0, 0.0, 1.0)
+    assert whole.sizes > 0 and whole.wrong_size < 1e-12 and whole.interval < 1e-12 and whole.predicted == 1.0
     assert whole.to_best == pytest.approx(1.0, abs=1e-9) and whole.to_base < 0.99
-    assert all(row.f1 in (None, 1.0) for row in rows)
+    assert all(row.regime in (None, 1.0) for row in rows)
     assert {one.kind for one in scores} == {ALL, *KINDS}
     content = json.loads((tmp_path / "perfect" / "submission.json").read_text("utf-8"))
     schema = json.loads((exam.folder / exams.SUBMISSION_SCHEMA).read_text("utf-8"))
@@ -185,8 +187,8 @@ WRONG = {
         "world-1 named 0: size speed: low <= value <= high does not hold",
     ),
     "record": ({"worlds": {"world-1": {"motion": {"train-1": "a.csv"}}}}, "motion train-1: no such held-out record"),
-    "outside": ({"worlds": {"world-1": {"motion": {"held_out-4": "../a.csv"}}}}, "is no file beside the submission"),
-    "absolute": ({"worlds": {"world-1": {"model": "/etc/passwd"}}}, "is no file beside the submission"),
+    "outside": ({"worlds": {"world-1": {"motion": {"held_out-4": "../a.csv"}}}}, "'../a.csv' is outside its folder"),
+    "absolute": ({"worlds": {"world-1": {"model": "/etc/passwd"}}}, "'/etc/passwd' is outside its folder"),
     "missing": ({"worlds": {"world-1": {"motion": {"held_out-4": "a.csv"}}}}, "a.csv: no such file"),
     "many": ({"worlds": {"world-1": {"named": [{"cause": "wind"}] * 21}}}, "worlds world-1 named"),
 }
@@ -299,26 +301,29 @@ def test_nothing_is_left_of_an_exam_that_cannot_be_made(made, tmp_path):
 def row(entrant="a", **changes):
     """An answer that is right, with changes."""
     facts = {
-        "world": "w", "kind": "sensors", "outcome": "alone", "named": "", "alone": True, "among": True,
-        "false_alarm": None, "sizes": (), "covered": (), "f1": None, "to_base": 0.5, "to_best": 2.0,
+        "world": "w", "kind": "sensors", "outcome": "alone", "named": "", "points": 1, "alone": True,
+        "right_share": 1.0, "false_alarm": None, "sizes": (), "regime": None, "predicted": True,
+        "to_base": 0.5, "to_best": 2.0,
     }  # fmt: skip
     return WorldScore(entrant, **(facts | changes))
 
 
 def test_scores_of_answers_written_by_hand_are_exact():
     rows = [
-        row(sizes=(0.1, 0.3), covered=(True, False)),
-        row(alone=False, among=False, sizes=(0.2,), covered=(True,), to_base=2.0, to_best=8.0),
-        row(kind="nothing wrong", alone=False, among=None, false_alarm=True, to_base=1.0, to_best=1.0),
-        row(kind="regime", alone=False, f1=0.5, to_base=1.0, to_best=1.0),
+        row(sizes=(EffectSizes(0.1, 0.5, 0.4), EffectSizes(None, 1.0, None)), right_share=0.5),
+        row(points=-1, alone=False, right_share=0.0, sizes=(EffectSizes(0.2, None, 0.2),), to_base=2.0, to_best=8.0),
+        row(kind="nothing wrong", alone=False, right_share=None, false_alarm=True, to_base=1.0, to_best=1.0),
+        row(kind="regime", alone=False, regime=0.5, predicted=False, to_base=1.0, to_best=1.0),
         row("b", alone=False),
     ]
     whole, regime, sensors, control, other, _ = summary(rows)
-    assert (whole.kind, whole.worlds, whole.alone, whole.among, whole.false_alarms) == (ALL, 4, 0.25, 2 / 3, 1.0)
-    assert (whole.sizes, whole.wrong_size, whole.coverage, whole.f1) == (3, 0.2, pytest.approx(2 / 3), 0.5)
+    assert (whole.kind, whole.worlds, whole.alone, whole.right_share, whole.false_alarms) == (ALL, 4, 0.25, 0.5, 1.0)
+    assert (whole.sizes, whole.wrong_size, whole.coverage) == (3, pytest.approx(0.15), 0.75)
+    assert (whole.points, other.points) == (0.5, 1.0)
+    assert (whole.interval, whole.regime, whole.predicted) == (pytest.approx(0.3), 0.5, 0.75)
     assert (whole.to_base, whole.to_best) == (pytest.approx(1.0), pytest.approx(2.0))
     assert (sensors.kind, sensors.alone, sensors.to_best) == ("sensors", 0.5, pytest.approx(4.0))
-    assert (regime.kind, regime.f1, control.kind, control.among) == ("regime", 0.5, "nothing wrong", None)
+    assert (regime.kind, regime.regime, control.kind, control.right_share) == ("regime", 0.5, "nothing wrong", None)
     assert (other.entrant, other.worlds, other.alone) == ("b", 1, 0.0)
 
 
