@@ -7,16 +7,14 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, confirmed, echo, output_options, print_json
+from ._shared import FILE, WholeRange, confirmed, echo, output_options, print_json
 
 
 @click.command()
 @click.argument("source", metavar="SOURCE", type=FILE)
 @click.argument("target", metavar="TARGET", type=FILE)
-@click.option(
-    "--sample", type=click.IntRange(min=0), default=5, show_default=True, help="Runs that are computed again."
-)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed that draws the sample.")
+@click.option("--sample", type=WholeRange(min=0), default=5, show_default=True, help="Runs that are computed again.")
+@click.option("--seed", type=WholeRange(min=0), default=0, show_default=True, help="Seed that draws the sample.")
 @click.option("--trust", is_flag=True, help="Run code that the directories name.")
 @output_options
 def merge(source: Path, target: Path, sample: int, seed: int, trust: bool, as_json: bool, quiet: bool) -> None:
