@@ -22,7 +22,7 @@ from helmbench.models.export.texts import inert, name_of
 from helmbench.models.kernels import catalogue, load
 from helmbench.models.model import list_vessels, model_to_json, resolve
 
-from .hostile_texts import HOSTILE, KINDS
+from ..hostile_texts import HOSTILE, KINDS
 
 FIELDS = ("id", "title", "source", "positive_rudder")
 VESSELS = dict.fromkeys(("simulink", "vehicle-simulator", "fmu"), "response-1") | dict.fromkeys(
