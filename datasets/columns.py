@@ -9,10 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from ..models.errors import BadInput
+from ..models.number_texts import DECIMAL
 from ..models.suggestions import near
 
-DECIMAL = r"[+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?"
-"""A number with a decimal point; no part of it is tried twice, however long the text."""
 NUMBER = re.compile(rf"{DECIMAL}|[+-]?inf(inity)?", re.ASCII | re.IGNORECASE)
 
 # Every column of a record with its unit, in the order in which it is written.

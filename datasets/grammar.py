@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Mapping
 
+from ..models.number_texts import DECIMAL, number_of
+
 DEGREE = math.pi / 180.0
 KNOT = 1852.0 / 3600.0
 
@@ -15,7 +17,7 @@ SHARE = {"%": 0.01}
 SMALLEST, LARGEST = 1e-12, 1e9
 """Numbers other than 0 in SI units and radians (degrees where the grammar has them) that are taken."""
 
-_QUANTITY = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)([A-Za-z%][A-Za-z_%]*)?")
+_QUANTITY = re.compile(rf"({DECIMAL})([A-Za-z%][A-Za-z_%]*)?", re.ASCII)
 
 
 def quantity(text: str, units: Mapping[str, float], default: str | None = None) -> float:
@@ -32,9 +34,7 @@ def quantity(text: str, units: Mapping[str, float], default: str | None = None) 
         raise ValueError(f"{text!r} lacks its unit ({' or '.join(units)})")
     if unit not in units:
         raise ValueError(f"{text!r} has an unknown unit (expected {' or '.join(units)})")
-    value = float(match.group(1)) * units[unit]
-    if not math.isfinite(value):
-        raise ValueError(f"{text!r} is not finite")
+    value = number_of(match.group(1)) * units[unit]
     if value and not SMALLEST <= abs(value) <= LARGEST:
         raise ValueError(f"{text!r} is no size of a ship's world ({SMALLEST:g} to {LARGEST:g})")
     return value

@@ -45,6 +45,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..models.errors import BadInput
+from ..models.number_texts import whole_of
 from .grammar import ANGLE, DEGREE, KNOT, SHARE, TIME, positive, quantity, share
 from .randomness import gauss_markov, key_of, stream
 from .record import Record, RecordMeta, beside
@@ -392,9 +393,10 @@ def _gaps(text: str, channel: str, sd: float) -> dict[str, float]:
 def _whole(text: str) -> int:
     if not text:
         return RUN_SAMPLES
-    if not text.isdecimal() or int(text) < 1:
+    count = whole_of(text)
+    if count < 1:
         raise ValueError(f"{text!r} is not a number of samples")
-    return int(text)
+    return count
 
 
 def _quantum(text: str, channel: str, sd: float) -> dict[str, float]:

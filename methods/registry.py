@@ -9,6 +9,7 @@ from typing import Any
 from ..models.argument_types import typed
 from ..models.discovery import by_name, class_in_file, classes_of, known, plug_ins
 from ..models.errors import BadInput
+from ..models.number_texts import number_of, whole_of
 from .base import Method
 
 GROUP = "helmbench.methods"
@@ -79,9 +80,9 @@ def _value(text: str) -> Any:
     words = {"true": True, "false": False, "none": None}
     if text.lower() in words:
         return words[text.lower()]
-    for kind in (int, float):
+    for read in (whole_of, number_of):
         try:
-            return kind(text)
+            return read(text)
         except ValueError:
             continue
     return text

@@ -16,10 +16,11 @@ from typing import Any
 
 from .errors import BadInput
 from .files import read_utf8
+from .number_texts import number_of, whole_of
 
 MOST_YAML_BYTES, MOST_JSON_BYTES = 96 * 2**10, 2**24
-MOST_NODES, MOST_DEPTH, MOST_DIGITS = 200_000, 40, 18
-"""Limits of a file: keys and values (aliases counted as often as they are used), nesting, digits of a whole number."""
+MOST_NODES, MOST_DEPTH = 200_000, 40
+"""Limits of a file: keys and values (aliases counted as often as they are used), nesting."""
 JSON_SUFFIX = ".json"
 PLAIN_TAGS = ("null", "bool", "int", "float", "str", "seq", "map", "merge")
 UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
@@ -111,16 +112,17 @@ def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _whole(text: str) -> int:
-    if len(text.lstrip("-+")) > MOST_DIGITS:
-        raise _Refused(f"a number of {len(text)} digits, at most {MOST_DIGITS} are read")
-    return int(text)
+    try:
+        return whole_of(text)
+    except ValueError as error:
+        raise _Refused(str(error)) from None
 
 
 def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise _Refused(f"the number {text[:40]} is too large")
-    return value
+    try:
+        return number_of(text)
+    except ValueError as error:
+        raise _Refused(str(error)) from None
 
 
 def _no_number(text: str) -> float:
@@ -191,8 +193,6 @@ def _number_node(loader: Any, node: Any, read: Callable[[str], Any]) -> Any:
         return read(text)
     except _Refused as refused:
         raise _Refused(refused.reason, _row(node)) from None
-    except ValueError:
-        raise _Refused(f"{text[:60]!r} is not a number", _row(node)) from None
 
 
 def _check_nodes(root: Any) -> None:

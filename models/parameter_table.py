@@ -6,7 +6,8 @@ given by m', x_G', I_z' and the derivatives of the accelerations,
 
     m11 = m - X_udot   m22 = m - Y_vdot   m23 = m x_G - Y_rdot   m32 = m x_G - N_vdot   m33 = I_z - N_rdot
 
-and terms that a table lacks are zero.  A table of mmgdynamics, as `export` writes it, is read back likewise.
+and terms that a table lacks are zero.  A table of mmgdynamics is read by `mmgdynamics_table.py`.  Numbers that no ship
+has are refused, those that hardly any has are warned of (`parameter_checks.py`).
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +26,9 @@ import numpy as np
 
 from . import kernels as kernel_store
 from .errors import BadInput
-from .export.mmgdynamics import RUDDER_AT
+from .mmgdynamics_table import NAMES, is_mmgdynamics, of_mmgdynamics
+from .number_texts import number_of
+from .parameter_checks import MASS, RANGES, check_model, doubts, with_gyration
 from .particulars import STEPS
 from .suggestions import suggestion
 
@@ -113,16 +117,18 @@ def _of_csv(path: Path) -> list[_Entry]:
 
 def _number(value: object, path: Path, row: int | None, column: str) -> float:
     try:
-        number = float(value) if isinstance(value, str | int | float) and not isinstance(value, bool) else math.nan
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise BadInput(f"{str(value)!r} is no finite number", file=path, row=row, column=column)
-    return number
+        number = number_of(value) if isinstance(value, str) else value
+    except ValueError as error:
+        raise BadInput(str(error), file=path, row=row, column=column) from None
+    if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+        raise BadInput(f"{str(value)[:80]!r} is not a finite number", file=path, row=row, column=column)
+    return float(number)
 
 
-def _by_known_name(entries: Iterable[_Entry], units: Mapping[str, str], path: Path) -> dict[str, float]:
-    """Known name -> number in its unit."""
+def _by_known_name(
+    entries: Iterable[_Entry], units: Mapping[str, str], path: Path
+) -> tuple[dict[str, float], dict[str, int | None]]:
+    """Known name -> number in its unit, and -> row."""
     from .units import factor, si_factor
 
     known, found, rows = {plain(name): name for name in units}, {}, {}
@@ -142,7 +148,7 @@ def _by_known_name(entries: Iterable[_Entry], units: Mapping[str, str], path: Pa
             except ValueError as error:
                 raise BadInput(f"{name}: {error}", file=path, row=entry.row, column="unit") from None
         found[name], rows[name] = scale * entry.value, entry.row
-    return found
+    return found, rows
 
 
 def _with_masses(values: dict[str, float], path: Path) -> dict[str, float]:
@@ -164,38 +170,55 @@ def _with_masses(values: dict[str, float], path: Path) -> dict[str, float]:
     return values
 
 
-def _of_mmgdynamics(entries: Iterable[_Entry], path: Path) -> list[_Entry]:
-    """A table of mmgdynamics in the names of family mmg (the inverse of export/mmgdynamics.py)."""
-    t = {entry.name: entry.value for entry in entries}
-    try:
-        out = {name.removesuffix("_dash"): value for name, value in t.items()}
-        out |= {"L": t["Lpp"], "nabla": t["m"] / t["rho"], "I_zz": t["I_zG"] + t["m"] * t["x_G"] ** 2}
-        out |= {"D_P": t["D_p"], "H_R": t["D_p"] / t["eta"], "x_P": t["x_P"] / t["Lpp"]}
-        out |= {"CRu": 1.0 - t["t_R"], "CRv": 1.0 + t["a_H"], "CRr": RUDDER_AT + t["a_H"] * t["x_H_dash"]}
-    except KeyError as error:
-        raise BadInput(f"missing: {error.args[0]}", file=path, hint="a table of mmgdynamics has it") from None
-    except ZeroDivisionError:
-        raise BadInput("Lpp, rho or eta is 0", file=path, hint="numbers above 0 are needed") from None
-    dropped = ("Lpp", "B", "C_b", "m", "I_zG", "D_p", "eta", "t_R", "a_H", "x_H")
-    return [_Entry(name, value, "") for name, value in out.items() if name not in dropped]
-
-
-def _values(entries: Iterable[_Entry], family: str, kernels: kernel_store.Kernels, path: Path) -> dict[str, float]:
-    """Every parameter and constant of a family by name, in its unit; BadInput where one is missing."""
+def _units(family: str, kernels: kernel_store.Kernels) -> dict[str, str]:
+    """Names that a table may have -> unit; empty: whatever it states, in SI units."""
     polynomial = family == "abkowitz"
     units = dict(zip(kernels.PARAMETERS, kernels.UNITS, strict=True))
     units |= dict.fromkeys(kernels.CONSTANTS, "1" if polynomial else "")
-    units |= {"L": "m", "U0": "m/s", **dict.fromkeys(PUBLISHED, "1")} if polynomial else {}
-    values = _by_known_name(entries, units, path)
-    if polynomial:
+    return units | ({"L": "m", "U0": "m/s", **dict.fromkeys(PUBLISHED, "1")} if polynomial else {})
+
+
+def _complete(stated: Mapping[str, float], family: str, kernels: kernel_store.Kernels, path: Path) -> dict[str, float]:
+    """Every parameter and constant of a family by name; BadInput where one is missing."""
+    values = dict(stated)
+    if family == "abkowitz":
         values = dict.fromkeys(kernels.PARAMETERS, 0.0) | _with_masses(values, path)
     missing = [name for name in (*kernels.PARAMETERS, *kernels.CONSTANTS) if name not in values]
     if missing:
         raise BadInput(f"missing: {', '.join(missing)}", file=path, hint="add a row for each")
-    for name in {"L", "U0"} & set(kernels.CONSTANTS):
-        if not values[name] > 0.0:
-            raise BadInput(f"{name} is {values[name]:g}, a number above 0 is needed", file=path)
     return values
+
+
+def _check(found: _Found, values: Mapping[str, float], family: str, path: Path) -> None:
+    """Warn of numbers that hardly any ship has; BadInput for the first that none has."""
+    numbers = with_gyration({**found.beside, **found.stated, **values})
+    for doubt in doubts(numbers, (MASS, *RANGES.get(family, ()))):
+        said = f"{found.names.get(doubt.name, doubt.name)} is {doubt.value:.6g}: {doubt.expected}"
+        if doubt.impossible:
+            row, hint = found.rows.get(doubt.name), "check its unit, sign and scale"
+            raise BadInput(said, file=path, row=row, hint=hint)
+        warnings.warn(f"{path.name}: {said}", RuntimeWarning, stacklevel=4)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Numbers of a table by the names of the family, with the rows that they stand in; what else it says of the ship;
+    names by which its reader knows them."""
+
+    stated: Mapping[str, float]
+    rows: Mapping[str, int | None]
+    beside: Mapping[str, float] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+
+
+def _found(entries: Sequence[_Entry], family: str, kernels: kernel_store.Kernels, path: Path) -> _Found:
+    """A table's numbers; lines that tell how one of mmgdynamics was read are warnings."""
+    if family != "mmg" or not is_mmgdynamics(entry.name for entry in entries):
+        return _Found(*_by_known_name(entries, _units(family, kernels), path))
+    own = of_mmgdynamics([(entry.name, entry.value, entry.unit, entry.row) for entry in entries], path)
+    for line in own.told:
+        warnings.warn(f"{path.name}: {line}", RuntimeWarning, stacklevel=4)
+    return _Found(own.numbers, {}, own.beside, NAMES)
 
 
 def model_of_table(
@@ -212,14 +235,16 @@ def model_of_table(
         if number is not None and not (math.isfinite(number) and number > 0.0):
             raise BadInput(f"{name} is {number!r}, a number above 0 is needed")
     kernels, entries = kernel_store.load(family), read_table(path)
-    mmgdynamics = family == "mmg" and any(entry.name == "R_0_dash" for entry in entries)
-    values = _values(_of_mmgdynamics(entries, path) if mmgdynamics else entries, family, kernels, path)
+    found = _found(entries, family, kernels, path)
+    values = _complete(found.stated, family, kernels, path)
+    _check(found, values, family, path)
     constants = np.array([values[name] for name in kernels.CONSTANTS])
     blank = Model(path.stem, family, np.full(len(kernels.COEFFICIENTS), np.nan), constants)
     model = blank.with_coefficients(blank.from_parameters({name: values[name] for name in kernels.PARAMETERS}))
-    breadth = [entry.value for entry in entries if entry.name == "B"]
-    particulars = {"B": breadth[-1], "L": values["L"], "d": values["d"]} if mmgdynamics and breadth else {}
+    particulars = {"B": found.beside["B"], "L": values["L"], "d": values["d"]} if "B" in found.beside else {}
     speed = values.get("U0", math.nan) if speed_m_s is None else speed_m_s
     step = values["L"] / speed / STEPS if "L" in values and speed > 0.0 else model.max_step_s
     facts = {"speed_m_s": speed, "n0_rps": n0_rps, "max_step_s": step, "particulars": particulars, "source": path.name}
-    return replace(model, positive_rudder=positive_rudder, **facts)
+    model = replace(model, positive_rudder=positive_rudder, **facts)
+    check_model(model, path)
+    return model

@@ -19,8 +19,9 @@ from .numbers import MISSING, is_missing
 
 WIDEST_PADDED = 40
 """Markdown cells are padded to the width of their column, but not beyond this many characters."""
-FORMULA = ("=", "+", "-", "@")
-"""What a text begins with that a spreadsheet takes for a formula; CSV has an apostrophe before it."""
+FORMULA = re.compile(r"(^|[;\t\n])(\s*)(?=[=+\-@\uff1d\uff0b\uff0d\uff20])")
+"""Where a spreadsheet takes what follows for a formula, also where a cell begins at a semicolon or a tab; CSV has an
+apostrophe there."""
 LONG = 48
 """HTML cells with more characters may be broken into lines."""
 
@@ -180,7 +181,7 @@ def in_markdown(text: object) -> str:
 def _markdown_cell(cell: Cell) -> str:
     """One line in which a bar does not end the cell, and a text is no link."""
     text = escape(cell.text, quote=False).replace("](", "]\\(") if cell.markdown is None else cell.markdown
-    text = " ".join(text.split()).replace("|", "\\|")
+    text = re.sub(r"(\\*)\|", r"\1\1\\|", " ".join(text.split()))
     return f"**{text}**" if cell.best else text
 
 
@@ -195,7 +196,7 @@ def _csv_value(cell: Cell) -> Any:
 def without_formula(text: str) -> str:
     """A text as a cell of CSV that no spreadsheet takes for a formula."""
     text = text.replace("\r", " ")
-    return f"'{text}" if text.lstrip().startswith(FORMULA) and not _is_number(text) else text
+    return text if _is_number(text) else FORMULA.sub(r"\1'\2", text)
 
 
 def _is_number(text: str) -> bool:

@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from ..columns import DECIMAL
+from ...models.number_texts import DECIMAL
 from .cell_texts import Texts
 from .units import unit_of, words_of
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping as Dict
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...models.number_texts import number_of
 from .clock import COUNTED, DATED, SCALES, UNITS_OF_TIME, Form, TimeGuess, guess_form, rows_as_seconds, seconds, spread
 from .draft import Answer, Question, Sure
 from .headers import BRACKETS
@@ -205,8 +207,9 @@ def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColum
     if step is not None:
         return TableTime((), "rows", "rows", step, "stated", "a line above the header states the time step")
     key = answers.get(f"{table.label}/time", "")
-    if re.fullmatch(r"\d*\.?\d+(e-?\d+)?", key) and float(key) > 0.0:
-        return TableTime((), "rows", "rows", float(key), "stated", "as answered")
+    with suppress(ValueError):
+        if (typed := number_of(key)) > 0.0:
+            return TableTime((), "rows", "rows", typed, "stated", "as answered")
     able = list(rivals) or [
         c for c in table.columns if c.numeric and len(c.numbers) > 1 and np.mean(np.diff(c.numbers) > 0.0) > 0.95
     ]

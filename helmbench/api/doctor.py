@@ -202,7 +202,7 @@ def _threads() -> Iterator[Finding]:
     told = ", ".join(f"{library} {threads}" for library, threads in pools) or "none"
     most = max((threads for _, threads in pools), default=1)
     given = {name: value for name in THREAD_VARIABLES if (value := os.environ.get(name))}
-    wrong = [name for name, value in given.items() if not value.isdigit() or int(value) < 1]
+    wrong = [name for name, value in given.items() if not (value.isascii() and value.isdigit() and int(value) > 0)]
     if wrong:
         yield Finding(
             "threads", FAULT, f"{wrong[0]} is {given[wrong[0]]!r}", f"set {wrong[0]} to a whole number, at least 1"

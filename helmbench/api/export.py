@@ -54,8 +54,7 @@ def read_parameters(
     Parameters
     ----------
     table : a CSV file with the columns name, value and perhaps unit, or a YAML or JSON file of names with numbers; a
-        scale such as 1e-5 stands in the heading of the values or in a unit.  Of family 'mmg' also a JSON table of
-        mmgdynamics.
+        scale such as 1e-5 stands in the heading of the values or in a unit.  Family 'mmg' takes a table of mmgdynamics.
     family : id of the equations, as `list_models` shows.
     positive_rudder : 'port' or 'starboard', the side to which a positive rudder angle turns the ship in the table.
     speed_m_s : speed of the straight course; without it U0 of the table, where the family has one.
@@ -63,7 +62,12 @@ def read_parameters(
 
     Raises
     ------
-    BadInput : a name is unknown, missing or there twice, a value is no number, or a unit is of another quantity.
+    BadInput : a name is unknown, missing or there twice, a value is no number or one that no ship has, a unit is of
+        another quantity, or the rudder turns the ship to the other side.
+
+    Warns
+    -----
+    RuntimeWarning : a value that hardly any ship has, or keys of a table of mmgdynamics that were left out.
     """
     from ..models.parameter_table import model_of_table
 

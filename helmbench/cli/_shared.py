@@ -46,6 +46,42 @@ class Writable(Protocol):
     def summary(self) -> str: ...
 
 
+class Number(click.types.FloatParamType):
+    """A number in ASCII digits, finite."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        return super().convert(_read(self, value, param, ctx), param, ctx)
+
+
+class NumberRange(click.FloatRange):
+    """A number in ASCII digits, within bounds."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        return super().convert(_read(self, value, param, ctx), param, ctx)
+
+
+class WholeRange(click.IntRange):
+    """A whole number in ASCII digits, within bounds."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        return super().convert(_read(self, value, param, ctx), param, ctx)
+
+
+def _read(kind: click.ParamType[Any], value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    """The number of a text; what is no text stays."""
+    from ..models.number_texts import number_of, whole_of
+
+    if not isinstance(value, str):
+        return value
+    try:
+        return whole_of(value) if isinstance(kind, WholeRange) else number_of(value)
+    except ValueError as error:
+        kind.fail(str(error), param, ctx)
+
+
+NUMBER = Number()
+
+
 class Identifier(click.ParamType[str]):
     """A text that may be an identifier of `helmbench list KIND`, which the shell completes; anything is taken.
 

@@ -6,18 +6,16 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, METHOD, output_options, print_json, show_files, show_text, shows_progress
+from ._shared import FILE, METHOD, NUMBER, WholeRange, output_options, print_json, show_files, show_text, shows_progress
 
 
 @click.command()
 @click.argument("board", type=FILE)
-@click.option(
-    "--situations", type=click.IntRange(1, 100_000), default=60, show_default=True, help="How many are drawn."
-)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--situations", type=WholeRange(1, 100_000), default=60, show_default=True, help="How many are drawn.")
+@click.option("--seed", type=WholeRange(min=0), default=0, show_default=True)
 @click.option("--method", "methods", multiple=True, type=METHOD, help="Only these methods (repeatable); default: all.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes, at most one a processor.")
-@click.option("--timeout", type=float, help="Seconds until a run is ended and stored as failed.")
+@click.option("--jobs", type=WholeRange(min=1), help="Worker processes, at most one a processor.")
+@click.option("--timeout", type=NUMBER, help="Seconds until a run is ended and stored as failed.")
 @click.option(
     "-o", "--output", required=True, type=FILE, help="directory of the runs and the page; goes on where it stopped"
 )

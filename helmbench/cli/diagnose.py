@@ -10,7 +10,10 @@ from ._shared import (
     CAUSE,
     FILE,
     MODEL,
+    NUMBER,
+    NumberRange,
     TwoSets,
+    WholeRange,
     check_folder,
     find_and_write,
     force_option,
@@ -36,17 +39,19 @@ class Diagnose(TwoSets):
 )
 @click.option(
     "--coefficient-sd",
-    type=click.FloatRange(min=0.0),
+    type=NumberRange(min=0.0),
     help="Relative uncertainty of known coefficients; 0: exact.  [default: the family's priors]",
 )
 @click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, without --model.")
 @click.option("--channels", help="Use only these: heading,yaw_rate,surge,sway,north,east.  [default: all]")
 @click.option("--causes", multiple=True, metavar="CAUSE...", type=CAUSE, help="Test only these causes.  [default: all]")
 @click.option(
-    "--max-effects", type=click.IntRange(min=1), default=3, show_default=True, help="Largest number of causes to name."
+    "--max-effects", type=WholeRange(min=1), default=3, show_default=True, help="Largest number of causes to name."
 )
-@click.option("--alpha", default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option(
+    "--alpha", type=NUMBER, default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis."
+)
+@click.option("--seed", type=WholeRange(min=0), default=0, show_default=True)
 @force_option
 @output_options
 def diagnose(

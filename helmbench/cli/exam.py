@@ -14,6 +14,7 @@ from ._shared import (
     VESSEL,
     Group,
     Identifier,
+    WholeRange,
     check_folder,
     echo,
     force_option,
@@ -38,8 +39,8 @@ def exam() -> None:
 @exam.command("make")
 @EXAM
 @click.option("--key", required=True, type=FILE, help="File of the answers; keep it outside the exam.")
-@click.option("--worlds", type=click.IntRange(1, 500), default=12, show_default=True, help="Number of worlds.")
-@click.option("--seed", type=click.IntRange(0, 10**18), help="Whoever knows it has the answers.  [default: a new one]")
+@click.option("--worlds", type=WholeRange(1, 500), default=12, show_default=True, help="Number of worlds.")
+@click.option("--seed", type=WholeRange(0, 10**18), help="Whoever knows it has the answers.  [default: a new one]")
 @click.option("--suite", type=SUITE, default="exam", show_default=True, help="Suite of diagnoses, or its file.")
 @click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
 @output_options

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SUITE, VESSEL, Group, echo, output_options, print_json
+from ._shared import FILE, SUITE, VESSEL, Group, WholeRange, echo, output_options, print_json
 
 
 @click.group(cls=Group)
@@ -18,7 +18,7 @@ def identibench() -> None:
 @identibench.command("export")
 @click.argument("suite", type=SUITE)
 @click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
-@click.option("--seeds", type=click.IntRange(1, 1_000_000), help="Number of seeds; default: the suite's.")
+@click.option("--seeds", type=WholeRange(1, 1_000_000), help="Number of seeds; default: the suite's.")
 @click.option("-o", "--output", required=True, type=FILE, help="directory of the problems")
 @output_options
 def export(suite: str, vessels: tuple[str, ...], seeds: int | None, output: Path, as_json: bool, quiet: bool) -> None:

@@ -11,6 +11,7 @@ import click
 from ._shared import (
     BAD_INPUT,
     FILE,
+    NUMBER,
     OK,
     SIDES,
     check_file,
@@ -36,9 +37,9 @@ if TYPE_CHECKING:
 @click.option("--segment", is_flag=True, help="Cut into zigzags, turns and straight runs, a record each.")
 @click.option("--vessel", help="Vessel id, for the sidecar.")
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder; default: told by the yaw response.")
-@click.option("--dt", "step_s", type=float, help="Time step in seconds; default: that of the slowest logger.")
+@click.option("--dt", "step_s", type=NUMBER, help="Time step in seconds; default: that of the slowest logger.")
 @click.option(
-    "--variation", "variation_deg", type=float, help="Magnetic variation, deg to east, for magnetic headings."
+    "--variation", "variation_deg", type=NUMBER, help="Magnetic variation, deg to east, for magnetic headings."
 )
 @click.option("-o", "--output", required=True, type=FILE, help="record.csv or record.parquet")
 @force_option

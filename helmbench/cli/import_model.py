@@ -6,15 +6,15 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, check_file, force_option, output_options, print_json, show_files
+from ._shared import FILE, NUMBER, check_file, force_option, output_options, print_json, show_files
 
 
 @click.command("import-model")
 @click.argument("table", type=FILE)
 @click.option("--family", required=True, help="Equations that the parameters belong to, such as abkowitz.")
 @click.option("--positive-rudder", required=True, type=click.Choice(("port", "starboard")), help="Side it turns to.")
-@click.option("--speed", type=float, help="Speed of the straight course, m/s.")
-@click.option("--revolutions", type=float, help="Revolutions of the straight course, 1/s.")
+@click.option("--speed", type=NUMBER, help="Speed of the straight course, m/s.")
+@click.option("--revolutions", type=NUMBER, help="Revolutions of the straight course, 1/s.")
 @click.option("-o", "--output", required=True, type=FILE, help="model.json to write.")
 @force_option
 @output_options

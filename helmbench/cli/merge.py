@@ -7,14 +7,14 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, confirmed, echo, output_options, print_json
+from ._shared import FILE, WholeRange, confirmed, echo, output_options, print_json
 
 
 @click.command()
 @click.argument("source", metavar="SOURCE", type=FILE)
 @click.argument("target", metavar="TARGET", type=FILE)
-@click.option("--sample", type=click.IntRange(min=0), help="Runs that are computed again.  [default: 5 %, at least 30]")
-@click.option("--seed", type=click.IntRange(min=0), help="Seed that draws the sample.  [default: a new one]")
+@click.option("--sample", type=WholeRange(min=0), help="Runs that are computed again.  [default: 5 %, at least 30]")
+@click.option("--seed", type=WholeRange(min=0), help="Seed that draws the sample.  [default: a new one]")
 @click.option("--trust", is_flag=True, help="Run code that the directories name.")
 @output_options
 def merge(

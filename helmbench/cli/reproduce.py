@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from ._shared import FAILED, FILE, OK, echo, output_options, print_json, shows_progress
+from ._shared import FAILED, FILE, OK, WholeRange, echo, output_options, print_json, shows_progress
 
 
 @click.command()
 @click.argument("paper", required=False, metavar="[PAPER]")
-@click.option("--table", type=click.IntRange(min=1), help="Only the claims of this table.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes; default and most: one for each processor.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, help="Other random numbers in every computation.")
+@click.option("--table", type=WholeRange(min=1), help="Only the claims of this table.")
+@click.option("--jobs", type=WholeRange(min=1), help="Worker processes; default and most: one for each processor.")
+@click.option("--seed", type=WholeRange(min=0), default=0, help="Other random numbers in every computation.")
 @click.option("--resume", is_flag=True, help="Continue a computation that was interrupted.")
 @click.option("-o", "--output", type=FILE, help="Keep runs, results and pages in this directory.")
 @output_options

@@ -13,9 +13,11 @@ from ._shared import (
     FAILED,
     FILE,
     METHOD,
+    NUMBER,
     OK,
     SUITE,
     VESSEL,
+    WholeRange,
     confirmed,
     echo,
     output_options,
@@ -36,10 +38,10 @@ if TYPE_CHECKING:
     "--method", "methods", multiple=True, type=METHOD, help="Only these methods (repeatable); also path.py:Class."
 )
 @click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
-@click.option("--seeds", type=click.IntRange(1, 1_000_000), help="Number of seeds or rounds; default: the suite's.")
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
+@click.option("--seeds", type=WholeRange(1, 1_000_000), help="Number of seeds or rounds; default: the suite's.")
+@click.option("--seed", type=WholeRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
 @click.option(
-    "--jobs", type=click.IntRange(min=1), help="Worker processes, at most one a processor; or jobs of an --array."
+    "--jobs", type=WholeRange(min=1), help="Worker processes, at most one a processor; or jobs of an --array."
 )
 @click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
 @click.option("--array", type=click.Choice(["slurm", "local"]), help="Run as a job array through submitit.")
@@ -47,8 +49,8 @@ if TYPE_CHECKING:
     "--array-option", "array_options", multiple=True, help="Option of the jobs, e.g. timeout_min=240 (repeatable)."
 )
 @click.option("--reuse", multiple=True, type=FILE, help="Take equal runs from this directory of results (repeatable).")
-@click.option("--timeout", type=float, help="Seconds until a run is ended and stored as failed; not with --scheduler.")
-@click.option("--memory", type=float, help="GiB of memory that a run may allocate (Linux); not with --scheduler.")
+@click.option("--timeout", type=NUMBER, help="Seconds until a run is ended and stored as failed; not with --scheduler.")
+@click.option("--memory", type=NUMBER, help="GiB of memory that a run may allocate (Linux); not with --scheduler.")
 @tuning_options
 @click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
 @click.option("--trust", is_flag=True, help="Run code that the suite file, or the directory to resume, names.")
@@ -107,7 +109,7 @@ def _named(texts: tuple[str, ...]) -> dict[str, str | int]:
     wrong = next((text for text, (name, equal, _) in zip(texts, pairs, strict=True) if not (name and equal)), None)
     if wrong is not None:
         raise click.BadParameter(f"{wrong!r} is not name=value", param_hint="--array-option")
-    return {name: int(value) if value.isdigit() else value for name, _, value in pairs}
+    return {name: int(value) if value.isascii() and value.isdigit() else value for name, _, value in pairs}
 
 
 def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:

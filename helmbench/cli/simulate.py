@@ -6,19 +6,19 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, VESSEL, check_file, echo, force_option, output_options, print_json
+from ._shared import FILE, NUMBER, SIDES, VESSEL, WholeRange, check_file, echo, force_option, output_options, print_json
 
 
 @click.command()
 @click.argument("vessel", type=VESSEL)
 @click.option("--manoeuvre", required=True, help="For example zigzag:20/20 or turn:35:port.")
-@click.option("--duration", "duration_s", type=float, help="Seconds; default: the vessel file's.")
-@click.option("--dt", "dt_s", type=float, help="Sampling step in seconds; default: the vessel file's.")
+@click.option("--duration", "duration_s", type=NUMBER, help="Seconds; default: the vessel file's.")
+@click.option("--dt", "dt_s", type=NUMBER, help="Sampling step in seconds; default: the vessel file's.")
 @click.option("--noise", default="none", show_default=True, help="none, low, medium, high, or yaw_rate=0.05deg_s,...")
 @click.option(
     "--disturbance", default="none", show_default=True, help="wind:12@40deg, current:..., waves:..., joined by +."
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--seed", type=WholeRange(min=0), default=0, show_default=True)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
 @click.option("-o", "--output", required=True, type=FILE, help="record.csv or record.parquet")
 @force_option

@@ -287,7 +287,7 @@ class _Server:
 async def _stream(request: Request, place: Path) -> None:
     """Write a body into a file; _TooLarge before it is read where the header says so, else when it is."""
     told = request.headers.get("content-length", "0")
-    size = int(told) if told.isdigit() else 0
+    size = int(told) if told.isascii() and told.isdigit() else 0
     written = 0
     with place.open("xb") as file:
         if size <= MOST_BYTES:

@@ -42,7 +42,7 @@ def write(folder: Path, recipe: Recipe) -> None:
 
 def commands(recipe: Recipe) -> str:
     """A shell script: the import, and the analysis of the parts that lie in `records`."""
-    imported = ["helmbench", "import", *recipe.logs, "--map", recipe.mapping, "-o", "imported.csv"]
+    imported = ["helmbench", "import", *map(_file, recipe.logs), "--map", _file(recipe.mapping), "-o", "imported.csv"]
     told = "# Put the log beside this file.  It is imported anew; the parts that were used lie in the folder records."
     lines = ["#!/bin/sh", told, _shell(imported), _shell(_analysis(recipe))]
     return "\n".join(lines) + "\n"
@@ -54,11 +54,16 @@ def _analysis(recipe: Recipe) -> list[str]:
         return ["helmbench", "check", *train, *held_out, "-o", "out"]
     if recipe.kind == "identify":
         checked = ["--validate", *held_out] if held_out else []
-        return ["helmbench", "identify", *train, "--model", recipe.model, "--method", recipe.method, *checked,
+        return ["helmbench", "identify", *train, "--model", _file(recipe.model), "--method", recipe.method, *checked,
                 "-o", "out"]  # fmt: skip
     tested = ["--held-out", *held_out] if held_out else []
-    model = ["--model", recipe.model] if recipe.model else []
+    model = ["--model", _file(recipe.model)] if recipe.model else []
     return ["helmbench", "diagnose", *model, "--train", *train, *tested, "-o", "out"]
+
+
+def _file(name: str) -> str:
+    """The name of a file as a word that no command takes for an option."""
+    return f"./{name}" if name.startswith("-") else name
 
 
 def _shell(words: Sequence[str]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -16,6 +15,7 @@ from sympy.printing.pycode import PythonCodePrinter
 
 from ..errors import BadInput
 from ..kernels import definition_of
+from .texts import inert, name_of
 
 if TYPE_CHECKING:
     from ..definition import Definition
@@ -104,17 +104,16 @@ def mass_matrix(model: Model) -> NDArray[np.float64]:
 
 
 def identifier(model: Model) -> str:
-    """The model's id as a name of MATLAB and Python."""
-    name = re.sub(r"\W+", "_", model.id, flags=re.ASCII).strip("_") or "model"
-    return name if name[0].isalpha() else f"model_{name}"
+    """The model's id as a name of MATLAB and Python, and of files."""
+    return name_of(model.id, (*model.coordinates, *model.constant_names))
 
 
 def heading(model: Model) -> list[str]:
-    """Lines that say what a file holds, and what of the model it does not hold."""
-    lines = [f"{model.title or model.id}: family {model.family}"]
+    """Lines that say what a file holds, and what of the model it does not hold; texts of the model are `inert`."""
+    lines = [f"{inert(model.title or model.id)}: family {inert(model.family)}"]
     lines += ["SI units and radians; x forward, y to starboard, z down"]
-    lines += [f"a positive rudder angle turns the ship to {model.positive_rudder}"]
-    lines += [f"source: {model.source}"] if model.source else []
+    lines += [f"a positive rudder angle turns the ship to {inert(model.positive_rudder)}"]
+    lines += [f"source: {inert(model.source)}"] if model.source else []
     left: Mapping[str, Any] = {
         "instruments (rudder linkage and sensors)": model.instruments,
         "wind force": model.windage,
@@ -122,7 +121,7 @@ def heading(model: Model) -> list[str]:
     }
     absent = [name for name, value in left.items() if value]
     lines += [f"not exported: {', '.join(absent)}"] if absent else []
-    return [" ".join(line.split()) for line in lines]
+    return lines
 
 
 def gear(model: Model) -> dict[str, float]:

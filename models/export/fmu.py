@@ -21,6 +21,7 @@ from xml.etree import ElementTree
 
 from ..simulate import initial_state, inputs_of
 from .equations import C, definition, gear, heading, identifier, numbers, statements
+from .texts import inert
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -88,7 +89,7 @@ def _variable(name: str, meaning: tuple[str, str] | None, causality: str, value:
 
 def _description(model: Model, name: str, guid: str, variables: Sequence[Variable]) -> str:
     """modelDescription.xml (FMI 2.0, section 2.2)."""
-    root = ElementTree.Element("fmiModelDescription", fmiVersion="2.0", modelName=model.id, guid=guid)
+    root = ElementTree.Element("fmiModelDescription", fmiVersion="2.0", modelName=inert(model.id), guid=guid)
     root.attrib.update({"description": "; ".join(heading(model)), "generationTool": "helmbench"})
     slave = ElementTree.SubElement(root, "CoSimulation", modelIdentifier=name)
     can = ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canNotUseMemoryManagementFunctions")
@@ -126,7 +127,7 @@ def _source(model: Model, variables: Sequence[Variable]) -> str:
     lines += [f"const double {left} = {right};" for left, right in statements(own, C())]
     lines += [f"hb_d[{place}] = d_{s.name};" for place, s in enumerate(own.states)]
     held = {
-        "HEADING": "\n".join(f" * {line}" for line in heading(model)).replace("*/", "* /").replace("\\", "/"),
+        "HEADING": "\n".join(f" * {line}" for line in heading(model)),
         "COUNT": str(len(variables)),
         "STATES": str(len(model.states)),
         "STATE": str(state),

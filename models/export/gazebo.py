@@ -49,7 +49,7 @@ def gazebo(model: Model) -> dict[str, str]:
     found = damping(model, matrix)
     gyration = model.particulars.get("k_zz", 0.25 * model.particulars["L"])
     inertia = mass * (gyration**2 + model.particulars.get("x_G", 0.0) ** 2)
-    lines = [f"<!-- {_safe(line)} -->" for line in _told(model, found)]
+    lines = [f"<!-- {line} -->" for line in _told(model, found)]
     surge, sway, coupling, yaw = (float(matrix[place]) for place in ((0, 0), (1, 1), (1, 2), (2, 2)))
     lines += ["<inertial>", f"  <mass>{mass!r}</mass>", f"  <inertia><izz>{inertia!r}</izz></inertia>"]
     lines += ["  <fluid_added_mass>", f"    <xx>{surge - mass!r}</xx>", f"    <yy>{sway - mass!r}</yy>"]
@@ -69,10 +69,6 @@ def _told(model: Model, found: Damping) -> list[str]:
         f"damping at {model.speed_m_s:g} m/s, rudder amidships, drift up to 20 deg, r L / U up to {TURN:g}",
         f"a thrust of {found.thrust_n:.4g} N holds this speed; share of the forces that the terms hold: {held}",
     ]
-
-
-def _safe(text: str) -> str:
-    return text.replace("--", "- -")
 
 
 def damping(model: Model, matrix: NDArray[np.float64]) -> Damping:

@@ -9,6 +9,7 @@ import sympy as sp
 
 from ..simulate import initial_state
 from .equations import Octave, definition, gear, heading, identifier, statements
+from .texts import inert
 
 if TYPE_CHECKING:
     from ..definition import Definition
@@ -35,7 +36,7 @@ def simulink(model: Model) -> dict[str, str]:
 
 
 def _text(value: str) -> str:
-    return "'" + value.replace("'", "''") + "'"
+    return f"'{inert(value)}'"
 
 
 def _cell(values: Sequence[str]) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ..errors import BadInput
 from ..simulate import initial_state
 from .equations import Python, definition, gear, heading, identifier, numbers, statements
+from .texts import inert
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -98,14 +99,14 @@ def vehicle_simulator(model: Model) -> dict[str, str]:
     moving = [s.name for s in own.states if s.name in MOTION]
     speed = start.get("u", model.speed_m_s)
     text = TEMPLATE.format(
-        heading="\n".join(heading(model)).replace('"""', "'''").replace("\\", "/"),
+        heading="\n".join(heading(model)),
         numbers=repr(numbers(model)),
         gear=repr(gear(model)).replace("inf", "math.inf"),
         states=", ".join(s.name for s in own.states),
         inputs=", ".join(s.name for s in own.inputs),
         equations="\n".join(f"    {line}" for line in lines),
         name=name,
-        id=model.id,
+        id=inert(model.id),
         n0=repr(model.n0_rps),
         step=repr(float(model.max_step_s)),
         length=repr(float(model.particulars.get("L", 1.0))),

@@ -24,7 +24,7 @@ def write_markdown(found: CraftDiagnosis, folder: Path, name: str, title: str, n
 def markdown(found: CraftDiagnosis, title: str, note: str) -> str:
     """The Markdown text."""
     story = words.statement(found)
-    records = ", ".join(f"{name} ({role.replace('_', ' ')})" for name, role in found.records)
+    records = ", ".join(f"{tables.in_markdown(name)} ({role.replace('_', ' ')})" for name, role in found.records)
     parts = [f"# {title}", note, f"**{words.headline(found)}.** {story[0]}", sentences(story[1:])]
     parts += ["## What steers it", tables.markdown(words.laws_table(found))]
     parts += ["## The ladder", tables.markdown(words.steps_table(found))]

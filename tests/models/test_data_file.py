@@ -42,7 +42,7 @@ def test_yaml_is_read_as_its_version_1_2_says(text, value):
         ("? [1, 2]\n: 3", "row 1: a key must be a text or a number"),
         ("a: !!binary aGVsbG8=", "the tag tag:yaml.org,2002:binary is not one of plain data"),
         ("a: !!python/object/apply:os.system [id]", "python/object/apply:os.system is not one of plain data"),
-        ("a: !!int 12:30", "row 1: '12:30' is not a number"),
+        ("a: !!int 12:30", "row 1: '12:30' is not a whole number"),
         ("a: !!bool maybe", "a value does not suit its tag"),
         ('a: "\\e[31m"', "row 1: a text with the character U+001B"),
         ('a: "\\ud800"', "row 1: a text with the character U+D800"),

@@ -1,6 +1,5 @@
 """Exported files are read back by code that shares nothing with the models, and run beside them."""
 
-import io
 import json
 import math
 import re
@@ -305,22 +304,6 @@ def test_a_unit_keeps_to_the_standard(tmp_path):
         unit.setReal([references["rudder_command"]], [math.nan])
     unit.terminate()
     unit.freeInstance()
-
-
-@pytest.mark.parametrize(
-    "title", ["*/ int x; /*", "ends in \\", "two\nlines", '"); abort();', "@EQUATIONS@ @COUNT@", "ünï"]
-)
-def test_the_title_of_a_model_stays_a_comment(title):
-    """It compiles: a warning, which would be an error here, tells where it does not."""
-    named = replace(resolve("response-1"), title=title, source=title, id="a */ b")
-    (content,) = exported(named, "fmu").values()
-    with zipfile.ZipFile(io.BytesIO(content)) as unit:
-        code = unit.read("sources/a_b.c").decode()
-        assert len(unit.namelist()) == 3
-    plain = zipfile.ZipFile(io.BytesIO(exported(resolve("response-1"), "fmu")["response_1.fmu"])).read(
-        "sources/response_1.c"
-    )
-    assert code.partition("#include")[2].splitlines()[:60] == plain.decode().partition("#include")[2].splitlines()[:60]
 
 
 def test_without_a_compiler_a_unit_holds_its_source_and_says_so(tmp_path, monkeypatch):

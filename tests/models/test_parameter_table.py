@@ -87,14 +87,14 @@ def test_spellings_of_a_name():
     [
         ("N_{vvr}", "N_{vvrq}", "row 10, column name: unknown parameter 'N_{vvrq}'; did you mean Nvvr?"),
         ("Y_r,", "Y'v,", "row 5, column name: Yv stands twice (also in row 4)"),
-        ("-1160", "-11b0", "row 4, column value (x 10^-5): '-11b0' is no finite number"),
+        ("-1160", "-11b0", "row 4, column value (x 10^-5): '-11b0' is not a number such as"),
         ("160.93,m", "160.93,kg", "row 19, column unit: L: the unit is 'kg'"),
         ("Nrdot,-43.8,\n", "", "missing: m33 = Iz - Nrdot needs Nrdot"),
         ("U0,15,kn\n", "", "missing: U0"),
         ("name,value (x 10^-5),unit", "name,value,unit\nX_uu,1,1e400", "row 2, column unit: Xuu: "),
         ("-184", "1" * 140000, "row 2: is no CSV: field larger than field limit"),
-        ("160.93,m", "0,m", "L is 0, a number above 0 is needed"),
-        ("U0,15,kn", "U0,-15,kn", "U0 is -7.71667, a number above 0 is needed"),
+        ("160.93,m", "0,m", "row 19: L is 0: 0.3 to 500 is usual"),
+        ("U0,15,kn", "U0,-15,kn", "row 20: U0 is -7.71667: 0.1 to 30 is usual"),
         ("name,value", "symbol,value", "row 1: needs the columns name and value"),
     ],
 )

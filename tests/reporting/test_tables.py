@@ -13,6 +13,8 @@ from helmbench.reporting import tables
 from helmbench.reporting.numbers import number
 from helmbench.reporting.tables import Cell, Column, Table, field, make_table, with_least_marked
 
+from ..support.hostile_texts import HOSTILE
+
 ROWS = [
     {"name": "a|b", "error": 0.123456, "note": "<b>"},
     {"name": "c", "error": math.inf, "note": ""},
@@ -86,10 +88,22 @@ def test_the_least_value_of_a_column_is_set_off():
     assert "**0.1**" in tables.markdown(found) and tables.html(found).count("best") == 2
 
 
-@pytest.mark.parametrize("text", ["=1+2", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", "\r=1"])
+@pytest.mark.parametrize(
+    "text", ["=1+2", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", "\r=1", "\uff1d1+2", "\uff20SUM(A1)", "\uff0d2"]
+)
 def test_a_text_is_no_formula_in_csv(text):
     found = tables.csv(Table(("a", "b"), ((Cell(text), Cell("x", text)),)))
     assert list(csv.reader(io.StringIO(found)))[1] == ["'" + text.replace("\r", " ")] * 2
+
+
+@pytest.mark.parametrize(
+    ("before", "after"), [("x", ";=1"), ("5", ";\t @A"), ("x", "\n-2+3"), ("x;y", "\t+1"), ("x", "; \uff1d1")]
+)
+def test_no_part_of_a_text_is_a_formula_where_semicolons_separate(before, after):
+    ((_, cell),) = csv.reader(
+        io.StringIO(tables.csv(Table(("a", "b"), ((Cell("1"), Cell(before + after)),))).partition("\n")[2])
+    )
+    assert cell == f"{before}{after[0]}'{after[1:]}"
 
 
 @pytest.mark.parametrize(("cell", "value"), [(Cell("-1.5"), "-1.5"), (Cell("x", -1.5), "-1.5"), (Cell("-inf"), "-inf")])
@@ -100,3 +114,27 @@ def test_numbers_stay_numbers_in_csv(cell, value):
 def test_foreign_texts_are_no_markup_in_markdown():
     assert tables.in_markdown("a\n# b [c](d) <i> `e` *f*") == r"a \# b \[c\](d) \<i\> \`e\` \*f\*"
     assert "](" not in tables.markdown(Table(("a",), ((Cell("[x](javascript:y)"),),)))
+
+
+def test_hostile_texts_are_one_cell_of_a_table():
+    """In Markdown a row has the bars of its cells alone, read as GitHub does; no form has a tag that is not its own."""
+    unescaped = re.compile(r"\\.|\|")
+    for text in (
+        *(text for texts in HOSTILE.values() for text in texts),
+        "a|b",
+        "a\\|b",
+        "\\\\|",
+        "`a|b`",
+        "[a](b)",
+        "![a](b)",
+    ):
+        table = Table(("a", "b"), ((Cell(text), Cell("x")),))
+        _, _, *rows = tables.markdown(table).split("\n")
+        bars = [found for found in unescaped.findall(rows[0]) if found == "|"]
+        assert len(rows) == 1 and len(bars) == 3 and "](" not in rows[0], text
+        assert not re.search(r"<[a-zA-Z/!?]", rows[0])
+        tags = [
+            re.findall(r"<[^>]*>", tables.html(Table(("a", "b"), ((Cell(t), Cell("x")),))))
+            for t in ("x" * len(text), text)
+        ]
+        assert [re.split("[ >]", tag)[0] for tag in tags[0]] == [re.split("[ >]", tag)[0] for tag in tags[1]], text

@@ -1,0 +1,228 @@
+"""What the numbers of a table can be: refused where no ship has them, warned of where hardly any has.
+
+The ranges are wide: those of tankers, container ships, inland vessels, fishing and model boats (Yasukawa & Yoshimura
+2015, Yoshimura & Masumoto 2012, Fossen 2021); every vessel of this package lies within the usual ones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .errors import BadInput
+
+if TYPE_CHECKING:
+    from .model import Model
+
+Numbers = Mapping[str, float]
+SMALLEST, LARGEST = 1e-12, 1e16
+"""Sizes of numbers other than 0 that mean anything in SI units or primes: 1e16 kg m2 is the inertia of no ship."""
+
+
+class Range(NamedTuple):
+    """What a number is when it is divided by a size of the ship, `of`: a key of `SIZES`, empty for 1.
+
+    usual : outside, it is warned of;  possible : outside, it is refused;  sign : False where only its size counts.
+    """
+
+    name: str
+    of: str
+    usual: tuple[float, float]
+    possible: tuple[float, float]
+    sign: bool = True
+
+
+class Doubt(NamedTuple):
+    """A number that is not as expected: its name, its value, what was expected, and whether no ship has it."""
+
+    name: str
+    value: float
+    expected: str
+    impossible: bool
+
+
+def _mass(n: Numbers) -> float:
+    return 2.0 * n["nabla"] / (n["L"] ** 2 * n["d"])
+
+
+def with_gyration(n: Numbers) -> dict[str, float]:
+    """The numbers, of family mmg with `gyration`, the radius of gyration about the centre of gravity: m."""
+    if not {"I_zz", "rho", "nabla", "x_G"} <= set(n) or not n["rho"] * n["nabla"] > 0.0:
+        return dict(n)
+    return {**n, "gyration": math.sqrt(max(n["I_zz"] / (n["rho"] * n["nabla"]) - n["x_G"] * n["x_G"], 0.0))}
+
+
+SIZES: Mapping[str, Callable[[Numbers], float]] = {
+    "": lambda n: 1.0,
+    "L": lambda n: n["L"],
+    "d": lambda n: n["d"],
+    "L d": lambda n: n["L"] * n["d"],
+    "L^2": lambda n: n["L"] ** 2,
+    "L^3": lambda n: n["L"] ** 3,
+    "L B d": lambda n: n["L"] * n["B"] * n["d"],
+    "C_b L B d rho": lambda n: n["C_b"] * n["L"] * n["B"] * n["d"] * n["rho"],
+    "m'": lambda n: n["m"] if "m" in n else _mass(n),
+    "m22": lambda n: n["m22"],
+}
+NEGATIVE = 1e-6
+"""Size that a number has at least where its sign is known."""
+MMG = (
+    Range("L", "", (0.3, 500.0), (0.05, 1000.0)),
+    Range("d", "L", (0.01, 0.15), (0.002, 0.4)),
+    Range("rho", "", (990.0, 1035.0), (900.0, 1100.0)),
+    Range("nabla", "L^3", (5e-4, 0.03), (5e-5, 0.2)),
+    Range("nabla", "L B d", (0.3, 0.95), (0.15, 1.0)),
+    Range("B", "L", (0.08, 0.4), (0.03, 1.0)),
+    Range("x_G", "L", (-0.06, 0.06), (-0.25, 0.25)),
+    Range("gyration", "L", (0.2, 0.3), (0.08, 0.6)),
+    Range("m_x", "m'", (0.01, 0.25), (0.0, 1.5)),
+    Range("m_y", "m'", (0.1, 1.6), (0.0, 5.0)),
+    Range("J_z", "m'", (0.005, 0.12), (0.0, 1.0)),
+    Range("IJ_z", "m'", (0.045, 0.2), (0.005, 1.0)),
+    Range("R_0", "", (0.005, 0.1), (1e-5, 1.0)),
+    Range("Y_v", "", (-1.5, -0.05), (-20.0, -NEGATIVE)),
+    Range("N_v", "", (-0.5, -0.005), (-10.0, -NEGATIVE)),
+    Range("N_r", "", (-0.3, -0.003), (-5.0, -NEGATIVE)),
+    Range("CRu", "", (0.3, 1.1), (0.0, 2.0)),
+    Range("CRv", "", (1.0, 1.8), (0.5, 4.0)),
+    Range("CRr", "", (-0.9, -0.3), (-2.5, -NEGATIVE)),
+    Range("A_R", "L d", (0.008, 0.07), (0.0005, 0.5)),
+    Range("D_P", "d", (0.2, 1.0), (0.02, 3.0)),
+    Range("H_R", "d", (0.3, 1.0), (0.03, 3.0)),
+    Range("f_alpha", "", (1.0, 5.0), (0.1, 7.0)),
+    Range("x_P", "", (-0.6, -0.4), (-0.8, -0.1)),
+    Range("l_R", "", (-1.5, -0.3), (-3.0, 0.0)),
+    Range("t_P", "", (0.0, 0.45), (-0.3, 0.95)),
+    Range("w_P0", "", (0.0, 0.65), (-0.3, 0.95)),
+    Range("C_1", "", (0.5, 10.0), (0.0, 100.0)),
+    Range("C_2_plus", "", (0.7, 3.0), (0.0, 20.0)),
+    Range("C_2_minus", "", (0.7, 3.0), (0.0, 20.0)),
+    Range("k_0", "", (0.1, 1.0), (1e-3, 5.0)),
+    Range("k_1", "", (-1.2, -0.05), (-5.0, 5.0)),
+    Range("k_2", "", (-0.6, 0.2), (-5.0, 5.0)),
+    Range("epsilon", "", (0.5, 2.0), (0.1, 6.0)),
+    Range("kappa", "", (0.1, 1.2), (0.0, 3.0)),
+    Range("gamma_R_plus", "", (0.05, 1.2), (0.0, 3.0)),
+    Range("gamma_R_minus", "", (0.05, 1.2), (0.0, 3.0)),
+)
+SON_NOMOTO = (
+    Range("L", "", (0.3, 500.0), (0.05, 1000.0)),
+    Range("m", "", (0.001, 0.06), (1e-4, 0.4)),
+    Range("I_z", "m'", (0.2**2, 0.3**2), (0.08**2, 0.6**2)),
+    Range("m_x", "m'", (0.01, 0.25), (0.0, 1.5)),
+    Range("m_y", "m'", (0.1, 1.6), (0.0, 5.0)),
+    Range("J_z", "m'", (0.005, 0.12), (0.0, 1.0)),
+    Range("Xuu", "", (-0.01, -1e-5), (-1.0, 0.0)),
+    Range("Yuv", "", (-0.06, -0.001), (-1.0, -NEGATIVE)),
+    Range("Nuv", "", (-0.02, -1e-4), (-1.0, -NEGATIVE)),
+    Range("Nur", "", (-0.02, -1e-4), (-1.0, -NEGATIVE)),
+    Range("A_R", "L^2", (1e-4, 0.006), (1e-6, 0.1)),
+    Range("D_P", "L", (0.01, 0.1), (0.001, 0.4)),
+    Range("x_P", "", (-0.6, -0.4), (-0.8, -0.1)),
+    Range("f_alpha", "", (1.0, 5.0), (0.1, 7.0)),
+)
+SWAY_YAW = (
+    Range("m", "", (0.1, 1e9), (1e-3, 1e10)),
+    Range("Iz", "", (1e-3, 1e14), (1e-6, LARGEST)),
+    Range("Yvdot", "", (-1e9, -NEGATIVE), (-1e10, 0.0)),
+    Range("Nrdot", "", (-1e14, -NEGATIVE), (-LARGEST, 0.0)),
+    Range("Yuv", "", (-1e9, -NEGATIVE), (-1e10, -NEGATIVE)),
+    Range("Nuv", "", (-1e11, -NEGATIVE), (-1e13, 1e13)),
+    Range("Nur", "", (-1e12, -NEGATIVE), (-1e13, -NEGATIVE)),
+)
+ABKOWITZ = (
+    Range("L", "", (0.3, 500.0), (0.05, 1000.0)),
+    Range("U0", "", (0.1, 30.0), (0.01, 100.0)),
+    Range("m", "", (0.001, 0.06), (1e-4, 0.4)),
+    Range("xG", "", (-0.06, 0.06), (-0.25, 0.25)),
+    Range("Iz", "m'", (0.2**2, 0.3**2), (0.08**2, 0.6**2)),
+    Range("m11", "", (0.001, 0.08), (1e-4, 0.5)),
+    Range("m22", "", (0.002, 0.12), (1e-4, 1.0)),
+    Range("m33", "m22", (0.15**2, 0.35**2), (0.05**2, 0.7**2)),
+    Range("m23", "m22", (-0.1, 0.1), (-0.5, 0.5)),
+    Range("m32", "m22", (-0.1, 0.1), (-0.5, 0.5)),
+    Range("Xu", "", (-0.02, 0.0), (-1.0, 0.0)),
+    Range("Yv", "", (-0.1, -0.001), (-1.0, -NEGATIVE)),
+    Range("Nv", "", (-0.03, -1e-4), (-1.0, -NEGATIVE)),
+    Range("Nr", "", (-0.03, -1e-4), (-1.0, -NEGATIVE)),
+    Range("Yd", "", (1e-4, 0.03), (NEGATIVE, 1.0), False),
+    Range("Nd", "", (5e-5, 0.02), (NEGATIVE, 1.0), False),
+)
+_TIME, _GAIN = ((0.05, 2000.0), (1e-3, 1e5)), ((1e-3, 10.0), (1e-6, 1e3))
+RESPONSE = (
+    Range("T", "", *_TIME, False),
+    Range("T1", "", *_TIME, False),
+    Range("T2", "", *_TIME, False),
+    Range("T3", "", (0.0, 2000.0), (0.0, 1e5), False),
+    Range("h", "", (1e-3, 1e6), (1e-6, 1e10), False),
+    Range("g", "", (0.05, 4000.0), (1e-3, 2e5), False),
+    Range("K", "", *_GAIN, False),
+)
+RANGES: Mapping[str, tuple[Range, ...]] = {
+    "mmg": MMG,
+    "mmg-low-speed": MMG,
+    "mmg-son-nomoto": SON_NOMOTO,
+    "mmg-fixed-speed": SON_NOMOTO,
+    "sway-yaw": SWAY_YAW,
+    "abkowitz": ABKOWITZ,
+} | {f"nomoto-{rest}": RESPONSE for rest in ("1", "1-cubic", "1-quadratic", "2", "2-cubic", "2-quadratic")}
+"""Family -> ranges; of a number that the family or the table does not have nothing is said."""
+MASS = Range("mass", "C_b L B d rho", (0.97, 1.03), (0.8, 1.25))
+"""Mass, kg, where a table has breadth and block coefficient beside it."""
+
+
+def doubts(numbers: Numbers, ranges: Iterable[Range]) -> list[Doubt]:
+    """Every number outside its usual range, those that no ship has first."""
+    size = f"{SMALLEST:g} to {LARGEST:g} is a size of a ship's world"
+    absurd = [Doubt(name, x, size, True) for name, x in numbers.items() if x and not SMALLEST <= abs(x) <= LARGEST]
+    if absurd:
+        return absurd
+    found = [doubt for one in ranges if one.name in numbers for doubt in _doubt(one, numbers)]
+    return sorted(found, key=lambda doubt: not doubt.impossible)
+
+
+def _doubt(one: Range, numbers: Numbers) -> list[Doubt]:
+    """Nothing, or what is doubtful about one number."""
+    try:
+        size = SIZES[one.of](numbers)
+    except (KeyError, ZeroDivisionError):
+        return []  # the table does not have it, or it is refused itself
+    value = numbers[one.name] if one.sign else abs(numbers[one.name])
+    if not size > 0.0 or _within(value / size, one.usual):
+        return []
+    low, high = one.usual
+    share = f", {low:g} to {high:g} of {one.of}" if one.of else ""
+    expected = f"{low * size:.3g} to {high * size:.3g} is usual{'' if one.sign else ' (without its sign)'}{share}"
+    return [Doubt(one.name, numbers[one.name], expected, not _within(value / size, one.possible))]
+
+
+def _within(value: float, bounds: tuple[float, float]) -> bool:
+    return bounds[0] <= value <= bounds[1]
+
+
+def side_of(model: Model) -> str | None:
+    """Side to which a small positive rudder angle turns the model from a straight course at first; None where its
+    equations do not tell at once."""
+    from .simulate import accelerations, initial_state, inputs_of
+
+    start = np.nan_to_num(np.array(initial_state(model), float))
+    if "u" in model.states and not start[model.states.index("u")] > 0.0:
+        start[model.states.index("u")] = 1.0
+    if "r" not in model.states or "delta" not in model.inputs:
+        return None
+    rates = [accelerations(model, start[None], inputs_of(model, [delta]))[0] for delta in (0.0, 0.01)]
+    turn = float(rates[1][model.states.index("r")] - rates[0][model.states.index("r")])
+    return None if turn == 0.0 or not math.isfinite(turn) else "starboard" if turn > 0.0 else "port"
+
+
+def check_model(model: Model, file: object) -> None:
+    """BadInput where the numbers give no finite coefficients, or a rudder that turns the ship to the other side."""
+    if not (np.isfinite(model.coefficients).all() and np.isfinite(model.constants).all()):
+        raise BadInput("the numbers give no finite coefficients", file=file, hint="check sizes and units")
+    side = side_of(model)
+    if side is not None and side != model.positive_rudder:
+        said = f"a positive rudder angle of these numbers turns the ship to {side}, not to {model.positive_rudder}"
+        raise BadInput(said, file=file, hint=f"give --positive-rudder {side}, or check the signs of the rudder's terms")
