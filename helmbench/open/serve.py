@@ -15,6 +15,7 @@ from pathlib import Path
 import uvicorn
 
 from ..models.errors import BadInput
+from ..models.working_folder import without_working_folder
 from ..reporting import open as view
 from ..reporting.templating import FOLDER
 from .app import application
@@ -71,6 +72,7 @@ def serve(files: Sequence[Path], say: Callable[[str], object], browser: bool) ->
 def site(files: Sequence[Path] = ()) -> Generator[Site]:
     """A site on a free port of this machine, with a private folder that is deleted at the end; raises as `serve`."""
     with ExitStack() as stack:
+        stack.enter_context(without_working_folder())
         folder = Path(tempfile.mkdtemp(prefix="helmbench-open-"))
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         workers = Workers()
