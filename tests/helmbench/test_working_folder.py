@@ -11,7 +11,7 @@ import pytest
 
 import helmbench
 from helmbench.models.working_folder import VARIABLE, without_working_folder
-from helmbench.open.serve import site
+from helmbench.open import serve
 
 HOSTILE = (
     "threading", "joblib", "numpy", "random", "socket", "tempfile", "subprocess", "pickle", "json",
@@ -83,8 +83,8 @@ def test_the_processes_of_the_page_run_nothing_of_it(hostile, monkeypatch):
     """Also where the server is started from an interactive session, whose path begins with the working folder."""
     monkeypatch.setattr(sys, "path", ["", *sys.path])
     (hostile / "log.xlsx").write_bytes(b"PK\x03\x04")  # is read in a process of its own
-    with site([hostile / "log.xlsx"]) as made:
-        (project,) = made.projects._all.values()
+    with serve.site() as made:
+        project = made.projects.get(serve._with_logs(made.projects, [hostile / "log.xlsx"]))
         while project.busy():
             time.sleep(0.02)
     assert project.job.state == "done" and ran(hostile) == ""
