@@ -343,13 +343,8 @@ def _checked(part: Part, records: list[dict[str, Any]]) -> dict[str, Any]:
         raise BadInput(
             f"part {part.name!r} has no sample", hint=f"its record runs from {record['from']:g} to {record['to']:g} s"
         )
-    return {
-        "record": part.record,
-        "name": safe_name(part.name, LONGEST_PART),
-        "from": start,
-        "to": stop,
-        "role": part.role,
-    }
+    name = safe_name(part.name, LONGEST_PART)
+    return {"record": part.record, "name": name, "from": start, "to": stop, "role": part.role}
 
 
 def _zipped(folder: Path, files: tuple[str, ...]) -> bytes:

@@ -141,6 +141,24 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
         assert serious(again) == []
 
 
+def test_a_link_opens_one_tab_which_a_reload_keeps(site):
+    link = site.link()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium(), args=QUIET)
+        tab, other = browser.new_context().new_page(), browser.new_context().new_page()
+        tab.goto(link)
+        tab.wait_for_selector("#work li", state="attached")
+        other.goto(link)
+        other.get_by_role("alert").get_by_text("used already").wait_for()
+        other.goto(f"{site.address}/#{tab.url.partition('#')[2]}")  # the address of the first tab, in another browser
+        other.get_by_role("alert").get_by_text("Open the link that the terminal shows").wait_for()
+        work = tab.url
+        tab.reload()
+        tab.wait_for_selector("#work li", state="attached")
+        assert tab.url == work and tab.inner_text("#alert") == ""
+        browser.close()
+
+
 def test_a_log_of_200_mb_is_read_and_drawn(opened, tmp_path):
     time = 0.1 * np.arange(2_600_000)
     swing = time / 20.0
