@@ -42,7 +42,8 @@ class Site:
 
     def link(self, work: str = "") -> str:
         """A new link for the browser, which opens the page once.  work : id of a project; empty: a new one."""
-        return f"{self.address}/#{urlencode({'code': self.app.keys.code(), 'work': work})}"
+        content = {"code": self.app.keys.code()} | ({"work": work} if work else {})
+        return f"{self.address}/#{urlencode(content)}"
 
     def server(self) -> uvicorn.Server:
         """What answers; `run` it with the socket."""
