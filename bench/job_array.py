@@ -8,6 +8,8 @@ outlived the process which submitted them; a job that begins after its folder wa
 from __future__ import annotations
 
 import os
+import shlex
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,6 +20,7 @@ from typing import Any
 
 from ..models.errors import BadInput, EnvironmentFault
 from ..models.folders import append, make_folder, read_regular, remove_folder, write_atomic
+from ..models.working_folder import without_working_folder
 from .environment import code_version, cpu_count
 from .execution import one_line
 from .journal import RUNS, is_held, new_runs
@@ -113,7 +116,8 @@ def _executor(array: JobArray, logs: Path) -> Any:
         hint = "install it with: pip install 'helmbench[slurm]'"
         raise BadInput("--array needs submitit", hint=hint) from None
     try:
-        executor = submitit.AutoExecutor(folder=logs, cluster=array.cluster)
+        python = {f"{array.cluster}_python": f"{shlex.quote(sys.executable)} -P"}  # a cluster may drop the environment
+        executor = submitit.AutoExecutor(folder=logs, cluster=array.cluster, **python)
         executor.update_parameters(**{"timeout_min": 24 * 60, **array.options})
     except Exception as error:  # submitit raises what it likes for an unknown option or a missing sbatch
         raise BadInput(f"--array {array.cluster}: {one_line(error)}") from None
@@ -138,7 +142,8 @@ def _shares(specs: Sequence[Spec], folder: Path, store: Store, array: JobArray, 
 
 def _submitted(executor: Any, shares: Sequence[Share]) -> list[Any]:
     try:
-        return executor.map_array(work, shares)
+        with without_working_folder():
+            return executor.map_array(work, shares)
     except Exception as error:
         raise BadInput(f"the jobs cannot be submitted ({one_line(error)})") from None
 

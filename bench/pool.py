@@ -20,6 +20,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from ..models.cache import cache_folder
 from ..models.errors import EnvironmentFault
+from ..models.working_folder import without_working_folder
 from .environment import THREAD_VARIABLES, cpu_count
 
 Item = TypeVar("Item")
@@ -164,7 +165,7 @@ def processes(jobs: int | None = None) -> Iterator[Pool]:
         )
 
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), without_working_folder():
             warnings.filterwarnings("ignore", "A worker stopped while some jobs")  # one that has grown is renewed
             yield Pool(connect, jobs * QUEUED_PER_WORKER)
     except BaseException:  # an interrupt, too, shall not wait for the tasks in flight

@@ -22,12 +22,12 @@ from ..models.folders import (
     check_each,
     check_folder,
     check_regular,
-    leftovers,
     make_folder,
     write_all,
     write_atomic,
 )
 from ..models.plain import plain
+from ..models.temporary import leftovers, remove_leftovers
 from .journal import RUNS, lock, open_journal, read_runs, sealed, unsealed
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, Tables
@@ -60,8 +60,7 @@ class Store:
         check_each(directory, (RUNS, TRACES), (MANIFEST, form.wide_file, form.long_file))
         self._file: int | None
         self._file, runs = open_journal(directory / RUNS, form)
-        for torn in leftovers(directory):
-            torn.unlink(missing_ok=True)
+        remove_leftovers(directory)
         self._runs = {run["key"]: run for run in runs}
 
     @classmethod

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 from pathlib import Path
 
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.files import read_bytes, replace_together
 from ..models.suggestions import suggestion
+from ..models.temporary import temporary_folder
 from .measured_sets import DATASETS
 from .measured_sets.base import Dataset, Run
 from .record import Record
@@ -117,7 +117,7 @@ def _published(source: Dataset, run: Run, place: Path) -> bytes:
     url = source.address(run)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory() as folder:
+        with temporary_folder() as folder:
             store = pooch.create(folder, "", registry={run.file: None}, urls={run.file: url}, retry_if_failed=1)
             content = Path(store.fetch(run.file)).read_bytes()
     except OSError as error:

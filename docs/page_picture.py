@@ -37,7 +37,7 @@ def draw(place: str) -> None:
         thread.start()
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         tab = browser.new_page(viewport={"width": 1100, "height": 1000})
-        tab.goto(site.address)
+        tab.goto(site.link())
         tab.wait_for_selector("#choose")
         tab.set_input_files("#chooser", {"name": "bridge.csv", "mimeType": "text/csv", "buffer": log().encode()})
         tab.wait_for_selector("#start", timeout=WAIT_MS)

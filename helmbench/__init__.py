@@ -11,6 +11,16 @@
 SI units and radians throughout, unless a name says otherwise.
 """
 
+import os
+import sys
+
+if (  # of `python -m helmbench` the working folder leaves the path, unless this package lies there
+    sys.argv[:1] == ["-m"]
+    and sys.orig_argv[-len(sys.argv)].partition(".")[0].endswith("helmbench")
+    and sys.path[0] == os.getcwd() != os.path.dirname(__path__[0])
+):
+    del sys.path[0]
+
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any

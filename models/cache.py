@@ -9,19 +9,19 @@ from __future__ import annotations
 import atexit
 import hashlib
 import os
-import shutil
 import stat
 import sys
 import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
 
 from .errors import BadInput, EnvironmentFault
 from .folders import is_own, open_regular
+from .temporary import temporary_file, temporary_folder
 
 VARIABLE = "HELMBENCH_CACHE"
 LOCK_WAIT_S = 600.0
@@ -120,14 +120,15 @@ def cache_folder() -> Path:
 
 def _passing_folder(hint: str) -> Path:
     """A new private folder that is removed when this process ends."""
+    stack = ExitStack()
     try:
-        folder = tempfile.mkdtemp(prefix="helmbench-")
+        folder = stack.enter_context(temporary_folder())
     except OSError as error:
         raise EnvironmentFault(f"no folder for compiled code can be made ({_told(error)})", hint=hint) from None
-    os.environ[VARIABLE] = folder
+    os.environ[VARIABLE] = str(folder)
     owner = os.getpid()
-    atexit.register(lambda: os.getpid() == owner and shutil.rmtree(folder, ignore_errors=True))
-    return private_folder(Path(folder))
+    atexit.register(lambda: os.getpid() == owner and stack.close())
+    return private_folder(folder)
 
 
 def private_folder(folder: Path) -> Path:
@@ -171,14 +172,9 @@ def _told(error: OSError) -> str:
 
 def store(path: Path, data: bytes) -> None:
     """Write a file with its digest in front, whole or not at all.  Raises `OSError`."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(hashlib.sha256(data).digest() + data)
+    with temporary_file(path.parent, 0o600) as temporary:
+        temporary.write_bytes(hashlib.sha256(data).digest() + data)
         os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def stored(path: Path) -> bytes | None:

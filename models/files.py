@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-import secrets
 import stat
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 from .errors import BadInput
+from .temporary import temporary_file
 
 MOST_BYTES = 2**30
 """Largest file that is read, 1 GiB: a record of about ten million samples."""
@@ -93,19 +94,18 @@ def replace_together(writers: Mapping[Path, Callable[[Path], object]]) -> None:
     `writers` maps a place to a function that writes the file under the name it is given. On any failure nothing
     remains of the temporary files; BadInput where a place cannot be written to.
     """
-    temporary = {path: path.with_name(f".{secrets.token_hex(8)}.tmp") for path in writers}
+    temporary: dict[Path, Path] = {}
     current = next(iter(writers))
     try:
-        for current, write in writers.items():
-            refuse_place(current)
-            write(temporary[current])
-        for current in writers:
-            os.replace(temporary[current], current)
+        with ExitStack() as stack:
+            for current, write in writers.items():
+                refuse_place(current)
+                temporary[current] = stack.enter_context(temporary_file(current.parent))
+                write(temporary[current])
+            for current in writers:
+                os.replace(temporary[current], current)
     except OSError as error:
         raise BadInput(f"cannot be written ({reason_of(error)})", file=current) from None
-    finally:
-        for path in temporary.values():
-            path.unlink(missing_ok=True)
 
 
 def refuse_place(path: Path) -> None:

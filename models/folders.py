@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import shutil
 import stat
 from collections.abc import Iterable, Iterator
@@ -17,6 +16,7 @@ from pathlib import Path
 
 from .errors import BadInput
 from .files import reason_of
+from .temporary import temporary_file
 
 ADMINISTRATOR = 0
 """Number of the user whose folders and files are trusted as the own ones."""
@@ -24,8 +24,6 @@ _SAFE = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLO
 """Flags of every opening: links are not followed, pipes are not waited for."""
 MOST_BYTES = 2**34
 """Largest journal that is read: some millions of runs."""
-LEFT = ".*.tmp"
-"""Pattern of the files that `write_atomic` was writing when its process was killed."""
 
 
 def is_own(found: os.stat_result) -> bool:
@@ -160,20 +158,10 @@ def write_atomic(path: Path, data: bytes, mode: int = 0o644) -> None:
 
     mode : permissions with which it is made, less what the umask takes.
     """
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")
-    try:
-        with _told(path):
-            file = open_regular(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
-            with os.fdopen(file, "wb") as stream:
-                stream.write(data)
-            os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def leftovers(folder: Path) -> list[Path]:
-    """Files that `write_atomic` was writing when its process was killed."""
-    return [path for path in folder.glob(LEFT) if path.is_symlink() or path.is_file()]
+    with _told(path), temporary_file(path.parent, mode) as temporary:
+        with os.fdopen(_writable(temporary, os.O_WRONLY), "wb") as stream:
+            stream.write(data)
+        os.replace(temporary, path)
 
 
 def remove_folder(folder: Path) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
-import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
@@ -21,6 +19,7 @@ from ...models.files import reason_of
 from ...models.folders import path_within, write_atomic
 from ...models.model import Model, model_to_json, resolve
 from ...models.plain import plain
+from ...models.temporary import temporary_folder
 from ...models.yaml_file import checked
 from ..suites import load_suite
 from .exam_file import Manifest, WorldFiles
@@ -198,12 +197,9 @@ def _check_apart(folder: Path, key: Path) -> None:
 @contextmanager
 def _new_folder(folder: Path) -> Iterator[Path]:
     """A folder under a temporary name, which is moved to its place where all went well, else removed."""
-    place = folder.with_name(f".{folder.name}.{secrets.token_hex(8)}.tmp")
     try:
-        place.mkdir()
-        yield place
-        os.replace(place, folder)
+        with temporary_folder(folder.parent, 0o777) as place:
+            yield place
+            os.replace(place, folder)
     except OSError as error:
         raise BadInput(f"cannot be written ({reason_of(error)})", file=folder) from None
-    finally:
-        shutil.rmtree(place, ignore_errors=True)

@@ -8,7 +8,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from ..models.argument_types import typed
@@ -73,6 +72,7 @@ def reproduce(
     from tqdm import tqdm
 
     from ..bench.pool import processes
+    from ..models.temporary import temporary_folder
     from ..reproduction import runner, session
     from ..reproduction.pages.markdown import counts_line
 
@@ -86,7 +86,7 @@ def reproduce(
 
     failed: list[Run] = []
     with (
-        TemporaryDirectory() if directory is None else nullcontext(directory) as folder,
+        temporary_folder() if directory is None else nullcontext(directory) as folder,
         processes(jobs) as pool,
         tqdm(total=len(runner.plan(chosen, seed)), unit="run", disable=not progress, file=sys.stderr) as bar,
     ):

@@ -12,7 +12,7 @@ from ._shared import FILE, echo
 
 @click.command("open")
 @click.argument("files", nargs=-1, metavar="[FILE]...", type=FILE)
-@click.option("--no-browser", is_flag=True, help="Only print the address; open it yourself.")
+@click.option("--no-browser", is_flag=True, help="Only print the link; open it yourself.")
 def open_command(files: tuple[Path, ...], no_browser: bool) -> None:
     """Open a page in the browser on which a log becomes an answer.
 
@@ -23,8 +23,9 @@ def open_command(files: tuple[Path, ...], no_browser: bool) -> None:
     """
     from ..open.serve import serve
 
-    def say(address: str) -> None:
-        echo(f"helmbench is at {address}\nLogs stay on this machine. Ctrl-C ends it and deletes what was dropped.")
+    def say(link: str) -> None:
+        echo(f"{link}\nThis link opens helmbench once; press Enter for another. Logs stay on this machine.")
+        echo("Ctrl-C ends it and deletes what was dropped.")
 
     with suppress(KeyboardInterrupt):  # the way in which it ends
         serve(files, say, not no_browser)

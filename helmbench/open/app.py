@@ -19,11 +19,12 @@ from starlette.routing import Route
 
 from ..models.errors import BadInput
 from ..models.plain import plain
-from .projects import LOGS, MODEL_FILE, MODELS, MOST_PARTS, PARTIAL, Project, Projects
+from .projects import LOGS, LONGEST_PART, MODEL_FILE, MODELS, MOST_PARTS, Project, Projects, safe_name
 from .tasks import NO_MODEL, VIEW
 
 MOST_BYTES, MOST_BODY = 1 << 30, 4 << 20
 """Largest file that is taken, and largest other body of a request, bytes."""
+NOT_READ = "nothing was read yet"
 DISCARD_S = 1.0
 """How long the rest of a body that is too large is still taken, s."""
 ASSETS = {
@@ -72,7 +73,7 @@ class Part(_Body):
     """A part of a record, s, and what it is for."""
 
     record: Annotated[int, Field(ge=0)]
-    name: Annotated[str, Field(min_length=1, max_length=120)]
+    name: Annotated[str, Field(min_length=1, max_length=LONGEST_PART)]
     start: Annotated[float, Field(alias="from")]
     stop: Annotated[float, Field(alias="to")]
     role: Literal["train", "held_out", "unused"]
@@ -175,19 +176,19 @@ class _Server:
         return await self._take(request, MODELS)
 
     async def _take(self, request: Request, kind: str) -> Response:
-        """Write a body into a file as it comes; a file is there whole or not at all."""
-        project = self._project(request)
-        place = project.vacant(kind, request.query_params.get("name", ""))
-        partial = place.with_name(place.name + PARTIAL)
+        """Write a body into a file of its own as it comes; it gets its name when it is whole."""
+        project, name = self._project(request), safe_name(request.query_params.get("name", ""))
+        project.vacant(kind, name)  # too many are refused before they come
+        coming = project.coming()
         try:
-            await _stream(request, partial)
-            partial.rename(place)
+            await _stream(request, coming, name)
+            place = project.keep(coming, kind, name)
         except OSError as error:
-            raise BadInput(f"cannot be kept ({error.strerror or error})", file=place.name) from None
+            raise BadInput(f"cannot be kept ({error.strerror or error})", file=name) from None
         except ClientDisconnect:
             return Response(status_code=400)
         finally:
-            partial.unlink(missing_ok=True)
+            coming.unlink(missing_ok=True)
         project.changed()
         return JSONResponse({"name": place.name})
 
@@ -248,17 +249,18 @@ class _Server:
         return JSONResponse(project.to_json())
 
     async def columns(self, request: Request) -> Response:
-        return self._read_file(request, "columns.json")
+        return await self._read_file(request, "columns.json")
 
     async def record(self, request: Request) -> Response:
-        return self._read_file(request, f"{request.path_params['place']}.json")
+        return await self._read_file(request, f"{request.path_params['place']}.json")
 
-    def _read_file(self, request: Request, name: str) -> Response:
-        project = self._project(request)
-        place = None if project.reading is None else project.reading / name
-        if place is None or not place.is_file():
-            return JSONResponse({"error": "nothing was read yet"}, 404)
-        return FileResponse(place, media_type="application/json")
+    async def _read_file(self, request: Request, name: str) -> Response:
+        reading = self._project(request).reading
+        try:  # the next reading may remove it at any time
+            data = b"" if reading is None else await asyncio.to_thread((reading / name).read_bytes)
+        except FileNotFoundError:
+            data = b""
+        return Response(data, media_type="application/json") if data else JSONResponse({"error": NOT_READ}, 404)
 
     async def result(self, request: Request) -> Response:
         found = self._project(request).analysis(request.path_params["analysis"])
@@ -284,8 +286,8 @@ class _Server:
         return self._projects.get(request.path_params["project"])
 
 
-async def _stream(request: Request, place: Path) -> None:
-    """Write a body into a file; _TooLarge before it is read where the header says so, else when it is."""
+async def _stream(request: Request, place: Path, name: str) -> None:
+    """Write a body into the file of a name; _TooLarge before it is read where the header says so, else when it is."""
     told = request.headers.get("content-length", "0")
     size = int(told) if told.isascii() and told.isdigit() else 0
     written = 0
@@ -300,7 +302,7 @@ async def _stream(request: Request, place: Path) -> None:
         await _discarded(request)
         raise _TooLarge(_limit(MOST_BYTES))
     if size and written != size:
-        raise BadInput("the file did not come whole", file=place.stem, hint="drop it again")
+        raise BadInput("the file did not come whole", file=name, hint="drop it again")
 
 
 async def _discarded(request: Request) -> None:
@@ -333,8 +335,6 @@ def _limit(most: int) -> str:
 
 def _checked(part: Part, records: list[dict[str, Any]]) -> dict[str, Any]:
     """A part as plain values within its record."""
-    from .projects import safe_name
-
     if part.record >= len(records):
         raise BadInput(f"part {part.name!r} is of a record that there is not")
     record = records[part.record]
@@ -343,7 +343,8 @@ def _checked(part: Part, records: list[dict[str, Any]]) -> dict[str, Any]:
         raise BadInput(
             f"part {part.name!r} has no sample", hint=f"its record runs from {record['from']:g} to {record['to']:g} s"
         )
-    return {"record": part.record, "name": safe_name(part.name), "from": start, "to": stop, "role": part.role}
+    name = safe_name(part.name, LONGEST_PART)
+    return {"record": part.record, "name": name, "from": start, "to": stop, "role": part.role}
 
 
 def _zipped(folder: Path, files: tuple[str, ...]) -> bytes:

@@ -1,14 +1,21 @@
-"""Who may speak to the server: this machine's browser, with the token of the address that the terminal shows."""
+"""Who may speak to the server: the page in this machine's browser that came by a link of the terminal.
+
+A link holds a code that counts once.  The page exchanges it at once for the key, keeps that for its tab alone, and
+sends it as a header with every request.  A browser sends no header of its own accord, neither to this server for
+another page nor to another port of this machine.  What a browser loads without a header, files and reports, has a
+ticket in its address, for that address and for once.
+"""
 
 from __future__ import annotations
 
+import secrets
 from hmac import compare_digest
 from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
+from urllib.parse import unquote
 
 from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -17,6 +24,8 @@ LOOPBACK = "127.0.0.1"
 NAMES = (LOOPBACK, "localhost")
 """Names by which a browser may call the server: any other is another site's name that points to this machine."""
 SAFE = ("GET", "HEAD")
+KEY, CODES, TICKETS = "/api/key", "/api/codes", "/api/tickets"
+"""Addresses at which the key, a code for another tab, and a ticket are had."""
 OWN_PAGE = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
@@ -29,7 +38,45 @@ HEADERS = {
     "referrer-policy": "no-referrer",
     "x-content-type-options": "nosniff",
 }
-REFUSED = "Open the address that the terminal shows: it holds the key to this page.\n"
+REFUSED = "Open the link that the terminal shows; Enter in the terminal shows a new one."
+USED = "This link was used already, or is another server's. Press Enter in the terminal for a new one."
+USED_TICKET = "This address worked once. Open it from the page again."
+
+
+class Keys:
+    """The key of a server, codes that are exchanged for it, and tickets for single addresses."""
+
+    def __init__(self) -> None:
+        self._key = secrets.token_urlsafe(24)
+        self._codes: set[str] = set()
+        self._tickets: dict[str, str] = {}
+
+    def code(self) -> str:
+        """A new code."""
+        code = secrets.token_urlsafe(24)
+        self._codes.add(code)
+        return code
+
+    def exchanged(self, code: str) -> str | None:
+        """The key for a code that was not used yet; else None."""
+        if code not in self._codes:
+            return None
+        self._codes.remove(code)
+        return self._key
+
+    def ticket(self, path: str) -> str:
+        """A new ticket for a path."""
+        ticket = secrets.token_urlsafe(24)
+        self._tickets[ticket] = path
+        return ticket
+
+    def admits(self, ticket: str, path: str) -> bool:
+        """Whether a ticket is for this path and was not used yet."""
+        return self._tickets.pop(ticket, None) == path
+
+    def is_key(self, text: str) -> bool:
+        """Whether a text is the key."""
+        return compare_digest(text.encode(), self._key.encode())
 
 
 class Guard:
@@ -38,14 +85,12 @@ class Guard:
     Parameters
     ----------
     app : the application behind.
-    token : what the address of the terminal holds; a browser that brings it gets a cookie.
     port : of the server.
     """
 
-    def __init__(self, app: ASGIApp, token: str, port: int) -> None:
-        self._app, self._token = app, token
+    def __init__(self, app: ASGIApp, port: int) -> None:
+        self._app, self.keys = app, Keys()
         self._hosts = {f"{name}:{port}" for name in NAMES}
-        self._cookie = f"helmbench-{port}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or hand it on."""
@@ -67,34 +112,41 @@ class Guard:
         await answer(scope, receive, with_headers)
 
     def _answer(self, request: Request) -> Response | None:
-        """What a request gets that is not let through; None: it is."""
+        """What a request gets that is not handed on; None: it is."""
         host = request.headers.get("host", "")
         if host not in self._hosts:
             return PlainTextResponse("This server answers to 127.0.0.1 only.\n", 421)
-        if not self._from_own_page(request, host):
+        path = request.scope["path"]
+        if not self._from_own_page(request, path, host):
             return PlainTextResponse("Another page may not use this server.\n", 403)
-        given = request.query_params.get("token")
-        if given is not None and request.method in SAFE and _equal(given, self._token):
-            return self._admitted(request)
-        if not _equal(request.cookies.get(self._cookie, ""), self._token):
-            return PlainTextResponse(REFUSED, 403)
+        if path == "/" or path.startswith("/assets/"):
+            return None
+        scheme, _, given = request.headers.get("authorization", "").partition(" ")
+        given = given if scheme == "Bearer" else ""
+        if (request.method, path) == ("POST", KEY):
+            key = self.keys.exchanged(given)
+            return _refused(USED) if key is None else JSONResponse({"key": key})
+        ticket = request.query_params.get("ticket")
+        if request.method == "GET" and ticket is not None:
+            return None if self.keys.admits(ticket, path) else _refused(USED_TICKET)
+        return self._new_pass(request, path) if self.keys.is_key(given) else _refused(REFUSED)
+
+    def _new_pass(self, request: Request, path: str) -> Response | None:
+        """The answer to a page that asks for a code or a ticket; None where it asks for something else."""
+        if (request.method, path) == ("POST", CODES):
+            return JSONResponse({"code": self.keys.code()})
+        if (request.method, path) == ("POST", TICKETS):
+            return JSONResponse({"ticket": self.keys.ticket(unquote(request.query_params.get("path", "")))})
         return None
 
-    def _from_own_page(self, request: Request, host: str) -> bool:
+    def _from_own_page(self, request: Request, path: str, host: str) -> bool:
         """Whether the request is not another page's: a change must say that it comes from the own page."""
         origin = request.headers.get("origin")
         if origin is None:
             site = request.headers.get("sec-fetch-site", "none")
-            return request.method in SAFE and (site in ("none", "same-origin") or request.url.path == "/")
-        parts = urlsplit(origin)
-        return parts.scheme == "http" and parts.netloc == host
-
-    def _admitted(self, request: Request) -> Response:
-        """The same address without the token, and the cookie."""
-        answer = RedirectResponse(request.url.path, 303)
-        answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict", path="/")
-        return answer
+            return request.method in SAFE and (site in ("none", "same-origin") or path == "/")
+        return origin == f"http://{host}"
 
 
-def _equal(one: str, other: str) -> bool:
-    return compare_digest(one.encode(), other.encode())
+def _refused(why: str) -> Response:
+    return JSONResponse({"error": why}, 403)

@@ -11,16 +11,23 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
+from unicodedata import category
 
-from ..models.errors import BadInput
+from ..models.errors import HIDDEN, BadInput
 from .tasks import READING_STEPS, steps_of
 from .workers import UNFINISHED, Job, Workers
 
 MOST_PROJECTS, MOST_FILES, MOST_PARTS = 64, 64, 200
-LONGEST_NAME = 80
-LOGS, MODELS = "logs", "models"
-NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|\u202a-\u202e\u2066-\u2069]')
-"""What a file may not have in its name here: control characters, those of paths, those that turn text round."""
+LONGEST_NAME, LONGEST_PART = 120, 200
+"""Bytes of the name of a file, and of a part of it, which has a kind and a number behind; systems take 255."""
+LOGS, MODELS, COMING = "logs", "models", "coming"
+"""Folders of a project: logs, models, and what has not wholly come yet."""
+READING, RESULT = "reading-", "result-"
+"""Begin the names of the folders that jobs write."""
+NOT_IN_NAMES = re.compile(
+    r'[/\\:*?"<>|\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]'
+)
+"""Characters of paths, and letters that nobody sees though Unicode does not count them to `HIDDEN`."""
 EDGES = re.compile(r"^[\s.]+|[\s.]+$")
 
 
@@ -70,8 +77,16 @@ class Project:
 
     def names(self, kind: str = LOGS) -> list[str]:
         """Names of the files in the order in which they came."""
-        files = (self.folder / kind).iterdir()
-        return [path.name for path in sorted(files, key=lambda path: path.stat().st_ctime_ns) if path.suffix != PARTIAL]
+        return [path.name for path in sorted((self.folder / kind).iterdir(), key=lambda path: path.stat().st_ctime_ns)]
+
+    def coming(self) -> Path:
+        """The place of a file while it comes, of one upload alone."""
+        return self.folder / COMING / secrets.token_hex(8)
+
+    def keep(self, file: Path, kind: str, name: str) -> Path:
+        """Give a file that has come its place; BadInput where there are too many."""
+        with self.lock:
+            return file.rename(self.vacant(kind, name))
 
     def vacant(self, kind: str, name: str) -> Path:
         """The place of a new file; BadInput where there are too many."""
@@ -85,6 +100,13 @@ class Project:
         while safe in taken:
             safe, number = f"{stem}-{number}{suffix}", number + 1
         return self.folder / kind / safe
+
+    def sweep(self) -> None:
+        """Remove the folders of readings that were replaced, and of jobs that came to nothing."""
+        kept = {self.reading, *(one.folder for one in self.analyses)}
+        kept |= {Path(self.job.arguments["out"])} if self.job is not None and self.busy() else set()
+        for folder in {*self.folder.glob(f"{READING}*"), *self.folder.glob(f"{RESULT}*")} - kept:
+            shutil.rmtree(folder, ignore_errors=True)
 
     def file(self, kind: str, name: str) -> Path:
         """The file of that name; BadInput where there is none."""
@@ -124,18 +146,23 @@ class Project:
             }
 
 
-PARTIAL = ".partial"
-"""Suffix of a file that has not wholly come yet; no name ends so."""
+def safe_name(name: str, most: int = LONGEST_NAME) -> str:
+    """The last part of a file's name, without anything that a path or a terminal would take for more than text.
 
-
-def safe_name(name: str) -> str:
-    """The last part of a file's name, without anything that a path or a terminal would take for more than text."""
+    Characters that steer a terminal, turn the direction of text or have no width become `_`, as those of paths do.
+    most : bytes that it may have.
+    """
     last = PureWindowsPath(PurePosixPath(name.strip()).name).name
-    text = EDGES.sub("", NOT_IN_NAMES.sub("_", last))
+    shown = "".join("_" if category(letter) in HIDDEN else letter for letter in last)
+    text = EDGES.sub("", NOT_IN_NAMES.sub("_", shown))
     stem, dot, suffix = text.rpartition(".")
-    text = f"{stem[: LONGEST_NAME - len(suffix) - 1]}{dot}{suffix}" if stem else text
-    text = EDGES.sub("", text[:LONGEST_NAME])
-    return f"{text}_" if text.endswith(PARTIAL) else text or "log"
+    text = f"{_cut(stem, most - len(suffix.encode()) - 1)}{dot}{suffix}" if stem else text
+    return EDGES.sub("", _cut(text, most)) or "log"
+
+
+def _cut(text: str, most: int) -> str:
+    """The first letters of a text, of at most so many bytes."""
+    return text.encode()[: max(most, 0)].decode(errors="ignore")
 
 
 class Projects:
@@ -163,7 +190,7 @@ class Projects:
                 self._drop_an_empty_one()
             number = secrets.token_urlsafe(9)
             project = self._all[number] = Project(number, self.folder / number)
-        for kind in (LOGS, MODELS):
+        for kind in (LOGS, MODELS, COMING):
             (project.folder / kind).mkdir(parents=True)
         return project
 
@@ -199,7 +226,7 @@ class Projects:
         names = project.names()
         if not names:
             raise BadInput("there is no log to read", hint="drop one")
-        out = project.folder / f"reading-{secrets.token_hex(4)}"
+        out = project.folder / f"{READING}{secrets.token_hex(4)}"
         out.mkdir()
         arguments = {
             "logs": str(project.folder / LOGS),
@@ -230,7 +257,7 @@ class Projects:
         if project.busy():
             raise BadInput("something is computed already", hint="wait for it, or cancel it")
         number = f"{len(project.analyses) + 1}-{secrets.token_hex(3)}"
-        out, reading = project.folder / f"result-{number}", project.reading
+        out, reading = project.folder / f"{RESULT}{number}", project.reading
         out.mkdir()
         shutil.copy(reading / "log.map.yaml", out)
         if model.startswith(MODEL_FILE):
@@ -261,12 +288,14 @@ class Projects:
         with project.lock:
             self.cancel(project)
             project.job = job
+            project.sweep()
             project.changed()
 
         def finished(_: Job, found: Any) -> None:
             with project.lock:
                 if project.job is job:
                     keep(found)
+                    project.sweep()
                     project.changed()
 
         self.workers.start(job, finished)

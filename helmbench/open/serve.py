@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-import secrets
+import os
 import shutil
 import socket
-import tempfile
+import sys
+import threading
 import webbrowser
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import urlencode
 
 import uvicorn
 
 from ..models.errors import BadInput
+from ..models.temporary import temporary_folder
+from ..models.working_folder import without_working_folder
 from ..reporting import open as view
 from ..reporting.templating import FOLDER
 from .app import application
@@ -25,12 +29,21 @@ from .workers import Workers
 
 @dataclass(frozen=True)
 class Site:
-    """A server that listens: its application, its socket, the address for the browser, and what it holds."""
+    """A server that listens: its application, its socket, and what it holds."""
 
     app: Guard
     listener: socket.socket
-    address: str
     projects: Projects
+
+    @property
+    def address(self) -> str:
+        """The address of the server; it alone opens nothing."""
+        return f"http://{LOOPBACK}:{self.listener.getsockname()[1]}"
+
+    def link(self, work: str = "") -> str:
+        """A new link for the browser, which opens the page once.  work : id of a project; empty: a new one."""
+        content = {"code": self.app.keys.code()} | ({"work": work} if work else {})
+        return f"{self.address}/#{urlencode(content)}"
 
     def server(self) -> uvicorn.Server:
         """What answers; `run` it with the socket."""
@@ -52,40 +65,51 @@ def serve(files: Sequence[Path], say: Callable[[str], object], browser: bool) ->
     Parameters
     ----------
     files : logs with which the page opens.
-    say : is called with the address of the page.
-    browser : whether to open the address in the user's browser.
+    say : is called with a link to the page, and with another one whenever the user presses Enter.
+    browser : whether to open the link in the user's browser.
 
     Raises
     ------
     BadInput : a file cannot be read.
     """
-    with site(files) as made:
+    with site() as made:
+        work = _with_logs(made.projects, files) if files else ""
         made.projects.workers.warm()
-        say(made.address)
+        link = made.link(work)
+        say(link)
         if browser:
-            webbrowser.open(made.address)
+            webbrowser.open(link)
+        if sys.stdin.isatty():
+            threading.Thread(target=_link_at_enter, args=(made, say), daemon=True).start()
         made.server().run(sockets=[made.listener])
 
 
+def _link_at_enter(made: Site, say: Callable[[str], object]) -> None:
+    """Say a new link for every line of the terminal.
+
+    The terminal is read without Python's buffer, whose lock would keep the process from ending.
+    """
+    while os.read(sys.stdin.fileno(), 1024):
+        say(made.link())
+
+
 @contextmanager
-def site(files: Sequence[Path] = ()) -> Generator[Site]:
-    """A site on a free port of this machine, with a private folder that is deleted at the end; raises as `serve`."""
+def site() -> Generator[Site]:
+    """A site on a free port of this machine, with a private folder that is deleted at the end."""
     with ExitStack() as stack:
-        folder = Path(tempfile.mkdtemp(prefix="helmbench-open-"))
-        stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        stack.enter_context(without_working_folder())
+        folder = stack.enter_context(temporary_folder())
         workers = Workers()
         stack.callback(workers.close)
         projects = Projects(folder, workers)
-        fragment = _with_logs(projects, files) if files else ""
         listener = stack.enter_context(socket.create_server((LOOPBACK, 0)))
-        port, token = listener.getsockname()[1], secrets.token_urlsafe(24)
         assets = Path(view.__file__).parent / "assets"
-        app = Guard(application(projects, assets, FOLDER / "style.css"), token, port)
-        yield Site(app, listener, f"http://{LOOPBACK}:{port}/?token={token}{fragment}", projects)
+        app = Guard(application(projects, assets, FOLDER / "style.css"), listener.getsockname()[1])
+        yield Site(app, listener, projects)
 
 
 def _with_logs(projects: Projects, files: Sequence[Path]) -> str:
-    """Begin a project with copies of logs, and read them; returns the fragment of its address."""
+    """Begin a project with copies of logs, and read them; returns its id."""
     project = projects.new()
     for file in files:
         try:
@@ -93,4 +117,4 @@ def _with_logs(projects: Projects, files: Sequence[Path]) -> str:
         except OSError as error:
             raise BadInput(f"cannot be read ({error.strerror or error})", file=file) from None
     projects.read(project)
-    return f"#{project.id}"
+    return project.id

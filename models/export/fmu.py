@@ -9,7 +9,6 @@ import platform
 import re
 import shutil
 import subprocess
-import tempfile
 import uuid
 import warnings
 import zipfile
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from ..simulate import initial_state, inputs_of
+from ..temporary import temporary_folder
 from .equations import C, definition, gear, heading, identifier, numbers, statements
 from .texts import inert
 
@@ -148,8 +148,8 @@ def _compiled(name: str, source: str) -> dict[str, bytes]:
     if compiler is None or place is None:
         return _source_only(name, "there is no C compiler cc" if place else "this system has no name in FMI 2.0")
     folder, ending = place
-    with tempfile.TemporaryDirectory() as where:
-        code, library = Path(where) / f"{name}.c", Path(where) / f"{name}{ending}"
+    with temporary_folder() as where:
+        code, library = where / f"{name}.c", where / f"{name}{ending}"
         code.write_text(source, "utf-8")
         command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), str(code), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import importlib
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from ....models.errors import BadInput
+from ....models.temporary import temporary_folder
 
 
 def needed(module: str, package: str, what: str, path: Path) -> Any:
@@ -25,10 +24,7 @@ def needed(module: str, package: str, what: str, path: Path) -> Any:
 @contextmanager
 def as_file(data: bytes, suffix: str) -> Iterator[str]:
     """The path of a copy of data, for libraries that read files only."""
-    handle, name = tempfile.mkstemp(suffix=suffix)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        yield name
-    finally:
-        Path(name).unlink(missing_ok=True)
+    with temporary_folder() as folder:
+        copy = folder / f"log{suffix}"
+        copy.write_bytes(data)
+        yield str(copy)

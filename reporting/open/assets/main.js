@@ -3,7 +3,7 @@ import * as columns from "./columns.js";
 import { button, bytes, el, fill } from "./dom.js";
 import * as parts from "./parts.js";
 import * as result from "./result.js";
-import { begin, current, get, listen, remove, running, upload } from "./server.js";
+import { begin, current, enter, get, link, listen, remove, running, upload } from "./server.js";
 
 const place = document.getElementById("logs"), alertBox = document.getElementById("alert");
 const chooser = el("input", { type: "file", multiple: true, id: "chooser", className: "hidden", tabIndex: -1, "aria-hidden": "true",
@@ -64,9 +64,14 @@ document.addEventListener("drop", (event) => {
 async function showWork() {
   const work = document.getElementById("work");
   const others = (await get("/api/projects")).filter((one) => one.id !== current()?.id);
-  work.hidden = !others.length;
-  fill(work.querySelector("ul"), others.map((one) => el("li", {}, el("a", { href: `/#${encodeURIComponent(one.id)}`, target: "_blank", rel: "noopener" },
-    `${one.files.join(", ")}${one.results ? `: ${one.results} answer${one.results > 1 ? "s" : ""}` : ""}`))));
+  work.hidden = false;
+  fill(work.querySelector("ul"), others.map((one) => el("li", {}, tab(one.id,
+    `${one.files.join(", ")}${one.results ? `: ${one.results} answer${one.results > 1 ? "s" : ""}` : ""}`))),
+  el("li", {}, tab("", "New work")));
+}
+
+function tab(work, text) {
+  return button(text, () => link(work).then((address) => window.open(address, "_blank", "noopener")).catch(failed), { className: "link" });
 }
 
 window.addEventListener("hashchange", () => location.reload());
@@ -84,6 +89,7 @@ listen(async (state) => {
 });
 
 async function open() {
+  await enter();
   columns.start(await get("/api/about"));
   await begin().catch(failed);
   await showWork();

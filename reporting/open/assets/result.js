@@ -1,7 +1,7 @@
 // The question, how far its computation is, and the answers.
 import { button, el, equation, fill, select, table } from "./dom.js";
 import { colourOf, group, key, timePlot, trackPlot, zoomButtons } from "./plots.js";
-import { address, current, get, post, running } from "./server.js";
+import { address, current, get, once, post, running } from "./server.js";
 
 const ask = document.getElementById("ask"), job = document.getElementById("job"), place = document.getElementById("result");
 const QUESTIONS = {
@@ -134,22 +134,28 @@ function following(view) {
   return [el("h3", {}, "What to sail next"), view.next.map((text) => el("p", {}, text))];
 }
 
+async function show(path) { window.open(await once(path), "_blank", "noopener"); }
+
+async function save(path) { el("a", { href: `${await once(path)}&download=1`, download: "" }).click(); }
+
 function downloads(own) {
-  const link = (name, text, keep) => el("li", {}, el("a", {
-    href: `${address(`/analyses/${own.id}/files/${name.split("/").map(encodeURIComponent).join("/")}`)}${keep ? "?download=1" : ""}`,
-    target: keep ? null : "_blank", rel: "noopener" }, text));
+  const folder = address(`/analyses/${own.id}`);
+  const link = (name, text, open) => {
+    const path = `${folder}/files/${name.split("/").map(encodeURIComponent).join("/")}`;
+    return el("li", {}, button(text, () => open(path).catch(failed), { className: "link" }));
+  };
   const report = own.files.find((name) => name.endsWith(".html"));
   const model = own.files.find((name) => name === "extended_model.json" || name === "model.json");
   const records = own.files.filter((name) => name.startsWith("records/") && name.endsWith(".csv"));
   return el("details", { id: "downloads", open: true }, el("summary", {}, "Take it with you"), el("ul", { className: "files" },
-    el("li", {}, el("a", { href: address(`/analyses/${own.id}/all.zip`) }, "Everything (zip)")),
-    report ? link(report, "Report", false) : null,
-    report ? link(report, "Report as a file (HTML)", true) : null,
-    model ? link(model, `Model (${model})`, true) : null,
-    link("log.map.yaml", "Map of the columns", true),
-    records.map((name) => link(name, `Record ${name.slice(8)}`, true)),
-    link("commands.sh", "The commands that do the same", true),
-    link("notebook.ipynb", "The notebook that does the same", true)),
+    el("li", {}, button("Everything (zip)", () => save(`${folder}/all.zip`).catch(failed), { className: "link" })),
+    report ? link(report, "Report", show) : null,
+    report ? link(report, "Report as a file (HTML)", save) : null,
+    model ? link(model, `Model (${model})`, save) : null,
+    link("log.map.yaml", "Map of the columns", save),
+    records.map((name) => link(name, `Record ${name.slice(8)}`, save)),
+    link("commands.sh", "The commands that do the same", save),
+    link("notebook.ipynb", "The notebook that does the same", save)),
   button("Print, or save as PDF", () => window.print(), { id: "print" }));
 }
 

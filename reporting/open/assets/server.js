@@ -1,5 +1,7 @@
 // The server's state of this tab's project, asked for again and again; changes go to the server at once.
 
+const KEY = "helmbench-key";
+let key = sessionStorage.getItem(KEY);  // of this tab alone; a reload keeps it
 let project = "";
 let state = null;
 let timer = 0;
@@ -9,10 +11,9 @@ export function current() { return state; }
 export function listen(listener) { listeners.push(listener); }
 export function address(path = "") { return `/api/projects/${encodeURIComponent(project)}${path}`; }
 
-export async function get(path) {
-  const answer = await fetch(path, { credentials: "same-origin" });
-  return told(answer);
-}
+const bearer = (secret) => ({ authorization: `Bearer ${secret}` });
+
+export async function get(path) { return told(await fetch(path, { headers: bearer(key) })); }
 
 async function told(answer) {
   const content = await answer.json().catch(() => ({ error: `the server answered ${answer.status}` }));
@@ -22,10 +23,32 @@ async function told(answer) {
 
 async function send(method, path, content) {
   const answer = await fetch(path, {
-    method, credentials: "same-origin", headers: { "content-type": "application/json" },
+    method, headers: { "content-type": "application/json", ...bearer(key) },
     body: content === undefined ? undefined : JSON.stringify(content),
   });
   return told(answer);
+}
+
+// ---- the key: the link holds a code, which leaves the address and is exchanged at once
+
+export async function enter() {
+  const given = new URLSearchParams(location.hash.slice(1));
+  if (given.get("code") === null) return;
+  history.replaceState(null, "", `#${given.get("work") ?? ""}`);
+  key = (await told(await fetch("/api/key", { method: "POST", headers: bearer(given.get("code")) }))).key;
+  sessionStorage.setItem(KEY, key);
+}
+
+// The address of the page for another tab.
+export async function link(work) {
+  const { code } = await send("POST", "/api/codes");
+  return `/#${new URLSearchParams({ code, work })}`;
+}
+
+// An address that the browser may load once without the key.
+export async function once(path) {
+  const { ticket } = await send("POST", `/api/tickets?path=${encodeURIComponent(path)}`);
+  return `${path}?ticket=${ticket}`;
 }
 
 // ---- the project of this tab: its id is in the address, so that a reload or another tab finds it again
@@ -88,6 +111,7 @@ export function upload(kind, file, progress) {
     const request = new XMLHttpRequest();
     request.open("POST", `${address(`/${kind}`)}?name=${encodeURIComponent(file.name)}`);
     request.setRequestHeader("content-type", "application/octet-stream");
+    request.setRequestHeader("authorization", bearer(key).authorization);
     request.upload.onprogress = (event) => { if (event.lengthComputable) progress(event.loaded / event.total); };
     request.onerror = () => reject(new Error(`${file.name}: the server did not take the file`));
     request.onload = () => {

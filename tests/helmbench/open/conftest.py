@@ -3,7 +3,7 @@
 import threading
 import time
 from dataclasses import dataclass
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 import requests
@@ -22,7 +22,10 @@ class Client:
 
     site: serve.Site
     session: requests.Session
-    base: str
+
+    @property
+    def base(self):
+        return self.site.address
 
     def get(self, path):
         return self.session.get(self.base + path, timeout=30)
@@ -48,6 +51,13 @@ class Client:
         return state
 
 
+def exchanged(site, link):
+    """The answer to a page that brings a link's code."""
+    (code,) = parse_qs(urlsplit(link).fragment)["code"]
+    headers = {"origin": site.address, "authorization": f"Bearer {code}"}
+    return requests.post(f"{site.address}/api/key", headers=headers, timeout=30)
+
+
 @pytest.fixture(scope="module")
 def site():
     with serve.site() as made:
@@ -61,11 +71,10 @@ def site():
 
 @pytest.fixture(scope="module")
 def client(site):
-    parts = urlsplit(site.address)
     with requests.Session() as session:
-        found = Client(site, session, f"http://{parts.netloc}")
-        assert found.get(f"/?{parts.query}").status_code == 200
-        yield found
+        key = exchanged(site, site.link()).json()["key"]
+        session.headers["authorization"] = f"Bearer {key}"
+        yield Client(site, session)
 
 
 @pytest.fixture(scope="module")

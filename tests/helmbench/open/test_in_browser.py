@@ -29,12 +29,12 @@ def opened(site):
         context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
         context.on("request", lambda call: None if _own(call.url, site) else errors.append(call.url))
 
-        def build(address=site.address):
+        def build(work=""):
             tab = context.new_page()
             tab.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
             tab.on("pageerror", lambda error: errors.append(str(error)))
             tab.on("dialog", lambda dialog: errors.append(dialog.message))
-            tab.goto(address)
+            tab.goto(site.link(work))
             return tab
 
         yield build
@@ -43,7 +43,7 @@ def opened(site):
 
 
 def _own(url, site):
-    return url.startswith((site.address.partition("?")[0], "data:", "blob:"))
+    return url.startswith((f"{site.address}/", "data:", "blob:"))
 
 
 def serious(tab):
@@ -53,7 +53,7 @@ def serious(tab):
 def test_from_a_dropped_log_to_the_diagnosis(opened, log):
     tab = opened()
     tab.wait_for_selector("#choose")
-    assert "token" not in tab.url
+    assert "code" not in tab.url and tab.context.cookies() == []
     tab.evaluate(DROP, [f"{HOSTILE}.csv", log.decode()])
     tab.wait_for_selector("#start", timeout=LONG_MS)
     names = tab.locator("li.column .name b").all_inner_texts()
@@ -109,32 +109,54 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
 
     # files
     with tab.expect_download() as waiting:
-        tab.get_by_role("link", name="The notebook that does the same").click()
+        tab.get_by_role("button", name="The notebook that does the same").click()
     assert json.loads(waiting.value.path().read_text("utf-8"))["nbformat"] == 4
     with tab.context.expect_page() as waiting:
-        tab.get_by_role("link", name="Report", exact=True).click()
+        tab.get_by_role("button", name="Report", exact=True).click()
     assert "yaw rate bias" in waiting.value.inner_text(".verdict")
     waiting.value.close()
 
     # a reload and another tab find everything; a new tab begins anew
-    address = tab.url
+    work = tab.url.partition("#")[2]
     tab.reload()
     tab.wait_for_selector("#verdict")
     assert tab.inner_text("#verdict .first") == told
     tab.close()
-    fresh = opened(address.partition("#")[0])
+    fresh = opened()
     fresh.locator("#work summary").click()
-    assert "1 answer" in fresh.locator("#work a").first.inner_text()
-    assert fresh.locator("#verdict").count() == 0 and fresh.url != address
+    assert fresh.locator("#verdict").count() == 0 and fresh.url.partition("#")[2] != work
+    with fresh.context.expect_page() as waiting:
+        fresh.get_by_role("button", name="1 answer").first.click()
+    waiting.value.wait_for_selector("#verdict")
+    assert waiting.value.url.partition("#")[2] == work
+    waiting.value.close()
 
     # both colours, desktop and phone
-    again = opened(address)
+    again = opened(work)
     again.wait_for_selector("#verdict")
     for width, scheme in ((1280, "light"), (1280, "dark"), (390, "light"), (390, "dark")):
         again.set_viewport_size({"width": width, "height": 844})
         again.emulate_media(color_scheme=scheme)
         assert again.evaluate("document.documentElement.scrollWidth") <= width
         assert serious(again) == []
+
+
+def test_a_link_opens_one_tab_which_a_reload_keeps(site):
+    link = site.link()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium(), args=QUIET)
+        tab, other = browser.new_context().new_page(), browser.new_context().new_page()
+        tab.goto(link)
+        tab.wait_for_selector("#work li", state="attached")
+        other.goto(link)
+        other.get_by_role("alert").get_by_text("used already").wait_for()
+        other.goto(f"{site.address}/#{tab.url.partition('#')[2]}")  # the address of the first tab, in another browser
+        other.get_by_role("alert").get_by_text("Open the link that the terminal shows").wait_for()
+        work = tab.url
+        tab.reload()
+        tab.wait_for_selector("#work li", state="attached")
+        assert tab.url == work and tab.inner_text("#alert") == ""
+        browser.close()
 
 
 @pytest.mark.nightly

@@ -5,9 +5,10 @@ import io
 import json
 import shlex
 import stat
+import time
 import zipfile
 from pathlib import Path
-from urllib.parse import quote, urlsplit
+from urllib.parse import parse_qs, quote, urlsplit
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from helmbench.models.model import model_to_json
 from helmbench.open import app, projects
 from helmbench.open.guard import HEADERS
 
-from .conftest import HOSTILE
+from .conftest import HOSTILE, exchanged
 
 
 def raw(client, method, path, headers, body=b""):
@@ -38,8 +39,7 @@ def raw(client, method, path, headers, body=b""):
 
 def own_headers(client):
     netloc = urlsplit(client.base).netloc
-    cookie = "; ".join(f"{name}={value}" for name, value in client.session.cookies.items())
-    return {"host": netloc, "cookie": cookie, "origin": client.base}
+    return {"host": netloc, "authorization": client.session.headers["authorization"], "origin": client.base}
 
 
 def test_it_listens_to_this_machine_only_in_a_private_folder(site):
@@ -55,13 +55,17 @@ def test_it_listens_to_this_machine_only_in_a_private_folder(site):
         ({"host": "127.0.0.1:1"}, 421),
         ({"origin": "http://evil.example"}, 403),
         ({"origin": "null"}, 403),
+        ({"origin": "http://["}, 403),
+        ({"origin": "http://127.0.0.1:99999999"}, 403),
+        ({"origin": ""}, 403),
         ({"origin": None}, 403),
-        ({"cookie": None}, 403),
-        ({"cookie": "helmbench=wrong"}, 403),
+        ({"authorization": None}, 403),
+        ({"authorization": "Bearer wrong"}, 403),
+        ({"authorization": "Bearer \xe9"}, 403),
     ],
     ids=str,
 )
-def test_a_change_needs_host_origin_and_cookie(client, changed, status):
+def test_a_change_needs_host_origin_and_key(client, changed, status):
     headers = {name: value for name, value in (own_headers(client) | changed).items() if value is not None}
     assert raw(client, "POST", "/api/projects", headers | {"content-length": "0"}) == status
 
@@ -74,14 +78,46 @@ def test_another_site_may_not_read(client):
     assert raw(client, "GET", "/api/projects", headers | {"origin": "http://evil.example"}) == 403
 
 
-def test_the_token_is_exchanged_for_a_cookie_and_leaves_the_address(client):
-    parts = urlsplit(client.site.address)
-    answer = requests.get(f"{client.base}/?{parts.query}", allow_redirects=False, timeout=30)
-    assert answer.status_code == 303 and answer.headers["location"] == "/"
-    cookie = answer.headers["set-cookie"].lower()
-    assert "httponly" in cookie and "samesite=strict" in cookie
-    refused = requests.get(f"{client.base}/?token=wrong", timeout=30)
-    assert refused.status_code == 403 and "terminal" in refused.text
+def test_a_link_is_exchanged_once_for_a_key_that_is_no_cookie(site):
+    """Its code is in the fragment, which no browser sends; who reads it later in a list of processes gets nothing."""
+    link = site.link()
+    parts = urlsplit(link)
+    assert parts.query == "" and "code=" in parts.fragment
+    answer = exchanged(site, link)
+    assert answer.status_code == 200 and answer.json()["key"] not in link and "set-cookie" not in answer.headers
+    again = exchanged(site, link)
+    assert again.status_code == 403 and "used already" in again.json()["error"]
+    headers = {"authorization": f"Bearer {answer.json()['key']}"}
+    assert requests.get(f"{site.address}/api/projects", headers=headers, timeout=30).status_code == 200
+
+
+def test_neither_code_nor_cookie_is_a_key(client):
+    (code,) = parse_qs(urlsplit(client.site.link()).fragment)["code"]
+    key = client.session.headers["authorization"].partition(" ")[2]
+    url = f"{client.base}/api/projects"
+    for headers in ({"authorization": f"Bearer {code}"}, {"cookie": f"helmbench={key}; key={key}"}):
+        answer = requests.get(url, headers=headers, params={"token": key, "code": code, "key": key}, timeout=30)
+        assert answer.status_code == 403 and "terminal" in answer.json()["error"]
+
+
+def test_a_page_gets_a_code_for_another_tab(client):
+    code = client.post("/api/codes").json()["code"]
+    link = f"{client.base}/#code={code}"
+    assert [exchanged(client.site, link).status_code for _ in range(2)] == [200, 403]
+    assert requests.post(f"{client.base}/api/codes", headers={"origin": client.base}, timeout=30).status_code == 403
+
+
+def test_a_ticket_is_for_one_address_and_one_use(client):
+    def ticket(path):
+        return client.post(f"/api/tickets?path={quote(path)}").json()["ticket"]
+
+    def status(path, ticket, how="get"):
+        return requests.request(how, client.base + path, params={"ticket": ticket}, timeout=30).status_code
+
+    one = ticket("/api/about")
+    assert [status("/api/about", one) for _ in range(2)] == [200, 403]
+    assert [status("/api/projects", other := ticket("/api/about")), status("/api/about", other)] == [403, 403]
+    assert status("/api/projects", ticket("/api/projects"), "post") == 403
 
 
 @pytest.mark.parametrize(
@@ -111,6 +147,9 @@ def test_every_file_that_the_page_names_is_served(client):
         (".hidden.csv", "hidden.csv"),
         ("a\n\u202egpj.csv", "a__gpj.csv"),
         (HOSTILE, "_img src=x onerror=alert(1)_"),
+        ("\U0001f6a2" * 80 + ".csv", "\U0001f6a2" * 29 + ".csv"),  # 4 bytes each
+        ("a.csv\u200b", "a.csv_"),
+        ("\u2067a\u200d\ufeff\u00ad\u3164\ufe0f.csv", "_a_____.csv"),
     ],
 )
 def test_no_name_is_a_path(client, name, kept):
@@ -123,8 +162,31 @@ def test_no_name_is_a_path(client, name, kept):
 @given(st.text(max_size=200))
 def test_a_safe_name_is_one_part_of_a_path_and_stays_as_it_is(name):
     safe = projects.safe_name(name)
-    assert Path(safe).name == safe and 0 < len(safe) <= projects.LONGEST_NAME + 1 and not safe.startswith(".")
+    assert Path(safe).name == safe and 0 < len(safe.encode()) <= projects.LONGEST_NAME and not safe.startswith(".")
     assert projects.safe_name(safe) == safe
+
+
+def test_uploads_of_one_name_at_the_same_time_do_not_mix(client):
+    """Both have begun before either ends."""
+    project, contents = client.project(), [b"a" * 300_000, b"b" * 300_000]
+    connections = [http.client.HTTPConnection(urlsplit(client.base).netloc, timeout=30) for _ in contents]
+    for connection, content in zip(connections, contents, strict=True):
+        connection.putrequest("POST", f"{project}/logs?name=a.csv", skip_host=True, skip_accept_encoding=True)
+        for name, value in (own_headers(client) | {"content-length": str(len(content))}).items():
+            connection.putheader(name, value)
+        connection.endheaders(content[:100_000])
+    folder = client.site.projects.folder / project.rpartition("/")[2]
+    while len(list((folder / projects.COMING).iterdir())) < 2:
+        time.sleep(0.01)
+    assert client.get(project).json()["files"] == []
+    for connection, content in zip(connections, contents, strict=True):
+        connection.send(content[100_000:])
+    names = [json.loads(connection.getresponse().read())["name"] for connection in connections]
+    for connection in connections:
+        connection.close()
+    assert sorted(names) == ["a-2.csv", "a.csv"]
+    assert [(folder / "logs" / name).read_bytes() for name in names] == contents
+    assert list((folder / projects.COMING).iterdir()) == []
 
 
 def test_files_of_one_name_are_both_kept_and_can_be_taken_away(client):
@@ -144,7 +206,7 @@ def test_a_file_that_is_too_large_is_refused_and_nothing_of_it_stays(client, mon
     chunks = iter([b"x" * 600, b"x" * 600])  # without a length that is told before
     assert client.upload(project, "a.csv", chunks).status_code == 413
     folder = client.site.projects.folder / project.rpartition("/")[2] / "logs"
-    assert list(folder.iterdir()) == []
+    assert list(folder.iterdir()) == [] == list((folder.parent / projects.COMING).iterdir())
 
 
 def test_a_file_that_does_not_come_whole_is_not_kept(client):
@@ -244,6 +306,20 @@ def test_a_mirrored_or_too_large_channel_is_seen(client, read):
     assert refused["parts"] == state["parts"]
     again = client.post(f"{project}/read", {"choices": [], "positive_rudder": None})
     assert again.status_code == 200 and client.finished(project)["parts"] == state["parts"]
+
+
+def test_readings_do_not_pile_up(client, read):
+    """What is replaced, refused or cancelled goes; what an answer was made from stays as long as it is the last."""
+    project, _ = read
+    folder = client.site.projects.folder / project.rpartition("/")[2]
+    for choices in ([], [["bridge.csv", "ROT", {"to": "yaw_rate", "unit": "kn"}]], []):
+        client.post(f"{project}/read", {"choices": choices})
+        state = client.finished(project)
+    client.post(f"{project}/read", {})
+    client.post(f"{project}/cancel")
+    assert client.post(f"{project}/analyses", {"kind": "check"}).status_code == 200
+    assert [path.name for path in folder.glob("reading-*")] == [state["reading"]]
+    client.post(f"{project}/cancel")
 
 
 def test_a_choice_that_cannot_be_is_told_and_nothing_is_lost(client, read):
