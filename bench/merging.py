@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import secrets
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from ..datasets import randomness
 from ..models.errors import BadInput
 from ..models.extras import INSTALL
 from ..models.folders import read_regular
@@ -84,7 +84,7 @@ def merge(
     _check_runs(runs, specs, kind.tables.keys, source / RUNS)
     held = {run["key"] for run in read_runs(target / RUNS, kind.tables)}
     new = sorted((run for run in runs if run["key"] not in held), key=lambda run: run["key"])
-    seed = secrets.randbelow(10**18) if seed is None else seed
+    seed = randomness.drawn_seed() if seed is None else seed
     again, told = _sampled(kind, new, specs, sample_size(len(new)) if sample is None else sample, seed, source / RUNS)
     if new:
         _add(new, specs, again, {"seed": seed, "not_computable": told}, source, target)

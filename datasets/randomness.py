@@ -3,8 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import secrets
 
 import numpy as np
+
+from ..models.plain import EXACT_BELOW
+
+
+def drawn_seed() -> int:
+    """A new seed, 0 to 2**53 - 1, that nobody can guess: for what is drawn where the user gave no seed."""
+    return secrets.randbelow(EXACT_BELOW)
 
 
 def stable_hash(*names: str) -> int:

@@ -1,6 +1,7 @@
 """Fixtures for all rooms."""
 
 import gc
+from itertools import count
 
 import hypothesis
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from helmbench.checks.result import Size
-from helmbench.datasets import measured
+from helmbench.datasets import measured, randomness
 from helmbench.datasets.generator import Case, generate
 from helmbench.models.model import resolve
 
@@ -59,6 +60,12 @@ def seed(request) -> int:
 def rng(seed) -> np.random.Generator:
     """A generator made of the test's seed."""
     return np.random.default_rng(seed)
+
+
+@pytest.fixture(autouse=True)
+def seeds_that_the_program_draws(seed, monkeypatch):
+    """Where a user gives no seed the program draws one: in a test these, too, follow from the test's seed."""
+    monkeypatch.setattr(randomness, "drawn_seed", count(seed).__next__)
 
 
 @pytest.fixture

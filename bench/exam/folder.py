@@ -11,6 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from ...datasets import randomness
 from ...datasets.io import read_record, write_record
 from ...datasets.record import Record
 from ...models.data_file import json_of
@@ -29,7 +30,7 @@ from .key_file import Key
 from .motion import logged, opening, without_motion
 from .names import cause_list, group_list
 from .submission_file import submission_schema
-from .worlds import World, draw, drawn_seed
+from .worlds import World, draw
 
 MANIFEST, CAUSES, SUBMISSION_SCHEMA, MODEL = "exam.json", "causes.json", "submission.schema.json", "model.json"
 MOST_WORLDS = 500
@@ -116,7 +117,7 @@ def make(
     _check_places(folder, key)
     if not 0 < count <= MOST_WORLDS:
         raise BadInput(f"{count} worlds", hint=f"give 1 to {MOST_WORLDS}")
-    seed = drawn_seed() if seed is None else seed
+    seed = randomness.drawn_seed() if seed is None else seed
     loaded = load_suite(suite)
     worlds = draw(loaded, seed, count, vessels)
     names = [f"world-{i:0{len(str(count))}d}" for i in range(1, count + 1)]

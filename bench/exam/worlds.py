@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -82,11 +81,6 @@ def kind_of_case(spec: CaseSpec) -> str:
     if spec.group == "injected":
         return "sensors" if isinstance(kind_of(spec.injected[0]), SensorKind) else "exact base"
     return {"null": "nothing wrong", "pair": "two at once", REGIME: "regime"}.get(spec.group, spec.group)
-
-
-def drawn_seed() -> int:
-    """A seed that nobody guesses."""
-    return secrets.randbelow(10**18)
 
 
 def draw(suite: Suite, seed: int, count: int, vessels: Sequence[str] = ()) -> list[World]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....datasets import randomness
 from ....models.errors import BadInput
 from ....models.plain import EXACT_BELOW
 from ....models.suggestions import suggestion
@@ -70,7 +71,7 @@ def with_seed(selection: Selection) -> Selection:
     """The selection with a seed: its own, or one drawn anew."""
     if selection.seed is not None:
         return selection
-    return replace(selection, seed=int(np.random.SeedSequence().generate_state(1)[0]))
+    return replace(selection, seed=randomness.drawn_seed())
 
 
 def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:

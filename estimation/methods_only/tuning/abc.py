@@ -18,6 +18,7 @@ from optuna.search_space import IntersectionSearchSpace
 from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState
 
+from ....datasets import randomness
 from .bee_colony import EMPLOYED, FITNESS, ONLOOKER, SCOUT, Colony, Role, selection_probabilities
 from .moves import neighbour, random_value
 
@@ -169,7 +170,7 @@ def _entropy(seed: int | np.random.Generator | None) -> int:
     if isinstance(seed, np.random.Generator):
         return int(seed.integers(2**63))
     if seed is None:
-        return int(np.random.SeedSequence().generate_state(2, np.uint64)[0])
+        return randomness.drawn_seed()
     return int(seed)
 
 

@@ -18,7 +18,7 @@ from helmbench.bench.exam.names import group_list
 from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
 from helmbench.bench.exam.submission import read_submission, stated
 from helmbench.bench.exam.submission_file import Answer
-from helmbench.bench.exam.worlds import HIDDEN, KINDS, MOST, SPREAD, drawn_seed, is_hidden, kind_of_case, sister
+from helmbench.bench.exam.worlds import HIDDEN, KINDS, MOST, SPREAD, is_hidden, kind_of_case, sister
 from helmbench.bench.faults import Case, inject
 from helmbench.bench.faults.ships import ship, sister_numbers
 from helmbench.bench.kinds.base import Selection
@@ -27,6 +27,7 @@ from helmbench.bench.kinds.diagnosis.execute import right_names
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec, plan
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
+from helmbench.datasets import randomness
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.reporting.exam import folder_texts
@@ -58,7 +59,7 @@ def made(tmp_path_factory):
 def test_an_exam_has_every_kind_of_world_and_draws_them_anew(made):
     exam, key, _ = made
     assert {world.kind for world in key.worlds.values()} == set(KINDS) and len(exam.worlds) == COUNT
-    assert drawn_seed() != drawn_seed()
+    assert randomness.drawn_seed() != randomness.drawn_seed()
 
 
 def numbers_in(value):
