@@ -23,9 +23,13 @@ RUNS_CSV = "runs.csv"
 
 @dataclass(frozen=True)
 class Report:
-    """What `write_report` wrote: Markdown text, files, whether all planned runs are in it, overall standings."""
+    """What `write_report` wrote: Markdown text, files, whether all planned runs are in it, overall standings.
+
+    `overview` is what a terminal shows of it: how the runs ended and one table.
+    """
 
     markdown: str
+    overview: str
     paths: tuple[Path, ...]
     complete: bool
     standings: tuple[dict[str, Any], ...]
