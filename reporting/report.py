@@ -36,7 +36,7 @@ class Report:
 
     def _repr_html_(self) -> str:
         files = "".join(f"<li>{escape(str(path))}</li>" for path in self.paths)
-        return f"<pre>{escape(self.markdown)}</pre><ul>{files}</ul>"
+        return f"<pre>{escape(self.overview)}</pre><ul>{files}</ul>"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for `--json`."""
