@@ -38,7 +38,7 @@ endif
 .DELETE_ON_ERROR:
 
 help:
-	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print the leaderboard"
+	@echo "make bench    install, run the quick suite, write the report to $(RESULTS), print headline and ranking"
 	@echo "make board-picture  the same, and draw the standings for the README: reports/leaderboard/quick.svg"
 	@echo "make test     install, lint, check types, test every behaviour once with fixed seeds: before every push"
 	@echo "make test-all  all tests with drawn seeds, and the rates: nightly and before a release; HELMBENCH_SEED=N repeats"
@@ -89,8 +89,8 @@ $(STAMP): pyproject.toml requirements/constraints.txt
 
 # Status 1 of `run` means that some runs failed: the report lists them, and the status stays.
 bench: env
-	rm -rf $(RESULTS)
-	status=0; $(BIN)/helmbench run --suite quick -o $(RESULTS) || status=$$?; \
+	@rm -rf $(RESULTS)
+	@status=0; $(BIN)/helmbench run --suite quick -o $(RESULTS) || status=$$?; \
 	test $$status -gt 1 || $(BIN)/helmbench report $(RESULTS) $(if $(wildcard $(TIMES)),--timing $(TIMES)) || status=$$?; \
 	exit $$status
 

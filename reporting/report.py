@@ -23,16 +23,20 @@ RUNS_CSV = "runs.csv"
 
 @dataclass(frozen=True)
 class Report:
-    """What `write_report` wrote: Markdown text, files, whether all planned runs are in it, overall standings."""
+    """What `write_report` wrote: Markdown text, files, whether all planned runs are in it, overall standings.
+
+    `overview` is what a terminal shows of it: how the runs ended and one table.
+    """
 
     markdown: str
+    overview: str
     paths: tuple[Path, ...]
     complete: bool
     standings: tuple[dict[str, Any], ...]
 
     def _repr_html_(self) -> str:
         files = "".join(f"<li>{escape(str(path))}</li>" for path in self.paths)
-        return f"<pre>{escape(self.markdown)}</pre><ul>{files}</ul>"
+        return f"<pre>{escape(self.overview)}</pre><ul>{files}</ul>"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for `--json`."""

@@ -11,10 +11,10 @@ NARROWEST = 8
 LEAST_COLUMNS = 3
 """Columns that are shortened before one of them is left out."""
 IMPORTANT = (
-    *("mean rank", "NRMSE [95 %]", "time", "failed / n.a. / runs", "parameter error [95 %]", "diverged"),
+    *("rank", "parameters", "RMSE", "R2", "NRMSE", "time"),
     *("figure", "second / first [95 %]", "p"),
 )
-"""Columns of the overall ranking, the most important one first, and of comparisons."""
+"""Columns of the ranking, the most important one first, and of comparisons."""
 CELLS = re.compile(r"(?<!\\)\|")
 
 

@@ -25,5 +25,5 @@ def report(directory: Path, timing: Path | None, csv: bool, as_json: bool, quiet
     if as_json:
         print_json(written.as_dict())
     elif not quiet:
-        show_text(written.markdown)
+        show_text(written.overview)
         show_files(written.paths)

@@ -86,7 +86,8 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     paths = write_files(directory, texts)
     whole = board.table()
     standings = tuple(whole[whole["scope"] == "all"].drop(columns=["scope", "group"]).to_dict("records"))
-    return Report(texts["diagnosis.md"], paths, len(cases) >= manifest["planned"], standings)
+    told = f"Suite {manifest['suite']}, {headline(manifest, cases)}\n\n{tables.markdown(rate_table(board))}"
+    return Report(texts["diagnosis.md"], told, paths, len(cases) >= manifest["planned"], standings)
 
 
 def markdown(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:

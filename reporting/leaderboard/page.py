@@ -20,6 +20,7 @@ from .by_record import record_table
 from .compact import read_compact
 from .contest import contest
 from .estimates import summarised
+from .overview import overview
 from .page_data import as_script, page_data
 from .standings import Frame
 from .statistics import Statistics
@@ -81,8 +82,9 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
         ),
     }
     paths = write_files(directory, texts)
+    told = overview(f"Suite {manifest['suite']}, {headline(manifest, results)}", board.overall, found.board)
     overall = tuple(board.overall.to_dict("records"))
-    return Report(texts["leaderboard.md"], paths, len(results) >= manifest["planned"], overall)
+    return Report(texts["leaderboard.md"], told, paths, len(results) >= manifest["planned"], overall)
 
 
 def markdown(

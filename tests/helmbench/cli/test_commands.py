@@ -289,7 +289,8 @@ def test_run_and_report_from_suite_to_leaderboard(call, suite, tmp_path):
     results = pd.read_parquet(out / "results.parquet")
     assert len(results) == 12 and set(results["suite"]) == {"mine"}
     status, told, _ = call("report", out)
-    assert status == 0 and told.startswith("# Leaderboard: suite mine")
+    assert status == 0 and told.startswith("Suite mine, 12 runs: 12 ok") and len(told.splitlines()) < 30
+    assert told.count("\n| ") == 1 + len(results["method"].unique()) + 1
     assert sorted(path.name for path in out.iterdir()) == [
         "environment.json", "leaderboard.csv", "leaderboard.html", "leaderboard.md",
         "parameters.parquet", "results.parquet", "runs.jsonl", "traces.jsonl",
@@ -332,7 +333,8 @@ def test_failed_runs_are_listed_and_status_one(call, tmp_path):
     assert err == "failed: mine on response-1 as nomoto-1-cubic, noise low: RuntimeError: out of luck (2 runs)\n"
     status, out, _ = call(*arguments, "-o", tmp_path / "json", "--json")
     assert status == 1 and [failure["seed"] for failure in json.loads(out)["failures"]] == [0, 1]
-    assert "out of luck" in call("report", tmp_path / "out")[1]
+    assert "2 failed" in call("report", tmp_path / "out")[1]
+    assert "out of luck" in (tmp_path / "out" / "leaderboard.md").read_text()
 
 
 @pytest.mark.usefixtures("in_this_process")

@@ -13,7 +13,7 @@ COMMITTED = Path(__file__).resolve().parents[3] / "reports" / "leaderboard" / "q
 
 
 def names(text):
-    return re.findall(r"<text [^>]*>([a-z0-9-]+)</text>", text)
+    return re.findall(r"<text [^>]*>([a-z0-9:-]+)</text>", text)
 
 
 def test_the_picture_names_the_methods_best_first_and_is_the_same_every_time(tmp_path, manifest):

@@ -16,7 +16,11 @@ from helmbench.models.model import list_vessels, resolve
 
 from ....made_up.suites import own_method_file, spec_of, suite_file
 
-FIRST_FIVE = {"ls", "rls", "fw-rls", "ekf", "output-error"}
+FAMILIES = {
+    *("ls", "rls", "fw-rls", "fci-ls", "mi-rls", "nmi-rls", "ekf", "ls-svr", "output-error"),
+    *("eso-rw-lssvr", "tuned:eso-rw-lssvr"),
+}
+"""Methods of the papers and what they are compared with."""
 SECONDS = [name for name, cls in methods().items() if not cls.minutes]
 
 
@@ -36,10 +40,21 @@ def test_methods_of_the_class_of_minutes_are_in_the_suite_of_minutes_only():
     assert slow <= minutes and not slow & default
 
 
-def test_quick_covers_every_vessel_and_the_first_five_methods():
-    specs = planned("quick")
-    pairs = {(spec.task.vessel, spec.method) for spec in specs if spec.task.source == spec.task.vessel}
-    assert pairs >= {(vessel, method) for vessel in list_vessels() for method in FIRST_FIVE}
+def test_quick_compares_every_family_on_every_vessel():
+    specs = [spec for spec in planned("quick") if spec.task.noise != "none"]
+    found = {(spec.task.vessel, spec.method) for spec in specs}
+    assert found == {(vessel, method) for vessel in list_vessels() for method in FAMILIES}
+    assert len({spec.task for spec in specs}) * len(FAMILIES) == len(specs)
+
+
+def test_quick_has_noisy_zigzags_and_sines_and_outliers_and_no_method_that_does_not_apply():
+    tasks = {spec.task for spec in planned("quick") if spec.task.noise != "none"}
+    for task in tasks:
+        records = " ".join(task.train + task.held_out)
+        assert "sine" in records or "heading" in records
+        assert ("zigzag" in records) == (task.vessel != "remus")  # which is unstable: it cannot zigzag
+    assert any("outliers" in task.noise for task in tasks)
+    assert not any(resolve(task.source).is_3dof for task in tasks)
 
 
 def test_quick_holds_one_euler_row_of_ls_for_every_vessel():
