@@ -18,6 +18,7 @@ import numpy as np
 
 from ...datasets.columns import RUDDERS, TWIN
 from ...datasets.instruments import observed
+from .own import own_run
 from .squares import Squares, pooled, squares
 from .stretch import stretches_of
 
@@ -83,26 +84,26 @@ class Run:
         return {channel: pooled(squares(*pair) for pair in self.pairs(channel)) for channel in self.predicted}
 
 
-def run_along(model: Model, record: Record, predictor: Predictor | None = None, name: str | None = None) -> Run:
+def run_along(model: Model, record: Record, predictor: Predictor | None = None, own: bool = False) -> Run:
     """The free run of a model, or of a black box in its place, along a record as it was read.
 
-    name : what the run calls the record; None: the record's name.
+    own : with the record's own neutral rudder angle and start (`own.py`), instead of none and the smoothed state.
 
     Raises
     ------
     CannotFit : the record lacks an input, measures no state of the model, or has no stretch without long gaps.
     """
     turned = record.turned(model.positive_rudder)
-    return run_of(stretches_of(model, turned, predictor), turned, model.id, name or record.name)
+    return run_of(stretches_of(model, turned, predictor), turned, model.id, record.name, own)
 
 
-def run_of(stretches: Sequence[Stretch], record: Record, model: str, name: str) -> Run:
+def run_of(stretches: Sequence[Stretch], record: Record, model: str, name: str, own: bool = False) -> Run:
     """The run along the stretches of a record in the model's rudder sign; model, name : what it calls these."""
     measured = measured_of(name, record)
     predicted: dict[str, np.ndarray] = {}
     diverged = []
     for stretch in stretches:
-        free = stretch.free_run()
+        free = own_run(stretch) if own else stretch.free_run()
         diverged += [] if free.diverged_s is None else [(float(stretch.record.time_s[0]), free.diverged_s)]
         piece = record.slice(stretch.place.start, stretch.place.stop)
         shown = as_shown(stretch.model, piece, stretch.channels(stretch.series.observe(free.states)))
