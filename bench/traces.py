@@ -79,12 +79,13 @@ class _Entry(_Content):
 
 def free_run_trace(estimate: Estimate, record: Record) -> dict[str, Any]:
     """The trace of an estimate along a record of N samples, thinned to at most `POINTS`, with the recursion's log."""
-    from ..estimation.results.prediction import predict
+    from ..estimation.run.run import run_along
 
     kept = _thinned(record.n, POINTS)
+    run = run_along(estimate.model, record, estimate.predictor)
     channels = {
-        found.channel: {"measured": _numbers(found.observed[kept]), "predicted": _numbers(found.free[kept])}
-        for found in predict(estimate.model, record, estimate.predictor)
+        name: {"measured": _numbers(run.measured.channels[name][kept]), "predicted": _numbers(values[kept])}
+        for name, values in run.predicted.items()
     }
     trace = {"record": record.name, "time_s": _numbers(record.time_s[kept]), "channels": channels}
     return trace | ({} if (log := recursion_log(estimate)) is None else {"log": log})

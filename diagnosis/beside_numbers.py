@@ -30,7 +30,7 @@ from .discrepancy.terms import NUMBERS, terms_of
 from .discrepancy.told import Sized, sized
 from .felt import felt
 from .gain.extension import extended_model
-from .gain.measured import base_setting, gain_of, held_out_setting
+from .gain.measured import held_out_setting, of_state
 from .report import findings, verdict
 from .report.bank import beside_numbers
 from .report.outcome import diagnosis_of, noise_of
@@ -200,7 +200,7 @@ def _told(
     entered = [replace(a, setting=setting, now=raw.now) for a in causes]
     state = replace(raw, nuisance=(), prior=None).at(setting, raw.now, entered)
     held_out = thinned(given.held_out, raw.est.model)
-    predicted = gain_of(state, base_setting(state, options), setting, held_out, rng)
+    of_record = of_state(state, setting, held_out)
     cleaned = behind_sensors(given, sensors)
     behind = felt(cleaned.train, raw.est, own, SELECTED), cleaned.held_out
     if held_out:
@@ -212,12 +212,12 @@ def _told(
     noise = noise_of(raw.est, done.found.final.setting)
     others = {one.accepted.cause.id: (done.shares.drops[i], reason) for i, one, reason in done.others}
     bank = beside_numbers(done.found, every, others, cannot)
-    told = diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, predicted, noise=noise)
+    told = diagnosis_of((raw.est.model, extended), options, _verdict(done, every), every, bank, noise=noise)
     behind_causes = replace(cleaned, train=behind[0], held_out=behind[1])
     projection = projected(done.found.final, _beside_hull(done.found))
     subsets = best_subsets(projection.profile)
     regimes = partial(local_errors, done.found.final, projection, subsets)
-    return BesideNumbers(told, cleaned, behind_causes, subsets, regimes)
+    return BesideNumbers(replace(told, of_held_out=of_record), cleaned, behind_causes, subsets, regimes)
 
 
 def _regimes(found: Found) -> tuple[Local, ...]:

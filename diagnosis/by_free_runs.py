@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,11 +17,9 @@ from .calibration.advice import CANDIDATES
 from .calibration.calibrate import calibrate_on, causes_of
 from .causes.base_coefficients import BaseCoefficients
 from .causes.registry import bank
-from .gain.free_runs import gains_of_traces
 from .gain.guard import WORSE
 from .report.bank import demoted, updated
 from .report.findings import BY_RESIDUALS, of_groups
-from .report.verdict import where
 
 if TYPE_CHECKING:
     from ..models.model import Model
@@ -59,7 +57,7 @@ def by_free_runs(
     except (BadInput, FitFailed):
         return found
     if not base.moved or base.verdict == "unexplained" or _worse(base):
-        return replace(found, calibration=base, **_for_predictions(base, base.model, (), found.seed))
+        return replace(found, calibration=base, calibrated=_for_predictions(base, base.model, ()))
     # What describes the hull beside the numbers gives way to the numbers that free runs name.
     described = (f for f in found.causes if BaseCoefficients.id not in (f.cause, *f.tied_with))
     before = [f for f in described if f.stage != BY_RESIDUALS]
@@ -76,25 +74,23 @@ def by_free_runs(
     return replace(
         found,
         extended=_with_causes(base.extended, explained, before),
-        **_for_predictions(base, explained, before, found.seed),
+        calibrated=_for_predictions(base, explained, before),
         verdict=base.verdict,
         reason=base.reason,
         causes=causes,
         bank=updated(demoted(found.bank, ("named", "tied"), "explained_by", SHOWN_ALREADY), causes),
-        gain=gains_of_traces(base.traces, np.random.default_rng(found.seed)),
         traces=base.traces,
-        where=tuple(where([t for t in base.traces if t.role == "train"])),
+        of_held_out=found.of_held_out if felt is not given else {},
         next_manoeuvre=", ".join(CANDIDATES[run.manoeuvre] for run in base.next_runs),
         calibration=base,
     )
 
 
-def _for_predictions(base: Calibration, explained: Model, causes: Sequence[Finding], seed: int) -> dict[str, Any]:
-    """The model for predictions with its gain; none where no number has moved."""
+def _for_predictions(base: Calibration, explained: Model, causes: Sequence[Finding]) -> Model | None:
+    """The model for predictions; None where no number has moved."""
     if np.array_equal(base.calibrated.theta, base.model.theta):
-        return {"calibrated": None, "calibrated_gain": {}}
-    gain = gains_of_traces(base.calibrated_traces, np.random.default_rng(seed))
-    return {"calibrated": _with_causes(base.calibrated, explained, causes), "calibrated_gain": gain}
+        return None
+    return _with_causes(base.calibrated, explained, causes)
 
 
 def _with_causes(moved: Model, explained: Model, causes: Sequence[Finding]) -> Model:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,7 @@ from .candidate import Candidate, Unmodelled
 from .causes.registry import terms_for
 from .criteria.residuals import select, without
 from .gain.extension import extended_model
-from .gain.measured import predicting
+from .gain.measured import of_state, predicting
 from .report import bank, findings, verdict
 from .report.outcome import diagnosis_of, hypothesis_of, noise_of
 from .residuals.judged import unexplained
@@ -84,7 +84,7 @@ def concluded(
     # Where something else is wrong as well, likelihoods of what was tested are not to be trusted: free runs of several
     # records decide what is named, unless the model is exactly known and its sensors' noise white.
     doubtful = found.left is not None and state.est.n_records > 1 and (bool(memory) or not known)
-    predicted = predicting(_without(state, out), held_out, options, rng, doubtful)
+    predicted = predicting(_without(state, out), options, doubtful)
     refused = _why(out, NOT_SHOWN) | _why(predicted.failing, PREDICTS_WORSE)
     left = found.left if found.left is not None else _what_looks_like(refused, state)
     immaterial = _why(found.small, findings.SMALL) | _why(weak, IN_NOISE) | _why(predicted.idle, HARDLY_GAINS)
@@ -95,18 +95,19 @@ def concluded(
     instead = named and left is not None and left is state.rival
     est = state.est
     extended = extended_model(est, predicted.setting, predicted.state.causes, given.instruments)
-    return diagnosis_of(
+    own = of_state(predicted.state, predicted.setting, held_out)
+    told = diagnosis_of(
         (model, extended),
         options,
         verdict.decide(found.poor, left, instead, every),
         every,
         bank.of_residuals(state, found.cannot, given.shown.statistics, immaterial, every),
-        (predicted.gain, predicted.traces),
         noise=noise_of(est, state.setting),
         poor=found.poor,
         hypothesis=hypothesis_of(state, left, held_out),
         doubts=_doubts_of(memory),
     )
+    return replace(told, of_held_out=own)
 
 
 def _weak(state: State, memory: Sequence[Memory]) -> list[Cause]:

@@ -28,6 +28,7 @@ class Prepared:
     checked : what the checks of the files found, corrected where they can be.
     decided : causes that the sensors' channels have decided on without a model.
     derived : record name -> columns that are made from each other.
+    recorded : the held-out records as they were read.
     """
 
     train: list[Record]
@@ -37,6 +38,7 @@ class Prepared:
     checked: tuple[CheckFinding, ...] = ()
     decided: frozenset[Check] = frozenset()
     derived: Mapping[str, set[str]] = field(default_factory=dict)
+    recorded: Sequence[Record] = ()
 
     def sensors(self, only: Collection[Check] | None) -> Sensors:
         """The records behind what channels show of their sensors; only : errors that are looked for (None: all)."""
@@ -57,7 +59,7 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
     if not {"v", "x", "y"} <= set(model.states):
         sensors = sensors_of(own, others, options.causes(), [c for c in chains() if c.of_positions], derived)
         own, others, shown = sensors.train, sensors.held_out, sensors.shown
-    return Prepared(own, others, faults, shown, checked, derived=derived)
+    return Prepared(own, others, faults, shown, checked, derived=derived, recorded=held_out)
 
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,9 @@ class Gain:
     r2_after: float
     closed: float
     """Share of the gap to the noise floor that the extension closed."""
+    own_before: float = math.nan
+    own_after: float = math.nan
+    """The errors with each record's own neutral rudder angle and start, fitted to it under their priors."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,9 @@ class Diagnosis:
     """Gain of the calibrated model by channel."""
     checks: tuple[CheckFinding, ...] = ()
     """What the records show of their files by themselves: corrected, or standing in the way of a diagnosis."""
+    of_held_out: dict[str, dict[str, float]] = field(default_factory=dict)
+    """Held-out record -> what belongs to it (current, wind), estimated on its first part: coefficients with which the
+    extended model is run along it."""
     ahead: Validation | None = None
     """Errors some time ahead on held-out records, or else on those of training; None where none were computed."""
 
@@ -122,6 +129,7 @@ class Diagnosis:
             "causes": plain(self.causes),
             "gain": plain(self.gain),
             "calibrated_gain": plain(self.calibrated_gain),
+            "of_held_out": plain(self.of_held_out),
             "ahead": None if self.ahead is None else plain(self.ahead.told_ahead()),
             "bank": plain(self.bank),
             "hypothesis": plain(self.hypothesis),

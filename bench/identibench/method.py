@@ -27,7 +27,8 @@ from ...estimation.estimates.estimate import Estimate, predictor_of
 from ...estimation.observers.smoothed_states import smoothed_states
 from ...estimation.observers.smoothing import SHORTEST
 from ...estimation.records.series import series_of
-from ...estimation.results.prediction import SYMBOLS, as_shown
+from ...estimation.run.run import as_shown
+from ...estimation.run.stretch import SYMBOLS
 from ...models.argument_types import typed
 from ...models.errors import BadInput
 from ...models.model import CHANNELS

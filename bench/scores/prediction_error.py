@@ -1,13 +1,13 @@
 """Errors of predicted held-out records.
 
-Free run: the model is simulated from the record's first samples with the measured rudder.  One step: every sample is
-predicted from the one before.  Both are compared with the record's own samples and pooled over all held-out records;
+Free run: `estimation/run/run.py`, as every command has it.  One step: every sample is predicted from the one before.
+Both are compared with the record's own samples and pooled over all held-out records;
 heading is unwrapped.  Units are those of the channels.
 """
 
 from __future__ import annotations
 
-from ...estimation.results.prediction import CHANNELS
+from ...estimation.run.run import CHANNELS
 from .base import Outcome, score
 
 COLUMNS = [

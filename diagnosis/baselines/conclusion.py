@@ -16,6 +16,8 @@ from ..causes.base import Cause
 from ..causes.registry import causes, testable
 from ..gain import free_runs
 from ..gain.extension import extended_model
+from ..gain.measured import of_held_out
+from ..gain.runs import with_runs
 from ..prepared import prepared
 from ..registry import Diagnoser
 from ..report.outcome import diagnosis_of
@@ -25,11 +27,11 @@ from .output_error import Fit, FreeRuns, rms
 if TYPE_CHECKING:
     from ...checks.base import Check
     from ...datasets.record import Record
-    from ...estimation.filters.innovations.settings import Setting
+    from ...estimation.filters.innovations.settings import Parameter, Setting
     from ...models.model import Model
     from ..candidate import Variant
     from ..options import Options
-    from ..result import Diagnosis, Gain
+    from ..result import Diagnosis
 
 
 class Chosen(NamedTuple):
@@ -49,10 +51,12 @@ class OfFreeRuns(Diagnoser):
         """Choose causes by the free runs of the training records, and measure the gain on the held-out ones."""
         clock = time.perf_counter(), time.process_time()
         options = options.checked(model)
-        train, held_out = prepared(train, model, options), prepared(held_out, model, options)
-        runs = FreeRuns(model, train)
-        chosen, verdict, reason = self.choose(runs, model, train, options)
-        return conclude(runs, held_out, chosen, verdict, reason, options, clock)
+        given, others = prepared(train, model, options), prepared(held_out, model, options)
+        runs = FreeRuns(model, given)
+        chosen, verdict, reason = self.choose(runs, model, given, options)
+        found = conclude(runs, others, chosen, verdict, reason, options)
+        found = replace(with_runs(found, train, held_out, options.channels), traces=(), where=())
+        return replace(found, wall_s=time.perf_counter() - clock[0], cpu_s=time.process_time() - clock[1])
 
     @abstractmethod
     def choose(
@@ -74,9 +78,8 @@ def conclude(
     verdict: str,
     reason: str,
     options: Options,
-    clock: tuple[float, float],
 ) -> Diagnosis:
-    """The diagnosis that names the chosen causes, with the gain on the held-out records."""
+    """The diagnosis that names the chosen causes, without its gain."""
     rng, est, names = np.random.default_rng(options.seed), runs.est, [c.cause for c in chosen]
     setting = chosen[-1].fit.setting if chosen else runs.start
     bank = [Entry(c.id, "named" if c in names else "not_significant", None, None, None, "") for c in causes().values()]
@@ -87,11 +90,10 @@ def conclude(
         (verdict, reason),
         findings(runs, chosen, rng),
         bank,
-        (_gains(runs, held_out, setting, [p for c in chosen for p in c.variant], rng), ()),
         noise={},
     )
-    wall_s, cpu_s = time.perf_counter() - clock[0], time.process_time() - clock[1]
-    return replace(told, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
+    own = [p for c in chosen for p in c.variant if p.record is not None]
+    return replace(told, records=tuple(roles), of_held_out=_of_held_out(runs, held_out, setting, own))
 
 
 def findings(runs: FreeRuns, chosen: Sequence[Chosen], rng: np.random.Generator) -> list[Finding]:
@@ -107,15 +109,11 @@ def findings(runs: FreeRuns, chosen: Sequence[Chosen], rng: np.random.Generator)
     return out
 
 
-def _gains(
-    runs: FreeRuns, records: Sequence[Record], s: Setting, variant: Variant | list, rng: np.random.Generator
-) -> dict[str, Gain]:
-    """As the diagnosis proper measures it: what belongs to a record is estimated on its first part."""
-    if not records:
+def _of_held_out(
+    runs: FreeRuns, records: Sequence[Record], s: Setting, own: Sequence[Parameter]
+) -> dict[str, dict[str, float]]:
+    """As the diagnosis proper has it: what belongs to a record is estimated on its first part."""
+    if not (records and own):
         return {}
     held = replace(estimator(runs.est.model, records, runs.est.unit), base=runs.est.base)
-    own = [p for p in variant if p.record is not None]
-    after = free_runs.adapted(held, free_runs.transferred(held, s, own), own)
-    before = free_runs.transferred(held, runs.start, ())
-    old, new = free_runs.free_runs(held, before), free_runs.free_runs(held, after)
-    return free_runs.gains(held, old, new, free_runs.scored_from(held, bool(own)), runs.start.noise.sensor_sd, rng)
+    return of_held_out(held, free_runs.adapted(held, free_runs.transferred(held, s, own), own), own)

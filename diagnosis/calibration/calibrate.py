@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from ...checks.result import NORMAL_90
 from ...estimation.diagnosis_only.mixed_effects.left_out import jackknife
 from ...estimation.diagnosis_only.mixed_effects.problem import Problem, pooled
 from ...estimation.results.fit import arithmetic_guard, blas_limited
+from ...estimation.run.run import squares_of
 from ...models.coefficient_groups import every_own_number, groups_of, grown, stated_groups
 from ...models.errors import BadInput
 from ...models.linear_algebra import pinv
@@ -27,12 +29,13 @@ from ..prepared import corrected_records
 from ..report.verdict import by_share
 from .advice import next_runs
 from .every_number import every_number
+from .held_out import held_out_of, with_held_out
 from .ingredients import floor, ingredients
-from .problems import FEWEST, Problems, Records, columns_of, errors_of, problems_of
+from .problems import FEWEST, Records, columns_of, errors_of, problems_of
 from .regimes import best_in_regime
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
-from .traces import held_out_traces, left_out_traces
+from .traces import left_out_traces
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -42,7 +45,8 @@ if TYPE_CHECKING:
     from ..discrepancy.regimes import Local
     from ..discrepancy.subsets import Subset
     from ..prepared import Prepared
-    from ..trace import Trace
+    from .held_out import Errors, HeldOut
+    from .regimes import InRegime
 
 
 def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] = ()) -> Calibration:
@@ -143,8 +147,12 @@ def calibrate_on(
     extended = extended if local is None else local.extended(extended)
     settled = identified or local is not None or verdict == "adequate"
     wide = found.final if settled else every_number(inside.train, groups, found)
-    before, after = errors_of(outside, base), errors_of(inside, found.final)
-    traces = _traces(outside, inside, found.final)
+    held, built = held_out_of(given, felt or given), partial(_built, whole, extended, found.final, local)
+    alone = errors_of(outside, base)
+    before = with_held_out(alone, held.base_runs(model))
+    after = with_held_out(errors_of(inside, found.final), held.runs(built(found.final)))
+    wide_model = built(wide)
+    predicted = after if wide is found.final else with_held_out(errors_of(inside, wide), held.runs(wide_model))
     return Calibration(
         model=model,
         extended=extended,
@@ -160,7 +168,7 @@ def calibrate_on(
                 s.fall.gain,
                 s.fall.error,
                 tuple(g.of for g in s.tied_with),
-                *_both(inside, s.attempt),
+                *_both(with_held_out(errors_of(inside, s.attempt), held.runs(built(s.attempt)))),
             )
             for s in found.steps
         ),
@@ -173,27 +181,39 @@ def calibrate_on(
             RunEffect(run.name, float(own[0]))
             for run, own in zip(inside.train.runs, found.final.fitted.own, strict=True)
         ),
-        traces=traces,
-        calibrated_traces=traces if wide is found.final else _traces(outside, inside, wide),
+        traces=(
+            *left_out_traces(outside.train, inside.train, found.final),
+            *held.traces(model, built(found.final)),
+        ),
         next_runs=advised,
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
         regime=None if local is None else local.stated,
-        predicted=after if wide is found.final else errors_of(inside, wide),
-        ingredients=ingredients(inside, before, wide),
+        predicted=predicted,
+        own=_own(held, model, wide_model, before),
+        ingredients=ingredients(inside, alone, wide),
         floor=floor(inside, wide, groups),
     )
 
 
-def _both(on: Problems, attempt: Attempt) -> tuple[dict[str, float], dict[str, float]]:
-    errors = errors_of(on, attempt)
+def _both(errors: Errors) -> tuple[dict[str, float], dict[str, float]]:
     held = {c: new for c, (_, new) in errors.items() if new is not None}
     return {c: old for c, (old, _) in errors.items()}, held
 
 
-def _traces(given: Problems, felt: Problems, final: Attempt) -> tuple[Trace, ...]:
-    trained = left_out_traces(given.train, felt.train, final)
-    return (*trained, *held_out_traces(given.held_out, felt.held_out, final))
+def _built(whole: Model, extended: Model, final: Attempt, local: InRegime | None, attempt: Attempt) -> Model:
+    """The model of an attempt: `whole`, which carries all groups, with its numbers; what differs in a regime only the
+    extended model holds."""
+    if local is not None and attempt is final:
+        return extended
+    theta, count = attempt.fitted.theta[: whole.theta.size], len(whole.coordinates)
+    return replace(whole, coefficients=theta[:count], constants=theta[count:])
+
+
+def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str, tuple[float, float]]:
+    """Column -> errors of base and calibrated model with every held-out record's own neutral angle and start."""
+    both = [squares_of(held.base_runs(model, own=True)), squares_of(held.runs(moved, own=True))]
+    return {c: (both[0][c].scores()[0], both[1][c].scores()[0]) for c in columns if all(c in side for side in both)}
 
 
 def _with_numbers(model: Model, final: Attempt, kind: str) -> Model:

@@ -18,6 +18,7 @@ import numpy as np
 from ...estimation.diagnosis_only.mixed_effects.fit import fit
 from ...estimation.diagnosis_only.mixed_effects.problem import pooled, squares
 from ..criteria.left_out import SHORT, attempt, numbers_of
+from .held_out import Errors
 from .problems import columns_of, errors_of
 from .result import Ingredient
 
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from ..criteria.left_out import Attempt
     from .problems import Problems
 
-Errors = Mapping[str, tuple[float, float | None]]
-"""Column -> errors of left-out training records and of held-out records, SI."""
 FLOWS = {"measured current": (0, 1), "measured wind": (2, 3)}
 """Columns of each measured flow behind the model's own inputs (`series.with_weather`)."""
 VARIES = 0.02

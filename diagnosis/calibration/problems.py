@@ -42,6 +42,16 @@ class Records(NamedTuple):
     train: Sequence[Record]
     held_out: Sequence[Record]
 
+    @property
+    def recorded(self) -> Sequence[Record]:
+        """The held-out records as they were read."""
+        return self.held_out
+
+    @property
+    def instruments(self) -> dict[str, float]:
+        """What was corrected in them."""
+        return {}
+
 
 class Problems(NamedTuple):
     """Training and held-out records with the model."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 SCHEMA = 2
 EXPLAINABLE = 0.05
 """Least share of the squared error that counts as explainable by the model."""
-HIDDEN = ("model", "extended", "calibrated", "traces", "calibrated_traces")
+HIDDEN = ("model", "extended", "calibrated", "traces")
 """Fields that are not written as plain data."""
 VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 
@@ -155,10 +155,12 @@ class Calibration:
         else the extended one.
     records : (name, 'train' | 'held_out').
     before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
-        second is None without held-out records.
-    traces, calibrated_traces : measured against free runs before and after, by the extended and the calibrated model;
-        after of a training record is by a fit without it.
+        second is None without held-out records.  Before, these are as they were read; after, without what sensors and
+        known causes explain, where such were found.
+    traces : measured against free runs before and after; after of a training record is by a fit without it.
     predicted : the same as `after`, by the calibrated model.
+    own : column -> errors of held-out records by the base and by the calibrated model, with each record's own neutral
+        rudder angle and start, which are fitted to it under their priors; empty without held-out records.
     ingredients : what measured inputs and the numbers that moved each remove of the error.
     floor : column -> error (SI) of held-out records by a fit to these records themselves; empty without them.
     regime : where one of the numbers is wrong; None where all are wrong everywhere.
@@ -181,12 +183,12 @@ class Calibration:
     remaining: tuple[Remaining, ...]
     runs: tuple[RunEffect, ...]
     traces: tuple[Trace, ...]
-    calibrated_traces: tuple[Trace, ...]
     next_runs: tuple[NextRun, ...]
     worse: tuple[str, ...]
     wall_s: float
     regime: StatedRegime | None = None
     predicted: Mapping[str, tuple[float, float | None]] = field(default_factory=dict)
+    own: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     ingredients: tuple[Ingredient, ...] = ()
     floor: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()

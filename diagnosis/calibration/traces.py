@@ -1,4 +1,4 @@
-"""Measured channels against free runs before and after the calibration, for pages and figures."""
+"""Measured channels of training records against free runs before and after the calibration, for pages and figures."""
 
 from __future__ import annotations
 
@@ -18,19 +18,11 @@ def left_out_traces(given: Problem, felt: Problem, final: Attempt) -> tuple[Trac
     for plain, run, left in zip(given.runs, felt.runs, final.left_out, strict=True):
         theta = final.fitted.theta.copy()
         theta[places] = left.values
-        out.append(_trace((given, plain), (felt, run), "train", theta))
+        out.append(_trace((given, plain), (felt, run), theta))
     return tuple(out)
 
 
-def held_out_traces(given: Problem | None, felt: Problem | None, final: Attempt) -> tuple[Trace, ...]:
-    """Held-out records by the final numbers."""
-    if given is None or felt is None:
-        return ()
-    pairs = zip(given.runs, felt.runs, strict=True)
-    return tuple(_trace((given, a), (felt, b), "held_out", final.fitted.theta) for a, b in pairs)
-
-
-def _trace(given: tuple[Problem, Run], felt: tuple[Problem, Run], role: str, theta: np.ndarray) -> Trace:
+def _trace(given: tuple[Problem, Run], felt: tuple[Problem, Run], theta: np.ndarray) -> Trace:
     """The run after the calibration is told as the record's own sensors would show it."""
     p, run = given
     measured = run.series.outputs
@@ -40,7 +32,7 @@ def _trace(given: tuple[Problem, Run], felt: tuple[Problem, Run], role: str, the
     time = run.series.dt * (run.series.index + run.series.part)
     rudder = run.series.observe(run.series.inputs[:, 0])
     columns = [dict(zip(names, values.T, strict=True)) for values in (measured, before, after)]
-    return Trace(run.name, role, time, rudder, *columns)
+    return Trace(run.name, "train", time, rudder, *columns)
 
 
 def _error(p: Problem, run: Run, theta: np.ndarray) -> np.ndarray:

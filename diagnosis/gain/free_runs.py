@@ -1,7 +1,7 @@
-"""Free runs of records: the filter's state after the first seconds, and a simulation from there.
+"""Free runs of the filter by which a diagnosis decides: from its state after the first seconds, without random forces.
 
-Each model starts from its own filtered state, without random forces.  Quantities that belong to a record (wind,
-current, waves) are estimated anew on its first part, and the rest is scored.
+What is told of them are runs as every command has them (`runs.py`).  Quantities that belong to a record (wind, current)
+are estimated anew on its first part.
 """
 
 from __future__ import annotations
@@ -16,11 +16,7 @@ from ...estimation.diagnosis_only.refit import gauss_newton
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.settings import Parameter, Setting
-from ...estimation.filters.innovations.vector import SYMBOLS
 from ...estimation.likelihood.minimiser import Damping, try_steps
-from ...models.model import CHANNELS as COLUMNS
-from ..result import Gain
-from ..trace import Trace
 
 START_S = 10.0
 """Time (s, of a 160 m ship) that a free run starts after."""
@@ -156,11 +152,6 @@ def _simulation_cost(now: Innovations, s: Setting, counted: np.ndarray) -> float
     return cost if np.isfinite(cost) else np.inf
 
 
-def free_runs(held: Estimator, s: Setting) -> list[np.ndarray]:
-    """Predicted channels (T, 6) of each record, run freely from START_S on."""
-    return [free_run(held, s, i) for i in range(len(held.segments))]
-
-
 def free_run(est: Estimator, s: Setting, segment: int) -> np.ndarray:
     """Predicted channels (T, 6) of a segment, run freely from START_S on.
 
@@ -182,44 +173,6 @@ def scored_from(held: Estimator, per_record: bool) -> list[int]:
         start = FIRST_PART * d.time[-1] if per_record else min(START_S * held.clock, 0.2 * d.time[-1])
         starts.append(int(np.searchsorted(d.time, start)) + 1)
     return starts
-
-
-def gains(
-    held: Estimator, before: Sequence[np.ndarray], after: Sequence[np.ndarray], starts: Sequence[int],
-    sensor_sd: np.ndarray, rng: np.random.Generator,
-) -> dict[str, Gain]:  # fmt: skip
-    """Gain of every measured channel over the held-out records, with a block-bootstrap interval of the ratio; none
-    where no record lasts until scoring starts."""
-    out = {}
-    for c in np.flatnonzero(held.channels).tolist():
-        old, new, spread = [], [], []
-        for i, (d, a, b, k) in enumerate(zip(held.segments, before, after, starts, strict=True)):
-            y = d.measured[k:, c]
-            block = block_samples(held, i)
-            old += error_blocks(error_of(y, a[k:, c], c), block)
-            new += error_blocks(error_of(y, b[k:, c], c), block)
-            known = y[np.isfinite(y)]
-            spread += [np.sum((known - known.mean()) ** 2) if known.size else 0.0]
-        if old:
-            out[COLUMNS[SYMBOLS[c]]] = _gain(np.array(old), np.array(new), float(np.sum(spread)), sensor_sd[c], rng)
-    return out
-
-
-def gains_of_traces(traces: Sequence[Trace], rng: np.random.Generator) -> dict[str, Gain]:
-    """Gain of every channel over the held-out traces; blocks of a fiftieth of a trace."""
-    held = [t for t in traces if t.role == "held_out"]
-    out = {}
-    for name in dict.fromkeys(column for trace in held for column in trace.measured):
-        channel = 0 if name == COLUMNS["psi"] else 1  # an error of heading is the smaller angle
-        parts = [t for t in held if name in t.measured]
-        old, new, spread = [], [], []
-        for t in parts:
-            y, block = t.measured[name], max(1, t.time.size // 50)
-            old += error_blocks(error_of(y, t.before[name], channel), block)
-            new += error_blocks(error_of(y, t.after[name], channel), block)
-            spread.append(np.nansum((y - np.nanmean(y)) ** 2))
-        out[name] = _gain(np.array(old), np.array(new), float(np.sum(spread)), 0.0, rng)
-    return out
 
 
 def error_of(y: np.ndarray, predicted: np.ndarray, c: int) -> np.ndarray:
@@ -248,30 +201,3 @@ def ratio_of(old: np.ndarray, new: np.ndarray, rng: np.random.Generator) -> tupl
     low, high = np.quantile(ratios, [0.05, 0.95])
     whole = np.sqrt(new[:, 0].sum() / max(old[:, 0].sum(), 1e-300))
     return float(whole), float(low), float(high)
-
-
-def _gain(old: np.ndarray, new: np.ndarray, spread: float, floor: float, rng: np.random.Generator) -> Gain:
-    count = max(old[:, 1].sum(), 1.0)
-    a, b = np.sqrt(old[:, 0].sum() / count), np.sqrt(new[:, 0].sum() / count)
-    _, low, high = ratio_of(old, new, rng)
-    gap = max(a**2 - floor**2, 1e-300)
-    closed = (a**2 - b**2) / gap if a > 1.05 * floor else 0.0
-    r2 = [1.0 - x[:, 0].sum() / spread if spread > 0.0 else np.nan for x in (old, new)]
-    return Gain(
-        float(a), float(b), float(low), float(high), float(r2[0]), float(r2[1]), float(np.clip(closed, -9.0, 1.0))
-    )
-
-
-def traces(
-    est: Estimator, role: str, before: Sequence[np.ndarray], after: Sequence[np.ndarray], starts: Sequence[int]
-) -> tuple[Trace, ...]:
-    """Measured channels against both free runs, for the page; nan before scoring starts."""
-    out = []
-    for d, a, b, k in zip(est.segments, before, after, starts, strict=True):
-        names = {c: COLUMNS[SYMBOLS[c]] for c in np.flatnonzero(est.channels)}
-        cut = np.arange(d.time.size) < k
-        runs = [{n: np.where(cut, np.nan, x[:, c]) for c, n in names.items()} for x in (a, b)]
-        out.append(
-            Trace(d.name, role, d.time, d.rudder, {n: d.measured[:, c] for c, n in names.items()}, runs[0], runs[1])
-        )
-    return tuple(out)

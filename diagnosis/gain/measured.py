@@ -1,4 +1,4 @@
-"""What the extended model gains on held-out records; causes that predict worse are left out of it."""
+"""Causes that predict left-out training records worse are left out of the extended model."""
 
 from __future__ import annotations
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Parameter, Setting
     from ..causes.base import Cause
     from ..options import Options
-    from ..result import Gain
-    from ..trace import Trace
 
 GAINS = 0.95
 """Ratio of errors with a cause to those without it, in its best channel, from which it gains too little."""
@@ -32,20 +30,16 @@ GAINS = 0.95
 
 @dataclass(frozen=True)
 class Predicted:
-    """The state without the causes that were left out, the setting that it is simulated at, the gain by channel, the
-    traces that a page shows, and what was left out: causes that predict worse, and causes that gain too little."""
+    """The state without the causes that were left out, the setting that it is simulated at, and what was left out:
+    causes that predict worse, and causes that gain too little."""
 
     state: State
     setting: Setting
-    gain: dict[str, Gain]
-    traces: tuple[Trace, ...]
     failing: tuple[Cause, ...]
     idle: tuple[Cause, ...]
 
 
-def predicting(
-    state: State, records: Sequence[Record], options: Options, rng: np.random.Generator, gaining: bool = False
-) -> Predicted:
+def predicting(state: State, options: Options, gaining: bool = False) -> Predicted:
     """Leave out causes as long as some channel of training records, left out in turn, is predicted worse with them.
 
     The held-out records take no part in it: they are scored once, at the end.
@@ -62,8 +56,7 @@ def predicting(
         last, here = min(trials, key=lambda trial: trial[1].worst)
         failing += [] if isinstance(last.cause, Unmodelled) else [last.cause]
     here, idle = _without_idle(here, base, least, rule) if gaining else (here, [])
-    gain, traces = gain_of(here.state, base, here.setting, records, rng)
-    return Predicted(here.state, here.setting, gain, traces, tuple(failing), tuple(idle))
+    return Predicted(here.state, here.setting, tuple(failing), tuple(idle))
 
 
 def _without_idle(here: _Trial, base: Setting, least: Blocks, rule: _Rule) -> tuple[_Trial, list[Cause]]:
@@ -140,23 +133,6 @@ def _moved(state: State) -> list[Parameter]:
     return [p for p in state.parameters if not {entry for entry, _ in p.slots} & sensors]
 
 
-def gain_of(
-    state: State, base: Setting, final: Setting, records: Sequence[Record], rng: np.random.Generator
-) -> tuple[dict[str, Gain], tuple[Trace, ...]]:
-    """Gain on the held-out records, and the traces that the page shows."""
-    est = state.est
-    fitted = [free_runs.free_runs(est, s) for s in (base, final)]
-    shown = free_runs.traces(est, "train", fitted[0], fitted[1], free_runs.scored_from(est, False))
-    if not records:
-        return {}, shown
-    held, after = held_out_setting(state, final, records)
-    before = free_runs.transferred(held, base, ())
-    starts = free_runs.scored_from(held, bool(_steady(state)))
-    old, new = free_runs.free_runs(held, before), free_runs.free_runs(held, after)
-    gains = free_runs.gains(held, old, new, starts, state.setting.noise.sensor_sd, rng)
-    return gains, (*shown, *free_runs.traces(held, "held_out", old, new, starts))
-
-
 def held_out_setting(state: State, final: Setting, records: Sequence[Record]) -> tuple[Estimator, Setting]:
     """Held-out records under the filter, and the final setting there: what belongs to a record is estimated from its
     first part."""
@@ -166,6 +142,25 @@ def held_out_setting(state: State, final: Setting, records: Sequence[Record]) ->
     )
     of_record = [p for a in state.accepted for p in a.variant if p.record is not None]
     return held, free_runs.adapted(held, free_runs.transferred(held, final, of_record), _steady(state))
+
+
+def of_state(state: State, final: Setting, records: Sequence[Record]) -> dict[str, dict[str, float]]:
+    """As `of_held_out`, of the accepted causes; nothing without records."""
+    steady = _steady(state)
+    return of_held_out(*held_out_setting(state, final, records), steady) if records and steady else {}
+
+
+def of_held_out(held: Estimator, s: Setting, steady: Sequence[Parameter]) -> dict[str, dict[str, float]]:
+    """Name of a held-out record -> what belongs to it (current, wind), as coefficients of the extended model.
+
+    held, s : the records under the filter, and the setting there.  steady : the parameters of a record.
+    """
+    entries = {entry for p in steady for entry, _ in p.slots}
+    names = {name: entry for name, entry in held.index.items() if entry in entries}
+    return {
+        record: {name: float(s.vectors[held.rows(i)[0], entry]) for name, entry in names.items()}
+        for i, record in enumerate(held.record_names if names else ())
+    }
 
 
 def _steady(state: State) -> list[Parameter]:

@@ -12,7 +12,7 @@ from ...models.model import CHANNELS as COLUMNS
 from ..candidate import Unmodelled
 from ..residuals.unmodelled import confirmed
 from ..result import Diagnosis
-from .verdict import next_manoeuvre, where
+from .verdict import next_manoeuvre
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -21,9 +21,8 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..candidate import Candidate
     from ..options import Options
-    from ..result import Entry, Finding, Gain
+    from ..result import Entry, Finding
     from ..state import State
-    from ..trace import Trace
 
 
 def hypothesis_of(state: State, left: Candidate | None, records: Sequence[Record]) -> dict[str, Any] | None:
@@ -64,19 +63,17 @@ def diagnosis_of(
     decided: tuple[str, str],
     findings: Sequence[Finding],
     bank: Sequence[Entry],
-    predicted: tuple[Mapping[str, Gain], Sequence[Trace]],
     *,
     noise: Mapping[str, Any],
     poor: str | None = None,
     hypothesis: dict[str, Any] | None = None,
     doubts: tuple[str, ...] = (),
 ) -> Diagnosis:
-    """The diagnosis without the names of its records and without its cost, which `diagnose` knows.
+    """The diagnosis without the names of its records, its gain (`gain.runs`) and its cost, which `diagnose` knows.
 
-    models : base and extended.  decided : verdict and reason.  predicted : gain by channel, traces.  poor : why the
-    records cannot decide anything; then no cause is told.
+    models : base and extended.  decided : verdict and reason.  poor : why the records cannot decide anything; then no
+    cause is told.
     """
-    gain, traces = predicted
     return Diagnosis(
         *models,
         base_parameters=str(options.base_parameters),
@@ -88,11 +85,11 @@ def diagnosis_of(
         reason=decided[1],
         causes=tuple(findings) if poor is None else (),
         bank=tuple(bank),
-        gain=dict(gain),
+        gain={},
         hypothesis=hypothesis,
         noise=dict(noise),
-        traces=tuple(traces),
-        where=tuple(where(traces)),
+        traces=(),
+        where=(),
         next_manoeuvre=next_manoeuvre(poor, findings),
         wall_s=0.0,
         cpu_s=0.0,

@@ -66,18 +66,19 @@ class Estimate:
         ------
         CannotFit : the record lacks an input, or measures no state of the model.
         """
-        from ..results.prediction import predicted_record
+        from ..results.prediction import stepped_record
 
-        return predicted_record(self.model, record, "one", self.predictor)
+        return stepped_record(self.model, record, self.predictor)
 
     def simulate(self, record: Record) -> Record:
-        """Free run: the model driven by the record's rudder from its first samples.  Returns and raises as `predict`.
+        """Free run: the model driven by the record's inputs from the state that is smoothed from the record.
 
-        Samples after the run has diverged are nan where they are not finite.
+        Returns and raises as `predict`.  It starts anew behind each long gap; samples after the run has diverged stay
+        as they were there.
         """
-        from ..results.prediction import predicted_record
+        from ..run.run import simulated_record
 
-        return predicted_record(self.model, record, "free", self.predictor)
+        return simulated_record(self.model, record, self.predictor)
 
     def score(self, records: Record | Sequence[Record]) -> dict[str, Any]:
         """Errors of free runs and one-step predictions, pooled over one record or several.
@@ -91,16 +92,15 @@ class Estimate:
         ------
         CannotFit : a record lacks an input, or measures no state of the model.
         """
-        from ...datasets.instruments import hull_record
         from ..results.prediction import prediction_scores
 
-        return prediction_scores(self.model, [hull_record(r, self.model) for r in listed(records)], self.predictor)
+        return prediction_scores(self.model, listed(records), self.predictor)
 
     def residual_report(self, records: Record | Sequence[Record], horizon: str = "free") -> pd.DataFrame:
         """Statistics of measured minus predicted samples, pooled over one record or several.
 
-        With correct equations and white sensor noise the residuals of a free run are white, apart from what the noise
-        of the first sample, from which it starts, does to it: that decays in the yaw rate and stays in the heading.
+        With correct equations and white sensor noise the residuals of a free run are white, apart from what the error
+        of the state from which it starts does to it: that decays in the yaw rate and stays in the heading.
         One-step residuals are not white even then, since every prediction starts from a noisy sample.
 
         Parameters
@@ -157,7 +157,7 @@ class Estimate:
         ------
         CannotFit : the record lacks an input, or measures no state of the model.
         """
-        from ..results.prediction import CHANNELS
+        from ..run.run import CHANNELS
 
         measured = record.turned(self.model.positive_rudder)
         free, one = self.simulate(record), self.predict(record)

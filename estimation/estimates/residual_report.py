@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...datasets.instruments import hull_record
 from ...models.errors import BadInput
 
 if TYPE_CHECKING:
@@ -31,12 +30,17 @@ def residual_report(
     """
     import pandas as pd
 
-    from ..results.prediction import CHANNELS, predict
+    from ..results.prediction import one_step
+    from ..run.run import CHANNELS, run_along
 
     if horizon not in HORIZONS:
         raise BadInput(f"unknown horizon {horizon!r}", hint=f"known: {', '.join(HORIZONS)}")
-    found = [p for r in records for p in predict(model, hull_record(r, model), predictor)]
-    pairs = {name: [p.pair(horizon) for p in found if p.channel == name] for name in CHANNELS}
+    if horizon == "free":
+        runs = [run_along(model, record, predictor) for record in records]
+        pairs = {name: [pair for run in runs if name in run.predicted for pair in run.pairs(name)] for name in CHANNELS}
+    else:
+        steps = [step for record in records for step in one_step(model, record, predictor)]
+        pairs = {name: [step.pair for step in steps if step.channel == name] for name in CHANNELS}
     rows = {name: _row(name, own) for name, own in pairs.items() if own}
     frame = pd.DataFrame.from_dict(rows, orient="index")
     frame.index.name = "channel"
@@ -47,11 +51,12 @@ def _row(channel: str, pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[s
     from scipy.stats import chi2
 
     from ...datasets.columns import CANONICAL
-    from ..results.prediction import error_and_r2
+    from ..run.squares import pooled as summed
+    from ..run.squares import squares
 
     series = [residuals[np.isfinite(residuals)] for residuals in (seen - run for seen, run in pairs)]
     pooled = np.concatenate(series)
-    rmse, r2 = error_and_r2(*(np.concatenate(parts) for parts in zip(*pairs, strict=True)))
+    rmse, r2 = summed(squares(*pair) for pair in pairs).scores()
     tests = [ljung_box(values) for values in series if values.size > 2]
     statistic, degrees = sum(q for q, _ in tests), sum(lags for _, lags in tests)
     return {

@@ -21,8 +21,9 @@ from ...datasets.instruments import hull_record
 from ...models.errors import BadInput, CannotFit, FitFailed
 from ..estimates.estimate import published
 from ..records.naming import named
-from ..results.prediction import Squares
-from ..validation.validate import TOGETHER, free_run_squares
+from ..run.run import run_along
+from ..run.squares import Squares
+from ..validation.validate import TOGETHER
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -200,8 +201,9 @@ def _candidate(
         for given, kept in folds:
             own = _fitted(one, given) if refit else estimate
             for record in kept:
-                squares[record.name], lost = free_run_squares(own.model, record, own.predictor)
-                diverged += [record.name] if lost else []
+                run = run_along(own.model, record, own.predictor)
+                squares[record.name] = run.squares()
+                diverged += [record.name] if run.diverged else []
     except (CannotFit, FitFailed) as error:
         wall_s = np.nan if estimate is None else estimate.wall_s
         return Candidate(one.model, one.method, estimate, error.reason, wall_s=wall_s)

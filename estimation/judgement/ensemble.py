@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..methods_only.black_box.hybrid import HybridPredictor
-from ..results.prediction import free_runs
 from ..results.predictor import ModelPredictor, Predictor
+from ..run.run import run_of
+from ..run.stretch import Stretch, stretches_of
 from ..validation.validate import TOGETHER
 
 if TYPE_CHECKING:
@@ -66,8 +67,8 @@ def ensemble_scores(estimate: Estimate, records: Sequence[Record], seed: int) ->
 
     `crps` is in units of the channel's standard deviation in the record: that of an ensemble without spread is its mean
     absolute error.  `coverage` is the share of samples within 1.96 standard deviations of the ensemble's mean.  Sensor
-    noise of the records counts as error.  Empty where the estimate states no uncertainty; where a member's run is not
-    finite, `crps` is infinite and there is no coverage.
+    noise of the records counts as error.  Empty where the estimate states no uncertainty; where a member's run
+    diverges, `crps` is infinite and there is no coverage.
     """
     drawn = members(estimate, COUNT, np.random.default_rng(seed))
     if len(drawn) < 2:
@@ -81,13 +82,25 @@ def ensemble_scores(estimate: Estimate, records: Sequence[Record], seed: int) ->
 
 def _of_record(model: Model, record: Record, drawn: Sequence[Predictor]) -> list[tuple[float, float]]:
     """CRPS and coverage of each channel of a record that varies."""
-    found = []
-    for channel, (observed, free) in free_runs(model, record, drawn).items():
-        known = np.isfinite(observed)
+    found, turned = [], record.turned(model.positive_rudder)
+    own = stretches_of(model, turned, None if isinstance(drawn[0], ModelPredictor) else drawn[0])
+    runs = [run_of([_by(one, member) for one in own], turned, model.id, record.name) for member in drawn]
+    for channel, observed in runs[0].measured.channels.items():
+        if not all(channel in run.predicted for run in runs):
+            continue
+        free = np.array([run.predicted[channel] if not run.diverged else np.full(record.n, np.inf) for run in runs])
+        known = np.isfinite(observed) & ~np.isnan(free).any(axis=0)
         spread = np.std(observed[known]) if known.any() else 0.0
         if channel in TOGETHER and spread > 0.0:
             found.append(spread_scores(free[:, known] / spread, observed[known] / spread))
     return found
+
+
+def _by(stretch: Stretch, member: Predictor) -> Stretch:
+    """The stretch with a member in the model's place."""
+    if isinstance(member, ModelPredictor):
+        return replace(stretch, model=member.model)
+    return replace(stretch, predictor=member)
 
 
 def spread_scores(free: np.ndarray, observed: np.ndarray) -> tuple[float, float]:

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -275,23 +274,6 @@ def with_weather(series: Series, record: Record, model: Model) -> Series:
     grid = record.time_s[0] + series.dt * np.arange(len(series.inputs))
     weather = measured_weather(record, model, grid)
     return series if weather is None else replace(series, inputs=np.hstack([series.inputs, weather]))
-
-
-_KEPT: WeakKeyDictionary[Record, dict[tuple[object, ...], Series]] = WeakKeyDictionary()
-
-
-def kept_series_of(record: Record, model: Model, symbols: Sequence[str] = MEASURED) -> Series:
-    """`series_of`, kept as long as the record is, for records that many estimates are compared with; not to be changed.
-
-    Raises
-    ------
-    CannotFit : as `series_of`.
-    """
-    kept = _KEPT.setdefault(record, {})
-    key = (model.family, model.n0_rps, model.speed_m_s, *symbols)
-    if key not in kept:
-        kept[key] = series_of(record, model, symbols)
-    return kept[key]
 
 
 def _grid(record: Record) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:

@@ -24,19 +24,16 @@ LENGTHS = (0.5, 1.5, 3.0, 6.0, 12.0)
 """Times ahead in ship lengths travelled: 10, 31, 62, 124 and 249 s for a ship of 160 m at 15 kn."""
 SHARES = (1.0 / 60.0, 1.0 / 20.0, 1.0 / 10.0)
 """Times ahead as shares of the records' median duration where the ship's length or speed is not known."""
-REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
-"""L/U of a ship of 160 m at 15 kn, s."""
 TURNS_ON, STRAIGHT = "goes on turning", "goes straight"
 TRUSTED = ("heading_rad", "yaw_rate_rad_s")
 """Channels in which a model must be better than both simple predictions."""
 
 
 class Horizons(NamedTuple):
-    """Times ahead in s, how they were chosen, and the ship's time as a multiple of that of a 160 m ship at 15 kn."""
+    """Times ahead in s, and how they were chosen."""
 
     times_s: tuple[float, ...]
     basis: str
-    clock: float
 
 
 def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
@@ -63,14 +60,14 @@ def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
     basis = (
         f"1/60, 1/20 and 1/10 of the records' median duration of {duration:.4g} s (no ship length or speed is known)"
     )
-    return Horizons(tuple(duration * share for share in SHARES), basis, min(duration / 600.0, 1.0))
+    return Horizons(tuple(duration * share for share in SHARES), basis)
 
 
 def _in_lengths(own_s: float, basis: str, longest_s: float) -> Horizons:
     """Those of LENGTHS that a record is long enough for, at least the first, in s; own_s : L/U."""
     shares = [share for share in LENGTHS if own_s * share <= longest_s] or [LENGTHS[0]]
     basis = f"{', '.join(f'{share:g}' for share in shares)} {basis}"
-    return Horizons(tuple(own_s * share for share in shares), basis, own_s / REFERENCE_S)
+    return Horizons(tuple(own_s * share for share in shares), basis)
 
 
 class Simple:

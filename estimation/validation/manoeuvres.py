@@ -24,9 +24,9 @@ from ...datasets.indices import (
     without_gaps,
 )
 from ...datasets.record import Record
-from ..results.prediction import as_shown
+from ..run.run import as_shown
+from ..run.stretch import Stretch
 from .result import Index
-from .runs import Stretch
 
 INITIAL = "initial_turning"
 UNITS: dict[str, str] = {**dict.fromkeys(OVERSHOOTS, "rad"), **dict.fromkeys((INITIAL, *TURNING), "m")}

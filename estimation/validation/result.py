@@ -10,6 +10,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from ...models.model import Model
+    from ..run.run import Measured, Run
 
 FREE, ONE_STEP = "free run", "one step"
 SCHEMA = 1
@@ -55,38 +56,6 @@ class Index:
     def difference(self) -> float:
         """Simulated less measured."""
         return self.simulated - self.measured
-
-
-@dataclass(frozen=True)
-class Run:
-    """The free run of one model along one record.
-
-    predicted : channel -> (N,) at the record's times, nan where there is no run;  starts_s : times at which the run
-    starts, anew behind each long gap;  diverged : pairs of the start of a run and the time after it, s, at which the
-    run diverged.
-    """
-
-    model: str
-    record: str
-    predicted: Mapping[str, np.ndarray]
-    starts_s: tuple[float, ...]
-    diverged: tuple[tuple[float, float], ...]
-
-    @property
-    def told(self) -> str:
-        """`diverged after 43 s`, or an empty text."""
-        times = " and ".join(f"{after:.3g} s" for _, after in self.diverged)
-        return f"diverged after {times}" if times else ""
-
-
-@dataclass(frozen=True)
-class Measured:
-    """The samples of a record that runs are compared with: times (N,), rudder (N,), channels, heading not wrapped."""
-
-    name: str
-    time_s: np.ndarray
-    rudder: np.ndarray
-    channels: Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)

@@ -10,20 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.indices import Performed, performed
-from ...datasets.instruments import hull_record
 from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS as COLUMNS
-from ..records.gaps import SHORTEST, stretches
-from ..results.prediction import CHANNELS, SYMBOLS, Squares, as_shown, squares
+from ..run.run import CHANNELS, measured_of, run_of
+from ..run.squares import Squares
+from ..run.stretch import SYMBOLS, stretches_of
 from .horizons import STRAIGHT, TURNS_ON, Horizons, Simple, horizons_of, length_of, trusted_s
 from .manoeuvres import Found, measured_indices, rows, simulated_indices
-from .result import FREE, ONE_STEP, Index, LeftOut, Measured, Run, Score, Validation
-from .runs import Stretch
+from .result import FREE, ONE_STEP, Index, LeftOut, Score, Validation
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
     from ..results.predictor import Predictor
+    from ..run.run import Run
+    from ..run.stretch import Stretch
 
 TOGETHER = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 """Channels whose mean R^2 is that of all together; positions, which sum up all errors, are not among them."""
@@ -85,7 +86,7 @@ def validate(
     simple, noise = _without_model(first, given, horizons) if ahead else ((), {})
     return Validation(
         models=dict(models),
-        records=tuple(_measured(name, record) for name, record in given.items()),
+        records=tuple(measured_of(name, record) for name, record in given.items()),
         horizons_s=horizons.times_s,
         horizon_basis=horizons.basis,
         scores=scores,
@@ -108,12 +109,12 @@ def _without_model(
     for name, record in given.items():
         turned = record.turned(model.positive_rudder)
         try:
-            own = [(which, _stretches(model, turned, horizons.clock, one)) for which, one in names.items()]
+            own = [(which, stretches_of(model, turned, one)) for which, one in names.items()]
         except CannotFit:
             continue
         for which, found in own:
             sums |= {(which, name, *key): value for key, value in _sums_ahead(found, horizons).items()}
-        for _, stretch in own[0][1]:
+        for stretch in own[0][1]:
             for column, sd in zip(stretch.series.columns.tolist(), stretch.series.noise.tolist(), strict=True):
                 variances.setdefault(COLUMNS[model.states[column]], []).append(sd**2)
     times = {label(time): time for time in horizons.times_s}
@@ -127,13 +128,6 @@ def label(horizon_s: float) -> str:
     return f"{horizon_s:.3g} s"
 
 
-def _measured(name: str, record: Record) -> Measured:
-    channels = {c: record.column(c) for c in CHANNELS if record.has(c) and np.isfinite(record.column(c)).any()}
-    if "heading_rad" in channels:
-        channels["heading_rad"] = record.heading_unwrapped()
-    return Measured(name, record.time_s, record.rudder(), channels)
-
-
 def _part(
     model_name: str, model: Model, name: str, record: Record, horizons: Horizons, predictor: Predictor | None
 ) -> _Part:
@@ -144,50 +138,18 @@ def _part(
 
     turned = record.turned(model.positive_rudder)
     try:
-        found = _stretches(model, turned, horizons.clock, predictor)
+        found = stretches_of(model, turned, predictor)
     except CannotFit as reason:
         return _Part({}, None, (), (without("record", str(reason)),))
-    if not found:
-        reason = f"no {SHORTEST} samples in turn with a rudder angle"
-        return _Part({}, None, (), (without("record", reason),))
     left_out = [without(channel, reason) for channel, reason in _missing(model, turned).items()]
-    run = _run(model_name, name, turned, found)
-    sums = _sums(turned, run, found, horizons)
-    longest, stretch = max(found, key=lambda pair: pair[0].n)
+    run = run_of(found, turned, model_name, name)
+    sums = {(channel, FREE): value for channel, value in run.squares().items()} | _sums_ahead(found, horizons)
+    stretch = max(found, key=lambda one: one.record.n)
+    longest = turned.slice(stretch.place.start, stretch.place.stop)
     manoeuvre = performed(longest)
     if not manoeuvre.kind:
         return _Part(sums, run, (), (*left_out, without("manoeuvring indices", manoeuvre.reason)))
     return _Part(sums, run, tuple(_index_rows(model_name, name, longest, stretch, manoeuvre)), tuple(left_out))
-
-
-def _stretches(model: Model, record: Record, clock: float, predictor: Predictor | None) -> list[tuple[Record, Stretch]]:
-    """The stretches of a record in the model's rudder sign, as recorded and as runs of the hull.
-
-    Raises CannotFit where the record lacks an input or measures no state of the model.
-    """
-    hull = hull_record(record, model)
-    pieces = [(record.slice(a, b), hull.slice(a, b)) for a, b in stretches(hull, clock)]
-    return [(piece, Stretch.of(model, own, predictor)) for piece, own in pieces if piece.n > 1]
-
-
-def free_run_squares(
-    model: Model, record: Record, predictor: Predictor | None = None
-) -> tuple[dict[str, Squares], bool]:
-    """Sums of squares of the free run along a record by channel, as `validate` computes them, and whether it diverges.
-
-    predictor : a black box that predicts in the model's place.
-
-    Raises
-    ------
-    CannotFit : the record lacks an input, measures no state of the model, or has no stretch without gaps.
-    """
-    turned = record.turned(model.positive_rudder)
-    horizons = horizons_of([model], [turned])
-    found = _stretches(model, turned, horizons.clock, predictor)
-    if not found:
-        raise CannotFit(f"record {record.name} has no {SHORTEST} samples in turn with a rudder angle")
-    run = _run(model.id, record.name, turned, found)
-    return _free_sums(turned, run, found), bool(run.diverged)
 
 
 def _missing(model: Model, record: Record) -> dict[str, str]:
@@ -203,62 +165,15 @@ def _missing(model: Model, record: Record) -> dict[str, str]:
     return found
 
 
-def _run(model: str, name: str, record: Record, found: Sequence[tuple[Record, Stretch]]) -> Run:
-    """The free run in the record's channels, as the model's instruments show it."""
-    measured = _measured(name, record)
-    predicted: dict[str, np.ndarray] = {}
-    diverged = []
-    for piece, stretch in found:
-        free = stretch.free_run()
-        diverged += [] if free.diverged_s is None else [(float(piece.time_s[0]), free.diverged_s)]
-        shown = as_shown(stretch.model, piece, stretch.channels(stretch.series.observe(free.states)))
-        first = int(np.searchsorted(record.time_s, piece.time_s[0]))
-        place = slice(first, first + piece.n)
-        for channel in (c for c in measured.channels if shown.has(c)):
-            values, observed = shown.column(channel), measured.channels[channel][place]
-            values = values + (_whole_turns(observed - values) if channel == "heading_rad" else 0.0)
-            predicted.setdefault(channel, np.full(record.n, np.nan))[place] = values
-    starts = tuple(float(piece.time_s[0]) for piece, _ in found)
-    return Run(model, name, predicted, starts, tuple(diverged))
-
-
-def _whole_turns(gap: np.ndarray) -> float:
-    """The whole turns, rad, that are nearest to the first known gap (N,) between two headings."""
-    known = gap[np.isfinite(gap)]
-    return float(2.0 * np.pi * np.round(known[0] / (2.0 * np.pi))) if known.size else 0.0
-
-
-def _sums(
-    record: Record, run: Run, found: Sequence[tuple[Record, Stretch]], horizons: Horizons
-) -> dict[tuple[str, str], Squares]:
-    """Sums of squares by channel and horizon: free runs as recorded, predictions ahead behind the instruments."""
-    sums = {(channel, FREE): value for channel, value in _free_sums(record, run, found).items()}
-    return sums | _sums_ahead(found, horizons)
-
-
-def _sums_ahead(found: Sequence[tuple[Record, Stretch]], horizons: Horizons) -> dict[tuple[str, str], Squares]:
+def _sums_ahead(found: Sequence[Stretch], horizons: Horizons) -> dict[tuple[str, str], Squares]:
     """Sums of squares of predictions ahead by channel and horizon."""
     sums: dict[tuple[str, str], Squares] = {}
     labels = [ONE_STEP, *map(label, horizons.times_s)]
-    for _, stretch in found:
+    for stretch in found:
         for horizon, states in zip(labels, stretch.ahead(horizons.times_s), strict=True):
             for state, more in states.items():
                 key = COLUMNS[stretch.model.states[state]], horizon
                 sums[key] = sums.get(key, Squares()).plus(more)
-    return sums
-
-
-def _free_sums(record: Record, run: Run, found: Sequence[tuple[Record, Stretch]]) -> dict[str, Squares]:
-    """Sums of squares of the free run by channel, as recorded."""
-    sums: dict[str, Squares] = {}
-    measured = _measured("", record).channels
-    for piece, _ in found:
-        first = int(np.searchsorted(record.time_s, piece.time_s[0]))
-        place = slice(first, first + piece.n)
-        for channel, values in run.predicted.items():
-            known = np.isfinite(values[place])
-            more = squares(measured[channel][place][known], values[place][known])
-            sums[channel] = sums.get(channel, Squares()).plus(more)
     return sums
 
 

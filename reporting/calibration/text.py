@@ -133,8 +133,9 @@ def shares_table(found: Calibration) -> Table:
 
 
 def models_table(found: Calibration) -> Table:
-    """Errors of held-out records, of left-out training records where none are held out, by every model, and the floor:
-    the error of a fit to the held-out records themselves."""
+    """Errors of held-out records, of left-out training records where none are held out, by every model; with each
+    held-out record's own neutral rudder angle and start; and the floor: the error of a fit to these records themselves.
+    """
     place = 1 if any(new is not None for _, new in found.before.values()) else 0
     models = (
         (BASE, found.before),
@@ -143,6 +144,9 @@ def models_table(found: Calibration) -> Table:
     )
     columns = [Column("channel", lambda c: _channel(c)[0]), Column("unit", lambda c: _channel(c)[1])]
     columns += [_model_column(title, {c: pair[place] for c, pair in errors.items()}) for title, errors in models]
+    for place, title in enumerate(("base model", "all numbers") if found.own else ()):
+        own = {c: pair[place] for c, pair in found.own.items()}
+        columns.append(_model_column(f"{title}, own neutral angle and start", own))
     columns += [_model_column("floor of the structure", found.floor)] if found.floor else []
     return make_table(columns, list(found.before))
 

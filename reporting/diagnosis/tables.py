@@ -135,7 +135,8 @@ def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
 
 
 def gain_table(found: Diagnosis) -> Table:
-    """Channel, RMSE before and after, their ratio with interval, R^2 before and after, share of the gap closed."""
+    """Channel, RMSE before and after, their ratio with interval, R^2 before and after, share of the gap closed, and
+    RMSE with each record's own neutral rudder angle and start."""
     columns = [
         Column("channel", lambda row: words.channel(row[0])[0]),
         Column("RMSE before", lambda row: _rmse(row, "rmse_before")),
@@ -144,6 +145,8 @@ def gain_table(found: Diagnosis) -> Table:
         Column("R² before", lambda row: fixed(row[1].r2_before, 3), lambda row: row[1].r2_before),
         Column("R² after", lambda row: fixed(row[1].r2_after, 3), lambda row: row[1].r2_after),
         Column("gap to noise floor closed", lambda row: percent(row[1].closed), lambda row: row[1].closed),
+        Column("own neutral angle and start: RMSE before", lambda row: _rmse(row, "own_before")),
+        Column("after", lambda row: _rmse(row, "own_after")),
     ]
     return make_table(columns, list(found.gain.items()))
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from ...diagnosis.causes.base_coefficients import BaseCoefficients
 from ...diagnosis.causes.registry import causes
+from ...diagnosis.causes.rudder_offset import RudderOffset
 from ...diagnosis.gain.guard import WORSE
 from ..numbers import DEG, interval_digits, number, with_unit
 
@@ -91,7 +93,8 @@ def detail(value: object) -> str:
 
 def headline(found: Diagnosis) -> str:
     """The verdict in at most LONGEST words: what is named, and what including it does to the heading (or the next known
-    channel) of held-out records."""
+    channel) of held-out records; the heading with each record's own neutral angle and start, which are not the model's,
+    unless a neutral angle is what is named."""
     alone = {
         "adequate": "the simulation agrees with the records",
         "inconclusive": "the records do not allow a conclusion",
@@ -104,7 +107,7 @@ def headline(found: Diagnosis) -> str:
     wrong = [f for f in of_model if f.cause == BaseCoefficients.id and not f.tied_with]
     names = [*_wrong_groups(found, wrong), *(tie(f) for f in (*of_model, *of_records) if f not in wrong)]
     gained = next((n for n in CHANNEL_WORDS if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
-    ending = f"; held-out error {_change(found, gained)}." if gained else "."
+    ending = f"; held-out error {_without_trim(found) or _change(found, gained)}." if gained else "."
     for count in range(len(names), 0, -1):
         more = [f"{len(names) - count} more"] if count < len(names) else []
         line = f"{told}{_in_line([*names[:count], *more])}{ending}"
@@ -227,6 +230,18 @@ def _before_and_after(found: Diagnosis, name: str) -> tuple[str, str]:
 def _change(found: Diagnosis, name: str) -> str:
     (before, after), (word, unit, _) = _before_and_after(found, name), channel(name)
     return f"of the {word} from {before} to {after} {unit}"
+
+
+def _without_trim(found: Diagnosis) -> str:
+    """The change of the heading's error with own neutral angles and starts; empty where it is not known, or where a
+    neutral angle is named."""
+    gain = found.gain.get("heading_rad")
+    named = {name for f in found.causes for name in (f.cause, *f.tied_with)}
+    if gain is None or RudderOffset.id in named or not math.isfinite(gain.own_before + gain.own_after):
+        return ""
+    word, unit, factor = channel("heading_rad")
+    before, after = (number(factor * value) for value in (gain.own_before, gain.own_after))
+    return f"of the {word} without trim from {before} to {after} {unit}"
 
 
 def _error(found: Diagnosis, name: str) -> str:

@@ -15,6 +15,7 @@ def document(**changes) -> dict:
     made = {
         "schema": SCHEMA, "model": "mariner", "base_parameters": "file", "records": [], "alpha": 0.01, "seed": 0,
         "threads": 2, "verdict": "adequate", "reason": "nothing shows", "causes": [], "gain": {}, "calibrated_gain": {},
+        "of_held_out": {},
         "bank": [],
         "hypothesis": None, "noise": noise, "base_coefficients": None, "where": [], "next_manoeuvre": None,
         "doubts": [], "checks": [], "wall_s": 1.0, "cpu_s": 1.0,

@@ -1,7 +1,7 @@
 """Synthetic runs for the tests of store, leaderboard and report: no model is simulated and nothing is fitted."""
 
 from helmbench.bench.kinds.identification.columns import KEYS
-from helmbench.estimation.results.prediction import CHANNELS
+from helmbench.estimation.run.run import CHANNELS
 
 DEFAULTS = {
     "suite": "made-up",

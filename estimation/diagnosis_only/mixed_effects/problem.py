@@ -13,27 +13,18 @@ from ....models.errors import CannotFit
 from ....models.regimes import Regime
 from ....models.time_scale import time_scale_s
 from ...records.series import MEASURED, Series, samples, series_of, with_weather
+from ...run.own import CORRELATION, FLOOR, coarse, coarsely_integrated, own_sd, units
+from ...run.stretch import known_states
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
     from ....models.model import Model
 
 THRUST = "propeller_thrust_N"
-CORRELATION = 1.7
-"""Correlation time of the residuals of free runs, in ship lengths sailed (10 s for a 7 m model at 1.18 m/s)."""
-STEP, INTEGRATION_STEP = 0.035, 0.05
-"""Time step, in ship lengths sailed, that records are thinned to, and the largest of the integration: RK4 with it errs
-by under 1e-5 of the yaw rate and the speeds of every vessel here."""
-NEUTRAL_ANGLE_SD = np.deg2rad(0.3)
-"""Standard deviation of a record's neutral rudder angle about the common one, rad."""
-START_SD = {"u": 2.5e-3, "v": 2.5e-3, "r": 3e-3, "psi": 2e-3}
-"""Standard deviation of a record's initial state about the estimated one: shares of speed, of speed / length, rad."""
-FLOOR = {"u": 2.5e-3, "v": 2.5e-3, "r": 5e-3, "psi": np.deg2rad(0.5), THRUST: 0.05}
-"""Error below which a channel counts as perfect: shares of speed, of speed / length, rad, share of the mean thrust."""
+THRUST_FLOOR = 0.05
+"""Error below which the thrust counts as perfect, as a share of its mean."""
 LARGEST = 20.0
 """Largest residual, in the channel's own size, that a run which leaves the record counts with."""
-START_S = 0.17
-"""Stretch of a record from which its initial state is estimated, in ship lengths sailed."""
 
 
 @dataclass(frozen=True)
@@ -107,9 +98,8 @@ class Problem:
 
     @cached_property
     def unit(self) -> np.ndarray:
-        """(C,) size of each channel in which FLOOR and START_SD are shares."""
-        speed = self.model.speed_m_s if np.isfinite(self.model.speed_m_s) else 1.0
-        sizes = {"u": speed, "v": speed, "r": 1.0 / self.length_s, "psi": 1.0, THRUST: self._mean_thrust}
+        """(C,) size of each channel, SI, that floors are shares of."""
+        sizes = units(self.model, self.length_s) | {THRUST: self._mean_thrust}
         return np.array([sizes[c] for c in self.channels])
 
     @property
@@ -120,7 +110,7 @@ class Problem:
     @cached_property
     def floor(self) -> np.ndarray:
         """(C,) error below which a channel counts as perfect, SI."""
-        return self.unit * np.array([FLOOR[c] for c in self.channels])
+        return self.unit * np.array([FLOOR.get(c, THRUST_FLOOR) for c in self.channels])
 
     @cached_property
     def known(self) -> np.ndarray:
@@ -146,14 +136,12 @@ class Problem:
     @property
     def states(self) -> tuple[str, ...]:
         """States whose initial value belongs to a record."""
-        return tuple(s for s in START_SD if s in self.model.states)
+        return tuple(own_sd(self.model, self.length_s))[1:]
 
     @cached_property
     def own_sd(self) -> np.ndarray:
         """(k,) prior standard deviations of a record's own effects: neutral rudder angle, initial states."""
-        speed = self.model.speed_m_s if np.isfinite(self.model.speed_m_s) else 1.0
-        sizes = {"u": speed, "v": speed, "r": 1.0 / self.length_s, "psi": 1.0}
-        return np.array([NEUTRAL_ANGLE_SD, *(START_SD[s] * sizes[s] for s in self.states)])
+        return np.array(list(own_sd(self.model, self.length_s).values()))
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -175,6 +163,8 @@ class Problem:
         start = series.start.copy()
         for value, symbol in zip(own[1:], self.states, strict=True):
             start[model.states.index(symbol)] += value
+        if model.kernels.RATE_GAIN is not None:  # the simulated state is w = q - c rudder
+            start[0] -= theta[model.kernels.RATE_GAIN] * inputs[0, 0]
         states, count = np.empty((len(inputs), start.size)), substeps(model, series.dt)
         everywhere, size = (theta, 0.0) if self.local is None else (theta[:-1], float(theta[-1]))
         kernels, numbers = variant(model, inputs.shape[1], everywhere)
@@ -209,7 +199,7 @@ class Squares:
 
 
 def problem(model: Model, records: Sequence[Record], threads: int = 1) -> Problem:
-    """The model and records as a problem; records are thinned to STEP.
+    """The model and records as a problem; records are thinned (`run.own.coarse`).
 
     Raises
     ------
@@ -225,8 +215,7 @@ def problem(model: Model, records: Sequence[Record], threads: int = 1) -> Proble
     held = thrust is not None and any(record.has(THRUST) for record in records)
     channels = (*symbols, *((THRUST,) if held else ()))
     runs = tuple(_run(record, model, channels, length_s) for record in records)
-    relaxed = replace(model, max_step_s=max(model.max_step_s, INTEGRATION_STEP * length_s))
-    return Problem(relaxed, runs, channels, length_s, thrust, threads)
+    return Problem(coarsely_integrated(model, length_s), runs, channels, length_s, thrust, threads)
 
 
 def _measures(record: Record, symbol: str) -> bool:
@@ -235,9 +224,12 @@ def _measures(record: Record, symbol: str) -> bool:
 
 
 def _run(record: Record, model: Model, channels: Sequence[str], length_s: float) -> Run:
-    thinned = record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
+    thinned = coarse(record, length_s)
     series = with_weather(series_of(thinned, model, [c for c in channels if c != THRUST]), record, model)
-    series = replace(series, start=_start(series, record, model, length_s))
+    start = series.start.copy()
+    for state, values in known_states(model, record, record.time_s[:1]).items():
+        start[state] = values[0]
+    series = replace(series, start=start)
     thrust, measured = _smoothed(record, thinned) if record.has(THRUST) else None, series.outputs
     if THRUST in channels:
         missing = np.full(len(series.index), np.nan)
@@ -254,20 +246,6 @@ def _smoothed(record: Record, thinned: Record) -> np.ndarray:
     count = np.convolve(known.astype(float), kernel, "same")
     mean = np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan)
     return np.interp(thinned.time_s, record.time_s, mean)
-
-
-def _start(series: Series, record: Record, model: Model, length_s: float) -> np.ndarray:
-    """Initial state by a polynomial through the first stretch of each measured state."""
-    start, t = series.start.copy(), record.time_s - record.time_s[0]
-    for i, symbol in enumerate(model.states):
-        values = samples(record, symbol) if symbol in MEASURED else None
-        if values is None:
-            continue
-        early = np.isfinite(values) & (t <= START_S * length_s)
-        if early.sum() >= 3:
-            degree = 2 if early.sum() >= 6 else 1
-            start[i] = np.polyval(np.polyfit(t[early], values[early], degree), 0.0)
-    return start
 
 
 def squares(p: Problem, theta: np.ndarray, run: Run, own: np.ndarray | None = None) -> Squares:

@@ -277,19 +277,19 @@ def _drawn(figure: str, record: Record) -> dict[str, np.ndarray]:
 
 def _free_run(model: Model, record: Record) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """Errors in % of the observed range (and of the heading in deg), and the predicted lines; nan once diverged."""
-    from ....estimation.results.prediction import predict
+    from ....estimation.run.run import run_along
 
-    found = {p.channel: p for p in predict(model, record)}
-    parts = {key: found[channel] for key, channel in CHANNELS.items()}
-    lost = any(p.diverged for p in found.values())
-    rms = {key: np.nan if lost else float(np.sqrt(np.mean((p.free - p.observed) ** 2))) for key, p in parts.items()}
-    extent = {key: float(np.ptp(p.observed)) for key, p in parts.items()}
+    run = run_along(model, record)
+    found = run.squares()
+    rms = {key: np.nan if run.diverged else found[channel].scores()[0] for key, channel in CHANNELS.items()}
+    extent = {key: float(np.ptp(run.measured.channels[channel])) for key, channel in CHANNELS.items()}
     errors = {
         "heading": 100.0 * rms["heading"] / extent["heading"],
         "heading_deg": float(np.rad2deg(rms["heading"])),
         "track": 100.0 * float(np.hypot(rms["north"], rms["east"]) / np.hypot(extent["north"], extent["east"])),
     }
-    return errors, {key: _while_near(p.free, p.observed)[::5] for key, p in parts.items()}
+    drawn = {key: (run.predicted[channel], run.measured.channels[channel]) for key, channel in CHANNELS.items()}
+    return errors, {key: _while_near(*pair)[::5] for key, pair in drawn.items()}
 
 
 def _while_near(free: np.ndarray, observed: np.ndarray) -> np.ndarray:

@@ -11,7 +11,8 @@ from ....datasets.disturbances import parse_disturbance
 from ....datasets.generator import as_record, record_run, require_finite, sail
 from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
-from ....estimation.results.prediction import predict, prediction_scores
+from ....estimation.results.prediction import prediction_scores
+from ....estimation.run.run import run_along
 from ....models.model import Model, resolve
 
 SEA = "wind:10@{0}+waves:3.25/8.5@{0}"
@@ -60,8 +61,8 @@ def explained(model: Model, records: Sequence[Record]) -> float:
 
 def free_run(model: Model, record: Record) -> dict[str, np.ndarray] | None:
     """Predicted channels (N,) of a record; None if the run diverges."""
-    own = predict(model, record)
-    return None if any(p.diverged for p in own) else {p.channel: p.free for p in own}
+    run = run_along(model, record)
+    return None if run.diverged else dict(run.predicted)
 
 
 def distances(run: dict[str, np.ndarray], record: Record) -> np.ndarray:

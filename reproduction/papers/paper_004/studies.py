@@ -14,7 +14,7 @@ from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
 from ....datasets.sensors import parse_noise
 from ....estimation.estimates.estimate import Estimate
-from ....estimation.results.prediction import error_and_r2
+from ....estimation.run.squares import squares
 from ....methods.registry import make
 from ....models.errors import FitFailed
 from ....models.model import Model, resolve
@@ -84,7 +84,7 @@ def printed_model(rng: np.random.Generator, *, index: int) -> StudyResult:
         run = calm(ship, TRAIN)
         values[f"{name}_track_m"] = records.track_error(model, run)
         values[f"{name}_follows"] = float(np.isfinite(values[f"{name}_track_m"]))
-        predicted = {p.channel: p.free for p in records.predict(model, run)}
+        predicted = records.run_along(model, run).predicted
         series |= {"time_s": run.time_s, f"{name}_ship_m_s": run.column("surge_m_s")}
         series[f"{name}_printed_m_s"] = predicted["surge_m_s"]
     own_ship = {claim.id: claim.published for claim in load("004").claims}
@@ -259,7 +259,7 @@ def _track(run: Record) -> np.ndarray:
 def _predicted_track(fit: Estimate | None, run: Record) -> np.ndarray:
     if fit is None:
         return np.full((run.n, 2), np.nan)
-    own = {prediction.channel: prediction.free for prediction in records.predict(fit.model, run)}
+    own = records.run_along(fit.model, run).predicted
     return np.column_stack([own["north_m"], own["east_m"]])
 
 
@@ -332,7 +332,7 @@ def _growth(fit: Estimate, turn: Record) -> dict[str, float]:
     if run is None:
         return {"turn_u_r2": float("nan"), "turn_v_r2": float("nan"), "grows": False}
     quarters = [float(np.mean(part)) for part in np.array_split(records.distances(run, turn), 4)]
-    scores = {k: error_and_r2(turn.column(c), run[c])[1] for k, c in (("u", "surge_m_s"), ("v", "sway_m_s"))}
+    scores = {k: squares(turn.column(c), run[c]).scores()[1] for k, c in (("u", "surge_m_s"), ("v", "sway_m_s"))}
     return {f"turn_{k}_r2": v for k, v in scores.items()} | {"grows": bool((np.diff(quarters) > 0.0).all())}
 
 
@@ -342,16 +342,14 @@ def _own_diameter(turn: Record) -> float:
 
 def _diameter(fit: Estimate, turn: Record) -> float:
     """Tactical diameter of the identified model on the rudder of a turn; nan where it never turns by 180 degrees."""
-    own = {prediction.channel: prediction.free for prediction in records.predict(fit.model, turn)}
-    if not all(np.isfinite(path).all() for path in own.values()):
-        return float("nan")
-    return _own_diameter(turn.with_channels(**own))
+    own = records.free_run(fit.model, turn)
+    return float("nan") if own is None else _own_diameter(turn.with_channels(**own))
 
 
 def _drawn(fit: Estimate, runs: Sequence[Record]) -> dict[str, np.ndarray]:
     series = {}
     for name, run in zip(("turn", "zigzag", "small"), runs, strict=False):
-        own = {prediction.channel: prediction.free for prediction in records.predict(fit.model, run)}
+        own = records.run_along(fit.model, run).predicted
         series |= {f"{name}_ship_m": _track(run), f"{name}_time_s": run.time_s}
         series[f"{name}_model_m"] = np.column_stack([own["north_m"], own["east_m"]])
         series[f"{name}_ship_deg_s"] = np.rad2deg(run.column("yaw_rate_rad_s"))

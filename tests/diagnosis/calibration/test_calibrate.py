@@ -13,7 +13,7 @@ from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.calibration.calibrate import calibrate
 from helmbench.diagnosis.gain.guard import WORSE
-from helmbench.estimation.diagnosis_only.mixed_effects.problem import pooled, problem, squares
+from helmbench.estimation.run.run import run_along
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import model_to_json, resolve
 
@@ -66,10 +66,18 @@ def test_the_extended_model_gives_the_told_errors_when_it_is_read_again(calibrat
     _, held, found = calibrated
     model_to_json(found.extended, tmp_path / "extended.json")
     again = resolve(tmp_path / "extended.json")
-    p = problem(again, [held])
-    errors = pooled([squares(p, again.theta, p.runs[0])])
-    told = [found.after[column][1] for column in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s", "heading_rad")]
-    assert errors == pytest.approx(told, rel=1e-6)
+    ship = resolve(SHIP)
+    for model, told in ((again, found.after), (ship, found.before)):  # the same as `validate` tells of both
+        errors = run_along(model, held).squares()
+        for column in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s", "heading_rad"):
+            assert errors[column].scores()[0] == pytest.approx(told[column][1], rel=1e-6)
+
+
+def test_errors_with_the_records_own_trim_are_told_beside(found):
+    """The common neutral angle of 1 deg is taken off by an angle of the record's own; the resistance is not."""
+    heading, surge = found.own["heading_rad"], found.own["surge_m_s"]
+    assert heading[0] < 0.8 * found.before["heading_rad"][1]
+    assert surge[1] < 0.3 * surge[0] and surge[0] == pytest.approx(found.before["surge_m_s"][1], rel=0.2)
 
 
 def test_the_outcome_is_plain_data(found):

@@ -80,7 +80,7 @@ def test_where_each_cause_has_to_gain_a_needless_one_is_left_out(rng):
     idle = []
     for _ in range(4):
         state = two_causes(rng)
-        found, all_kept = predicting(state, (), Options(), rng, gaining=True), predicting(state, (), Options(), rng)
+        found, all_kept = predicting(state, Options(), gaining=True), predicting(state, Options())
         print([cause.id for cause in found.idle], [cause.id for cause in found.failing])
         assert "rudder_offset" in {cause.id for cause in found.state.causes}
         assert all_kept.idle == ()
@@ -97,7 +97,7 @@ def test_what_belongs_to_a_record_is_known_from_its_first_part_when_the_rest_is_
         model, options = resolve("mariner"), Options(coefficient_sd=0.0, only=("current",)).checked(resolve("mariner"))
         given = corrected_records(model, case.train, (), options)
         state = selected(model, given, options).state
-        found = predicting(state, (), options, rng)
+        found = predicting(state, options)
         base = left_out_errors(state.est, base_setting(state, options), (), False, True)
         after = left_out_errors(state.est, state.setting, state.parameters, False, True)
         print(case.truth, [cause.id for cause in found.failing], best_ratio(base, after, rng))

@@ -55,7 +55,7 @@ def test_gaps_are_bridged_and_wind_counts_only_where_it_is_known(ship, record):
 
 
 def test_validation_runs_in_the_measured_wind(ship, record):
-    from helmbench.estimation.validation.runs import Stretch
+    from helmbench.estimation.run.stretch import Stretch
 
     windy, calm = (Stretch.of(model, record).free_run().states for model in (ship, replace(ship, windage=None)))
     heading = record.heading_unwrapped()
@@ -86,7 +86,7 @@ def test_filter_calibration_and_validation_give_the_same_free_run(ship, record, 
     """In wind and at revolutions that change; a calm run is far from all of them."""
     from helmbench.diagnosis.gain import free_runs
     from helmbench.estimation.filters.innovations.estimator import estimator
-    from helmbench.estimation.validation.runs import Stretch
+    from helmbench.estimation.run.stretch import Stretch
 
     run = _gusty(record, ship, rng)
     heading = run.heading_unwrapped()

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.results.prediction import error_and_r2, predict, prediction_scores
+from helmbench.estimation.results.prediction import one_step, prediction_scores
+from helmbench.estimation.run.squares import squares
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
@@ -23,16 +24,16 @@ def with_gaps(record, *channels, places):
 
 def test_error_and_r2_by_hand():
     observed = np.array([1.0, 2.0, np.nan, 4.0, 5.0])
-    rmse, r2 = error_and_r2(observed, np.array([1.0, 3.0, 9.0, 4.0, 5.0]))
+    rmse, r2 = squares(observed, np.array([1.0, 3.0, 9.0, 4.0, 5.0])).scores()
     assert rmse == pytest.approx(0.5) and r2 == pytest.approx(1.0 - 1.0 / 10.0)
 
 
 def test_error_without_observations_or_variation_or_finite_predictions():
     nothing = np.full(3, np.nan)
-    assert np.isnan(error_and_r2(nothing, np.ones(3))).all()
-    rmse, r2 = error_and_r2(np.ones(3), np.full(3, 1.5))
+    assert np.isnan(squares(nothing, np.ones(3)).scores()).all()
+    rmse, r2 = squares(np.ones(3), np.full(3, 1.5)).scores()
     assert rmse == 0.5 and np.isnan(r2)
-    assert np.isnan(error_and_r2(np.arange(3.0), np.array([0.0, np.inf, 2.0]))).all()
+    assert np.isnan(squares(np.arange(3.0), np.array([0.0, np.inf, 2.0])).scores()).all()
 
 
 @pytest.mark.parametrize("vessel", VESSELS)
@@ -40,7 +41,8 @@ def test_the_true_model_predicts_its_own_record(vessel):
     found = prediction_scores(resolve(vessel), [generate(Case(vessel, VESSELS[vessel], duration_s=2.8))])
     free = {name: value for name, value in found.items() if name.startswith("rmse_free")}
     assert not found["diverged"] and len(free) == (6 if vessel in ("mariner", "remus") else 2)
-    assert max(free.values()) < 1e-9
+    smoothed = 1e-6 if vessel in ("response-2", "remus") else 1e-9  # a yaw acceleration, and coarse steps, at the start
+    assert max(free.values()) < smoothed
     states = 3e-4 if vessel == "response-2" else 1e-9  # its hidden state is differenced from the yaw rate
     assert max(value for name, value in found.items() if name.startswith("rmse_one")) < states
 
@@ -48,7 +50,7 @@ def test_the_true_model_predicts_its_own_record(vessel):
 def test_a_long_free_run_of_the_truth_is_perfect():
     record = generate(Case("response-2", "zigzag:20/20"))
     found = prediction_scores(resolve("response-2"), [record])
-    assert found["r2_free_heading_rad"] == pytest.approx(1.0, abs=1e-12)
+    assert found["r2_free_heading_rad"] == pytest.approx(1.0, abs=1e-10)
 
 
 def test_the_rudders_sign_in_the_record_does_not_matter():
@@ -70,8 +72,8 @@ def test_gaps_are_left_out_of_both_horizons():
     holed = with_gaps(record, "yaw_rate_rad_s", "heading_rad", places=slice(100, 140))
     found = prediction_scores(model, [holed])
     assert found["rmse_free_heading_rad"] < 1e-9 and found["rmse_one_heading_rad"] < 1e-9
-    (heading,) = [p for p in predict(model, holed) if p.channel == "heading_rad"]
-    observed, _ = heading.pair("one")
+    (heading,) = [p for p in one_step(model, holed) if p.channel == "heading_rad"]
+    observed, _ = heading.pair
     assert np.isfinite(observed).sum() == record.n - 1 - 41
 
 
@@ -102,10 +104,9 @@ def test_an_unstable_model_is_flagged_as_diverged():
     model = resolve("response-1")
     record = generate(Case("response-1", "zigzag:20/20"))
     mild, wild = (model.with_coefficients([rate, model.coefficients[1], 0.0]) for rate in (0.05, 50.0))
-    assert not np.isfinite(prediction_scores(wild, [record])["rmse_free_heading_rad"])
-    assert prediction_scores(wild, [record])["diverged"]
-    found = prediction_scores(mild, [record])
-    assert found["diverged"] and np.isfinite(found["rmse_free_heading_rad"])
+    for unstable in (mild, wild):  # a run that has diverged stays where it was
+        found = prediction_scores(unstable, [record])
+        assert found["diverged"] and np.isfinite(found["rmse_free_heading_rad"])
     assert not prediction_scores(model, [record])["diverged"]
 
 

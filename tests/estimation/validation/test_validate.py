@@ -228,7 +228,7 @@ def test_horizons_follow_the_ships_own_time():
     found = horizons_of([resolve("response-1"), model], [record])
     own = model.particulars["L"] / model.speed_m_s
     wanted = [share * own for share in (0.5, 1.5, 3.0, 6.0, 12.0) if share * own <= record.time_s[-1]]
-    assert len(wanted) >= 4 and found.times_s == pytest.approx(wanted) and found.clock == pytest.approx(1.0, abs=0.05)
+    assert len(wanted) >= 4 and found.times_s == pytest.approx(wanted)
     assert horizons_of([replace(model, speed_m_s=math.nan)], [record]).times_s == pytest.approx(found.times_s, rel=0.2)
     response = resolve("response-1")
     scale = (response.parameters["T"] / response.parameters["K"]) ** 0.5

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from helmbench.checks.result import Size
@@ -161,6 +162,16 @@ def test_the_headline_names_the_cause_and_its_gain():
     gain = found.gain["heading_rad"]
     before, after = (words.number(words.DEG * value) for value in (gain.rmse_before, gain.rmse_after))
     assert words.headline(found) == f"Named: rudder offset; held-out error of the heading from {before} to {after} deg."
+
+
+def test_the_headline_leaves_the_trials_own_trim_apart():
+    """Half a degree of neutral angle hides what a model gains; where it is what is named, it counts."""
+    offset = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
+    gain = replace(offset.gain["heading_rad"], own_before=np.deg2rad(5.0), own_after=np.deg2rad(1.0))
+    found = replace(offset, gain=offset.gain | {"heading_rad": gain})
+    inertia = replace(found, causes=(replace(found.causes[0], cause="rudder_delay"),))
+    said = "Named: rudder delay; held-out error of the heading without trim from 5 to 1 deg."
+    assert words.headline(inertia) == said and words.headline(found) == words.headline(offset)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 12, 40])

@@ -1,9 +1,9 @@
-"""Free runs and predictions some time ahead of one model along one stretch of a record.
+"""One model along one stretch of a record: its start state, inputs, free run, and predictions some time ahead.
 
 The stretch is what the hull did: behind the model's instruments, in its rudder sign.  Runs start from states that are
-smoothed from the record alone (`smoothed_states`); a state that it does not measure starts as on a straight course,
-and at later origins as the model has it when it is run up to there.  Measured wind acts where the vessel has windage;
-no random forces do.
+smoothed from the record alone (`smoothed_states`), so that all models start alike and the noise of a single sample does
+not count; a state that it does not measure starts as on a straight course, and at later origins as the model has it
+when it is run up to there.  Measured current acts, and measured wind where the vessel has windage; no random forces do.
 """
 
 from __future__ import annotations
@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.instruments import hull_record
 from ...models.errors import CannotFit
 from ...models.model import CHANNELS
 from ..observers.smoothed_states import smoothed_states
+from ..records.gaps import SHORTEST, clock_of, stretches
 from ..records.series import samples, series_of, with_weather, yaw_rate_of
-from ..results.prediction import BOUND, SYMBOLS, Squares, divergence, squares
 from ..results.predictor import ModelPredictor
+from .squares import Squares, squares
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -28,6 +30,10 @@ if TYPE_CHECKING:
     from ..records.series import Series
     from ..results.predictor import Predictor
 
+SYMBOLS = ("u", "v", "r", "psi", "x", "y")
+"""States whose channels are predicted."""
+BOUND = 10.0
+"""A run has diverged where a velocity or the yaw rate exceeds this multiple of the largest in the record."""
 ORIGINS = 200
 """Predictions start at so many samples of a stretch at most, evenly spread."""
 ANY_RATE = 1e6
@@ -47,19 +53,24 @@ class FreeRun(NamedTuple):
 class Stretch:
     """A model and a stretch of a record without long gaps: what the hull did, and its series.
 
-    predictor : a black box that predicts in the model's place; None: the model itself.
+    place : the samples of the record that it is;  predictor : a black box that predicts in the model's place; None:
+    the model itself.
     """
 
     model: Model
     record: Record
     series: Series
+    place: slice
     predictor: Predictor | None = None
 
     @classmethod
-    def of(cls, model: Model, record: Record, predictor: Predictor | None = None) -> Stretch:
-        """Raises CannotFit where the record lacks an input or measures no state of the model."""
-        series = series_of(record, model, SYMBOLS)  # a black box knows the model's inputs alone
-        return cls(model, record, series if predictor else with_weather(series, record, model), predictor)
+    def of(
+        cls, model: Model, record: Record, place: slice = slice(None), predictor: Predictor | None = None
+    ) -> Stretch:
+        """The samples `place` of what the hull did; raises CannotFit as `stretches_of`."""
+        own = record.slice(place.start, place.stop)
+        series = series_of(own, model, SYMBOLS)  # a black box knows the model's inputs alone
+        return cls(model, own, series if predictor else with_weather(series, own, model), place, predictor)
 
     @property
     def grid_s(self) -> np.ndarray:
@@ -69,9 +80,7 @@ class Stretch:
     @cached_property
     def known(self) -> dict[int, np.ndarray]:
         """Number of a state -> its smoothed values (M + 1,), of the states that the record determines."""
-        names = {"w": "q"}
-        found = smoothed_states(self.record, self.grid_s)
-        return {i: found[s] for i, name in enumerate(self.model.states) if (s := names.get(name, name)) in found}
+        return known_states(self.model, self.record, self.grid_s)
 
     @cached_property
     def limits(self) -> np.ndarray:
@@ -164,6 +173,37 @@ class Stretch:
             return yaw_rate_of(self.record)
         except CannotFit:
             return np.array([np.inf])
+
+
+def stretches_of(model: Model, record: Record, predictor: Predictor | None = None) -> list[Stretch]:
+    """The stretches between long gaps of a record in the model's rudder sign, as runs of the hull.
+
+    Raises
+    ------
+    CannotFit : the record lacks an input, measures no state of the model, or has no stretch without long gaps.
+    """
+    hull = hull_record(record, model)
+    places = [slice(a, b) for a, b in stretches(hull, clock_of(model, [record])) if b - a > 1]
+    if not places:
+        raise CannotFit(f"no {SHORTEST} samples in turn with a rudder angle")
+    return [Stretch.of(model, hull, place, predictor) for place in places]
+
+
+def known_states(model: Model, record: Record, times_s: np.ndarray) -> dict[int, np.ndarray]:
+    """Number of a state -> its values (T,) at some times, smoothed from the record alone, of those that it determines.
+
+    The yaw acceleration q = r_dot takes the place of the hidden state w = q - c rudder.
+    """
+    found = smoothed_states(record, times_s)
+    names = {name: "q" if name == "w" else name for name in model.states}
+    return {i: found[names[name]] for i, name in enumerate(model.states) if names[name] in found}
+
+
+def divergence(states: np.ndarray, limits: np.ndarray) -> int | None:
+    """The first row of a run (N, n) that is not finite or has an absolute value above the limits (n,); None: none."""
+    with np.errstate(invalid="ignore"):
+        lost = ~(np.isfinite(states) & (np.abs(states) <= limits)).all(axis=1)
+    return int(np.argmax(lost)) if lost.any() else None
 
 
 def _between(states: np.ndarray, place: float) -> np.ndarray:

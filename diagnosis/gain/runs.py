@@ -1,0 +1,145 @@
+"""What the models of a diagnosis gain: free runs of each and of the base model along the records as they were read.
+
+The runs are those of every command (`estimation/run`): the base model's error on a record is the same number as by
+`validate`.  An extended model has what was corrected in the records as its instruments.  What belongs to a held-out
+record (its current, its wind) is estimated on its first part and stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...datasets.signals import sensor_sd
+from ...estimation.records.gaps import clock_of
+from ...estimation.run.run import run_along, squares_of
+from ...models.errors import CannotFit
+from ..report.verdict import where
+from ..result import Gain
+from ..trace import Trace
+from .free_runs import BLOCK_S, error_blocks, ratio_of
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.run.run import Run
+    from ...models.model import Model
+    from ..result import Diagnosis
+
+
+class Pair(NamedTuple):
+    """The runs of two models along a record, both also with the record's own neutral rudder angle and start.
+
+    block : samples of a block of BLOCK_S, s of a 160 m ship: errors of different blocks count as independent.
+    """
+
+    before: Run
+    after: Run
+    own_before: Run
+    own_after: Run
+    block: int
+
+    def without(self, channels: Collection[str]) -> Pair:
+        """The pair without some channels."""
+        kept = {c: values for c, values in self.before.predicted.items() if c not in channels}
+        return self._replace(before=replace(self.before, predicted=kept))
+
+    @property
+    def channels(self) -> list[str]:
+        """Channels that both models predict."""
+        return [c for c in self.before.predicted if c in self.after.predicted]
+
+
+def with_runs(
+    found: Diagnosis, train: Sequence[Record], held_out: Sequence[Record], channels: Sequence[str] | None = None
+) -> Diagnosis:
+    """The diagnosis with the gain of its models on held-out records, and with the runs that a page shows.
+
+    Records as they were read; training records keep runs that a calibration made by fits without them.  channels : the
+    only ones that are told; None: all.
+    """
+    held = pairs_of(found.model, found.extended, held_out, found.of_held_out, channels)
+    shown = [t for t in found.traces if t.role == "train"] or [
+        trace_of(pair, "train") for pair in pairs_of(found.model, found.extended, train, {}, channels, own=False)
+    ]
+    calibrated: dict[str, Gain] = {}
+    if found.calibrated is not None:
+        moved = pairs_of(found.model, found.calibrated, held_out, found.of_held_out, channels)
+        calibrated = gain_of(moved, np.random.default_rng(found.seed))
+    return replace(
+        found,
+        gain=gain_of(held, np.random.default_rng(found.seed)),
+        calibrated_gain=calibrated,
+        traces=(*shown, *(trace_of(pair, "held_out") for pair in held)),
+        where=tuple(where(shown)),
+    )
+
+
+def pairs_of(
+    base: Model,
+    model: Model,
+    records: Sequence[Record],
+    of_record: Mapping[str, Mapping[str, float]],
+    channels: Sequence[str] | None = None,
+    own: bool = True,
+) -> list[Pair]:
+    """Runs along the records that both models can be run along.
+
+    of_record : name of a record -> values of coefficients of `model` that belong to it.  own : whether runs with the
+    record's own neutral angle and start are wanted; otherwise these are the plain ones.
+    """
+    found = []
+    for record in records:
+        after = _with(model, of_record.get(record.name, {}))
+        try:
+            plain = [run_along(one, record) for one in (base, after)]
+            trimmed = [run_along(one, record, own=True) for one in (base, after)] if own else plain
+        except CannotFit:
+            continue
+        block = max(1, round(BLOCK_S * clock_of(base, [record]) / record.dt))
+        pair = Pair(*plain, *trimmed, block)
+        found.append(pair if channels is None else pair.without({*plain[0].predicted} - {*channels}))
+    return found
+
+
+def _with(model: Model, values: Mapping[str, float]) -> Model:
+    """The model with the coefficients that it has of some values."""
+    names = dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
+    return model.with_coefficients([values.get(name, own) for name, own in names.items()])
+
+
+def gain_of(pairs: Sequence[Pair], rng: np.random.Generator) -> dict[str, Gain]:
+    """Gain of every channel over the records, with a block-bootstrap interval of the ratio."""
+    runs = [list(column) for column in zip(*(pair[:4] for pair in pairs), strict=True)]
+    sums = [squares_of(one) for one in runs]
+    channels = dict.fromkeys(c for pair in pairs for c in pair.channels)
+    return {c: _gain(c, pairs, [own[c].scores() for own in sums], rng) for c in channels}
+
+
+def _gain(channel: str, pairs: Sequence[Pair], scores: Sequence[tuple[float, float]], rng: np.random.Generator) -> Gain:
+    """scores : root mean square error and R^2 of the four runs of all pairs."""
+    (old, r2_old), (new, r2_new), (own_old, _), (own_new, _) = scores
+    blocks = [_blocks(pair, channel) for pair in pairs if channel in pair.channels]
+    _, low, high = ratio_of(*(np.concatenate(side) for side in zip(*blocks, strict=True)), rng)
+    floor = np.mean([sensor_sd(p.before.measured.channels[channel]) ** 2 for p in pairs if channel in p.channels])
+    gap = old**2 - floor
+    closed = (old**2 - new**2) / gap if gap > 0.0 and old > 1.05 * np.sqrt(floor) else 0.0
+    return Gain(old, new, low, high, r2_old, r2_new, float(np.clip(closed, -9.0, 1.0)), own_old, own_new)
+
+
+def _blocks(pair: Pair, channel: str) -> tuple[np.ndarray, np.ndarray]:
+    """Sum of squared errors and number (B, 2) of both runs in blocks."""
+    both = zip(pair.before.pairs(channel), pair.after.pairs(channel), strict=True)
+    errors = [(seen - run, other - after) for (seen, run), (other, after) in both]
+    old, new = ([block for e in side for block in error_blocks(e, pair.block)] for side in zip(*errors, strict=True))
+    return np.array(old), np.array(new)
+
+
+def trace_of(pair: Pair, role: str) -> Trace:
+    """A record for the page: measured channels against both runs."""
+    own = pair.before.measured
+    runs = [{c: run.predicted[c] for c in pair.channels} for run in (pair.before, pair.after)]
+    measured = {c: own.channels[c] for c in pair.channels}
+    return Trace(own.name, role, own.time_s - own.time_s[0], own.rudder, measured, *runs)
