@@ -17,6 +17,7 @@ from .killed_runs import tables
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.nightly
 def test_runs_killed_at_random_moments_end_as_unbroken_ones(tmp_path, seed):
     command = [sys.executable, "-m", "tests.bench.killed_runs", str(tmp_path), str(seed), "20"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)

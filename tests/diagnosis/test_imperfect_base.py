@@ -76,6 +76,7 @@ def test_every_group_of_a_vessel_has_numbers_with_priors(vessel):
     assert len(names) == len(set(names))
 
 
+@pytest.mark.nightly
 def test_coloured_noise_is_not_told_as_a_sensor_error():
     """Residuals named a bias of the yaw rate that the heading does not show; nothing but the base is wrong here."""
     spec = CaseSpec(

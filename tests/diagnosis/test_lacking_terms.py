@@ -86,7 +86,10 @@ def test_a_term_that_is_lacking_is_named_and_held_out_records_gain(family, terms
     assert passes(named, 0.95)
 
 
-@pytest.mark.parametrize(("late", "cause"), [("late", "heading_delay"), ("late_rate", "yaw_rate_delay")])
+@pytest.mark.parametrize(
+    ("late", "cause"),
+    [("late", "heading_delay"), pytest.param("late_rate", "yaw_rate_delay", marks=pytest.mark.nightly)],
+)
 def test_a_late_channel_is_named_and_hides_no_term(late, cause, rng):
     """Behind the sensors' errors the noise is as white as it was: it is not taken for an effect."""
 

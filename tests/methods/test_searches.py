@@ -35,6 +35,7 @@ def test_a_prior_is_where_it_starts_and_a_bound_where_it_ends(record):
     assert bounded.parameters["T"] == pytest.approx(15.0, rel=1e-3)
 
 
+@pytest.mark.nightly
 def test_the_ensemble_has_the_mean_and_the_spread_of_the_likelihood(record, reference):
     """300 independent draws or so: the mean within .4 standard errors, the spread within 30 %, each five times its own
     deviation and more."""

@@ -121,6 +121,7 @@ def test_a_column_that_was_computed_from_the_motion_is_named(rng):
     assert build(copied).verdict == "input_follows_output"
 
 
+@pytest.mark.nightly
 def test_one_hertz_gaps_and_a_heading_alone_give_a_model(rng):
     """A slow craft sampled twice in L/U, rows missing in the middle, no gyro, no speed but positions."""
     craft = draw(rng, "flow")

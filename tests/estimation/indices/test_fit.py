@@ -66,6 +66,7 @@ def test_intervals_hold_the_truth_and_other_manoeuvres_are_predicted(ships):
         assert other.predicted == pytest.approx(true, rel=0.3, abs=1.0)
 
 
+@pytest.mark.nightly
 def test_intervals_hold_the_truth_where_indices_are_known_as_well_as_is_said(ships, rng):
     """Indices with errors of the assumed accuracies; 3.1 half widths are 6 standard deviations."""
     for ship in ships:
@@ -105,6 +106,7 @@ def test_what_the_indices_leave_open_has_no_interval(ships):
     assert wide > narrow
 
 
+@pytest.mark.nightly
 def test_indices_that_contradict_each_other_are_told_and_widen_the_intervals(ships):
     content = given_of(ships[0])
     sound = helmbench.model_from_indices(content)

@@ -62,6 +62,7 @@ def test_its_errors_are_those_of_a_validation(records):
     assert told["training"]["records"] == [records[0].name] and told["tested"] is True
 
 
+@pytest.mark.nightly
 def test_a_black_box_is_assessed_by_its_runs(records):
     found = assess(fitted(records[:1], "nomoto-1", "sklearn:Ridge"), records[:1], records[1:])
     assert found.parameters == () and found.identifiability is None and "black box" in found.not_told

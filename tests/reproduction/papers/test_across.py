@@ -180,6 +180,7 @@ def test_changes_between_two_reproductions():
     assert (change.what, change.second) == ("000 b", "not computable")
 
 
+@pytest.mark.nightly
 def test_the_published_pages_do_not_change_by_themselves(tmp_path, capsys):
     published = Path(__file__).parents[3] / "reports" / "reproduction"
     (tmp_path / "pages").symlink_to(published)

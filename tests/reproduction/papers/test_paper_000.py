@@ -69,6 +69,7 @@ def test_verdicts(results):
     assert verdicts["converges-fw"] == "consistent, not determined", "the band of convergence is not printed"
 
 
+@pytest.mark.nightly
 def test_figures(results):
     sizes = drawn("000", results)
     assert len(sizes) == 6 and max(sizes.values()) < 150_000

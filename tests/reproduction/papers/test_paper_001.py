@@ -30,12 +30,14 @@ def test_all_sixty_parameters_have_a_claim_in_every_column(paper):
         assert {f"table2-{column}-{name}" for name in resolve("mariner-model").coordinates} <= ids
 
 
+@pytest.mark.nightly
 def test_every_key_is_computed(paper, found):
     entries = [(c.study, key) for c in paper.claims for key in (c.corrected, c.as_printed) if key]
     entries += [(check.study, check.key) for check in paper.checks()]
     assert [entry for entry in entries if entry[1] not in found[entry[0]].values] == []
 
 
+@pytest.mark.nightly
 def test_independent_values_are_reached(paper, found):
     missed = [c.id for c in paper.checks() if not within(c, spread([found[c.study].values[c.key]]))]
     assert missed == []
@@ -64,12 +66,14 @@ def test_another_inertia_matrix_is_found(rng):
     assert [factors[k] for k in ("YY", "YN", "NY", "NN")] == pytest.approx(matrix.ravel(), rel=1e-6)
 
 
+@pytest.mark.nightly
 def test_a_diverged_prediction_is_worse_than_any(found):
     values = found["predictions"].values
     assert np.isnan(values["Figure 5.A2p.heading"]) and values["A1p beats A2p"]
     assert 0.0 < values["Figure 5.midpoint.heading"] < values["Figure 5.A1p.heading"]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["data", "headings", "tracks", "table2", "accuracy", "explanation"])
 def test_figures_are_drawn(name, paper, found):
     figure = next(figure for figure in paper.figures if figure.id == name)

@@ -27,10 +27,12 @@ def results():
     return found
 
 
+@pytest.mark.nightly
 def test_claims_name_what_is_computed(results):
     assert unnamed("004", results) == []
 
 
+@pytest.mark.nightly
 def test_reachable_numbers_are_reached(results):
     """What does not depend on the draw of the sea, and the sea's twelve directions."""
     studied = ("particulars", "condition", "sea")
@@ -39,6 +41,7 @@ def test_reachable_numbers_are_reached(results):
     assert missed == [] and len(checks) > 10
 
 
+@pytest.mark.nightly
 def test_least_squares_cancels_as_table_2_does(results):
     """Calm water, instantaneous primes: X_uu far from the truth, X_uu + X_uuu as in the source and in the table."""
     values, truth = results["condition"].values, resolve("s175").parameters["Xuu"]
@@ -53,6 +56,7 @@ def test_table_2_is_complete():
     assert set(printed.TABLE_2) == names and len(names) == 32
 
 
+@pytest.mark.nightly
 def test_nonlinear_innovations_change_nothing_under_mean_forces(results):
     values = results["comparison"].values
     assert values["forces_nmi_mi_gap"] < 1e-4
@@ -106,6 +110,7 @@ def test_a_coefficient_counts_only_where_its_sign_is_settled(nonzero, found, ver
     assert judge(claim, {"k": spread(found)}).verdict == verdict
 
 
+@pytest.mark.nightly
 def test_figures(results):
     sizes = drawn("004", results)
     assert len(sizes) == 4 and max(sizes.values()) < 150_000

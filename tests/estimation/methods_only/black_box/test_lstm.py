@@ -67,6 +67,7 @@ def test_the_loss_is_the_error_of_free_runs(rng):
         assert float(mean_square(*arrays)) == pytest.approx(total / windows.weight.sum(), rel=1e-9)
 
 
+@pytest.mark.nightly
 def test_the_first_update_moves_every_weight_by_the_step_size_and_the_decay(rng):
     """Adam's first update is the sign of the gradient, whatever its size; the step size is single precision."""
     part, _ = linear(rng, 100)
