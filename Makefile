@@ -128,9 +128,8 @@ compiler:
 	$(call debian,cc,gcc libc6-dev)
 
 # pyright keeps one processor busy for a minute, and the tests leave some: they run side by side.  Both statuses count.
-# In a new environment the first collection compiles what the tests import: once, not once by each worker.  Tests that
-# share a result run on one worker: tests/conftest.py groups them.
-PYTEST := $(BIN)/pytest -n $(WORKERS) --dist loadgroup
+# In a new environment the first collection compiles what the tests import: once, not once by each worker.
+PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
 TEST = { $(CHECK_TYPES); } > build/types.log 2>&1 & types=$$!; \
 	test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
 	$(PYTEST) $(1); tests=$$?; \

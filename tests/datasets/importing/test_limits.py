@@ -49,7 +49,7 @@ def test_a_parquet_file_of_more_cells_than_a_log_has_is_refused_as_such(tmp_path
 
 @pytest.mark.parametrize(("name", "kind"), [("raw-ardupilot", ".bin"), ("raw-px4", ".ulg")])
 def test_a_damaged_log_that_its_library_reads_without_end_is_refused_before_the_limit_of_time(name, kind, tmp_path):
-    (kept,) = (Path(__file__).parents[2] / "fuzz" / "corpus" / name).iterdir()
+    (kept,) = (Path(__file__).parents[2] / "helmbench" / "fuzz" / "corpus" / name).iterdir()
     (tmp_path / f"log{kind}").write_bytes(kept.read_bytes())
     with pytest.raises(BadInput, match="log that can be read"):
         read_raw(tmp_path / f"log{kind}")
