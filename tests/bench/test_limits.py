@@ -99,6 +99,7 @@ def test_runs_out_of_time_say_so(tmp_path, named):
     assert errors == dict.fromkeys(("hang", "deaf"), "out of time: more than 1 s (--timeout)")
 
 
+@pytest.mark.nightly
 def test_runs_out_of_memory_say_so(tmp_path, named):
     errors = errors_of(tmp_path, named("Greedy"), Limits(gib=2.0))
     assert errors["greedy"].startswith("out of memory: Unable to allocate 4.00 GiB")

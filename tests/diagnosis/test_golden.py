@@ -91,7 +91,7 @@ CHECKED = {
 CASES = (*KNOWN, *DEFAULT, *IDENTIFIED, *MEASURED, *CALIBRATED, *CHECKED)
 KEPT = (
     *("clean", "rudder-offset", "two", "outside-the-bank", "clean-10", "clean-20", "offset-5", "gyro-bias-10"),
-    *("current-10", "two-10", "shallow-5", "identified-clean", "identified-offset", "measured-kvlcc2"),
+    *("current-10", "two-10", "shallow-5", "identified-clean", "identified-offset"),
     *("calibrated-resistance", "calibrated-correct", *CHECKED),
 )
 """Cases of `make test`: every route, and every kind of cause."""

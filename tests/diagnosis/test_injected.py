@@ -71,6 +71,7 @@ def test_what_is_significant_alone_is_not_told_to_lack_evidence(rng):
             assert (entry.p_adjusted < found.alpha) == (entry.why in BELOW)
 
 
+@pytest.mark.nightly
 def test_diagnosis_is_repeatable(rng):
     case = injected("response-1", ("rudder_delay",), rng)
     first, second = (diagnose(resolve("response-1"), case.train, case.held_out[:1]).to_json() for _ in range(2))

@@ -127,6 +127,7 @@ def test_nothing_is_lacking_where_the_family_is_right(rng):
     assert found.steps == () and found.verdict == "adequate"
 
 
+@pytest.mark.nightly
 def test_speed_that_turning_takes_off_is_found(rng):
     """The loss stands in no channel: it shows in the yaw rate alone."""
     records = runs(rng, loss=1500.0)
@@ -160,6 +161,7 @@ def test_terms_that_come_along_start_at_their_prior_means():
 LOSS = {"loss_gain": 0.0, "loss_time": 80.0, "loss_power": 1.5}
 
 
+@pytest.mark.nightly
 def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     records = runs(rng, cubic=400.0)
     decided = {c.id for c in sensors_of(records, ()).shown.statistics}
@@ -171,6 +173,7 @@ def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     assert entries["yaw_rate_scale"].why == DECIDED
 
 
+@pytest.mark.nightly
 def test_a_cause_that_free_runs_refuse_is_told_alone_and_not_beside_what_remains(rng):
     records = runs(rng, cubic=400.0)[:3]
     options = Options(base_parameters="identify").checked(resolve("nomoto-1"))

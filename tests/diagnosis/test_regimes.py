@@ -46,6 +46,7 @@ def test_a_rudder_that_loses_force_beyond_an_angle_is_located(rng, tmp_path):
     assert np.array_equal(*runs)
 
 
+@pytest.mark.nightly
 def test_a_number_that_is_wrong_everywhere_has_no_regime(rng):
     base = resolve("cargo")
     wrong = base.with_coefficients(base.coefficients * np.array([1.0, 1.0, 0.85, 1.0]))

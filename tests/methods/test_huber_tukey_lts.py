@@ -12,6 +12,8 @@ from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.models.simulate import regression
 
+from ..nightly_marks import nightly_but
+
 ROBUST = ("huber", "tukey", "lts")
 
 
@@ -46,7 +48,7 @@ def fitted(name, model, rows, monkeypatch):
     return max(abs(found.parameters[k] / v - 1.0) for k, v in model.parameters.items())
 
 
-@pytest.mark.parametrize("name", ROBUST)
+@pytest.mark.parametrize("name", nightly_but(ROBUST, "huber", "tukey"))
 @pytest.mark.parametrize("burst", [False, True], ids=["scattered", "burst"])
 def test_ten_percent_outliers(name, burst, rng, monkeypatch):
     """Below 1 % where least squares is several times worse, and nearly as without outliers; medians over 40 draws.

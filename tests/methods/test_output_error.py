@@ -14,6 +14,7 @@ from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve
 
 from ..made_up.records import driven, relative_errors
+from ..nightly_marks import nightly_but
 
 NOISE_SD = {"yaw_rate_rad_s": np.deg2rad(0.01), "heading_rad": np.deg2rad(0.02)}
 
@@ -140,7 +141,7 @@ def test_beats_least_squares_by_far(rng):
     assert max(relative_errors(direct, model).values()) < 0.07
 
 
-@pytest.mark.parametrize("vessel", ["kvlcc2-l7", "mariner-model", "remus"])
+@pytest.mark.parametrize("vessel", nightly_but(["kvlcc2-l7", "mariner-model", "remus"], "kvlcc2-l7"))
 def test_three_degrees_of_freedom_with_noise(suite, vessel):
     model, records = suite(vessel, noise="medium", seed=4)
     estimate = OutputError().fit(records, model.blanked())

@@ -14,6 +14,7 @@ from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 
 from ..made_up.records import relative_errors
+from ..nightly_marks import nightly_but
 from ..seeds import seed_of
 
 
@@ -36,7 +37,7 @@ def test_exact_without_noise(suite, vessel):
     assert max(relative_errors(estimate, model).values()) < 1e-3
 
 
-@pytest.mark.parametrize("vessel", ["response-2", "cargo", "patrol", "kvlcc2-l7"])
+@pytest.mark.parametrize("vessel", nightly_but(["response-2", "cargo", "patrol", "kvlcc2-l7"], "response-2"))
 def test_standard_errors_hold_under_sensor_noise(suite, vessel, seed):
     """Rudder noise counts as process noise.  A mean square z of p parameters, correlated: at most about 4."""
     model, records = suite(vessel, noise="low", seed=seed % 2**31)

@@ -51,7 +51,7 @@ def test_a_delay_and_what_steers_the_craft_are_found(law, rng):
     assert passes(delay_is_found, 0.99)
 
 
-@pytest.mark.parametrize("law", nightly_but(ALLOCATED, "twin"))
+@pytest.mark.parametrize("law", nightly_but(ALLOCATED, "azimuth"))
 def test_two_thrusters_and_an_azimuth_thruster_are_named_with_their_own_effects(law, rng):
     craft = draw(rng, law)
     found = build(*calm(rng, craft))
@@ -85,6 +85,7 @@ def test_a_measured_current_is_taken_off_the_speed_and_the_track(rng):
     assert speed_of(carried) == pytest.approx(speed_of(record.with_channels(surge_m_s=None)), abs=1e-6 * craft.speed)
 
 
+@pytest.mark.nightly
 def test_surge_stands_beside_yaw_where_it_was_measured(rng):
     craft = draw(rng, "race")
     found = build(*calm(rng, craft))
@@ -114,6 +115,7 @@ def test_a_command_that_does_not_act_gives_no_model_that_is_worse_than_going_str
     assert not any(run.diverged for run in found.ahead.runs)
 
 
+@pytest.mark.nightly
 def test_a_column_that_was_computed_from_the_motion_is_named(rng):
     craft = draw(rng, "flow")
     records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(2)]

@@ -79,7 +79,7 @@ def test_radians_in_all_degrees_are_told_of_a_craft_that_moves_sideways(name, rn
 
 
 @pytest.mark.parametrize("command", ["validate", "identify"])
-@pytest.mark.parametrize("name", nightly_but(SHIPS, "response-1", "mariner"))
+@pytest.mark.parametrize("name", nightly_but(SHIPS, "response-1"))
 def test_validate_and_identify_tell_what_harms_them(command, name, rng):
     for change in CHANGES if name == "response-1" else some(CHANGES, 10, rng):
         found = cell(command, name, change, rng)
