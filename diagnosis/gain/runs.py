@@ -21,6 +21,7 @@ from ..report.verdict import where
 from ..result import Gain
 from ..trace import Trace
 from .free_runs import BLOCK_S, error_blocks, ratio_of
+from .own import own_run
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -95,7 +96,7 @@ def pairs_of(
         after = _with(model, of_record.get(record.name, {}))
         try:
             plain = [run_along(one, record) for one in (base, after)]
-            trimmed = [run_along(one, record, own=True) for one in (base, after)] if own else plain
+            trimmed = [run_along(one, record, by=own_run) for one in (base, after)] if own else plain
         except CannotFit:
             continue
         block = max(1, round(BLOCK_S * clock_of(base, [record]) / record.dt))
