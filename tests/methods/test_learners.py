@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.results.prediction import prediction_scores
+from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.methods import contract
 from helmbench.methods.base import KINDS
 from helmbench.methods.learner import Learner
