@@ -32,7 +32,7 @@ LAYERS = (
     "reproduction",
 )  # each may import those to its left
 ESTIMATION = (
-    *("numerics", "records", "observers", "simulation", "regression", "results", "likelihood", "filters"),
+    *("numerics", "records", "observers", "simulation", "regression", "results", "run", "likelihood", "filters"),
     *("diagnosis_only", "information", "estimates", "validation", "methods_only", "judgement", "indices"),
 )  # so may these
 NOT_FOR = {

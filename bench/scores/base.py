@@ -22,7 +22,7 @@ class Outcome:
     problem : records (training and held out), blank model and true parameters.
     estimate : what the method returned.
     parameters : rows of the parameter table, without their keys.
-    prediction : errors of predicted held-out records, as `estimation.results.prediction.prediction_scores` gives them.
+    prediction : errors of predicted held-out records, as `estimation.run.prediction.prediction_scores` gives them.
     """
 
     problem: Problem

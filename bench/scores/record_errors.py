@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...estimation.records.naming import named
-from ...estimation.results.prediction import prediction_scores
+from ...estimation.run.prediction import prediction_scores
 from .base import Outcome, score
 
 RANKED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")

@@ -24,6 +24,7 @@ from ..causes.registry import bank
 from ..causes.rudder_offset import RudderOffset
 from ..criteria.left_out import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from ..gain.guard import WORSE
+from ..gain.own import own_run
 from ..options import THREADS, Options
 from ..prepared import corrected_records
 from ..report.verdict import by_share
@@ -212,7 +213,7 @@ def _built(whole: Model, extended: Model, final: Attempt, local: InRegime | None
 
 def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str, tuple[float, float]]:
     """Column -> errors of base and calibrated model with every held-out record's own neutral angle and start."""
-    both = [squares_of(held.base_runs(model, own=True)), squares_of(held.runs(moved, own=True))]
+    both = [squares_of(held.base_runs(model, own_run)), squares_of(held.runs(moved, own_run))]
     return {c: (both[0][c].scores()[0], both[1][c].scores()[0]) for c in columns if all(c in side for side in both)}
 
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...estimation.run.run import run_along, squares_of
+from ...estimation.run.stretch import Stretch
 from ..trace import Trace
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.run.run import Run
+    from ...estimation.run.stretch import FreeRun
     from ...models.model import Model
     from ..prepared import Prepared
     from .problems import Records
@@ -32,14 +34,14 @@ class HeldOut(NamedTuple):
     explained: Sequence[Record]
     corrected: bool
 
-    def base_runs(self, model: Model, own: bool = False) -> list[Run]:
-        """Runs of the base model along the records as they were read; own as `run_along` has it."""
-        return [run_along(model, record, own=own) for record in self.recorded]
+    def base_runs(self, model: Model, by: Callable[[Stretch], FreeRun] = Stretch.free_run) -> list[Run]:
+        """Runs of the base model along the records as they were read; by as `run_along` has it."""
+        return [run_along(model, record, by=by) for record in self.recorded]
 
-    def runs(self, model: Model, own: bool = False) -> list[Run]:
+    def runs(self, model: Model, by: Callable[[Stretch], FreeRun] = Stretch.free_run) -> list[Run]:
         """Runs of a model whose numbers moved along the records without what is explained otherwise."""
         bare = replace(model, instruments={}) if self.corrected else model
-        return [run_along(bare, record, own=own) for record in self.explained]
+        return [run_along(bare, record, by=by) for record in self.explained]
 
     def traces(self, base: Model, moved: Model) -> tuple[Trace, ...]:
         """Measured channels against both; the second run is told as the record's own sensors would show it."""

@@ -21,6 +21,7 @@ from ..report.verdict import where
 from ..result import Gain
 from ..trace import Trace
 from .free_runs import BLOCK_S, error_blocks, ratio_of
+from .own import own_run
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -95,11 +96,11 @@ def pairs_of(
         after = _with(model, of_record.get(record.name, {}))
         try:
             plain = [run_along(one, record) for one in (base, after)]
-            trimmed = [run_along(one, record, own=True) for one in (base, after)] if own else plain
+            trimmed = [run_along(one, record, by=own_run) for one in (base, after)] if own else plain
         except CannotFit:
             continue
         block = max(1, round(BLOCK_S * clock_of(base, [record]) / record.dt))
-        pair = Pair(*plain, *trimmed, block)
+        pair = Pair(plain[0], plain[1], trimmed[0], trimmed[1], block)
         found.append(pair if channels is None else pair.without({*plain[0].predicted} - {*channels}))
     return found
 
@@ -122,7 +123,8 @@ def _gain(channel: str, pairs: Sequence[Pair], scores: Sequence[tuple[float, flo
     """scores : root mean square error and R^2 of the four runs of all pairs."""
     (old, r2_old), (new, r2_new), (own_old, _), (own_new, _) = scores
     blocks = [_blocks(pair, channel) for pair in pairs if channel in pair.channels]
-    _, low, high = ratio_of(*(np.concatenate(side) for side in zip(*blocks, strict=True)), rng)
+    before, after = (np.concatenate(side) for side in zip(*blocks, strict=True))
+    _, low, high = ratio_of(before, after, rng)
     floor = np.mean([sensor_sd(p.before.measured.channels[channel]) ** 2 for p in pairs if channel in p.channels])
     gap = old**2 - floor
     closed = (old**2 - new**2) / gap if gap > 0.0 and old > 1.05 * np.sqrt(floor) else 0.0

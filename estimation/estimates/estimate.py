@@ -66,7 +66,7 @@ class Estimate:
         ------
         CannotFit : the record lacks an input, or measures no state of the model.
         """
-        from ..results.prediction import stepped_record
+        from ..run.prediction import stepped_record
 
         return stepped_record(self.model, record, self.predictor)
 
@@ -92,7 +92,7 @@ class Estimate:
         ------
         CannotFit : a record lacks an input, or measures no state of the model.
         """
-        from ..results.prediction import prediction_scores
+        from ..run.prediction import prediction_scores
 
         return prediction_scores(self.model, listed(records), self.predictor)
 

@@ -30,7 +30,7 @@ def residual_report(
     """
     import pandas as pd
 
-    from ..results.prediction import one_step
+    from ..run.prediction import one_step
     from ..run.run import CHANNELS, run_along
 
     if horizon not in HORIZONS:

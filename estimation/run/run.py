@@ -10,7 +10,7 @@ that has diverged stays where it was, and says so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,15 +18,14 @@ import numpy as np
 
 from ...datasets.columns import RUDDERS, TWIN
 from ...datasets.instruments import observed
-from .own import own_run
 from .squares import Squares, pooled, squares
-from .stretch import stretches_of
+from .stretch import Stretch, stretches_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
     from ..results.predictor import Predictor
-    from .stretch import Stretch
+    from .stretch import FreeRun
 
 CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
 """Channels that are scored, in the order of the record header; heading is unwrapped."""
@@ -84,26 +83,37 @@ class Run:
         return {channel: pooled(squares(*pair) for pair in self.pairs(channel)) for channel in self.predicted}
 
 
-def run_along(model: Model, record: Record, predictor: Predictor | None = None, own: bool = False) -> Run:
+def run_along(
+    model: Model,
+    record: Record,
+    predictor: Predictor | None = None,
+    by: Callable[[Stretch], FreeRun] = Stretch.free_run,
+) -> Run:
     """The free run of a model, or of a black box in its place, along a record as it was read.
 
-    own : with the record's own neutral rudder angle and start (`own.py`), instead of none and the smoothed state.
+    by : what makes the run of a stretch.
 
     Raises
     ------
     CannotFit : the record lacks an input, measures no state of the model, or has no stretch without long gaps.
     """
     turned = record.turned(model.positive_rudder)
-    return run_of(stretches_of(model, turned, predictor), turned, model.id, record.name, own)
+    return run_of(stretches_of(model, turned, predictor), turned, model.id, record.name, by)
 
 
-def run_of(stretches: Sequence[Stretch], record: Record, model: str, name: str, own: bool = False) -> Run:
+def run_of(
+    stretches: Sequence[Stretch],
+    record: Record,
+    model: str,
+    name: str,
+    by: Callable[[Stretch], FreeRun] = Stretch.free_run,
+) -> Run:
     """The run along the stretches of a record in the model's rudder sign; model, name : what it calls these."""
     measured = measured_of(name, record)
     predicted: dict[str, np.ndarray] = {}
     diverged = []
     for stretch in stretches:
-        free = own_run(stretch) if own else stretch.free_run()
+        free = by(stretch)
         diverged += [] if free.diverged_s is None else [(float(stretch.record.time_s[0]), free.diverged_s)]
         piece = record.slice(stretch.place.start, stretch.place.stop)
         shown = as_shown(stretch.model, piece, stretch.channels(stretch.series.observe(free.states)))

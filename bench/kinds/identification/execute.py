@@ -30,7 +30,7 @@ def fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, Any
 
     Returns the rows of its parameters.
     """
-    from ....estimation.results.prediction import prediction_scores
+    from ....estimation.run.prediction import prediction_scores
     from ....methods.registry import make
 
     row["measured"] = spec.task.measured
@@ -55,7 +55,7 @@ def _warm_fit(spec: RunSpec, task: Problem) -> None:
 
     Methods that choose their options by trials make one: a trial runs what all of them run.
     """
-    from ....estimation.results.prediction import prediction_scores
+    from ....estimation.run.prediction import prediction_scores
     from ....methods.registry import make
 
     if (spec.maker, spec.task.source) in _WARMED:

@@ -13,7 +13,6 @@ from ....models.errors import CannotFit
 from ....models.regimes import Regime
 from ....models.time_scale import time_scale_s
 from ...records.series import MEASURED, Series, samples, series_of, with_weather
-from ...run.own import CORRELATION, FLOOR, coarse, coarsely_integrated, own_sd, units
 from ...run.stretch import known_states
 
 if TYPE_CHECKING:
@@ -21,8 +20,17 @@ if TYPE_CHECKING:
     from ....models.model import Model
 
 THRUST = "propeller_thrust_N"
-THRUST_FLOOR = 0.05
-"""Error below which the thrust counts as perfect, as a share of its mean."""
+CORRELATION = 1.7
+"""Correlation time of the residuals of free runs, in ship lengths sailed (10 s for a 7 m model at 1.18 m/s)."""
+STEP, INTEGRATION_STEP = 0.035, 0.05
+"""Time step, in ship lengths sailed, that records are thinned to, and the largest of the integration: RK4 with it errs
+by under 1e-5 of the yaw rate and the speeds of every vessel here."""
+NEUTRAL_ANGLE_SD = np.deg2rad(0.3)
+"""Standard deviation of a record's neutral rudder angle about the common one, rad."""
+START_SD = {"u": 2.5e-3, "v": 2.5e-3, "r": 3e-3, "psi": 2e-3}
+"""Standard deviation of a record's initial state about the estimated one: shares of speed, of speed / length, rad."""
+FLOOR = {"u": 2.5e-3, "v": 2.5e-3, "r": 5e-3, "psi": np.deg2rad(0.5), THRUST: 0.05}
+"""Error below which a channel counts as perfect: shares of speed, of speed / length, rad, share of the mean thrust."""
 LARGEST = 20.0
 """Largest residual, in the channel's own size, that a run which leaves the record counts with."""
 
@@ -98,8 +106,9 @@ class Problem:
 
     @cached_property
     def unit(self) -> np.ndarray:
-        """(C,) size of each channel, SI, that floors are shares of."""
-        sizes = units(self.model, self.length_s) | {THRUST: self._mean_thrust}
+        """(C,) size of each channel in which FLOOR and START_SD are shares."""
+        speed = self.model.speed_m_s if np.isfinite(self.model.speed_m_s) else 1.0
+        sizes = {"u": speed, "v": speed, "r": 1.0 / self.length_s, "psi": 1.0, THRUST: self._mean_thrust}
         return np.array([sizes[c] for c in self.channels])
 
     @property
@@ -110,7 +119,7 @@ class Problem:
     @cached_property
     def floor(self) -> np.ndarray:
         """(C,) error below which a channel counts as perfect, SI."""
-        return self.unit * np.array([FLOOR.get(c, THRUST_FLOOR) for c in self.channels])
+        return self.unit * np.array([FLOOR[c] for c in self.channels])
 
     @cached_property
     def known(self) -> np.ndarray:
@@ -136,12 +145,14 @@ class Problem:
     @property
     def states(self) -> tuple[str, ...]:
         """States whose initial value belongs to a record."""
-        return tuple(own_sd(self.model, self.length_s))[1:]
+        return tuple(s for s in START_SD if s in self.model.states)
 
     @cached_property
     def own_sd(self) -> np.ndarray:
         """(k,) prior standard deviations of a record's own effects: neutral rudder angle, initial states."""
-        return np.array(list(own_sd(self.model, self.length_s).values()))
+        speed = self.model.speed_m_s if np.isfinite(self.model.speed_m_s) else 1.0
+        sizes = {"u": speed, "v": speed, "r": 1.0 / self.length_s, "psi": 1.0}
+        return np.array([NEUTRAL_ANGLE_SD, *(START_SD[s] * sizes[s] for s in self.states)])
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -199,7 +210,7 @@ class Squares:
 
 
 def problem(model: Model, records: Sequence[Record], threads: int = 1) -> Problem:
-    """The model and records as a problem; records are thinned (`run.own.coarse`).
+    """The model and records as a problem; records are thinned to STEP.
 
     Raises
     ------
@@ -215,7 +226,8 @@ def problem(model: Model, records: Sequence[Record], threads: int = 1) -> Proble
     held = thrust is not None and any(record.has(THRUST) for record in records)
     channels = (*symbols, *((THRUST,) if held else ()))
     runs = tuple(_run(record, model, channels, length_s) for record in records)
-    return Problem(coarsely_integrated(model, length_s), runs, channels, length_s, thrust, threads)
+    relaxed = replace(model, max_step_s=max(model.max_step_s, INTEGRATION_STEP * length_s))
+    return Problem(relaxed, runs, channels, length_s, thrust, threads)
 
 
 def _measures(record: Record, symbol: str) -> bool:
@@ -224,7 +236,7 @@ def _measures(record: Record, symbol: str) -> bool:
 
 
 def _run(record: Record, model: Model, channels: Sequence[str], length_s: float) -> Run:
-    thinned = coarse(record, length_s)
+    thinned = record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
     series = with_weather(series_of(thinned, model, [c for c in channels if c != THRUST]), record, model)
     start = series.start.copy()
     for state, values in known_states(model, record, record.time_s[:1]).items():

@@ -331,7 +331,7 @@ def _thinned(record: Record, stride: int) -> Record:
 
 def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[tuple[str, float]]:
     """R^2 and RMSE (deg/s) of the yaw rate and RMSE of the heading (deg) of each run."""
-    from ....estimation.results.prediction import prediction_scores
+    from ....estimation.run.prediction import prediction_scores
 
     for run, record in runs.items():
         score = {} if estimate is None else prediction_scores(estimate.model, [record])

@@ -11,7 +11,7 @@ from ....datasets.disturbances import parse_disturbance
 from ....datasets.generator import as_record, record_run, require_finite, sail
 from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
-from ....estimation.results.prediction import prediction_scores
+from ....estimation.run.prediction import prediction_scores
 from ....estimation.run.run import run_along
 from ....models.model import Model, resolve
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ....datasets.generator import Case, generate
 from ....datasets.record import Record
-from ....estimation.results.prediction import prediction_scores
+from ....estimation.run.prediction import prediction_scores
 from ....methods.registry import make
 from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model, resolve

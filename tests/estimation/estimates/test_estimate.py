@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.results.prediction import prediction_scores
+from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve

@@ -59,24 +59,6 @@ def test_errors_of_records_are_pooled_sample_by_sample_and_spread_about_their_ow
         assert each[0].spread == pytest.approx(record.n * np.var(record.continuous(channel)), rel=1e-6)
 
 
-def test_a_neutral_angle_of_the_record_is_its_own(ship, record):
-    """Half a degree of trim turns a model's heading away; with an angle of the record's own nothing is left of it."""
-    trimmed = record.with_channels(rudder_rad=record.column("rudder_rad") + np.deg2rad(0.5))
-    exact, blind, own = (
-        errors(run_along(ship, one, own=own)) for one, own in ((record, True), (trimmed, False), (trimmed, True))
-    )
-    assert blind["heading_rad"] > 20.0 * exact["heading_rad"]
-    assert own["heading_rad"] < 2.0 * exact["heading_rad"]
-
-
-def test_a_wrong_model_is_not_excused_by_the_records_own_start(ship, record):
-    wrong = ship.with_coefficients(ship.coefficients * np.where(np.array(ship.coordinates) == "Nd", 0.8, 1.0))
-    blind, own = (errors(run_along(wrong, record, own=own)) for own in (False, True))
-    assert (
-        own["yaw_rate_rad_s"] > 0.7 * blind["yaw_rate_rad_s"] > 5.0 * errors(run_along(ship, record))["yaw_rate_rad_s"]
-    )
-
-
 def test_the_record_is_what_the_instruments_show(ship, record):
     """A bias that the model knows of its gyro is no error."""
     biased = record.with_channels(yaw_rate_rad_s=record.column("yaw_rate_rad_s") + 0.01)

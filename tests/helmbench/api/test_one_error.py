@@ -17,7 +17,7 @@ from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.registry import find
 from helmbench.estimation.estimates.estimate import Estimate
 from helmbench.estimation.judgement.assessment import assess, scores
-from helmbench.estimation.results.prediction import prediction_scores
+from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.estimation.validation.validate import validate
 from helmbench.models.model import resolve
 

@@ -11,7 +11,7 @@ from helmbench.estimation.methods_only.black_box.free_runs import mean_square, r
 from helmbench.estimation.methods_only.black_box.lstm import LAGS, STEP_SIZE, STEPS, Network, train
 from helmbench.estimation.methods_only.black_box.rows import Signals
 from helmbench.estimation.methods_only.black_box.state_space import pasts
-from helmbench.estimation.results.prediction import prediction_scores
+from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.methods import contract
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit

@@ -15,16 +15,16 @@ import numpy as np
 from ...datasets.instruments import hull_record
 from ...models.model import CHANNELS as channel_of
 from ..records.series import series_of
-from ..run.run import CHANNELS, as_shown, run_along, squares_of
-from ..run.squares import pooled, squares
-from ..run.stretch import SYMBOLS
-from .predictor import ModelPredictor
+from ..results.predictor import ModelPredictor
+from .run import CHANNELS, as_shown, run_along, squares_of
+from .squares import pooled, squares
+from .stretch import SYMBOLS
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
     from ..records.series import Series
-    from .predictor import Predictor
+    from ..results.predictor import Predictor
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.results.prediction import one_step, prediction_scores
+from helmbench.estimation.run.prediction import one_step, prediction_scores
 from helmbench.estimation.run.squares import squares
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
