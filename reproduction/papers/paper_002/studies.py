@@ -330,14 +330,29 @@ def _thinned(record: Record, stride: int) -> Record:
 
 
 def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[tuple[str, float]]:
-    """R^2 and RMSE (deg/s) of the yaw rate and RMSE of the heading (deg) of each run."""
-    from ....estimation.run.prediction import prediction_scores
+    """R^2 and RMSE (deg/s) of the yaw rate and RMSE of the heading (deg) of each run, which begins with the first
+    sample as it was measured, as the paper's do."""
+    from ....estimation.run.squares import squares
 
     for run, record in runs.items():
-        score = {} if estimate is None else prediction_scores(estimate.model, [record])
-        yield f"{run}.r2", score.get("r2_free_yaw_rate_rad_s", np.nan)
-        yield f"{run}.r", float(np.rad2deg(score.get("rmse_free_yaw_rate_rad_s", np.nan)))
-        yield f"{run}.psi", float(np.rad2deg(score.get("rmse_free_heading_rad", np.nan)))
+        rmse, r2 = {"r": np.nan, "psi": np.nan}, np.nan
+        if estimate is not None:
+            errors = {state: squares(*pair) for state, pair in _from_the_first_sample(estimate.model, record).items()}
+            rmse, r2 = {state: error.scores()[0] for state, error in errors.items()}, errors["r"].scores()[1]
+        yield f"{run}.r2", r2
+        yield f"{run}.r", float(np.rad2deg(rmse["r"]))
+        yield f"{run}.psi", float(np.rad2deg(rmse["psi"]))
+
+
+def _from_the_first_sample(model: Model, record: Record) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """State -> samples (N,) of yaw rate and heading, measured and of the free run."""
+    from ....estimation.records.series import MEASURED, series_of
+    from ....estimation.results.predictor import ModelPredictor
+
+    series = series_of(record.turned(model.positive_rudder), model, MEASURED)
+    states = series.observe(ModelPredictor(model).simulate(series.inputs, series.dt, series.start))
+    measured = {model.states[state]: series.outputs[:, place] for place, state in enumerate(series.columns)}
+    return {state: (measured[state], states[:, model.states.index(state)]) for state in ("r", "psi")}
 
 
 def _course(estimate: Estimate) -> dict[str, np.ndarray]:
