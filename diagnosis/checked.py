@@ -54,6 +54,15 @@ def examined(records: Sequence[Record], model: Model) -> Checked:
     return Checked(current, findings if doubt is None else (*findings, doubt), found, done.derived)
 
 
+def put_back(records: Sequence[Record], faults: Sequence[ColumnFault], model: Model) -> list[Record]:
+    """Records as they were read, but for columns whose exchange no instrument of a model can show, such as the rudder
+    under the heading's name: these are in their places."""
+    done = list(records)
+    for fault in (f for f in faults if done and not f.instruments):
+        done = fault.check.find([record.turned(model.positive_rudder) for record in done], model.starboard)[1]
+    return done
+
+
 def _judged(found: CheckFinding, model: Model) -> CheckFinding:
     """The finding; that of a speed which never changes stands in the way of a model whose forces follow the speed."""
     dead = found.cause == ConstantChannel.id and found.biases and SPEED in found.channels

@@ -13,7 +13,7 @@ from ..models.memory import require_memory
 from .beside_numbers import behind_sensors, of_uncertain_base
 from .by_free_runs import by_free_runs, refused_by_free_runs
 from .by_residuals import concluded, selected
-from .checked import with_checks
+from .checked import put_back, with_checks
 from .gain.runs import with_runs
 from .options import Options
 from .prepared import Prepared, corrected_records
@@ -81,7 +81,8 @@ def _diagnosed(
         given = behind_sensors(given, given.sensors(options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
-    found = with_runs(_found(model, given, options, watch), train, held_out, options.channels)
+    as_read = [put_back(records, given.faults, model) for records in (train, held_out)]
+    found = with_runs(_found(model, given, options, watch), *as_read, options.channels)
     found = with_checks(found, given.checked, (*given.train, *given.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
