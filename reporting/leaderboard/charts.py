@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ..plots import COLOURS, SOFT
 from .standings import Frame
 from .tables import CRITERIA
@@ -19,4 +21,8 @@ def standings_figure(overall: Frame):
     axes.set_yticks(places, list(overall["method"]))
     axes.set(xscale="log", ylim=(len(overall) - 0.5, -0.5), xlabel=CRITERIA["nrmse"])
     axes.grid(True, linewidth=0.3)
+    for place, error in zip(places, overall["nrmse"], strict=True):
+        if error == math.inf:
+            across = axes.get_yaxis_transform()
+            axes.text(0.98, place, "infinite", color=SOFT, ha="right", va="center", transform=across)
     return figure

@@ -100,7 +100,21 @@ def judged(results: Frame, estimates: Frame) -> Frame:
     runs["parameter_error"] = np.where(has_truth & ~absent, np.where(failed, np.inf, error), np.nan)
     lost = failed | runs["diverged"].eq(True).to_numpy(dtype=bool)
     runs["prediction_error"] = np.where(absent, np.nan, np.where(lost, np.inf, normalised_error(runs)))
-    return runs
+    return runs.assign(**_worst_where(lost, runs))
+
+
+def _worst_where(lost: np.ndarray, runs: Frame) -> dict[str, Series]:
+    """The free-run columns of `MEDIANS`, an infinite error where a run is lost and its cell has the channel scored.
+
+    Without it the median of a method that diverges in half of its problems were that of the other half.
+    """
+    found = {}
+    for name in MEDIANS.values():
+        if name.startswith(("rmse_free_", "r2_free_")):
+            scored = runs[name].notna().groupby([runs[key] for key in CELL], observed=True).transform("any")
+            worst = np.inf if name.startswith("rmse") else -np.inf
+            found[name] = runs[name].astype(float).mask(scored & lost, worst)
+    return found
 
 
 def _cases(runs: Frame, own: np.ndarray) -> Any:

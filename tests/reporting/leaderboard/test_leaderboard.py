@@ -89,6 +89,23 @@ def test_not_applicable_is_counted_and_not_ranked(run_of):
     assert list(found) == ["a", "b", "c"]
 
 
+def test_medians_of_every_prediction_metric_count_diverged_and_failed_runs(run_of):
+    ships = ("v1", "v2", "v3")
+    runs = [run_of(error=0.1, r2=0.9, method="good", vessel=ship) for ship in ships]
+    runs += [run_of(error=0.1, r2=0.99, method="bad", vessel="v1")]
+    runs += [run_of(error=0.1, r2=0.8, method="bad", vessel="v2", diverged=True)]
+    runs += [run_of(method="bad", vessel="v3", status="failed", reason="singular")]
+    found = by_method(board(runs).overall)
+    assert found["bad"]["nrmse"] == found["bad"]["rmse_yaw_rate_rad_s"] == found["bad"]["rmse_heading_rad"] == math.inf
+    assert found["bad"]["r2_yaw_rate"] == found["bad"]["r2_heading"] == -math.inf
+    assert found["good"]["rmse_yaw_rate_rad_s"] == 0.01 and found["good"]["r2_yaw_rate"] == 0.9
+
+
+def test_a_channel_that_nothing_scores_is_no_error_of_a_failed_run(run_of):
+    runs = [run_of(error=0.1, method="a"), run_of(method="b", status="failed", reason="singular")]
+    assert math.isnan(by_method(board(runs).overall)["b"]["rmse_yaw_rate_rad_s"])
+
+
 def test_a_diverged_run_has_an_infinite_prediction_error_but_keeps_its_parameters(run_of):
     runs = [run_of(error=0.1, r2=0.9, method="a", diverged=True), run_of(error=0.2, r2=-5.0, method="b")]
     found = by_method(board(runs).overall)

@@ -29,6 +29,17 @@ def test_the_picture_names_the_methods_best_first_and_is_the_same_every_time(tmp
     assert texts[0] == texts[1] and names(texts[0]) == ["pem", "ls"]
 
 
+def test_a_method_without_a_finite_median_is_said_to_have_none(tmp_path, manifest):
+    runs = [make_run(0.1, 0.9, method=method, diverged=method == "lost", vessel=ship)
+            for method in ("ls", "lost") for ship in ("cargo", "patrol")]  # fmt: skip
+    with Store.create(tmp_path / "out", manifest(len(runs))) as store:
+        for run in runs:
+            store.append(run)
+    write_picture(tmp_path / "out", tmp_path / "board.svg")
+    text = (tmp_path / "board.svg").read_text(encoding="utf-8")
+    assert names(text) == ["ls", "lost"] and text.count("infinite") == 1
+
+
 def test_the_picture_of_the_readme_holds_the_methods_of_the_quick_suite():
     entries = load_suite("quick").entries
     wanted = {method for entry in entries for method in entry.methods}
