@@ -2,6 +2,7 @@
 
 import csv
 import re
+import tomllib
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -36,10 +37,8 @@ def ran(tmp_path_factory):
 
 def test_the_blocks_write_what_is_said(ran):
     folder, _ = ran
-    assert (folder / "ship" / "model.json").exists() and (folder / "diagnosis" / "extended_model.json").exists()
-    assert all(
-        (folder / page).stat().st_size > 10_000 for page in ("ship/identification.html", "diagnosis/diagnosis.html")
-    )
+    assert (folder / "ship" / "model.json").exists() and (folder / "cause" / "extended_model.json").exists()
+    assert all((folder / page).stat().st_size > 10_000 for page in ("ship/identification.html", "cause/diagnosis.html"))
     with (folder / "out" / "mine" / "leaderboard.csv").open(encoding="utf-8") as file:
         assert {row["method"] for row in csv.DictReader(file) if row["scope"] == "overall"} == {"mine", "ls"}
 
@@ -68,6 +67,14 @@ def test_every_road_to_an_environment_activates_it_before_helmbench_is_used():
 def test_links_within_the_repository_lead_to_files():
     links = re.findall(r"\]\(([^)#:]+)\)", TEXT)
     assert len(links) > 10 and [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_no_block_writes_into_a_folder_of_the_repository():
+    """The reader may well be in the clone."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    rooms = {*project["tool"]["setuptools"]["package-dir"].values(), "helmbench", "docs", "tests", "reports"}
+    written = set(re.findall(r" -o (\w+)", TEXT))
+    assert len(written) > 5 and not written & rooms
 
 
 def test_readme_and_contributing_are_short():

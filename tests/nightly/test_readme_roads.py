@@ -58,9 +58,7 @@ def test_the_road_runs_in_a_fresh_clone(road: str, clone: Path) -> None:
     assert {
         "out/quick/leaderboard.html",
         "ship/model.json",
-        "diagnosis/diagnosis.html",
+        "cause/diagnosis.html",
         "out/mine/leaderboard.html",
-    } <= {
-        str(path.relative_to(clone)) for folder in ("out", "ship", "diagnosis") for path in (clone / folder).rglob("*")
-    }
+    } <= {str(path.relative_to(clone)) for folder in ("out", "ship", "cause") for path in (clone / folder).rglob("*")}
     assert re.search(r"^Named: current\.$", done.stdout, re.MULTILINE)
