@@ -81,7 +81,7 @@ def _diagnosed(
         given = behind_sensors(given, given.sensors(options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
-    found = with_runs(_found(model, given, options, watch), train, held_out, options.channels)
+    found = with_runs(_found(model, given, options, watch), given.train, given.instruments, held_out, options.channels)
     found = with_checks(found, given.checked, (*given.train, *given.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
