@@ -81,8 +81,8 @@ def _diagnosed(
         given = behind_sensors(given, given.sensors(options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
-    as_read = [put_back(records, given.faults, model) for records in (train, held_out)]
-    found = with_runs(_found(model, given, options, watch), *as_read, options.channels)
+    held = put_back(held_out, given.faults, model)
+    found = with_runs(_found(model, given, options, watch), given.train, given.instruments, held, options.channels)
     found = with_checks(found, given.checked, (*given.train, *given.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]

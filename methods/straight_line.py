@@ -1,4 +1,4 @@
-"""Straight on at the speed of the first sample."""
+"""Straight on at the speed of the start."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class StraightLine(Method):
-    """The ship keeps the surge and sway speed of its first sample and does not turn: its yaw rate is zero.
+    """The ship keeps the surge and sway speed of its start and does not turn: its yaw rate is zero.
 
     One sample ahead, the speeds are those of the sample before.  Nothing is learnt from the training records.
     """

@@ -55,7 +55,7 @@ class OfFreeRuns(Diagnoser):
         runs = FreeRuns(model, given)
         chosen, verdict, reason = self.choose(runs, model, given, options)
         found = conclude(runs, others, chosen, verdict, reason, options)
-        found = replace(with_runs(found, train, held_out, options.channels), traces=(), where=())
+        found = replace(with_runs(found, (), (), held_out, options.channels), traces=())
         return replace(found, wall_s=time.perf_counter() - clock[0], cpu_s=time.process_time() - clock[1])
 
     @abstractmethod

@@ -54,16 +54,22 @@ class Pair(NamedTuple):
 
 
 def with_runs(
-    found: Diagnosis, train: Sequence[Record], held_out: Sequence[Record], channels: Sequence[str] | None = None
+    found: Diagnosis,
+    train: Sequence[Record],
+    corrected: Collection[str],
+    held_out: Sequence[Record],
+    channels: Sequence[str] | None = None,
 ) -> Diagnosis:
     """The diagnosis with the gain of its models on held-out records, and with the runs that a page shows.
 
-    Records as they were read; training records keep runs that a calibration made by fits without them.  channels : the
-    only ones that are told; None: all.
+    train : as they were corrected, of the instruments `corrected` and of faults of their files; they keep runs that a
+    calibration made by fits without them.  held_out : as they were read.  channels : the only ones that are told; None:
+    all.
     """
+    base, extended = (_without(one, {*found.model.instruments, *corrected}) for one in (found.model, found.extended))
     held = pairs_of(found.model, found.extended, held_out, found.of_held_out, channels)
     shown = [t for t in found.traces if t.role == "train"] or [
-        trace_of(pair, "train") for pair in pairs_of(found.model, found.extended, train, {}, channels, own=False)
+        trace_of(pair, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)
     ]
     calibrated: dict[str, Gain] = {}
     if found.calibrated is not None:
@@ -103,6 +109,11 @@ def pairs_of(
         pair = Pair(plain[0], plain[1], trimmed[0], trimmed[1], block)
         found.append(pair if channels is None else pair.without({*plain[0].predicted} - {*channels}))
     return found
+
+
+def _without(model: Model, instruments: Collection[str]) -> Model:
+    kept = {name: value for name, value in model.instruments.items() if name not in instruments}
+    return replace(model, instruments=kept)
 
 
 def _with(model: Model, values: Mapping[str, float]) -> Model:
