@@ -24,5 +24,5 @@ def standings_figure(overall: Frame):
     for place, error in zip(places, overall["nrmse"], strict=True):
         if error == math.inf:
             across = axes.get_yaxis_transform()
-            axes.text(0.98, place, "infinite", color=SOFT, ha="right", va="center", transform=across)
+            axes.text(0.98, place, "median: infinite", color=SOFT, ha="right", va="center", transform=across)
     return figure

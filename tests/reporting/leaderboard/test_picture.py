@@ -37,7 +37,7 @@ def test_a_method_without_a_finite_median_is_said_to_have_none(tmp_path, manifes
             store.append(run)
     write_picture(tmp_path / "out", tmp_path / "board.svg")
     text = (tmp_path / "board.svg").read_text(encoding="utf-8")
-    assert names(text) == ["ls", "lost"] and text.count("infinite") == 1
+    assert names(text) == ["ls", "lost"] and text.count("median: infinite") == 1
 
 
 def test_the_picture_of_the_readme_holds_the_methods_of_the_quick_suite():
