@@ -8,6 +8,8 @@ import threading
 import time
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 
+import pytest
+
 from helmbench.bench import pool as pools
 from helmbench.bench.environment import THREAD_VARIABLES
 
@@ -39,6 +41,7 @@ def test_a_dying_worker_costs_only_the_item_that_kills_it():
     assert all(outcome.result == item for item, outcome in found.items())
 
 
+@pytest.mark.nightly
 def test_a_worker_that_dies_behind_many_short_items_costs_only_the_item_that_kills_it():
     def work(item):
         if item == 150:

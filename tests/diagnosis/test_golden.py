@@ -90,8 +90,8 @@ CHECKED = {
 """Checks of records of the Mariner: name -> effects."""
 CASES = (*KNOWN, *DEFAULT, *IDENTIFIED, *MEASURED, *CALIBRATED, *CHECKED)
 KEPT = (
-    *("clean", "rudder-offset", "two", "outside-the-bank", "clean-10", "clean-20", "offset-5", "gyro-bias-10"),
-    *("current-10", "two-10", "shallow-5", "identified-clean", "identified-offset"),
+    *("clean", "rudder-offset", "two", "outside-the-bank", "clean-10", "offset-5", "gyro-bias-10", "two-10"),
+    *("identified-clean", "identified-offset"),
     *("calibrated-resistance", "calibrated-correct", *CHECKED),
 )
 """Cases of `make test`: every route, and every kind of cause."""

@@ -26,10 +26,12 @@ def made(cause, rng, **facts):
 
 @pytest.mark.parametrize("cause", SIZES)
 def test_a_sensor_error_is_found_with_its_size(cause, rng):
-    """Found in every draw of three; in at least one the error is below three half widths of the 90 % interval, which
-    all three exceed in less than one of 1e7 runs.  How often the interval covers is a rate (`make rates`)."""
+    """Found in every draw; in one of at most three the error is below three half widths of the 90 % interval,
+    which all three exceed in less than one of 1e7 runs.  How often the interval covers is a rate (`make rates`)."""
     close = 0
     for _ in range(3):
+        if close:
+            break
         injected = made(cause, rng)
         found = [f for f in check(injected.train).findings if cause in (f.cause, *f.tied_with)]
         truth = injected.truth[0]["parameters"][SIZES[cause]]

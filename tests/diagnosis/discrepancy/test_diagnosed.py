@@ -77,6 +77,7 @@ def test_nothing_is_named_where_only_the_base_is_wrong(rng):
     assert passes(nothing_is_named, 0.99)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("vessel", ["response-1", "cargo"])
 def test_the_extended_response_model_runs_as_well_as_its_fit(vessel, rng):
     """Forces that only the filter knows may not make up for its numbers: no training record is predicted worse."""

@@ -31,6 +31,7 @@ def test_the_figure_has_the_channels_of_the_held_out_run(found):
         found.plot("elsewhere")
 
 
+@pytest.mark.nightly
 def test_the_command_writes_what_python_finds(found, calibrated, tmp_path, capsys):
     records = [*calibrated[0], calibrated[1]]
     paths = [tmp_path / f"{i}.csv" for i in range(len(records))]

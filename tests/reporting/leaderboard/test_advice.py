@@ -178,6 +178,7 @@ def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_p
     assert {spec.task.held_out_noise for spec in plan(load_suite(str(path)), Selection("checks"))} > {"low"}
 
 
+@pytest.mark.nightly
 def test_an_advice_is_tested_and_goes_on_where_it_stopped(tmp_path, manifest, calm_and_windy):
     with Store.create(tmp_path / "board", manifest(len(calm_and_windy))) as store:
         for run in calm_and_windy:

@@ -65,6 +65,7 @@ def test_the_published_leaderboard_says_what_its_results_say(folder, tmp_path):
             check_published(stored)
 
 
+@pytest.mark.nightly
 def test_what_the_advice_is_worth_stands_on_page_and_readme(folder, tmp_path):
     said = "In 60 fresh situations the method that this page names errs less than 1.3 times the least error in 70 %."
     paths = publish.publish([folder], tmp_path)
@@ -97,6 +98,7 @@ def test_findings_are_computed_from_the_results(folder):
     assert any("pem comes nearest to the Cramer-Rao floor" in text for text in told)
 
 
+@pytest.mark.nightly
 def test_grey_against_black_box_beyond_the_training_records_comes_from_its_suite(folder, folder_of, run_of, tmp_path):
     apart = folder_of(
         "generalise",

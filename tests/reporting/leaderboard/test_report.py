@@ -147,6 +147,7 @@ def test_an_incomplete_run_is_reported_as_such(tmp_path, manifest, run_of):
     assert "INCOMPLETE" in (tmp_path / "out" / "leaderboard.html").read_text()
 
 
+@pytest.mark.nightly
 def test_the_same_results_give_the_same_files(finished):
     first = [path.read_bytes() for path in report.write_report(finished).paths]
     assert first == [path.read_bytes() for path in report.write_report(finished).paths]
