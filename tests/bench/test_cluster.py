@@ -100,6 +100,7 @@ def test_a_method_that_kills_workers_ends_as_failed_rows_and_the_others_finish(c
     assert "worker process died" in rows["deadly"]["error"] and "KilledWorker" not in rows["deadly"]["error"]
 
 
+@pytest.mark.nightly
 def test_a_worker_with_other_code_is_refused_before_anything_is_written(cluster, suite, tmp_path):
     cluster.worker("--no-nanny", code=OTHER_CODE)
     with pytest.raises(BadInput, match=r"dask worker tcp://\S+ has other code than this process .*install the same"):

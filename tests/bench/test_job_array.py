@@ -90,6 +90,7 @@ def test_a_job_that_is_killed_costs_only_what_it_had_not_finished(tmp_path):
     assert_each_run_once(tmp_path / "out", 12)
 
 
+@pytest.mark.nightly
 def test_jobs_that_outlive_their_parent_are_waited_for(tmp_path):
     process = started(tmp_path)
     process.send_signal(signal.SIGKILL)

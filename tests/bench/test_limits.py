@@ -94,6 +94,7 @@ def test_a_method_that_ends_its_process_leaves_the_suite_running(tmp_path, named
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.nightly
 def test_runs_out_of_time_say_so(tmp_path, named):
     errors = errors_of(tmp_path, named("Hang", "Deaf"), Limits(seconds=1.0, grace_s=1.0))
     assert errors == dict.fromkeys(("hang", "deaf"), "out of time: more than 1 s (--timeout)")

@@ -92,7 +92,7 @@ CASES = (*KNOWN, *DEFAULT, *IDENTIFIED, *MEASURED, *CALIBRATED, *CHECKED)
 KEPT = (
     *("clean", "rudder-offset", "two", "outside-the-bank", "clean-10", "offset-5", "gyro-bias-10", "two-10"),
     *("identified-clean", "identified-offset"),
-    *("calibrated-resistance", "calibrated-correct", *CHECKED),
+    *("calibrated-correct", *CHECKED),
 )
 """Cases of `make test`: every route, and every kind of cause."""
 UNREMARKABLE = ("named", "tied", "not_significant", "not_testable")

@@ -71,6 +71,7 @@ def noisy(record, rng, sd):
     return record.with_channels(**{k: record.column(k) + v * rng.normal(size=record.n) for k, v in sd.items()})
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("channels", [["heading_rad"], ["yaw_rate_rad_s", "heading_rad"]], ids=["heading", "both"])
 def test_efficiency(rng, channels):
     """40 records of paper 000's vessel: estimates scatter by the Cramer-Rao bound, and the stated errors are right."""

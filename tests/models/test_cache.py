@@ -90,7 +90,7 @@ def damaged(path, rng):
     path.unlink() if content is None else path.write_bytes(content)
 
 
-@pytest.mark.parametrize("draw", nightly_but(range(2), 0))
+@pytest.mark.parametrize("draw", nightly_but(range(2)))
 def test_damaged_files_are_built_again(warm, rng, draw):
     folder, printed = warm
     for path in files_of(folder):

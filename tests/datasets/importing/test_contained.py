@@ -69,6 +69,7 @@ def test_workbooks_and_mat_files_are_read_as_they_are(workbook, mat):
         np.testing.assert_allclose(table.columns[1].numbers, SERIES["rudder"], rtol=1e-14, atol=0.0)
 
 
+@pytest.mark.nightly
 def test_damaged_files_end_in_one_line(workbook, mat, rng):
     parts = [b"<sheetData>", b'r="A2"', b"<v>", b'spans="', b"</row>"]
     broken = [with_sheet(workbook, lambda text, part=part: text.replace(part, b'"\xff<', 3)) for part in parts]

@@ -14,6 +14,7 @@ from helmbench.diagnosis.result import Finding
 from helmbench.models.model import model_to_json, resolve
 
 from ...expectations.injections import injected, passes
+from ...nightly_marks import nightly_but
 
 FIXED = {
     "offset": ("mariner", "rudder_offset", "off-5"),
@@ -28,7 +29,7 @@ def strangers(found):
     return [f.cause for f in found.causes if not known[f.cause].describes_hull]
 
 
-@pytest.fixture(scope="module", params=FIXED)
+@pytest.fixture(scope="module", params=nightly_but(FIXED, next(iter(FIXED))))
 def fixed(request):
     vessel, cause, base = FIXED[request.param]
     rng = np.random.default_rng(11)

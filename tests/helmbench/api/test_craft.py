@@ -47,6 +47,7 @@ def test_a_simulation_of_particulars_stands_beside_the_built_model(tmp_path):
         helmbench.identify(runs[0], "nomoto-1", "ls", particulars="kvlcc2-l7")
 
 
+@pytest.mark.nightly
 def test_commands_need_no_model_and_no_method(records, tmp_path, capsys):
     files = []
     for record in records:

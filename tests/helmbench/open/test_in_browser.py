@@ -143,6 +143,7 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
         assert serious(again) == []
 
 
+@pytest.mark.nightly
 def test_a_link_opens_one_tab_which_a_reload_keeps(site):
     link = site.link()
     with sync_playwright() as playwright:

@@ -308,6 +308,7 @@ def test_a_mirrored_or_too_large_channel_is_seen(client, read):
     assert again.status_code == 200 and client.finished(project)["parts"] == state["parts"]
 
 
+@pytest.mark.nightly
 def test_readings_do_not_pile_up(client, read):
     """What is replaced, refused or cancelled goes; what an answer was made from stays as long as it is the last."""
     project, _ = read
@@ -403,6 +404,7 @@ def test_a_job_is_cancelled_at_once_and_projects_do_not_disturb_each_other(clien
     assert {project.rpartition("/")[2], other.rpartition("/")[2]} <= set(listed)
 
 
+@pytest.mark.nightly
 def test_what_no_one_states_is_asked_and_answered(client, recorded):
     """Columns without units: every answer is taken, also one to a question that an answer opened; a wrong unit is told
     and can be changed."""

@@ -154,6 +154,7 @@ def test_the_selector_ranks_and_answers_as_python_does(opened, results, chosen, 
     assert len(rivals(expected)) == tab.locator("#ranking tbody tr:not(.partial):not(.rule)").count() - 1
 
 
+@pytest.mark.nightly
 def test_what_was_not_run_cannot_be_chosen(opened):
     tab = opened()
     tab.select_option("#choose-excitation", "turn 20")
@@ -161,6 +162,7 @@ def test_what_was_not_run_cannot_be_chosen(opened):
     assert any("mariner" in text for text in disabled) and not any("s175)" in text for text in disabled)
 
 
+@pytest.mark.nightly
 def test_the_table_is_sorted_by_keyboard(opened):
     tab = opened()
     button = tab.locator("#ranking thead button", has_text="CPU time of a fit")
@@ -178,6 +180,7 @@ def test_the_table_is_sorted_by_keyboard(opened):
     assert tab.locator("details[open] th[aria-sort=ascending]").count() == 1
 
 
+@pytest.mark.nightly
 def test_a_link_restores_the_selection(opened):
     tab = opened()
     choose(tab, {"vessel": "s175", "noise": "medium"}, 1.0)
@@ -190,6 +193,7 @@ def test_a_link_restores_the_selection(opened):
     assert opened("#vessel=unknown&_sort=none&_budget=x").locator("#ranking tbody tr").count() > 3
 
 
+@pytest.mark.nightly
 def test_a_run_shows_curves_residuals_and_estimates(opened):
     tab = opened()
     tab.locator("#ranking tbody button", has_text="e").first.click()
@@ -198,6 +202,7 @@ def test_a_run_shows_curves_residuals_and_estimates(opened):
     assert tab.locator("#run svg path.predicted").count() == 2 and tab.locator("#run table tbody tr").count() == 1
 
 
+@pytest.mark.nightly
 def test_a_recursion_shows_its_log_with_the_truth(opened):
     tab = opened()
     tab.locator("#ranking tbody button", has_text="a").first.click()  # a and b are so close that either may be first
@@ -212,6 +217,7 @@ def test_a_recursion_shows_its_log_with_the_truth(opened):
     assert "Log of the recursion" not in tab.locator("#run h3").all_inner_texts()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [1280, 390])
 def test_nothing_overflows_and_axe_finds_nothing_serious(opened, width, scheme):
@@ -223,6 +229,7 @@ def test_nothing_overflows_and_axe_finds_nothing_serious(opened, width, scheme):
     assert found == []
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("width", [1280, 390])
 def test_a_run_with_a_long_name_overflows_no_screen_and_its_texts_are_legible(opened, results, width):
     problem = next(i for i, row in enumerate(board(results).problems.to_dict("records")) if row["train"] == LONG)
@@ -238,6 +245,7 @@ def test_a_run_with_a_long_name_overflows_no_screen_and_its_texts_are_legible(op
     assert min(min(pair) for pair in zip(heights, turned, strict=True)) > 5.0 and min(heights) > 10.0
 
 
+@pytest.mark.nightly
 def test_csv_and_svg_are_downloaded(opened):
     tab = opened()
     with tab.expect_download() as waiting:

@@ -35,12 +35,14 @@ def found():
     return {name: study.function(np.random.default_rng(0), index=0) for name, study in studies.items()}
 
 
+@pytest.mark.nightly
 def test_every_key_is_computed(paper, found):
     entries = [(c.study, key) for c in paper.claims for key in (c.corrected, c.as_printed) if key]
     entries += [(check.study, check.key) for check in paper.checks()]
     assert [e for e in entries if e[0] in found and e[1] not in found[e[0]].values] == []
 
 
+@pytest.mark.nightly
 def test_independent_values_are_reached(paper, found):
     checks = [check for check in paper.checks() if check.study in found]
     assert [c.id for c in checks if not within(c, spread([found[c.study].values[c.key]]))] == []
@@ -66,6 +68,7 @@ def test_printed_maps():
     assert studies.printed_second({"h": 8.0, "alpha": 98.0}) == pytest.approx({"h": 8.0, "alpha": 0.98})
 
 
+@pytest.mark.nightly
 def test_the_iteration_is_worse_than_what_it_iterates(found):
     """Order of the methods in noise: basic, with repeats, with repeats and beta."""
     series = found["noise"].series
@@ -78,6 +81,7 @@ def test_the_tank_test_needs_its_data(monkeypatch, tmp_path):
         studies.tank(np.random.default_rng(0), index=0)
 
 
+@pytest.mark.nightly
 def test_the_tank_test_keeps_no_measured_series(found):
     if "tank" not in found:
         pytest.skip("no measured data: set HELMBENCH_DATA or run `helmbench fetch kvlcc2-hsva`")
@@ -86,6 +90,7 @@ def test_the_tank_test_keeps_no_measured_series(found):
     assert np.diff(series["time_s"]) == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.nightly
 def test_figures_are_drawn(paper, found):
     for figure in paper.figures:
         if figure.study in found:
@@ -101,6 +106,7 @@ def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):
     assert keys and keys <= set(stored.values)
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not have_data(), reason="the measured set is not there")
 def test_the_stored_run_is_what_the_measured_set_gives(found):
     stored = runner.read_run(runner.Job("002", "tank", 0), runner.STORED)

@@ -206,6 +206,7 @@ study.optimize(lambda t: (t.suggest_float("x", -5, 5) - 1) ** 2 + (t.suggest_flo
 """
 
 
+@pytest.mark.nightly
 def test_processes_share_a_colony(tmp_path):
     path = str(tmp_path / "study.journal")
     workers = [subprocess.Popen([sys.executable, "-c", WORKER, path], stderr=subprocess.DEVNULL) for _ in range(2)]
@@ -257,6 +258,7 @@ def best_of_niapy(seed, bound, function):
     return np.log10(colony.run(task)[1] + 1e-12)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_as_good_as_niapy(name, rng):
     seeds = rng.integers(2**31, size=REPEATS).tolist()
