@@ -11,7 +11,7 @@ SHOWN = 10
 LIMIT_S = 10.0
 REASONS = {
     "tests/datasets/importing/bank/test_bank.py::test_nothing_goes_in_wrong_without_a_word": "imports the bank of logs",
-    "tests/diagnosis/test_imperfect_base.py::test_the_numbers_are_named_with_shares": "makes a diagnosis that is shared",
+    "tests/diagnosis/test_imperfect_base.py::test_the_numbers_are_named_with_shares": "makes a shared diagnosis",
     "tests/test_readme.py::test_the_blocks_write_what_is_said": "runs the README",
 }
 """Test -> why it takes more than LIMIT_S of CPU time."""
