@@ -2,8 +2,7 @@
 
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
-# One more than two processors: some tests wait for others' processes.
-WORKERS ?= 3
+WORKERS ?= 2
 FUZZ_SECONDS ?= 600
 
 # Containers often set this; then every process that is started compiles all that it imports anew, which takes seconds.

@@ -113,6 +113,7 @@ def test_a_single_run_of_twelve_ship_lengths_is_calibrated(ship, rng):
     assert found.after["surge_m_s"][0] <= WORSE * found.before["surge_m_s"][0]
 
 
+@pytest.mark.nightly
 def test_what_cannot_be_calibrated_is_refused(ship):
     short = record_run(ship, parse_manoeuvre("zigzag:10/10"), duration_s=30.0, dt_s=0.2)
     with pytest.raises(CannotFit, match="no part can be left out"):

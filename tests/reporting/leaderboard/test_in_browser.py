@@ -141,6 +141,7 @@ def ranking(tab):
     return [text.strip() for text in tab.locator("#ranking th[scope=row]").all_inner_texts()]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("chosen", "budget"), SELECTIONS, ids=str)
 def test_the_selector_ranks_and_answers_as_python_does(opened, results, chosen, budget):
     tab = opened()
