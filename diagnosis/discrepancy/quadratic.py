@@ -191,7 +191,10 @@ def inflation(q: Quadratic, at: Mode, places: np.ndarray) -> float:
 
 
 def by_record(q: Quadratic, variances: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sizes (R, k) and standard errors of parameters that each record has of its own; the discrepancy is shared."""
+    """Sizes (R, k) and standard errors of parameters that each record has of its own; the discrepancy is shared.
+
+    Both are zero of a parameter that no record shows.
+    """
     count, k = int(q.record.max()) + 1, len(places)
     whole, pull = q.total
     held = np.flatnonzero(q.group >= 0)
@@ -206,7 +209,8 @@ def by_record(q: Quadratic, variances: np.ndarray, places: np.ndarray) -> tuple[
         matrix[: held.size, at] = gram[np.ix_(held, places)]
         matrix[at, : held.size] = matrix[: held.size, at].T
         slope[at] = part[places]
-    scale = 1.0 / np.sqrt(np.diag(matrix))
+    diagonal = np.diag(matrix)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     outer = np.outer(scale, scale)
     covariance = pinv(matrix * outer, hermitian=True, rcond=1e-13) * outer
     z = covariance @ slope

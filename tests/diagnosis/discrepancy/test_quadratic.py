@@ -87,3 +87,4 @@ def test_a_parameter_that_changes_nothing_stays_at_zero(rng):
     one, both = mode(q, START, [12]), mode(more, START, [12, 13])
     assert both.x[13] == 0.0 and both.x[:13] == pytest.approx(one.x, rel=1e-6, abs=1e-12)
     assert both.evidence == pytest.approx(one.evidence) and inflation(more, both, np.array([13])) == 1.0
+    assert all(not part.any() for part in by_record(more, START, np.array([13])))
