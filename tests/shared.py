@@ -52,7 +52,7 @@ def calibrated(once):
     rudder angle of 1 deg."""
 
     def make():
-        rng, ship = np.random.default_rng(seed_of("calibrated")), resolve(SHIP)
+        rng, ship = np.random.default_rng(20261122), resolve(SHIP)
         trims = np.deg2rad(1.0 + 0.2 * rng.normal(size=len(MANOEUVRES)))
         *train, last = runs(altered(ship, 0.25, 0.0), rng, trims)
         return train, last, calibrate(ship, train, [last])
@@ -66,7 +66,7 @@ def uncertain(once):
     angle."""
 
     def make():
-        base, rng, records = resolve("kvlcc2-l7"), np.random.default_rng(seed_of("uncertain")), []
+        base, rng, records = resolve("kvlcc2-l7"), np.random.default_rng(1), []
         values = base.coefficients.copy()
         for name, factor in (("R_0", 1.3), ("N_v", 1.1), ("N_r", 0.9), ("Y_v", 1.15), ("X_vr", 3.0)):
             values[base.coordinates.index(name)] *= factor
