@@ -124,9 +124,7 @@ def minimise(
     return _concluded(problem, tuple(numbers), here)
 
 
-def _stepped(
-    problem: Problem, numbers: Sequence[Number], here: Point, damping: float
-) -> tuple[Point, float] | None:
+def _stepped(problem: Problem, numbers: Sequence[Number], here: Point, damping: float) -> tuple[Point, float] | None:
     """The next point of lower cost, and the damping after it; None where there is none."""
     quadratic, prior = problem.quadratic(here.values, here.own, numbers), prior_of(numbers, here.values)
     normal = quadratic.normal(here.size)

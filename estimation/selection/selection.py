@@ -17,7 +17,7 @@ import numpy as np
 from ...checks.statistics.tails import student_quantile
 from .minimiser import Fitted, Problem, minimise, prior_of
 from .number import Candidate, Number
-from .quadratic import Quadratic
+from .quadratic import Normal, Quadratic
 from .score import Fall, fall
 
 CLEAR = 0.95
@@ -65,6 +65,10 @@ class Selection:
     def candidates(self) -> tuple[Candidate, ...]:
         """Candidates that are in."""
         return tuple(one.candidate for one in self.entered)
+
+
+Column = tuple[str, float | None]
+"""A number, and the value that it is linearised at."""
 
 
 class Trial(NamedTuple):
@@ -175,13 +179,10 @@ class _Search:
     def leaders(self, now: Selection, bank: Sequence[Candidate]) -> list[Candidate]:
         """The candidates of the largest predicted falls of the score: of all, of each rank, and of single numbers."""
         point, held = now.final.point, self.numbers_of(now.candidates)
-        places: dict[Number, int] = {number: i for i, number in enumerate(held)}
-        for number in (n for c in bank for n in c.numbers):
-            places.setdefault(number, len(places))
-        quadratic = self.problem.quadratic(point.values, point.own, list(places))
-        normal = quadratic.normal(point.size)
-        reach = quadratic, normal, places, len(held), point.values
-        predicted = [(self.predicted(now.final, c, *reach), c) for c in bank]
+        columns = {_column(n): n for n in (*held, *(n for c in reversed(bank) for n in c.numbers))}
+        screen = _Screen(self.problem.quadratic(point.values, point.own, list(columns.values())), held, list(columns))
+        normal = screen.quadratic.normal(point.size)
+        predicted = [(self._predicted(now.final, c, screen, normal), c) for c in bank]
         predicted.sort(key=lambda pair: -pair[0])
         ways = {(c.id, c.names): c for _, c in reversed(predicted)}  # of several trial values the best
         ordered = [c for _, c in predicted if ways[c.id, c.names] is c]
@@ -192,14 +193,11 @@ class _Search:
             chosen += [c for c in ordered if kind(c)][: self.rules.of_each]
         return list(dict.fromkeys(chosen))
 
-    def predicted(
-        self, fitted: Fitted, candidate: Candidate, quadratic: Quadratic, normal, places, n_held: int, values
-    ) -> float:
+    def _predicted(self, fitted: Fitted, candidate: Candidate, screen: _Screen, normal: Normal) -> float:
         """The fall of the score that the linearisation predicts; -inf where its equations cannot be solved."""
-        chosen = [*range(n_held), *(places[n] for n in candidate.numbers)]
-        numbers = [*list(places)[:n_held], *map(_reached, candidate.numbers)]
+        numbers = [*screen.held, *map(_reached, candidate.numbers)]
         try:
-            left = quadratic.left_out(normal, chosen, prior_of(numbers, values))
+            left = screen.quadratic.left_out(normal, screen.places(numbers), prior_of(numbers, fitted.point.values))
         except np.linalg.LinAlgError:
             return -np.inf
         return fall(fitted.left_out, left, floor_squares(self.problem)).gain
@@ -224,6 +222,22 @@ class _Search:
         values = {name: x for name, x in now.final.point.values.items() if name not in gone}
         fitted = minimise(self.problem, numbers, values, now.final.point.own)
         return Trial(one.candidate, fitted, self._fall(fitted, now.final))
+
+
+class _Screen(NamedTuple):
+    """A linearisation of all numbers, those that are in every fit, and the column (`_column`) of each number."""
+
+    quadratic: Quadratic
+    held: tuple[Number, ...]
+    columns: list[Column]
+
+    def places(self, numbers: Sequence[Number]) -> list[int]:
+        """Places of numbers among the columns."""
+        return [self.columns.index(_column(n)) for n in numbers]
+
+
+def _column(number: Number) -> Column:
+    return number.name, number.trial
 
 
 def _in(candidate: Candidate, entered: Sequence[Candidate]) -> bool:
