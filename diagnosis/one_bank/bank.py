@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
-from ...models.coefficient_groups import Group, grown, parts_of, stated_groups
+from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups
 from ..calibration.calibrate import causes_of
 from ..causes.base_coefficients import BaseCoefficients
 
@@ -35,8 +35,8 @@ INPUT, HULL = 0, 1
 class Place(NamedTuple):
     """What a number moves.
 
-    kind : see above.  entries : names of instruments; of a term, its own.  column : of the environment's inputs (current,
-    wind, forces), or of the model's numbers.  record : the one that it belongs to, None: all.
+    kind : see above.  entries : names of instruments; of a term, its own.  column : of the environment's inputs
+    (current, wind, forces), or of the model's numbers.  record : the one that it belongs to, None: all.
     """
 
     kind: str
@@ -118,11 +118,13 @@ class Bank:
 
 
 class Facts(NamedTuple):
-    """What the records offer: states that they measure, whether the rudder's angle is unknown, and their number."""
+    """What the records offer: states that they measure, whether the rudder's angle is unknown, and their number; and
+    whether the model's own numbers were identified from them, so that they are hardly restricted."""
 
     measured: Collection[str]
     commanded: bool
     records: int
+    identified: bool = False
 
 
 def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] | None) -> Bank:
@@ -137,6 +139,9 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     candidates += [c for g in groups for c in _of_group(g, numbers)]
     places |= {name: Place("model", column=i) for i, name in enumerate(names)}
     own = {n.name: n for g in groups if g.extension is None for n in _numbers(g, g.sd, numbers)}
+    if facts.identified:
+        barely = every_own_number(groups)
+        own = {n.name: n for n in _numbers(barely, barely.sd, numbers)}
     kept = [c for c in candidates if only is None or causes.get(c.of, BaseCoefficients.id) in only]
     return Bank(whole, tuple(kept), tuple(own.values()), places, causes, {g.id: g.title for g in groups})
 

@@ -24,6 +24,7 @@ from .told import bank_lines, extended_model, findings, verdict
 from .units import length_s, units_of
 
 if TYPE_CHECKING:
+    from ...checks.result import CheckFinding
     from ...datasets.record import Record
     from ...estimation.selection.number import Candidate
     from ...models.model import Model
@@ -53,11 +54,19 @@ def diagnose(model: Model, train: Sequence[Record], held_out: Sequence[Record], 
         given = behind_sensors(given, given.sensors(options.causes()))
         if options.base_parameters == "identify":
             model = identified(model, given.train)
-        found = _useful(model, given, train, held_out, options)
-    found = with_checks(found, given.checked, (*given.train, *given.held_out))
+        checks = of_training(given.checked, train)
+        doubted = {name for f in given.checked if f.standing for name in f.records}
+        found = _useful(model, given, train, [r for r in held_out if r.name not in doubted], options)
+    found = with_checks(found, checks, (*given.train, *given.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - clock[0], time.process_time() - clock[1]
     return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
+
+
+def of_training(checks: Sequence[CheckFinding], train: Sequence[Record]) -> tuple[CheckFinding, ...]:
+    """What the files show; of what stands in held-out records only, nothing stands in the way of the training ones."""
+    names = {r.name for r in train}
+    return tuple(f if names & {*f.records} else replace(f, standing=False) for f in checks)
 
 
 def _useful(
@@ -79,7 +88,8 @@ def runs_of(model: Model, records: Sequence[Record], options: Options) -> FreeRu
     length = length_s(model, records)
     measured = {s for column, s in SYMBOLS.items() if s in model.states and any(r.has(column) for r in records)}
     commanded = not any(r.has("rudder_rad") for r in records)
-    bank = bank_of(model, Facts(measured, commanded, len(records)), length, options.only)
+    facts = Facts(measured, commanded, len(records), options.base_parameters == "identify")
+    bank = bank_of(model, facts, length, options.only)
     return FreeRuns(bank, units_of(bank.model, records, length), length)
 
 

@@ -162,7 +162,7 @@ class FreeRuns:
                 place = self.places[name]
                 if place.kind == "model":
                     row[place.column] += value
-        start = np.array([self.units[lane.unit].start for lane in lanes])
+        start = np.array([self._start(lane) for lane in lanes])
         effects = np.array([lane.own for lane in lanes])
         for place, column in zip(self._own_places, effects.T, strict=True):
             if place >= 0:
@@ -173,6 +173,24 @@ class FreeRuns:
         dt = self.units[lanes[0].unit].stretch.series.dt
         with np.errstate(all="ignore"):
             return open_loops(self.model, theta, inputs, dt, start)
+
+    def _start(self, lane: Lane) -> np.ndarray:
+        """The state (n,) that a lane starts from: the smoothed one, without what its sensors add to it."""
+        start, own = self.units[lane.unit].start, self._sensors(lane)
+        if not own:
+            return start
+        start = start.copy()
+        for c, symbol in zip(self._columns, self.symbols, strict=True):
+            short = SENSOR[symbol]
+            start[c] = (start[c] - own.get(f"{short}_bias", 0.0)) / (1.0 + own.get(f"{short}_scale", 0.0))
+        if "axis_misalignment" in own:
+            _turn(start[None, :], *(self.bank.model.states.index(s) for s in "uv"), -own["axis_misalignment"])
+        return start
+
+    def _sensors(self, lane: Lane) -> dict[str, float]:
+        """Instruments of a lane's sensors that are not ideal."""
+        moved = {n: x for n, x in lane.values.items() if x and self.places[n].kind == "sensor"}
+        return {entry: x for n, x in moved.items() for entry in self.places[n].entries}
 
     def _inputs(self, lane: Lane) -> np.ndarray:
         """Inputs (M + 1, nu) of a lane, with those of the environment where it or the record has some."""
@@ -226,12 +244,7 @@ class FreeRuns:
             if f"{SENSOR[symbol]}_delay" in own:
                 states[:, c] = np.interp(time_s - own[f"{SENSOR[symbol]}_delay"], time_s, states[:, c].copy())
         if "axis_misalignment" in own:
-            cosine, sine = np.cos(own["axis_misalignment"]), np.sin(own["axis_misalignment"])
-            along, across = states[:, place["u"]].copy(), states[:, place["v"]].copy()
-            states[:, place["u"]], states[:, place["v"]] = (
-                along * cosine + across * sine,
-                across * cosine - along * sine,
-            )
+            _turn(states, place["u"], place["v"], own["axis_misalignment"])
         for symbol, c in place.items():
             states[:, c] *= 1.0 + own.get(f"{SENSOR[symbol]}_scale", 0.0)
             states[:, c] += own.get(f"{SENSOR[symbol]}_bias", 0.0)
@@ -241,3 +254,10 @@ def _known(unit: Unit) -> list[str]:
     """States that a unit measures."""
     series = unit.stretch.series
     return [unit.stretch.model.states[c] for c in series.columns.tolist()]
+
+
+def _turn(states: np.ndarray, u: int, v: int, angle: float) -> None:
+    """Turn the velocities in columns u and v of states (M, .) into axes at an angle."""
+    along, across = states[:, u].copy(), states[:, v].copy()
+    states[:, u] = along * np.cos(angle) + across * np.sin(angle)
+    states[:, v] = across * np.cos(angle) - along * np.sin(angle)

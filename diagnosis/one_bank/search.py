@@ -14,7 +14,6 @@ import numpy as np
 
 from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.selection import Rules, Selection, clearly_worse, select
-from ...models.coefficient_groups import BARELY
 from .bank import INPUT
 
 if TYPE_CHECKING:
@@ -71,11 +70,10 @@ def chosen(runs: FreeRuns, options: Options, without: Collection[Candidate] = ()
 
 def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
     """The choice beside a model's own numbers that come from these records, and are hardly restricted."""
-    own = tuple(replace(n, sd=BARELY * n.sd) for n in runs.bank.own)
-    names = {n.name for n in own}
+    names = {n.name for n in runs.bank.own}
     others = [c for c in candidates if not names & {*c.names}]
-    whole = minimise(runs, own, {}, runs.no_own)
-    return Choice(runs, select(runs, others, Rules(*BESIDE), whole, own), beside=True)
+    whole = minimise(runs, runs.bank.own, {}, runs.no_own)
+    return Choice(runs, select(runs, others, Rules(*BESIDE), whole, runs.bank.own), beside=True)
 
 
 def _explains(runs: FreeRuns, alone: Selection) -> bool:

@@ -21,7 +21,7 @@ from ..report.bank import lines
 from ..report.findings import BY_FREE_RUNS
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
-from .bank import FLOWS, FORCES, TERMS, flow_name
+from .bank import FLOWS, TERMS, flow_name
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -205,13 +205,12 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
 def _outside(choice: Choice, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """Cause of a flow, force or term -> parameters of its extension; of flows of single records their mean."""
     out: dict[str, dict[str, float]] = {}
-    forces = {name for name, _, _ in FORCES}
     for candidate in choice.selection.candidates:
-        cause = candidate.of
-        if cause in FLOWS:
-            for side in FLOWS[cause][0]:
-                own = [values.get(n, 0.0) for n in candidate.names if f"towards_{side}" in n]
-                out.setdefault(cause, {})[flow_name(cause, side, None)] = float(np.mean(own))
-        elif cause in TERMS or forces & {*candidate.names}:
-            out.setdefault(cause, {}).update({n: values.get(n, 0.0) for n in candidate.names})
+        own = [n for n in candidate.names if choice.bank.places[n].kind in ("flow", "term")]
+        if candidate.of in FLOWS:
+            for side in FLOWS[candidate.of][0]:
+                mean = np.mean([values.get(n, 0.0) for n in own if f"towards_{side}" in n])
+                out.setdefault(candidate.of, {})[flow_name(candidate.of, side, None)] = float(mean)
+        elif own:
+            out.setdefault(candidate.of, {}).update({n: values.get(n, 0.0) for n in own})
     return out

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -100,6 +101,6 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
     units = []
     for (i, a, b), count in zip(whole, counts, strict=True):
         edges = np.linspace(a, b, count + 1).astype(int)
-        pieces = [records[i].slice(first, last) for first, last in zip(edges[:-1], edges[1:], strict=True)]
+        pieces = [records[i].slice(first, last) for first, last in pairwise(edges.tolist())]
         units += [Unit(i, Stretch.of(model, coarse(p, length)), records[i]) for p in pieces if p.n >= SHORTEST]
     return units

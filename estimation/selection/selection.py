@@ -20,8 +20,8 @@ from .number import Candidate, Number
 from .quadratic import Normal, Quadratic
 from .score import Fall, fall
 
-CLEAR = 0.95
-"""Probability of Student's t from which one of two candidates is clearly worse."""
+CLEAR = 1.0
+"""Standard errors from which one of two fits is clearly worse (the rule of one standard error, Breiman et al. 1984)."""
 IN_BOUNDS = 1.5
 """A predicted fit goes so far at most beyond the trial value that it was linearised at, as a factor on that."""
 
@@ -101,7 +101,7 @@ def select(
 def clearly_worse(problem: Problem, one: Fitted, other: Fitted, least: float) -> bool:
     """Whether the first fit predicts left-out units clearly worse than the other one."""
     between = fall(one.left_out, other.left_out, floor_squares(problem))
-    return between.gain > max(quantile(problem, CLEAR) * between.error, least)
+    return between.gain > max(CLEAR * between.error, least)
 
 
 def floor_squares(problem: Problem) -> np.ndarray:
