@@ -98,7 +98,7 @@ class FreeRuns:
 
     def quadratic(self, values: Mapping[str, float], own: np.ndarray, numbers: Sequence[Number]) -> Quadratic:
         """Linearisation about a point."""
-        steps = np.array([STEP * n.sd if n.trial is None else n.trial - values.get(n.name, 0.0) for n in numbers])
+        steps = np.array([_step(n, values.get(n.name, 0.0)) for n in numbers])
         steps = np.concatenate([steps, OWN_STEP * self.own_sd])
         count = max(1, LANES // (steps.size + 1))
         parts = [range(len(self.units))[i : i + count] for i in range(0, len(self.units), count)]
@@ -248,6 +248,13 @@ class FreeRuns:
         for symbol, c in place.items():
             states[:, c] *= 1.0 + own.get(f"{SENSOR[symbol]}_scale", 0.0)
             states[:, c] += own.get(f"{SENSOR[symbol]}_bias", 0.0)
+
+
+def _step(number: Number, value: float) -> float:
+    """Step of the difference for a number: of a size that is not negative (slowness, play) a share of it at most."""
+    if number.trial is not None:
+        return number.trial - value
+    return STEP * (min(number.sd, value) if number.low == 0.0 < value else number.sd)
 
 
 def _known(unit: Unit) -> list[str]:

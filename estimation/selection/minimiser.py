@@ -21,7 +21,7 @@ from .number import Number
 from .quadratic import Prior, Quadratic, bounded_solve, joint, left_out_steps, own_step
 from .score import jackknife
 
-STEPS, TRIALS = 40, 8
+STEPS, TRIALS = 20, 6
 FIRST_GROWTH, GROWTH = 1e-2, 5.0
 ENOUGH = 0.02
 """Fall of the cost for each number that ends the steps."""
