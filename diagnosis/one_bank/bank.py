@@ -22,7 +22,9 @@ import numpy as np
 from ...estimation.selection.number import Candidate, Number
 from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups
 from ..calibration.calibrate import causes_of
+from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
+from ..causes.registry import causes
 
 if TYPE_CHECKING:
     from ...models.model import Model
@@ -125,6 +127,7 @@ class Facts(NamedTuple):
     commanded: bool
     records: int
     identified: bool = False
+    exact: bool = False
 
 
 def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] | None) -> Bank:
@@ -133,7 +136,7 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     whole = grown(model, groups) if groups else model
     pairs = [*_inputs(whole, facts, length_s), *_terms(whole, facts)]
     candidates, places = [c for c, _ in pairs], {n: p for _, own in pairs for n, p in own.items()}
-    causes = {c.of: c.of for c in candidates} | causes_of(model)
+    told = {c.of: c.of for c in candidates} | causes_of(model)
     names = (*whole.coordinates, *whole.constant_names)
     numbers = dict(zip(names, whole.theta.tolist(), strict=True))
     candidates += [c for g in groups for c in _of_group(g, numbers)]
@@ -142,8 +145,8 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     if facts.identified:
         barely = every_own_number(groups)
         own = {n.name: n for n in _numbers(barely, barely.sd, numbers)}
-    kept = [c for c in candidates if only is None or causes.get(c.of, BaseCoefficients.id) in only]
-    return Bank(whole, tuple(kept), tuple(own.values()), places, causes, {g.id: g.title for g in groups})
+    kept = [c for c in candidates if only is None or told.get(c.of, BaseCoefficients.id) in only]
+    return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups})
 
 
 def _of_group(group: Group, values: Mapping[str, float]) -> Iterator[Candidate]:
@@ -164,6 +167,9 @@ def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
     unit = {"1": 1.0, "s": length_s, "m/s": speed, "rad/s": 1.0 / length_s}
     for row in ROWS:
         if not {*row.needs} <= {*facts.measured} or (row.commanded and not facts.commanded):
+            continue
+        cause = causes()[row.cause]
+        if isinstance(cause, Cause) and not (facts.exact or cause.stands_beside_numbers(model.is_3dof)):
             continue
         place = {row.name: Place(row.kind, row.entries, inverse=row.inverse)}
         for trial in [unit[row.unit] * t for t in row.trials] or [None]:

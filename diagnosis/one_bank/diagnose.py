@@ -12,21 +12,20 @@ from ...estimation.selection.minimiser import minimise
 from ...models.errors import BadInput
 from ..beside_numbers import behind_sensors
 from ..checked import with_checks
-from ..diagnose import identified
+from ..diagnose import identified as identified_model
 from ..gain.guard import WORSE
 from ..gain.runs import with_runs
 from ..prepared import corrected_records
 from ..report.outcome import diagnosis_of
 from .bank import Facts, bank_of
 from .free_runs import FreeRuns
-from .search import chosen
+from .search import chosen, withdrawn
 from .told import bank_lines, extended_model, findings, verdict
 from .units import length_s, units_of
 
 if TYPE_CHECKING:
     from ...checks.result import CheckFinding
     from ...datasets.record import Record
-    from ...estimation.selection.number import Candidate
     from ...models.model import Model
     from ..options import Options
     from ..prepared import Prepared
@@ -53,7 +52,7 @@ def diagnose(model: Model, train: Sequence[Record], held_out: Sequence[Record], 
         given = corrected_records(model, train, held_out, options)
         given = behind_sensors(given, given.sensors(options.causes()))
         if options.base_parameters == "identify":
-            model = identified(model, given.train)
+            model = identified_model(model, given.train)
         checks = of_training(given.checked, train)
         doubted = {name for f in given.checked if f.standing for name in f.records}
         found = _useful(model, given, train, [r for r in held_out if r.name not in doubted], options)
@@ -72,15 +71,14 @@ def of_training(checks: Sequence[CheckFinding], train: Sequence[Record]) -> tupl
 def _useful(
     model: Model, given: Prepared, train: Sequence[Record], held_out: Sequence[Record], options: Options
 ) -> Diagnosis:
-    """The diagnosis; a candidate that worsens held-out records is withdrawn, the last one first."""
-    runs = runs_of(model, given.train, options)
-    withdrawn: list[Candidate] = []
+    """The diagnosis; what worsens held-out records is withdrawn, the last that entered first."""
+    choice = chosen(runs_of(model, given.train, options), options)
     while True:
-        choice = chosen(runs, options, withdrawn)
         found = with_runs(_concluded(model, given, choice, options), train, held_out, options.channels)
-        if not choice.selection.entered or not _worse(found):
+        rest = withdrawn(choice) if _worse(found) else None
+        if rest is None:
             return found
-        withdrawn.append(choice.selection.entered[-1].candidate)
+        choice = rest
 
 
 def runs_of(model: Model, records: Sequence[Record], options: Options) -> FreeRuns:
@@ -88,7 +86,8 @@ def runs_of(model: Model, records: Sequence[Record], options: Options) -> FreeRu
     length = length_s(model, records)
     measured = {s for column, s in SYMBOLS.items() if s in model.states and any(r.has(column) for r in records)}
     commanded = not any(r.has("rudder_rad") for r in records)
-    facts = Facts(measured, commanded, len(records), options.base_parameters == "identify")
+    identified, exact = options.base_parameters == "identify", options.coefficient_sd == 0.0
+    facts = Facts(measured, commanded, len(records), identified, exact)
     bank = bank_of(model, facts, length, options.only)
     return FreeRuns(bank, units_of(bank.model, records, length), length)
 

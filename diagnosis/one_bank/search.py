@@ -17,7 +17,7 @@ from ...estimation.selection.selection import Rules, Selection, clearly_worse, s
 from .bank import INPUT
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Sequence
 
     from ...estimation.selection.number import Candidate
     from ..options import Options
@@ -46,10 +46,23 @@ class Choice:
         return self.runs.bank
 
 
-def chosen(runs: FreeRuns, options: Options, without: Collection[Candidate] = ()) -> Choice:
-    """The choice for records; without : candidates that are withdrawn."""
+def withdrawn(choice: Choice) -> Choice | None:
+    """The choice without what entered last, else without the model's own numbers; None where there is nothing left."""
+    runs, selection = choice.runs, choice.selection
+    if not selection.entered:
+        return Choice(runs, Selection(selection.base, (), selection.base)) if choice.beside else None
+    kept = selection.entered[:-1]
+    every = [*(runs.bank.own if choice.beside else ()), *(n for one in kept for n in one.candidate.numbers)]
+    numbers = tuple({n.name: replace(n, trial=None) for n in every}.values())
+    point = selection.final.point
+    values = {n.name: point.values.get(n.name, 0.0) for n in numbers}
+    return replace(choice, selection=Selection(selection.base, kept, minimise(runs, numbers, values, point.own)))
+
+
+def chosen(runs: FreeRuns, options: Options) -> Choice:
+    """The choice for records."""
     bank = runs.bank
-    candidates = [c for c in bank.candidates if c not in without]
+    candidates = bank.candidates
     base = minimise(runs, (), {}, runs.no_own)
     if options.base_parameters == "identify":
         return _of_identified(runs, candidates)
@@ -60,7 +73,7 @@ def chosen(runs: FreeRuns, options: Options, without: Collection[Candidate] = ()
     if not bank.own or not _explains(runs, alone):
         return Choice(runs, alone)
     whole = minimise(runs, bank.own, {}, base.point.own)
-    if clearly_worse(runs, whole, alone.final, least):
+    if len(alone.entered) < 2 and clearly_worse(runs, whole, alone.final, least):
         return Choice(runs, alone)
     inputs = [c for c in candidates if c.rank == INPUT]
     beside = select(runs, inputs, Rules(*BESIDE), whole, bank.own)

@@ -106,7 +106,7 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
         number = entry.number if isinstance(entry, Cause) else None
         said = SAID.get(name) or (number.name if number is not None else "tau")
         unit = UNITS.get(name) or ("1" if cause in TERMS else entry.unit.partition(",")[0] if entry else "1")
-        yield Size(said, value, float(ends[0]), float(ends[1]), unit)
+        yield Size(said, float(value), float(ends[0]), float(ends[1]), unit)
 
 
 def _model_values(choice: Choice) -> dict[str, float]:

@@ -132,7 +132,8 @@ def _stepped(problem: Problem, numbers: Sequence[Number], here: Point, damping: 
     low, high = prior.low - prior.values, prior.high - prior.values
     for _ in range(TRIALS):
         step = bounded_solve(matrix + damping * np.diag(np.diag(matrix)), slope, low, high)
-        values = here.values | {n.name: here.values.get(n.name, 0.0) + x for n, x in zip(numbers, step, strict=True)}
+        moved = (prior.values + step).tolist()
+        values = here.values | {n.name: x for n, x in zip(numbers, moved, strict=True)}
         own = here.own + own_step(normal, np.tile(step, (len(here.own), 1))) / (1.0 + damping)
         there = point_at(problem, numbers, values, own)
         if there.cost < here.cost:

@@ -123,6 +123,17 @@ def joint(normal: Normal, prior: Prior) -> tuple[np.ndarray, np.ndarray]:
     return matrix, normal.slope.sum(axis=0) - prior.values * prior.sd**-2.0
 
 
+def own_information(normal: Normal, prior: Prior, n_held: int) -> float:
+    """Largest share of the information on a number behind the first n_held ones that these, free under their priors,
+    leave of it: 0 where they take its place."""
+    matrix = normal.matrix.sum(axis=0)
+    held, new = slice(0, n_held), slice(n_held, None)
+    across = matrix[held, new]
+    left = matrix[new, new] - across.T @ np.linalg.solve(matrix[held, held] + np.diag(prior.sd[held] ** -2.0), across)
+    whole = np.diag(matrix[new, new])
+    return float(np.max(np.divide(np.diag(left), whole, out=np.zeros_like(whole), where=whole > 0.0), initial=0.0))
+
+
 def left_out_steps(normal: Normal, prior: Prior) -> np.ndarray:
     """Steps (K, k) of the numbers by the fits without each unit, within their bounds."""
     matrix, slope = joint(normal, prior)

@@ -17,11 +17,13 @@ import numpy as np
 from ...checks.statistics.tails import student_quantile
 from .minimiser import Fitted, Problem, minimise, prior_of
 from .number import Candidate, Number
-from .quadratic import Normal, Quadratic
+from .quadratic import Normal, Quadratic, own_information
 from .score import Fall, fall
 
 CLEAR = 1.0
 """Standard errors from which one of two fits is clearly worse (the rule of one standard error, Breiman et al. 1984)."""
+TAKEN = 0.01
+"""Share of the information on a candidate that is left beside the numbers in every fit, below which it is not tried."""
 IN_BOUNDS = 1.5
 """A predicted fit goes so far at most beyond the trial value that it was linearised at, as a factor on that."""
 
@@ -185,7 +187,7 @@ class _Search:
         predicted = [(self._predicted(now.final, c, screen, normal), c) for c in bank]
         predicted.sort(key=lambda pair: -pair[0])
         ways = {(c.id, c.names): c for _, c in reversed(predicted)}  # of several trial values the best
-        ordered = [c for _, c in predicted if ways[c.id, c.names] is c]
+        ordered = [c for gain, c in predicted if ways[c.id, c.names] is c and gain > -np.inf]
         kinds: list[Callable[[Candidate], bool]] = [lambda c, r=r: c.rank == r for r in {c.rank for c in bank}]
         kinds.append(lambda c: len(c.numbers) == 1)
         chosen = ordered[: self.rules.leaders]
@@ -194,10 +196,14 @@ class _Search:
         return list(dict.fromkeys(chosen))
 
     def _predicted(self, fitted: Fitted, candidate: Candidate, screen: _Screen, normal: Normal) -> float:
-        """The fall of the score that the linearisation predicts; -inf where its equations cannot be solved."""
+        """The fall of the score that the linearisation predicts; -inf where its equations cannot be solved, or where
+        the numbers that are in take its place."""
         numbers = [*screen.held, *map(_reached, candidate.numbers)]
+        places, prior = screen.places(numbers), prior_of(numbers, fitted.point.values)
         try:
-            left = screen.quadratic.left_out(normal, screen.places(numbers), prior_of(numbers, fitted.point.values))
+            if own_information(normal.of(places), prior, len(screen.held)) < TAKEN:
+                return -np.inf
+            left = screen.quadratic.left_out(normal, places, prior)
         except np.linalg.LinAlgError:
             return -np.inf
         return fall(fitted.left_out, left, floor_squares(self.problem)).gain

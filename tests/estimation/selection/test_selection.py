@@ -8,7 +8,14 @@ from scipy.optimize import least_squares
 
 from helmbench.estimation.selection.minimiser import minimise, point_at, prior_of
 from helmbench.estimation.selection.number import Candidate, Number
-from helmbench.estimation.selection.quadratic import Quadratic, bounded_solve, joint, left_out_steps, own_step
+from helmbench.estimation.selection.quadratic import (
+    Quadratic,
+    bounded_solve,
+    joint,
+    left_out_steps,
+    own_information,
+    own_step,
+)
 from helmbench.estimation.selection.score import fall, jackknife, score
 from helmbench.estimation.selection.selection import Rules, clearly_worse, select
 
@@ -145,6 +152,24 @@ def test_random_effects_have_the_marginal_likelihood(rng):
     laplace = np.sum(left**2 / noise) + np.sum((step / sd) ** 2) + np.log(noise).sum()
     laplace += np.linalg.slogdet(matrix)[1] + 2.0 * len(step) * np.log(sd)
     assert laplace == pytest.approx(exact, rel=1e-9)
+
+
+def test_the_information_that_other_numbers_leave(rng):
+    p = problem(rng, "abc", orthogonal=True)
+    p.columns["b"] = p.columns["a"] + p.columns["b"]
+    p.own_sd = np.array([1e-9])
+    chosen = numbers("abc", 1e3)
+    normal, prior = p.quadratic({}, none(p), chosen).normal(np.array([0.1, 0.1])), prior_of(chosen, {})
+    assert own_information(normal.of([0, 1]), prior.of([0, 1]), 1) == pytest.approx(0.5, rel=1e-6)
+    assert own_information(normal.of([0, 2]), prior.of([0, 2]), 1) == pytest.approx(1.0, rel=1e-6)
+
+
+def test_what_the_free_numbers_take_up_is_not_tried(rng):
+    p = problem(rng, "abc", a=0.5, c=0.5)
+    p.columns["b"] = 1.001 * p.columns["a"]
+    always = numbers("a")
+    found = select(p, singles("bc"), Rules(), minimise(p, always, {}, none(p)), always)
+    assert [c.id for c in found.candidates] == ["c"]
 
 
 def test_bounds_hold_and_the_rest_is_solved_again(rng):
