@@ -55,7 +55,7 @@ def diagnose(model: Model, train: Sequence[Record], held_out: Sequence[Record], 
             model = identified_model(model, given.train)
         checks = of_training(given.checked, train)
         doubted = {name for f in given.checked if f.standing for name in f.records}
-        found = _useful(model, given, train, [r for r in held_out if r.name not in doubted], options)
+        found = _useful(model, given, [r for r in held_out if r.name not in doubted], options)
     found = with_checks(found, checks, (*given.train, *given.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - clock[0], time.process_time() - clock[1]
@@ -68,13 +68,13 @@ def of_training(checks: Sequence[CheckFinding], train: Sequence[Record]) -> tupl
     return tuple(f if names & {*f.records} else replace(f, standing=False) for f in checks)
 
 
-def _useful(
-    model: Model, given: Prepared, train: Sequence[Record], held_out: Sequence[Record], options: Options
-) -> Diagnosis:
+def _useful(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
     """The diagnosis; what worsens held-out records is withdrawn, the last that entered first."""
     choice = chosen(runs_of(model, given.train, options), options)
     while True:
-        found = with_runs(_concluded(model, given, choice, options), train, held_out, options.channels)
+        found = with_runs(
+            _concluded(model, given, choice, options), given.train, given.instruments, held_out, options.channels
+        )
         rest = withdrawn(choice) if _worse(found) else None
         if rest is None:
             return found

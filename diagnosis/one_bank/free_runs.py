@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...estimation.diagnosis_only.mixed_effects.problem import CORRELATION, FLOOR
 from ...estimation.records.series import MEASURED
-from ...estimation.run.own import CORRELATION, FLOOR, coarsely_integrated, own_sd, units
 from ...estimation.selection.quadratic import Quadratic
 from ...models.instruments import SENSORS
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
+from .scales import coarsely_integrated, own_sd, units
 from .terms import term_series
 from .units import Rudder
 
@@ -184,7 +185,8 @@ class FreeRuns:
             short = SENSOR[symbol]
             start[c] = (start[c] - own.get(f"{short}_bias", 0.0)) / (1.0 + own.get(f"{short}_scale", 0.0))
         if "axis_misalignment" in own:
-            _turn(start[None, :], *(self.bank.model.states.index(s) for s in "uv"), -own["axis_misalignment"])
+            surge, sway = self.bank.model.states.index("u"), self.bank.model.states.index("v")
+            _turn(start[None, :], surge, sway, -own["axis_misalignment"])
         return start
 
     def _sensors(self, lane: Lane) -> dict[str, float]:

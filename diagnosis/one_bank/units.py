@@ -13,10 +13,10 @@ import numpy as np
 from ...datasets.instruments import felt_rudder
 from ...datasets.signals import bridged
 from ...estimation.records.gaps import SHORTEST, clock_of, stretches
-from ...estimation.run.own import REFERENCE_S, coarse
 from ...estimation.run.stretch import Stretch
 from ...models.errors import CannotFit
 from ...models.time_scale import time_scale_s
+from .scales import REFERENCE_S, coarse
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

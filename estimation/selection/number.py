@@ -28,8 +28,7 @@ class Candidate:
     """Numbers that enter together.
 
     rank : candidates of a lower rank are preferred where they are not clearly worse.  of : id of the candidate that
-    this one is a part of, else its own.  factor : on the fall of the score, and on its standard error, that are needed
-    to enter.
+    this one is a part of, else its own.
     Several candidates may have the same id: ways in which one cause may act.
     """
 
@@ -37,7 +36,6 @@ class Candidate:
     numbers: tuple[Number, ...]
     rank: int = 0
     of: str = ""
-    factor: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)

@@ -150,9 +150,9 @@ class _Search:
 
     def enters(self, trial: Trial) -> bool:
         """Whether the fall of the score matters and is no chance."""
-        factor, least = trial.candidate.factor, self.rules.least * int((self.problem.counts.sum(axis=0) > 0).sum())
+        least = self.rules.least * int((self.problem.counts.sum(axis=0) > 0).sum())
         sure = quantile(self.problem, self.rules.level) * trial.fall.error
-        return trial.fall.gain > factor * max(least, sure)
+        return trial.fall.gain > max(least, sure)
 
     def refitted(self, now: Selection, candidate: Candidate) -> Trial | None:
         """The fit with a candidate beside what has entered; None where its equations cannot be solved."""
